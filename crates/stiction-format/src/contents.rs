@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 use std::sync::Arc;
 
-/// The contents of a file.
+/// Contents of a file: a text in memory, or a stored text that is read on demand.
 #[derive(Clone, Debug)]
 pub enum Contents {
     /// The complete text.
@@ -26,7 +26,8 @@ impl From<&str> for Contents {
 }
 
 impl Contents {
-    /// Returns the complete text of a file that is not a recording.
+    /// Returns the text of a file other than a recording; an error for stored contents, because
+    /// only recordings are read piece by piece.
     pub(crate) fn whole(self) -> Result<String, String> {
         match self {
             Self::Whole(text) => Ok(text),

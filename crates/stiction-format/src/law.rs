@@ -27,12 +27,14 @@ impl Law {
         self.formula.has_time()
     }
 
-    /// Time, s, up to which a few samples from `t` (s) on resolve the parts that depend on time alone.
+    /// Time, s, up to which a few samples from `t` (s) on resolve those operations of the formula
+    /// that depend on time alone.
     pub fn resolved_until(&self, t: f64) -> f64 {
         self.formula.resolved_until(t)
     }
 
-    /// Value, in SI units, at a time, s, on the branches that `sides` select; see [`Self::switches`].
+    /// Value, in SI units, at time `t`, s; `sides` gives the sign of each switching function, which
+    /// selects the branch of `abs`, `min`, `max` or `sign`; see [`Self::switches`].
     pub fn at(
         &self,
         t: f64,
@@ -44,7 +46,8 @@ impl Law {
         self.formula.at_state(t, &measured, |value| sides.next().copied().unwrap_or(value >= 0.0))
     }
 
-    /// Appends the values of the switching functions on these branches.
+    /// Appends the values of the switching functions, computed on the branches that `sides`
+    /// selects.
     pub fn switches_at(
         &self,
         t: f64,
@@ -88,12 +91,13 @@ impl Condition {
         self.left.has_time() || self.right.has_time()
     }
 
-    /// Time, s, up to which a few samples from `t` (s) on resolve the parts that depend on time alone.
+    /// Time, s, up to which a few samples from `t` (s) on resolve those operations of both sides
+    /// that depend on time alone.
     pub fn resolved_until(&self, t: f64) -> f64 {
         self.left.resolved_until(t).min(self.right.resolved_until(t))
     }
 
-    /// Distance from the condition, in SI units; negative once the condition holds.
+    /// Signed difference of the two sides, in SI units; negative when the condition is true.
     pub fn distance(&self, t: f64, mut measure: impl FnMut(Coordinate) -> Target<f64>) -> f64 {
         let (left, right) = (self.left.at(t, &mut measure, &[]), self.right.at(t, measure, &[]));
         let distance = if self.is_less { left - right } else { right - left };

@@ -14,7 +14,7 @@ use stiction_core::spatial::{Pose, Vec3};
 /// Contents of a model file: a mechanism, its motions and its loads.
 #[derive(Clone, Debug)]
 pub struct ModelFile {
-    /// Name.
+    /// Name of the mechanism.
     pub name: String,
     /// One-line description, including the changes made to the text ([`crate::Source::with_changes`]); may be empty.
     pub title: String,
@@ -34,7 +34,7 @@ pub struct ModelFile {
     pub default_load: Option<String>,
     /// Friction mode used by default.
     pub default_friction: Option<FrictionMode>,
-    /// Legs, if the model has any.
+    /// Legs of robots with equal legs around an axis; empty for other models.
     pub legs: Vec<Leg>,
     /// Meshes that show bodies in pages; [`Self::load_meshes`] reads their files.
     pub visuals: Vec<Visual>,
@@ -65,7 +65,7 @@ impl From<Mechanism> for ModelFile {
     }
 }
 
-/// A leg of the short form for symmetric robots.
+/// Leg of a model that defines its legs by one common chain.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Leg {
     /// Name, the prefix of the names of its joints and bodies: `leg1` of `leg1.P`.
@@ -100,7 +100,7 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// A single pose without prescribed coordinates.
+    /// Motion of zero duration that prescribes no coordinate.
     pub fn pose() -> Self {
         Self {
             title: String::new(),
@@ -115,7 +115,8 @@ impl Motion {
         }
     }
 
-    /// Prescribed coordinates at time `t` (s), in order.
+    /// Values, rates and accelerations of the prescribed coordinates at time `t` (s), in the order
+    /// of `coordinates`.
     pub fn at(&self, t: f64) -> impl Iterator<Item = Target<f64>> + '_ {
         self.signals().map(move |signal| signal.at(t))
     }
@@ -176,11 +177,11 @@ pub enum FrictionFeed {
     Off,
     /// The reference motion.
     Reference,
-    /// The measured motion of the actuators.
+    /// The measured motion of the actuators' joints.
     Measured,
 }
 
-/// A controller.
+/// Controller of the actuators: control law, sampling and gains.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Control {
     /// One-line description; may be empty.
@@ -204,7 +205,7 @@ pub struct Control {
 }
 
 impl Channel {
-    /// No gains, exact measurement, no limit.
+    /// Channel without given gains, with exact measurement and without an effort limit.
     pub const NONE: Self = Self {
         proportional: None,
         derivative: None,
@@ -232,7 +233,7 @@ pub struct Channel {
     pub limit: f64,
 }
 
-/// External forces and moments.
+/// Load case: external forces and moments on bodies, and payloads.
 #[derive(Clone, Debug, Default)]
 pub struct LoadCase {
     /// One-line description; may be empty.
@@ -261,7 +262,7 @@ pub struct LoadLaw {
 }
 
 impl LoadLaw {
-    /// Load for a value of the formula.
+    /// Load whose one nonzero component is `value`, N or N m.
     pub fn load(&self, value: f64) -> AppliedLoad<f64> {
         let mut components = [0.0; 6];
         components[self.component.min(5)] = value;
@@ -276,7 +277,7 @@ impl LoadLaw {
     }
 }
 
-/// A part that a body carries during an interval of time.
+/// Part that a body carries during an interval of time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Payload {
     /// The body that carries it.
@@ -307,7 +308,7 @@ impl PayloadChange<'_> {
     }
 }
 
-/// Sides of an instant at which a load can jump.
+/// Sides of an instant at which a load may be discontinuous.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
     /// Just before.
@@ -388,7 +389,7 @@ impl LoadCase {
         self.wrenches.iter().map(move |wrench| wrench.at(t))
     }
 
-    /// Signals of all components of the wrenches.
+    /// Signals of all force and moment components of the wrenches.
     pub fn signals(&self) -> impl Iterator<Item = &Signal> {
         self.wrenches.iter().flat_map(|wrench| wrench.force.iter().chain(&wrench.moment))
     }
@@ -449,7 +450,7 @@ impl ModelFile {
         self.loads.iter().find(|(known, _)| known == name).map(|(_, load)| load)
     }
 
-    /// The leg to which a joint belongs.
+    /// Leg to which a joint belongs; `None` for a joint outside the legs.
     pub fn leg_of_joint(&self, joint: JointId) -> Option<&Leg> {
         self.legs.iter().find(|leg| leg.joints.contains(&joint))
     }

@@ -29,7 +29,7 @@ impl Scope for Parameters {
 }
 
 impl Parameters {
-    /// Parameters without values.
+    /// Parameters whose values are not known yet.
     pub(crate) fn named(names: impl Iterator<Item = String>) -> Self {
         let names: Vec<String> = names.collect();
         let index = names.iter().enumerate().map(|(place, name)| (name.clone(), place)).collect();
@@ -63,7 +63,7 @@ impl Parameters {
     }
 }
 
-/// Explains why a name cannot be used for a parameter; `None` if it can.
+/// Reason why a name cannot be that of a parameter; `None` if it can.
 pub(crate) fn complaint(name: &str) -> Option<String> {
     let mut letters = name.chars();
     let starts_well = letters.next().is_some_and(|c| c.is_alphabetic() || c == '_');

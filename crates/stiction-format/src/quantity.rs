@@ -120,8 +120,8 @@ impl Amount {
         Ok(Self { number, unit: unit.to_owned() })
     }
 
-    /// Converts the number to another unit of the same dimension, rounded to 15 digits; in the own unit it is
-    /// unchanged.
+    /// Converts the number to another unit of the same dimension, rounded to 15 digits; the number
+    /// is returned unchanged if the unit is the same.
     ///
     /// # Errors
     /// The reason, one line.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 /// A range of bytes in a text.
 pub(crate) type Span = Range<usize>;
 
-/// A text and the name that messages use for it.
+/// Text with the name that messages use for it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Source {
     /// File name, or an option such as `--motion`.
@@ -74,7 +74,7 @@ impl Source {
         self.changes.as_ref()
     }
 
-    /// Offset at which the places of the changes begin, after all places of the text.
+    /// Byte offset at which the places of the changes begin; it lies beyond all places of the text.
     pub(crate) fn begin_of_changes(&self) -> usize {
         self.text.len() + 2
     }

@@ -6,7 +6,7 @@ use crate::source::{Place, Source, Span};
 use std::fmt;
 use std::sync::Arc;
 
-/// A key that a study varies, and the unit of its numbers.
+/// Key that a study varies, with the unit of its numbers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Key {
     /// Path of the key or name of the parameter, as in [`Source::with_changes`].
@@ -47,7 +47,7 @@ impl Key {
 }
 
 impl fmt::Display for Key {
-    /// The header of the key's column.
+    /// Writes the header of the key's column.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.unit.as_str() {
             "" => f.write_str(&self.path),

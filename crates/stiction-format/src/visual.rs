@@ -12,17 +12,18 @@ use stiction_core::spatial::Pose;
 /// Largest size of a mesh file, and of all mesh files of a model, bytes: a page contains them.
 const LARGEST: usize = 8 << 20;
 const LARGEST_SUM: usize = 16 << 20;
-/// Largest number of triangles, of elements of all accessors, and of nodes of a mesh: more would not turn smoothly.
+/// Largest numbers of triangles, of accessor elements and of nodes of a mesh; a larger mesh would
+/// not be displayed smoothly.
 const MOST_TRIANGLES: usize = 1_000_000;
 const MOST_ELEMENTS: u64 = 4_000_000;
 const MOST_NODES: usize = 2000;
-/// Extensions of glTF that change only colours or the type of numbers.
+/// Prefixes of glTF extensions that change only colours or the type of numbers.
 const EXTENSIONS: [&str; 3] = ["KHR_materials_", "KHR_texture_transform", "KHR_mesh_quantization"];
 
 /// Mesh on a body.
 #[derive(Clone, Debug)]
 pub struct Visual {
-    /// The body.
+    /// Body that the mesh shows.
     pub body: BodyId,
     /// File of the mesh, as written in the model file.
     pub file: String,

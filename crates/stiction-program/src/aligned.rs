@@ -14,7 +14,7 @@ pub(crate) struct Aligned {
 }
 
 impl Aligned {
-    /// Returns zeros.
+    /// Creates memory for `count` numbers, all zero.
     pub(crate) fn zeros(count: usize) -> Self {
         let numbers = vec![0.0; count + LINE / size_of::<f64>()];
         // Any offset is valid: at worst the memory is unaligned and slower.

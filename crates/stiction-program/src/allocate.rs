@@ -7,15 +7,15 @@ use crate::code::{Code, Fused, Source, Step};
 use crate::encode::{Base, Emit, Operation, Order, Place, Target, begin};
 use std::collections::HashMap;
 
-/// Constants that the allocator needs, stored before those of the code.
+/// Indices of constants that the allocator needs; they are stored before those of the code.
 const ZERO: usize = 0;
 const SIGN: usize = 1;
 const OWN: usize = 2;
 
-/// No register.
+/// Register number that means no register.
 const NONE: u8 = u8::MAX;
 
-/// Number of steps within which a value that is used again stays in a register.
+/// Number of steps within which the next use of a value must lie for it to be kept in a register.
 const SOON: u32 = 12;
 
 /// Machine code and its data.
@@ -57,7 +57,7 @@ struct Allocator<'a> {
     constant_uses: Vec<Vec<u32>>,
     slot_uses: HashMap<u32, Vec<u32>>,
     common_uses: HashMap<u32, Vec<u32>>,
-    /// Content of each register.
+    /// Value in each register; `None` for a free one.
     holds: Vec<Option<Source>>,
     register_of_step: Vec<Option<u8>>,
     spill_of_step: Vec<Option<usize>>,
@@ -66,7 +66,8 @@ struct Allocator<'a> {
     spilled: usize,
     /// Slots that store each step's result.
     stores: Vec<Vec<u32>>,
-    /// Slot that already contains the result. It remains valid, because no slot is written twice.
+    /// Slot that already contains each step's result. It remains valid, because no slot is written
+    /// twice.
     slot_of_step: Vec<Option<u32>>,
 }
 

@@ -35,7 +35,7 @@ pub struct StateError {
 pub enum StateErrorCause {
     /// The solver cannot move to the state from its previous position.
     Position(AssemblyError),
-    /// The solver finds no forces.
+    /// The solver finds no forces at the state.
     Forces(InverseError),
 }
 

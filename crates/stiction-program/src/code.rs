@@ -39,11 +39,11 @@ pub(crate) enum Step {
 /// Fused operations on three operands `a`, `b`, `c`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Fused {
-    /// `a b + c`.
+    /// Sum `a b + c`.
     Add,
-    /// `a b - c`.
+    /// Difference `a b - c`.
     Sub,
-    /// `c - a b`.
+    /// Difference `c - a b`.
     From,
 }
 
@@ -58,7 +58,7 @@ impl Fused {
 }
 
 impl Step {
-    /// Replaces the operands.
+    /// Same step with its operands replaced by `to`.
     pub(crate) fn map(self, to: impl Fn(Source) -> Source) -> Self {
         match self {
             Self::Add(a, b) => Self::Add(to(a), to(b)),
@@ -101,7 +101,7 @@ pub(crate) struct Call {
     pub(crate) result: u32,
 }
 
-/// Alternating code and calls.
+/// Part of a program: code, or a call between pieces of code.
 #[derive(Clone, Debug)]
 pub(crate) enum Part {
     Code(Code),
@@ -370,7 +370,7 @@ pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots, fuse: boo
 }
 
 impl Code {
-    /// Number of shared values that the code reads.
+    /// Number of shared values up to the last one that the code reads.
     pub(crate) fn common(&self) -> usize {
         let operands = self.steps.iter().flat_map(|step| step.operands());
         let all = operands.chain(self.stores.iter().map(|(source, _)| *source));

@@ -29,7 +29,7 @@ pub(crate) struct DerivativeInputs<'a> {
     quantities: &'a [Quantity],
     /// Differentiated parameters of the mechanism, with their values.
     numbers: Vec<(Quantity, f64)>,
-    /// Joints with friction interfaces, whose reactions cause friction.
+    /// Joints with friction interfaces, whose reactions determine the friction forces.
     interface_joints: Vec<usize>,
     first_target: usize,
     first: usize,
@@ -63,7 +63,7 @@ impl<'a> DerivativeInputs<'a> {
         Ok(Self { quantities, numbers, interface_joints, first_target, first })
     }
 
-    /// Inputs of the slopes.
+    /// Inputs that contain the slopes of all quantities.
     pub(crate) fn slopes(&self) -> Range<usize> {
         let first = self.first + 6 * self.interface_joints.len();
         first..first + self.quantities.len()

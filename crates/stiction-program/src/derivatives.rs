@@ -78,7 +78,8 @@ impl DerivativeProgram {
         Self::record_with(solver, signal, loads, quantities, true)
     }
 
-    /// Like [`Self::record`], but interpreted if `machine` is false, which is slow and used for comparison.
+    /// Records and compiles a program as [`Self::record`] does. If `machine` is false, the program
+    /// is interpreted, which is slow and serves for comparison.
     #[doc(hidden)]
     pub fn record_with(
         solver: &InverseDynamics,

@@ -18,8 +18,8 @@ pub enum RecordError {
         /// Error of the solver.
         error: AssemblyError,
     },
-    /// The kernel has no plan: the solver's position is singular, or both constraints and actuators
-    /// are redundant.
+    /// The solver can give no fixed order of elimination: its position is singular, or both
+    /// constraints and actuators are redundant.
     NoPlan,
     /// The list of quantities for derivatives is empty.
     NoQuantity,

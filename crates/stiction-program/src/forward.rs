@@ -24,7 +24,7 @@ use crate::stages::{coupled, early};
 use stiction_core::dynamics::{AppliedLoad, InverseDynamics, Weighting};
 use stiction_core::kinematics::{State, Target};
 
-/// Maximum number of steps for the normal loads.
+/// Maximum number of iteration steps for the normal loads.
 const STEPS: usize = 24;
 /// Number of initial Newton steps.
 const NEWTON_STEPS: usize = 1;
@@ -37,10 +37,10 @@ const FAR: f64 = 0.05;
 const SETTLED: f64 = 1e-8;
 /// Rounding error relative to the largest normal load.
 const ROUNDING: f64 = 1e-15;
-/// Relative change below which normal loads change by rounding only, in any kind of step.
+/// Relative change of the normal loads below which any kind of step changes them by rounding only.
 const STILL: f64 = 1e-14;
 
-/// Stages in the order of compilation.
+/// Indices of the stages, in the order of compilation.
 const IDEAL: usize = 0;
 const FIRST: usize = 1;
 const NEWTON: usize = 2;
@@ -86,7 +86,7 @@ pub struct ForwardProgram {
     code: Compiled<5>,
 }
 
-/// Slots of the results.
+/// Slots of the program's results.
 #[derive(Clone, Debug)]
 struct Places {
     /// Normal loads of the coupled interfaces: initially (`start`), after a Newton step (`newton`),
@@ -95,7 +95,7 @@ struct Places {
     newton: Vec<u32>,
     chord: Vec<u32>,
     determinant: u32,
-    /// Guards: positive if the assumptions of the recording hold.
+    /// Slots of the guards, which are positive if the assumptions of the recording are true.
     ideal_guard: u32,
     guard: u32,
     ideal: Motion,
@@ -149,7 +149,8 @@ impl ForwardProgram {
         Self::record_with(solver, signal, loads, true)
     }
 
-    /// Like [`Self::record`], but interpreted if `machine` is false, which is slow and used for comparison.
+    /// Records and compiles a program as [`Self::record`] does. If `machine` is false, the program
+    /// is interpreted, which is slow and serves for comparison.
     #[doc(hidden)]
     pub fn record_with(
         solver: &InverseDynamics,
@@ -437,7 +438,7 @@ impl ForwardProgram {
         memory.read(self.places.ideal.tree[dof], lane)
     }
 
-    /// Joint wrench without friction, as [`Self::reaction`].
+    /// Joint wrench without friction, in the convention of [`Self::reaction`].
     pub fn ideal_reaction(&self, memory: &Memory, lane: usize, joint: usize) -> [f64; 6] {
         memory.wrench(&self.places.ideal.reactions, lane, joint)
     }

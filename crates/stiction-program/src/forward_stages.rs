@@ -34,7 +34,8 @@ pub(crate) struct ForwardStages {
     pub(crate) graph: Graph,
     /// Accelerations and reactions without friction.
     pub(crate) ideal: Vec<Node>,
-    /// Normal loads of coupled interfaces under the friction of the frictionless normal loads.
+    /// Normal loads of the coupled interfaces after the first evaluation of friction, which uses
+    /// the frictionless normal loads.
     pub(crate) begin: Vec<Node>,
     /// Normal loads of coupled interfaces after a Newton step from the first set of input loads,
     /// and the determinant of its matrix.
@@ -45,7 +46,8 @@ pub(crate) struct ForwardStages {
     /// Accelerations, reactions, normal loads, sliding velocities and friction forces at the second
     /// set of input loads.
     pub(crate) rest: Vec<Node>,
-    /// Guards, positive if the assumptions hold: without friction, with friction.
+    /// Guards without and with friction; each is positive if the assumptions of the recording are
+    /// true.
     pub(crate) guards: [Node; 2],
     /// Change of each interface's normal load with the friction of each coupled interface, row by
     /// row.

@@ -5,10 +5,10 @@ use std::collections::HashMap;
 /// Index of a node in a [`Graph`].
 pub(crate) type Node = u32;
 
-/// Operation on earlier nodes.
+/// Operation whose operands are earlier nodes of the graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Op {
-    /// Number, by its bits.
+    /// Number, stored by its bit pattern.
     Constant(u64),
     /// Input of the program, by its index.
     Input(u32),
@@ -18,15 +18,16 @@ pub(crate) enum Op {
     Div(Node, Node),
     Neg(Node),
     Sqrt(Node),
-    /// `of > 0 ? yes : no`.
+    /// The value of `yes` if `of` is positive, otherwise that of `no`.
     Select {
         of: Node,
         yes: Node,
         no: Node,
     },
-    /// Function that no processor computes in one instruction.
+    /// Function that has no single machine instruction and is called.
     Call(Function, Node, Node),
-    /// Value that counts as a constant in differentiation. [`Graph::released`] removes these nodes afterwards.
+    /// Value that differentiation treats as constant. [`Graph::released`] removes these nodes
+    /// afterwards.
     Held(Node),
 }
 
@@ -54,7 +55,7 @@ impl Function {
 }
 
 impl Op {
-    /// Operands.
+    /// Operands of the operation, as node indices.
     pub(crate) fn operands(self) -> impl Iterator<Item = Node> {
         let all = match self {
             Self::Constant(_) | Self::Input(_) => [None; 3],
@@ -69,7 +70,7 @@ impl Op {
         all.into_iter().flatten()
     }
 
-    /// Replaces the operands.
+    /// Same operation with its operands replaced by `to`.
     pub(crate) fn map(self, to: impl Fn(Node) -> Node) -> Self {
         match self {
             Self::Constant(_) | Self::Input(_) => self,
@@ -160,7 +161,7 @@ impl Graph {
         })
     }
 
-    /// Operand of a negation.
+    /// Operand of a node that is a negation; `None` for any other node.
     fn negated(&self, node: Node) -> Option<Node> {
         match self.ops[node as usize] {
             Op::Neg(a) => Some(a),

@@ -34,9 +34,10 @@ pub(crate) struct InverseStages {
     pub(crate) ideal: Vec<Node>,
     /// Indices of the inputs of a step that influence results.
     pub(crate) from: Vec<u32>,
-    /// Initial values of these inputs, computed under the friction of the frictionless normal loads.
+    /// Initial values of the inputs in `from`: wrenches under the friction that the frictionless
+    /// normal loads cause.
     pub(crate) begin: Vec<Node>,
-    /// Values of these inputs after a step.
+    /// Values of the inputs in `from` after a step.
     pub(crate) next: Vec<Node>,
     /// Sums of squares of the changes of these inputs in a step, and of their values, with moments divided by the
     /// characteristic length; the determinant of the step's matrix relative to that without friction.
@@ -55,7 +56,8 @@ pub(crate) struct InverseStages {
     pub(crate) slope_inputs: Range<usize>,
     /// Joints with friction interfaces, each with the first input of its reaction for derivatives.
     pub(crate) reactions: Vec<(usize, usize)>,
-    /// Guards, positive if the assumptions hold: without friction, with friction, of derivatives.
+    /// Guards without friction, with friction and of the derivatives; each is positive if the
+    /// assumptions of the recording are true.
     pub(crate) guards: [Node; 3],
 }
 

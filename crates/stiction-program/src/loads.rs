@@ -34,12 +34,12 @@ impl Loads<'_> {
         (&self.parameters.interfaces[interface], &self.states[interface])
     }
 
-    /// Change of an interface's friction force with its normal load.
+    /// Derivative of an interface's friction force with respect to its normal load.
     pub(crate) fn coefficient(&self, interface: usize) -> Recorded {
         self.states[interface].resistance().0
     }
 
-    /// Friction force under a normal load.
+    /// Friction force of an interface under a normal load.
     pub(crate) fn force(&self, interface: usize, load: Recorded) -> Recorded {
         let (coefficient, constant) = self.states[interface].resistance();
         coefficient * load + constant
@@ -83,8 +83,8 @@ impl Loads<'_> {
         self.all_under(&none).iter().map(|load| load.value).collect()
     }
 
-    /// Change of each interface's normal load with the friction of each coupled interface, row by
-    /// row.
+    /// Derivative of each interface's normal load (row) with respect to the friction force of each
+    /// coupled interface (column), row by row.
     pub(crate) fn influences(&self, forces: &[Recorded]) -> Vec<Recorded> {
         let rows = self.added.iter().enumerate();
         let of_row = |(row, added): (usize, &Vec<Wrench<Recorded>>)| {
@@ -94,8 +94,8 @@ impl Loads<'_> {
         rows.flat_map(of_row).collect()
     }
 
-    /// Residuals of these normal loads: the difference between them and the loads that follow from
-    /// their friction. They vanish at the solution.
+    /// Residual of each given normal load: its difference from the normal load that results from
+    /// the friction under the given loads. Residuals vanish at the solution.
     pub(crate) fn residuals(loads: &[Recorded], found: &[Load<Recorded>]) -> Vec<Recorded> {
         loads.iter().zip(found).map(|(load, found)| *load - found.value).collect()
     }
@@ -111,8 +111,8 @@ impl Loads<'_> {
         self.coupled.iter().zip(found).map(row).collect()
     }
 
-    /// Change of an interface's residual with the normal load of another, through the friction of
-    /// the latter.
+    /// Derivative of an interface's residual with respect to the normal load of another, which acts
+    /// through the friction of the latter.
     pub(crate) fn slope(&self, row: usize, column: usize, influence: Recorded) -> Recorded {
         let own = Recorded::from_f64(if row == column { 1.0 } else { 0.0 });
         own - influence * self.coefficient(column)

@@ -13,13 +13,14 @@ use crate::encode::{Set, Target, Width};
 use core::arch::asm;
 use memmap2::{Mmap, MmapMut};
 
-/// Signature of the code; its four addresses are passed as each instruction set expects them.
+/// Signature of the machine code: addresses of the slots, the constants, the scratch memory and the
+/// shared numbers.
 #[cfg(target_arch = "x86_64")]
 type Entry = unsafe extern "sysv64" fn(*mut f64, *const f64, *mut f64, *const f64);
 #[cfg(not(target_arch = "x86_64"))]
 type Entry = unsafe extern "C" fn(*mut f64, *const f64, *mut f64, *const f64);
 
-/// Machine code of one piece of code for one register width.
+/// Executable machine code of one part of a program, for one register width.
 #[derive(Debug)]
 pub(crate) struct Machine {
     memory: Mmap,
@@ -217,10 +218,10 @@ mod tests {
             .filter(|target| runs(*target))
     }
 
-    /// Slots and scratch memory lie between marker numbers that must not change, and then in
-    /// allocations of their exact size, where Valgrind detects accesses out of bounds (`cargo xtask
-    /// audit memory`). Results are not compared, because the arithmetic of Valgrind may change the
-    /// sign of a zero.
+    /// Checks that code accesses no other memory: slots and scratch memory lie first between marker
+    /// numbers that must not change, then in allocations of their exact size, where Valgrind
+    /// detects accesses out of bounds (`cargo xtask audit memory`). Results are not compared,
+    /// because the arithmetic of Valgrind may change the sign of a zero.
     #[test]
     fn machine_code_accesses_only_its_arguments() {
         const ROOM: usize = 64;
@@ -250,7 +251,8 @@ mod tests {
         }
     }
 
-    /// Machine code and interpreter agree bit by bit for all widths, for short and long code.
+    /// Checks that machine code and interpreter agree bit by bit, for all register widths and for
+    /// short and long code.
     #[test]
     fn machine_code_agrees_with_the_interpreter() {
         let mut random = Random::new(7);

@@ -1,4 +1,4 @@
-//! Memory of programs.
+//! Memory for the inputs, results and scratch values of programs.
 
 use crate::aligned::Aligned;
 
@@ -47,12 +47,12 @@ impl Memory {
         }
     }
 
-    /// Value of a slot.
+    /// Number in a slot, in one lane.
     pub(crate) fn read(&self, slot: u32, lane: usize) -> f64 {
         self.slots[slot as usize * self.lanes + lane]
     }
 
-    /// Six components of a joint's wrench, from the slots of all joints.
+    /// Six components of a joint's wrench; `slots` lists those of all joints one after another.
     pub(crate) fn wrench(&self, slots: &[u32], lane: usize, joint: usize) -> [f64; 6] {
         core::array::from_fn(|i| self.read(slots[6 * joint + i], lane))
     }

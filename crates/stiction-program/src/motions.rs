@@ -1,4 +1,5 @@
-//! Forces and accelerations as functions of the accelerations of the prescribed coordinates.
+//! Derivatives of forces and accelerations with respect to the accelerations of the prescribed
+//! coordinates.
 
 use stiction_core::dynamics::{AppliedLoad, Data, FrictionMode, Inverse, Model, Settings};
 use stiction_core::kinematics::{State, Target};
@@ -35,7 +36,8 @@ pub(crate) struct Inertial<T> {
 }
 
 impl<T: Scalar> Inertial<T> {
-    /// Evaluates the changes for each coordinate at a position, from rest and with inertia alone.
+    /// Evaluates these changes for each coordinate at a position, with zero rates and without
+    /// gravity and other forces.
     pub(crate) fn all(
         model: &Model,
         parameters: &Parameters<T>,

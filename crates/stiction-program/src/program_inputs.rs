@@ -43,7 +43,7 @@ pub struct StateOfMotion<'a> {
     pub loads: &'a [AppliedLoad<f64>],
 }
 
-/// Number of components of a motion.
+/// Count of the numbers in a [`BodyMotion`].
 const MOTION: usize = 19;
 
 impl<T: Scalar> BodyMotion<T> {
@@ -180,7 +180,7 @@ impl InputLayout {
         self.count
     }
 
-    /// First of the prescribed values among the inputs.
+    /// Index of the first prescribed value among the inputs.
     pub(crate) fn first_prescribed(&self) -> usize {
         self.count - self.prescribed
     }
@@ -247,7 +247,7 @@ impl InputLayout {
         }
     }
 
-    /// All inputs for a sample.
+    /// Inputs of the program in a sample, in their order.
     pub(crate) fn row(&self, Sample { state, targets, loads }: &Sample) -> Vec<f64> {
         let mut row = Vec::with_capacity(self.count);
         self.visit(self.motions(state), &state.coordinates, targets, loads, |x| row.extend(x));

@@ -39,7 +39,8 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// The number in the mechanism's parameters; `None` if the quantity is not a parameter or does not exist.
+    /// Number that the quantity names in the mechanism's parameters; `None` if the quantity is not
+    /// a parameter or does not exist.
     pub(crate) fn of_mechanism<T: Scalar>(self, parameters: &mut Parameters<T>) -> Option<&mut T> {
         match self {
             Self::Value(_) | Self::Rate(_) | Self::Acceleration(_) => None,
@@ -63,7 +64,8 @@ impl Quantity {
         }
     }
 
-    /// The number among the prescribed values; `None` if the quantity is not a prescribed value or does not exist.
+    /// Number that the quantity names among the prescribed values; `None` if the quantity is not a
+    /// prescribed value or does not exist.
     pub(crate) fn of_motion<T>(self, targets: &mut [Target<T>]) -> Option<&mut T> {
         match self {
             Self::Value(k) => targets.get_mut(k).map(|target| &mut target.value),

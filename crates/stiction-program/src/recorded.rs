@@ -1,4 +1,4 @@
-//! Recording scalar.
+//! Scalar type that records operations instead of computing numbers.
 
 use crate::graph::{Function, Graph, Node, Op};
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
@@ -136,7 +136,8 @@ impl Scalar for Recorded {
         node_of(Op::Select { of: self.0, yes: yes.0, no: no.0 })
     }
 
-    /// Infinite: values are unknown during the recording, so no iteration counts as converged.
+    /// Returns infinity: values are unknown during the recording, so no iteration counts as
+    /// converged.
     fn largest(self) -> f64 {
         f64::INFINITY
     }

@@ -1,4 +1,4 @@
-//! Common data of all recordings.
+//! Data that the recordings of all kinds of programs share.
 
 use crate::recorded::Recorded;
 use stiction_core::dynamics::{AppliedLoad, InverseDynamics, Model};

@@ -4,7 +4,7 @@ use crate::code::{Call, Code, Part};
 use crate::encode::{Set, Width};
 use crate::machine::{Machine, instructions};
 
-/// Executable piece that works on slots.
+/// Executable part of a program, as machine code or for the interpreter.
 #[derive(Debug)]
 enum Piece {
     Machine(Machine),

@@ -6,7 +6,7 @@ use crate::code::{Code, Source, Step};
 /// Number of steps among which the scheduler chooses. A larger window keeps too many values in
 /// registers, and processors reorder instructions themselves.
 const WINDOW: usize = 16;
-/// Number of steps that begin in a cycle.
+/// Number of steps that can begin in one cycle.
 const WIDTH: u32 = 2;
 
 /// Typical latency in cycles, independent of the processor.
@@ -82,7 +82,7 @@ impl Code {
         self.in_order(&order)
     }
 
-    /// Reorders the steps.
+    /// Reorders the steps; `order` lists the old index of each new step.
     fn in_order(&self, order: &[usize]) -> Self {
         let mut place = vec![0; self.steps.len()];
         for (at, step) in order.iter().enumerate() {
@@ -152,7 +152,7 @@ mod tests {
     use super::*;
     use stiction_core::random::Random;
 
-    /// Random sums and products give the same results in the new order.
+    /// Checks that the new order does not change the results of random sums and products.
     #[test]
     fn order_changes_no_result() {
         let mut random = Random::new(6);

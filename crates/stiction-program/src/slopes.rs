@@ -59,7 +59,8 @@ pub(crate) fn slopes(graph: &mut Graph, given: &[Option<Node>]) -> Vec<Option<No
     slopes
 }
 
-/// `(da - (a / b) db) / b`.
+/// Derivative of a quotient, `(da - (a / b) db) / b`; the operands' derivatives are `None` for
+/// constants.
 fn quotient(
     graph: &mut Graph,
     of_first: Option<Node>,
@@ -120,7 +121,7 @@ mod tests {
     use crate::recorded::{record, with_slopes};
     use stiction_core::scalar::{Dual, Scalar};
 
-    /// Expressions with all operations.
+    /// Expressions that together use all operations.
     fn mixture<T: Scalar>(x: T, y: T) -> Vec<T> {
         let (sine, cosine) = (x * y).sin_cos();
         let root = (x * x + y).sqrt();
@@ -134,7 +135,7 @@ mod tests {
         ]
     }
 
-    /// Slopes of the graph agree with dual numbers.
+    /// Checks that derivatives in the graph agree with dual numbers.
     #[test]
     fn slopes_are_those_of_dual_numbers() {
         let (mut graph, nodes) = record(4, |inputs| with_slopes(|| mixture(inputs[0], inputs[1])));

@@ -8,19 +8,20 @@ use stiction_core::scalar::Scalar;
 pub(crate) struct Factors<T> {
     /// Row and column of each pivot.
     order: Vec<(usize, usize)>,
-    /// In the order of the pivots: multipliers in rows below, reciprocal pivots, remaining entries.
+    /// Entries in the order of the pivots: multipliers below the diagonal, reciprocal pivots on it,
+    /// and the upper factor above it.
     matrix: Vec<Vec<T>>,
     /// Product of the pivots.
     pub(crate) determinant: T,
 }
 
-/// Pivots along the diagonal.
+/// Order in which the pivots are the diagonal entries.
 pub(crate) fn diagonal(size: usize) -> Vec<(usize, usize)> {
     (0..size).map(|k| (k, k)).collect()
 }
 
-/// Chooses the largest pivots of a matrix whose rows and columns, of different units, are first
-/// scaled by their largest entries. Returns `None` for a singular matrix.
+/// Chooses the order of the largest pivots. Rows and columns are first scaled by their largest
+/// entries, because their units differ. Returns `None` for a singular matrix.
 pub(crate) fn largest_pivots(mut matrix: Vec<Vec<f64>>) -> Option<Vec<(usize, usize)>> {
     let size = matrix.len();
     for row in &mut matrix {

@@ -54,8 +54,9 @@ fn dependent(ops: &[Op], late: impl Fn(usize) -> bool) -> Vec<bool> {
     depends
 }
 
-/// Interfaces, of `count`, whose friction changes a normal load. `influence` is the matrix, row by
-/// row, of the change of each interface's normal load with the friction of each other.
+/// Indices of the interfaces, from 0 to `count` - 1, whose friction changes a normal load.
+/// `influence` lists, row by row, the derivative of each interface's normal load with respect to
+/// the friction force of each interface.
 pub(crate) fn coupled(graph: &Graph, influence: &[Node], count: usize) -> Vec<usize> {
     let changes_a_load = |column: &usize| {
         let mut of_column = influence.iter().skip(*column).step_by(count.max(1));
@@ -64,8 +65,8 @@ pub(crate) fn coupled(graph: &Graph, influence: &[Node], count: usize) -> Vec<us
     (0..count).filter(changes_a_load).collect()
 }
 
-/// Adds a node to `merged` that is positive if the assumptions of the merge hold on which `stage` of the graph `of`
-/// depends.
+/// Adds a node to `merged` that is positive if the merge is valid for `stage`: the guards on which
+/// `stage` of the graph `of` depends are satisfied.
 pub(crate) fn holds(of: &Graph, stage: &[Node], guards: &[Guard], merged: &mut Graph) -> Node {
     let needed = needed(of.ops(), stage);
     let mut holds = merged.number(1.0);

@@ -6,14 +6,14 @@ use crate::recording::Counts;
 use crate::samples::Sample;
 
 impl Counts {
-    /// Number of these inputs.
+    /// Number of inputs of such a program.
     pub(crate) fn inputs(&self) -> usize {
         self.coordinates + 2 * self.dofs + 3 * self.targets + 6 * self.loads
     }
 }
 
 impl Sample {
-    /// All numbers of the sample, in the order of the inputs.
+    /// Inputs of such a program in the sample, in their order.
     pub(crate) fn of_tree(&self) -> Vec<f64> {
         let Self { state, targets, loads } = self;
         let mut all = [&state.coordinates[..], &state.rates, &state.accelerations].concat();

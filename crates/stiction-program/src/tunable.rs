@@ -24,7 +24,7 @@ pub enum Tunable {
 }
 
 impl Tunable {
-    /// Number of values.
+    /// Number of values of the parameter.
     pub fn width(self) -> usize {
         match self {
             Self::Mu(_) | Self::Viscous(_) | Self::Mass(_) => 1,
@@ -50,7 +50,7 @@ impl Tunable {
         heavy.map(|(body, _)| Self::Mass(BodyId(body))).collect()
     }
 
-    /// Returns the load with a wrench of zero, for a load.
+    /// Zero load on the body for [`Tunable::Wrench`]; `None` for any other parameter.
     pub(crate) fn load(self) -> Option<AppliedLoad<f64>> {
         let Self::Wrench(body) = self else { return None };
         let (point, force, moment) = (Vec3::zero(), Vec3::zero(), Vec3::zero());
@@ -99,7 +99,8 @@ impl Tunable {
         }
     }
 
-    /// Replaces the numbers of the mechanism; loads are none of them.
+    /// Replaces the parameter's numbers in `parameters`; does nothing for loads, which are not part
+    /// of the mechanism.
     pub(crate) fn apply<T: Scalar>(self, parameters: &mut Parameters<T>, values: &[T]) {
         match (self, values) {
             (Self::Mu(k), [mu]) => parameters.interfaces[k].law.mu = *mu,

@@ -15,7 +15,7 @@ struct Value {
 
 const EPSILON: f64 = f64::EPSILON / 2.0;
 
-/// Multiple of the sum of two error bounds beyond which values count as different.
+/// Factor of the sum of two error bounds beyond which values count as different.
 const APART: f64 = 64.0;
 
 /// Relative difference above which values differ independently of their bounds: bounds grow with
@@ -262,8 +262,8 @@ mod tests {
     use stiction_core::random::Random;
     use stiction_core::scalar::Scalar;
 
-    /// In a long recurrence, error bounds grow beyond all values although errors do not; different
-    /// values stay different.
+    /// Checks that different values are not merged in a long recurrence, in which error bounds grow
+    /// beyond the values although errors do not.
     #[test]
     fn wide_bounds_do_not_merge_different_values() {
         const LONG: usize = 100;

@@ -1,4 +1,4 @@
-//! Wrenches in other frames, and their components.
+//! Wrenches in different frames, and their six components.
 
 use stiction_core::dynamics::Inverse;
 use stiction_core::kinematics::Bodies;
@@ -11,14 +11,14 @@ pub(crate) fn components<T: Copy>(wrench: Wrench<T>) -> [T; 6] {
     [f.x, f.y, f.z, m.x, m.y, m.z]
 }
 
-/// The wrench with these components.
+/// Wrench with these six components.
 pub(crate) fn from_components<T: Copy>(numbers: &[T]) -> Wrench<T> {
     let part =
         |first: usize| Vec3 { x: numbers[first], y: numbers[first + 1], z: numbers[first + 2] };
     Wrench { force: part(0), moment: part(3) }
 }
 
-/// Expresses a wrench in another frame.
+/// Expresses a wrench in the frame whose pose is `frame`.
 pub(crate) fn local<T: Scalar>(frame: &Pose<T>, wrench: Wrench<T>) -> Wrench<T> {
     Wrench {
         force: frame.rotation.transpose_mul(wrench.force),

@@ -23,7 +23,7 @@ pub enum Severity {
 /// A message about one place in a text.
 #[derive(Clone, Debug)]
 pub struct Diagnostic {
-    /// Severity.
+    /// Severity: error or warning.
     pub severity: Severity,
     /// Kind of problem: a short identifier for programs and searches, such as `unknown-key`.
     pub code: &'static str,
@@ -31,7 +31,7 @@ pub struct Diagnostic {
     pub message: String,
     /// Place in the text; `None` if the message concerns the whole text.
     pub place: Option<Place>,
-    /// Label of the underlined text.
+    /// Short remark printed below the underlined text.
     pub label: String,
     /// Related places, each with its label.
     pub related: Vec<(Place, String)>,
@@ -160,7 +160,7 @@ impl Diagnostics {
         }
     }
 
-    /// The messages.
+    /// Iterates over the messages that are kept, in the order in which they were added or sorted.
     pub fn iter(&self) -> std::slice::Iter<'_, Diagnostic> {
         self.list.iter()
     }

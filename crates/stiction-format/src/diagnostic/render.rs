@@ -55,7 +55,7 @@ struct Annotated<'a> {
     kind: AnnotationKind,
 }
 
-/// First and last line of a place, and the range of the first line to underline. Only the first line is underlined.
+/// First and last line of a place, and the byte range to underline in the first of them.
 struct Line {
     start: usize,
     end: usize,

@@ -15,7 +15,7 @@ pub(crate) fn quoted(name: &str) -> String {
     format!("`{shown}`")
 }
 
-/// The candidates most similar to `name`, nearest first.
+/// Names among `candidates` that are most similar to `name`, nearest first.
 fn similar<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
     if name.chars().count() > LONGEST_NAME {
         return Vec::new();

@@ -1,4 +1,4 @@
-//! Changes of single values of a document, as in `platform.mass = 2 kg`.
+//! Changes of single values of a document, written as `platform.mass = 2 kg`.
 
 use super::{Document, Key, Node, Table, Text, Value, convert};
 use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean, quoted};
@@ -22,7 +22,7 @@ const NAMED: &[&str] = &[
 /// Tables of named parts of legs that a path may leave out.
 const NAMED_IN_LEGS: &[&str] = &["bodies", "joints", "springs"];
 
-/// Applies the changes of the source ([`Source::with_changes`]) to its document, in order.
+/// Applies the changes of [`Source::with_changes`] to the document of this source, in order.
 pub(crate) fn apply(source: &Arc<Source>, document: &mut Document, out: &mut Diagnostics) {
     let Some(changes) = source.changes() else { return };
     let mut begin = source.begin_of_changes();
@@ -66,7 +66,7 @@ fn change(source: &Arc<Source>, root: &mut Table, line: &str, begin: usize) -> O
     Some(error.maybe_help(did_you_mean(&name, "known here", known)))
 }
 
-/// Components of a key path, separated by points; a quoted component may contain points.
+/// Splits a key path at its dots; a quoted component may contain dots.
 fn segments(path: &str) -> Vec<String> {
     let mut parts = vec![String::new()];
     let mut quote = None;
@@ -85,7 +85,7 @@ fn segments(path: &str) -> Vec<String> {
     parts.iter().map(|part| part.trim().to_owned()).collect()
 }
 
-/// Reads a TOML value, or else a string without quotes.
+/// Parses the value of a change as TOML, and text that is no valid TOML as a string without quotes.
 fn read_value(written: &str, begin: usize) -> Value {
     const KEY: &str = "v=";
     let text = format!("{KEY}{written}");
@@ -103,7 +103,7 @@ fn read_value(written: &str, begin: usize) -> Value {
     Value { span, node: Node::Text(Text { content, start: Some(start) }) }
 }
 
-/// Shifts all places in a value.
+/// Shifts the byte ranges of a value and of all values in it by `offset`.
 fn move_by(value: &mut Value, offset: usize) {
     let moved = |span: &mut Span| {
         *span = span.start.wrapping_add(offset)..span.end.wrapping_add(offset);
@@ -125,19 +125,20 @@ fn move_by(value: &mut Value, offset: usize) {
 
 enum Outcome {
     Set,
-    /// There is no such name; lists the names that are known at this place.
+    /// No key has this name; `known` lists the names that exist at this point of the path.
     Unknown {
         name: String,
         known: Vec<String>,
     },
-    /// The path leads to a value that has no keys; lists other names at the place of its name.
+    /// The path continues below a value that is no table; `others` lists names that the path may
+    /// have meant.
     NotATable {
         name: String,
         others: Vec<String>,
     },
 }
 
-/// A value and the path at which it is to be placed.
+/// The new value, and the path of the key that receives it.
 #[derive(Clone, Copy)]
 struct Target<'a> {
     path: &'a [String],
@@ -178,8 +179,8 @@ impl Target<'_> {
         Outcome::Unknown { name: first.to_owned(), known }
     }
 
-    /// Sets the value in a table; `open` allows a key that the table does not have yet, which the
-    /// reader checks. `parent` is the key of the table, or the first key to look for in the root.
+    /// Sets the value in a table. `open` permits a new key, which the reader checks later. `parent`
+    /// is the key of the table; for the root it is the first key of the path.
     fn in_table(&self, table: &mut Table, open: bool, parent: &str) -> Outcome {
         let names = |table: &Table| table.entries.iter().map(|(key, _)| key.name.clone()).collect();
         // Names may contain points: tries the longest existing one first.

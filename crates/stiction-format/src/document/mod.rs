@@ -18,7 +18,7 @@ const MOST_BYTES: usize = 2 << 20;
 /// Maximum nesting depth; valid model files have five levels.
 const MOST_LEVELS: usize = 32;
 
-/// A text, parsed as far as possible.
+/// Parsed text; parts with syntax errors are missing.
 #[derive(Clone, Debug)]
 pub(crate) struct Document {
     pub(crate) root: Table,
@@ -27,8 +27,8 @@ pub(crate) struct Document {
     pub(crate) broken: Vec<Span>,
 }
 
-/// Parses a document and applies the changes of its source; returns `None` if the rest cannot be interpreted.
-/// Errors go to `out`.
+/// Parses a document and applies the changes of its source; returns `None` if the text is too large
+/// or no text file. Errors go to `out`.
 pub(crate) fn parse(source: &Arc<Source>, out: &mut Diagnostics) -> Option<Document> {
     let mut document = parse_unchanged(source, out)?;
     apply(source, &mut document, out);

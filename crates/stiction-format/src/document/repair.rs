@@ -10,7 +10,7 @@ const MAX_REPAIRS: usize = 8;
 /// A text of unchanged length in which all brackets are closed.
 pub(super) struct Repaired<'a> {
     pub(super) text: Cow<'a, str>,
-    /// Removed ranges: from an unclosed bracket to the end of its value.
+    /// Ranges removed from the text: from an unclosed bracket to the estimated end of its value.
     pub(super) unclosed: Vec<Span>,
 }
 
@@ -37,7 +37,7 @@ pub(super) fn close_brackets(source: &Source) -> Repaired<'_> {
     repaired
 }
 
-/// Byte offset of the first value whose end, according to the parser, is one of `ends`.
+/// Byte offset of the first array or table whose end in the parser's tree is one of `ends`.
 fn opened(root: &DeTable<'_>, ends: &[usize]) -> Option<usize> {
     let mut first = None;
     let mut pending: Vec<&toml::Spanned<DeValue<'_>>> = root.values().collect();

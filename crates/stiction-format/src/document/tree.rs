@@ -1,4 +1,5 @@
-//! Document tree: nested tables in the order of the file, each part with its place.
+//! Document tree: nested tables in the order of the file; each key and value has its byte range in
+//! the text.
 
 use crate::source::Span;
 
@@ -16,7 +17,7 @@ pub(crate) struct Value {
     pub(crate) node: Node,
 }
 
-/// The kinds of values.
+/// Content of a value, by kind.
 #[derive(Clone, Debug)]
 pub(crate) enum Node {
     Text(Text),
@@ -29,7 +30,7 @@ pub(crate) enum Node {
     Other,
 }
 
-/// A string.
+/// A string, with its position in the source.
 #[derive(Clone, Debug)]
 pub(crate) struct Text {
     pub(crate) content: String,
@@ -37,7 +38,7 @@ pub(crate) struct Text {
     pub(crate) start: Option<usize>,
 }
 
-/// A table.
+/// A table: its keys and values in the order of the file.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Table {
     /// Place of the table's header, braces or key.
@@ -96,7 +97,8 @@ impl Value {
 }
 
 impl Text {
-    /// Place of a range of the content, or of the whole value if the content contains escapes.
+    /// Byte range in the source of the range `part` of the content; the whole value's range if the
+    /// content contains escapes.
     pub(crate) fn place_of(&self, value: &Span, part: &Span) -> Span {
         match self.start {
             Some(start) => start + part.start..start + part.end,

@@ -88,7 +88,7 @@ pub(crate) fn of_one_kind(
     read(Dimension::TIME).or_else(|fault| read(Dimension::NONE).map_err(|_| fault))
 }
 
-/// A partial result on the stack.
+/// Result of a subexpression on the stack.
 struct Part {
     dimension: Dimension,
     span: Span,

@@ -2,12 +2,12 @@
 
 use std::fmt::Write;
 
-/// The exponent one. Exponents are stored in twelfths, so that square, cube and fourth roots are
-/// exact.
+/// Stored form of the exponent one: exponents are counted in twelfths, so that square, cube and
+/// fourth roots are exact.
 const ONE: i16 = 12;
 
-/// Dimension of a quantity. Angles are plain numbers; the angle unit only distinguishes `30 deg`
-/// from a bare number in place of a length.
+/// Dimension of a quantity. Angles are dimensionless; the power of the angle unit is stored only to
+/// distinguish an angle from a plain number, such as `30 deg` in place of a length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub(crate) struct Dimension {
     metre: i16,
@@ -35,7 +35,7 @@ impl Dimension {
         Self { ampere: power * ONE, ..self }
     }
 
-    /// Adds an integer power of the angle unit.
+    /// Multiplies by an integer power of the angle unit.
     pub(crate) const fn with_angle(self, power: i16) -> Self {
         Self { radian: power * ONE, ..self }
     }
@@ -50,7 +50,7 @@ impl Dimension {
         self.is_none() && self.radian != 0
     }
 
-    /// Tests for an angle unit.
+    /// Tests for any power of the angle unit other than 0.
     pub(crate) fn has_angle(self) -> bool {
         self.radian != 0
     }

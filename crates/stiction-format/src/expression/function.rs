@@ -2,7 +2,7 @@
 
 use super::jet::Jet;
 
-/// A function.
+/// Function that expressions can call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Function {
     Sin,
@@ -22,7 +22,8 @@ pub(crate) enum Function {
     Min,
     Max,
     Smooth,
-    /// Sign; allowed only in formulas of measured coordinates, because simulations locate its jump.
+    /// Sign; allowed only in formulas of measured coordinates, since simulations locate the jumps
+    /// of these formulas alone.
     Sign,
 }
 

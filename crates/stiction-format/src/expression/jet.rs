@@ -228,7 +228,7 @@ mod tests {
 
     type Operation = (&'static str, fn(Jet) -> Jet);
 
-    /// Evaluates each function at arguments well inside its domain.
+    /// Functions, each with test arguments well inside its domain.
     const OPERATIONS: &[Operation] = &[
         ("sin", Jet::sin),
         ("cos", Jet::cos),

@@ -18,36 +18,36 @@ pub(crate) enum Measure {
     Stiffness,
     Damping,
     Pitch,
-    /// Displacement per force.
+    /// Displacement per force, m/N.
     Compliance,
-    /// Force times time: force per angular rate, or moment per speed.
+    /// Force times time, N s: force per angular rate, or moment per speed.
     Impulse,
-    /// Angle per moment.
+    /// Angle per moment, rad/(N m).
     AngularCompliance,
     Speed,
-    /// Bristle stiffness per newton of normal load.
+    /// Bristle stiffness per newton of normal load, 1/m.
     PerLength,
-    /// Bristle damping per newton of normal load.
+    /// Bristle damping per newton of normal load, s/m.
     PerSpeed,
-    /// Moment per angle.
+    /// Moment per angle, N m/rad.
     AngularStiffness,
-    /// Moment per angular rate.
+    /// Moment per angular rate, N m s/rad.
     AngularDamping,
-    /// Force per displacement and time.
+    /// Force per displacement and time, N/(m s).
     IntegralGain,
-    /// Moment per angle and time.
+    /// Moment per angle and time, N m/(rad s).
     AngularIntegralGain,
-    /// Travel per revolution of a screw or pulley.
+    /// Travel per revolution of a screw or pulley, m.
     Lead,
     TorquePerCurrent,
-    /// Cycles per time.
+    /// Cycles per time, Hz.
     Frequency,
     Jerk,
     AngularSpeed,
     AngularAcceleration,
     AngularJerk,
     Number,
-    /// Any quantity, for parameters.
+    /// Quantity of any dimension; parameters have this measure.
     Any,
 }
 
@@ -147,7 +147,8 @@ impl Measure {
         }
     }
 
-    /// Remedy for a commonly confused quantity.
+    /// Advice if the value is a quantity often given by mistake, such as a stiffness instead of a
+    /// compliance.
     fn advice(self, found: Dimension) -> Option<String> {
         // Data sheets state friction moments per angular rate.
         let turning = self == Self::Viscous && found.same(Dimension::of(2, 1, -1));

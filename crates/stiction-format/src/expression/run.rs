@@ -7,13 +7,14 @@ use super::jet::Jet;
 use super::parse::Op;
 use crate::source::Span;
 
-/// Checked instructions that give a number at each time.
+/// Expression whose dimensions are checked, as instructions that yield a number in SI units at any
+/// time.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Formula {
     pub(super) steps: Vec<(Op, Span)>,
 }
 
-/// Result of an operation; NaN if arguments are missing.
+/// Result of one operation; NaN if arguments are missing.
 pub(super) fn apply(op: Op, arguments: &[Jet]) -> Jet {
     let argument = |k: usize| arguments.get(k).copied().unwrap_or(Jet::constant(f64::NAN));
     let (a, b) = (argument(0), argument(1));

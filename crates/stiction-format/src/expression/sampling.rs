@@ -15,7 +15,7 @@ const EXP_NEGLIGIBLE: f64 = -50.0;
 const SIGMOID_LIMIT: f64 = 20.0;
 /// Number of samples across a ramp.
 const RAMP_SAMPLES: f64 = 4.0;
-/// Features closer than this fraction of the time, or of a second, count as past.
+/// Features nearer to the time t than this fraction of max(t, 1 s) count as past.
 const TIME_RESOLUTION: f64 = 1e-13;
 
 impl Formula {
@@ -95,8 +95,9 @@ fn until_changed_by(x: Jet, change: f64) -> f64 {
     (change / x.first.abs()).min((2.0 * change / x.second.abs()).sqrt())
 }
 
-/// Time until `size` changes by one, if it exceeds the relevant threshold by `above`; otherwise the
-/// time until it becomes relevant.
+/// Time until `size`, an argument of a steep function, changes by one, s. A negative `above` is the
+/// amount by which `size` is below the threshold of relevance; the time until it reaches the
+/// threshold then counts if longer.
 fn until_steep(size: Jet, above: f64) -> f64 {
     if above >= 0.0 {
         return until_changed_by(size, 1.0);
@@ -113,8 +114,8 @@ fn until_steep(size: Jet, above: f64) -> f64 {
 mod tests {
     use crate::expression::tests::formula;
 
-    /// Steps from one sampling limit to the next; returns the greatest value sampled up to `end`, and the number of
-    /// samples.
+    /// Samples at successive sampling limits; returns the greatest absolute value sampled up to
+    /// `end`, and the number of samples.
     fn most(text: &str, end: f64) -> (f64, usize) {
         let formula = formula(text);
         let (mut t, mut most, mut samples) = (0.0, 0.0_f64, 0);

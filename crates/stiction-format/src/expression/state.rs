@@ -1,8 +1,8 @@
 //! Values of formulas of measured coordinates, with their kinks and jumps.
 //!
-//! `abs`, `min`, `max` and `sign` of measured quantities are not smooth. A simulation locates the instants at which
-//! they change their branch. Each of them has a switching function; its sign (side) selects the branch, on which the
-//! formula stays until the next switch.
+//! `abs`, `min`, `max` and `sign` of measured quantities are not smooth. A simulation locates the
+//! instants at which they change their branch. Each of these functions has a switching function,
+//! whose sign (side) selects the branch; the branch stays the same until the next located instant.
 
 use super::function::Function;
 use super::jet::Jet;

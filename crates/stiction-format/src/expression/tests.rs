@@ -159,7 +159,7 @@ fn quantities_match_measures() {
     assert!(fits("3 J", Measure::Moment) && fits("l1*10 deg", Measure::Length));
 }
 
-/// Random expressions of smooth functions.
+/// Strategy for random expressions of smooth functions.
 fn expression() -> impl Strategy<Value = String> {
     let leaf = prop_oneof![
         Just("t".to_owned()),
@@ -179,7 +179,8 @@ fn expression() -> impl Strategy<Value = String> {
 }
 
 proptest! {
-    /// Derivatives against central differences of the values, with Richardson's extrapolation.
+    /// Compares derivatives with central differences of the values, improved by Richardson's
+    /// extrapolation.
     #[test]
     fn derivatives_of_expressions(text in expression(), t in 0.0..1.0f64) {
         let formula = match in_time(&text, &scope(), Measure::Number) {

@@ -13,9 +13,9 @@ use crate::expression::Measure;
 /// A key of a table.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Field {
-    /// The key.
+    /// Name of the key in the file.
     pub(crate) key: &'static str,
-    /// Form of the key's value.
+    /// Form of the value.
     pub(crate) shape: Shape,
     /// True if the key is required. Conditional requirements ("required with mass") are checked by
     /// the reader.
@@ -55,7 +55,7 @@ pub(crate) enum Shape {
     Inertia,
     /// `true`, `false`, or the names of degrees of freedom.
     Actuated,
-    /// Coordinates of a joint at the start.
+    /// Initial coordinates of a joint, as a guess for the assembly.
     Start,
     /// Range of a joint: a pair of quantities, or pairs by degree of freedom.
     Range,
@@ -69,13 +69,14 @@ pub(crate) enum Shape {
     Named(&'static [Field]),
     /// Quantities by name.
     Parameters,
-    /// Coefficients by the names of joints.
+    /// Coefficients by joint name.
     Coefficients,
     /// Motions by name: tables with these keys and coordinates.
     Motions(&'static [Field]),
     /// A list of tables with these keys and coordinates.
     Waypoints(&'static [Field]),
-    /// Limits of motion by the names of coordinates and bodies, which nest.
+    /// Limits of motion by the names of coordinates and bodies; a dot in a name leads to a nested
+    /// table.
     Limits,
     /// Loads by name: tables with these keys and bodies.
     Loads(&'static [Field]),

@@ -95,8 +95,8 @@ fn inertia() -> Value {
     })
 }
 
-/// Schema of loads by body. Names of bodies may contain dots, which lead to nested tables; any other key may
-/// therefore be the beginning of a name.
+/// Schema of the load on a body. A dot in a body's name leads to a nested table, so that any other
+/// key may be the beginning of a name.
 fn load() -> Value {
     let mut schema = table(BODY_LOAD);
     if let Some(schema) = schema.as_object_mut() {
@@ -219,12 +219,12 @@ fn shape(shape: &Shape) -> Value {
     }
 }
 
-/// Schema of a table of named tables with these keys, which may also contain arbitrary names.
+/// Schema of named tables, each with these keys and with other keys of the schema `others`.
 fn named_open(fields: &[Field], others: &str) -> Value {
     json!({ "type": "object", "additionalProperties": open(fields, others) })
 }
 
-/// Schema of a table with these keys and arbitrary names.
+/// Schema of a table with these keys; any other key has the schema named `others`.
 fn open(fields: &[Field], others: &str) -> Value {
     let mut each = table(fields);
     if let Some(each) = each.as_object_mut() {

@@ -46,10 +46,10 @@ impl Note {
     }
 }
 
-/// State of an import.
+/// State of an import: access to files, messages and remarks.
 pub(super) struct Context<'a> {
     pub(super) files: &'a FileLoader<'a>,
-    /// True to import each joint as it is in the file.
+    /// True to import each joint as it is in the file, without merging joints.
     pub(super) literal: bool,
     pub(super) out: RefCell<Diagnostics>,
     notes: RefCell<Vec<Note>>,
@@ -72,7 +72,7 @@ impl<'a> Context<'a> {
         self.out.borrow_mut().push(diagnostic);
     }
 
-    /// Adds the messages about a further file.
+    /// Adds the messages about another file, such as an included one.
     pub(super) fn append(&self, diagnostics: Diagnostics) {
         self.out.borrow_mut().append(diagnostics);
     }
@@ -119,7 +119,7 @@ impl<'a> Context<'a> {
         ["stl", "obj", "glb", "gltf"].contains(&ending.as_str()) && (self.files)(file).is_ok()
     }
 
-    /// Reads the text of a further file as a source.
+    /// Reads another file that must be text, and returns it with its name.
     pub(super) fn text(&self, name: &str) -> Result<Arc<Source>, String> {
         let bytes = (self.files)(name)?;
         let text = String::from_utf8(bytes).map_err(|_| "it is no UTF-8 text".to_owned())?;

@@ -9,7 +9,7 @@ use toml::Table;
 /// Index of the ground among the bodies.
 pub(super) const GROUND: usize = 0;
 
-/// A robot.
+/// Robot: its bodies, joints, springs, gearings and motors.
 #[derive(Clone, Debug)]
 pub(super) struct Description {
     /// Name of the format, for comments.
@@ -37,7 +37,7 @@ pub(super) struct Description {
     pub(super) position: &'static str,
 }
 
-/// A body.
+/// Body with its mass properties and meshes.
 #[derive(Clone, Debug)]
 pub(super) struct Body {
     pub(super) name: String,
@@ -56,7 +56,7 @@ pub(super) struct Body {
 #[derive(Clone, Debug)]
 pub(super) struct VisualMesh {
     pub(super) file: String,
-    /// Factors of its coordinates.
+    /// Factors of the three coordinates of the mesh.
     pub(super) scale: [f64; 3],
     /// Pose of the scaled mesh in the frame of the body.
     pub(super) pose: Pose<f64>,
@@ -94,13 +94,14 @@ pub(super) struct Joint {
     pub(super) frame_k: Pose<f64>,
     /// Pitch of a screw joint, m/rad.
     pub(super) pitch: f64,
-    /// Properties of each scalar coordinate; empty for joints without them.
+    /// Properties of each scalar coordinate, in the joint's order; empty for joints without scalar
+    /// coordinates (spherical, free, fixed).
     pub(super) dofs: Vec<Coordinate>,
     /// Damping of all rotations of a spherical joint, N m s/rad.
     pub(super) damping: f64,
-    /// Relative pose of the frames at the file's position, for joints without scalar coordinates.
+    /// Pose of frame K in frame J at the file's position, for joints without scalar coordinates.
     pub(super) start: Option<Pose<f64>>,
-    /// True for a joint that closes a loop of a tree of bodies.
+    /// True for a joint that closes a loop: it is not part of the tree of bodies.
     pub(super) closes: bool,
     /// Friction table in the form of the model file, from an extension element.
     pub(super) friction: Option<Table>,
@@ -170,7 +171,8 @@ pub(super) struct Coordinate {
     pub(super) friction: f64,
     /// Inertia added at the coordinate, kg or kg m^2.
     pub(super) armature: f64,
-    /// Stiffness of a spring at the coordinate, and coordinate at which it is relaxed.
+    /// Spring at the coordinate: its stiffness, N/m or N m/rad, and the coordinate at which it is
+    /// relaxed.
     pub(super) spring: Option<[f64; 2]>,
     pub(super) actuated: bool,
 }
@@ -215,13 +217,14 @@ pub(super) struct Motor {
 #[derive(Clone, Debug)]
 pub(super) struct JointMotor {
     pub(super) name: String,
-    /// Joints of one degree of freedom, with their coefficients in the output coordinate.
+    /// Joints with one degree of freedom, each with its coefficient in the output coordinate of the
+    /// motor.
     pub(super) terms: Vec<(usize, f64)>,
     /// Ratio of the effort at the output to the motor torque; not 0.
     pub(super) gear: f64,
     /// Greatest effort at the output, N or N m.
     pub(super) effort: Option<f64>,
-    /// Inertia, constant friction and damping at the output coordinate.
+    /// Inertia, constant friction and damping at the output coordinate, SI units.
     pub(super) armature: f64,
     pub(super) friction: f64,
     pub(super) damping: f64,
@@ -249,8 +252,8 @@ impl Description {
         }
     }
 
-    /// Moves joints that follow others to the coordinates that their gearings prescribe: of each
-    /// gearing the first joint follows the rest, which stay where they are.
+    /// Moves joints to the coordinates that gearings prescribe: the first joint of each gearing is
+    /// moved, its other joints keep their coordinates.
     pub(super) fn place_followers(&mut self) {
         // Followers may have followers.
         for _ in 0..self.gearings.len() {

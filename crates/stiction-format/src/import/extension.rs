@@ -1,7 +1,7 @@
 //! Extension elements of this program in files of other formats, for properties that these formats cannot express.
 //!
-//! In URDF and SDF these are elements in a separate namespace, in MJCF custom texts. Each has the name of a joint or
-//! spring:
+//! In URDF and SDF these are elements in a separate namespace, in MJCF custom texts. Each names the
+//! joint or other part to which it belongs:
 //!
 //! | kind | content |
 //! | --- | --- |
@@ -35,7 +35,7 @@ pub(super) struct Entry {
     place: Place,
 }
 
-/// Elements of this program among the children of an element.
+/// Extension elements of this program among the children of `parent`.
 pub(super) fn entries(parent: &Element) -> Vec<Entry> {
     let own = parent.children.iter().filter(|child| child.namespace == NAMESPACE);
     let entry = |child: &Element| Entry {
@@ -64,7 +64,7 @@ pub(super) fn custom_texts(root: &Element) -> Vec<Entry> {
     texts.filter_map(entry).collect()
 }
 
-/// Applies the elements whose joints exist and returns the others.
+/// Applies the elements that belong to existing joints and returns all others.
 pub(super) fn apply(
     context: &Context<'_>,
     robot: &mut Description,
@@ -143,7 +143,7 @@ pub(super) fn supersede(robot: &mut Description) {
     }
 }
 
-/// Reports elements whose joint does not exist.
+/// Reports extension elements that belong to no existing joint.
 pub(super) fn note_left(context: &Context<'_>, entries: Vec<Entry>) {
     for entry in entries {
         let message = format!("there is no joint {} for <{}>", quoted(&entry.name), entry.kind);
@@ -184,7 +184,8 @@ fn joint(context: &Context<'_>, robot: &mut Description, index: usize, entry: &E
     }
 }
 
-/// Tests if there are as many numbers as a joint of this type has coordinates, and no zero quaternion.
+/// Tests if the count of numbers is the joint's count of coordinates, and a quaternion among them
+/// has length 1.
 fn is_position(kind: JointType, numbers: &[f64]) -> bool {
     let unit = |q: &[f64]| (q.iter().map(|x| x * x).sum::<f64>() - 1.0).abs() < 1e-6;
     numbers.len() == kind.coordinates()
@@ -195,7 +196,8 @@ fn is_position(kind: JointType, numbers: &[f64]) -> bool {
         }
 }
 
-/// Shifts the zero of the coordinates: where the frames coincide now, the joint has these coordinates.
+/// Moves the frames of the joint so that its present relative pose, `across`, corresponds to the
+/// coordinates `numbers`.
 fn shift(joint: &mut Joint, numbers: &[f64], across: Pose<f64>) {
     match joint.kind {
         JointType::Universal => {
@@ -228,7 +230,7 @@ fn turn_round(joint: &mut Joint) {
     joint.dofs.reverse();
 }
 
-/// The content of a table as TOML.
+/// Parses the text of an element as a TOML table; reports errors.
 fn table(context: &Context<'_>, entry: &Entry) -> Option<Table> {
     match entry.text.parse::<Table>() {
         Ok(table) => Some(table),

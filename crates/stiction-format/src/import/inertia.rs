@@ -2,7 +2,7 @@
 
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// Mass, centre of mass, and inertia about the centre of mass, in one frame.
+/// Mass, centre of mass, and inertia about the centre of mass, all in the same frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Mass {
     pub(super) mass: f64,
@@ -16,7 +16,8 @@ pub(super) fn symmetric([xx, yy, zz, xy, xz, yz]: [f64; 6]) -> Mat3<f64> {
     Mat3::from_columns(column(xx, xy, xz), column(xy, yy, yz), column(xz, yz, zz))
 }
 
-/// Tensor in the axes of a frame in which the tensor's own axes are the columns of `rotation`.
+/// Tensor in the axes of another frame; the columns of `rotation` are the present axes in that
+/// frame.
 pub(super) fn turned(tensor: Mat3<f64>, rotation: Mat3<f64>) -> Mat3<f64> {
     if rotation == Mat3::identity() {
         return tensor;
@@ -26,8 +27,8 @@ pub(super) fn turned(tensor: Mat3<f64>, rotation: Mat3<f64>) -> Mat3<f64> {
     (turned + turned.transpose()) * 0.5
 }
 
-/// Inertia about another point at the distance `arm` from the centre of mass, minus the inertia about the centre of
-/// mass.
+/// Difference between the inertia about a point at the distance `arm` from the centre of mass and
+/// that about the centre of mass (Steiner's term).
 fn steiner(mass: f64, arm: Vec3<f64>) -> Mat3<f64> {
     let square = arm.norm_squared();
     let column = |k: usize| (Vec3::unit(k) * square + arm * -arm.component(k)) * mass;
@@ -35,13 +36,13 @@ fn steiner(mass: f64, arm: Vec3<f64>) -> Mat3<f64> {
 }
 
 impl Mass {
-    /// No mass.
+    /// Zero mass.
     pub(super) const fn none() -> Self {
         let zero = Vec3 { x: 0.0, y: 0.0, z: 0.0 };
         Self { mass: 0.0, com: zero, inertia: Mat3 { columns: [zero; 3] } }
     }
 
-    /// Transforms to a frame in which the present one has the given pose.
+    /// Transforms to another frame; `pose` is the pose of the present frame in it.
     pub(super) fn placed(self, pose: Pose<f64>) -> Self {
         Self {
             mass: self.mass,
@@ -50,7 +51,7 @@ impl Mass {
         }
     }
 
-    /// Combines both masses.
+    /// Mass properties of both parts together.
     pub(super) fn with(self, other: Self) -> Self {
         let mass = self.mass + other.mass;
         if mass == 0.0 {
@@ -71,7 +72,7 @@ impl Mass {
 mod tests {
     use super::*;
 
-    /// Two halves of a rod are the rod: m l²/12.
+    /// Checks that two halves of a rod give the inertia of the whole rod, m l²/12.
     #[test]
     fn halves_add_up() {
         let half = |x: f64| Mass {

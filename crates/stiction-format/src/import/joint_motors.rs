@@ -1,5 +1,6 @@
-//! Motors that drive several joints together. They are kept if they determine the efforts of their joints, and moved
-//! to one joint if gearings couple the others to it.
+//! Motors that drive several joints together. If gearings couple these joints, the motor is moved
+//! to one of them; otherwise it is kept, provided that all motors together determine the effort of
+//! each joint.
 
 use super::context::Context;
 use super::description::{Description, JointMotor, Motor};
@@ -9,7 +10,8 @@ use crate::diagnostic::quoted;
 /// Relative size below which pivots are rounding errors.
 const DEPENDENT: f64 = 1e-9;
 
-/// Processes all motors of several joints; those that a model cannot express are reported.
+/// Moves, keeps or removes every motor of several joints; reports the removed ones, which a model
+/// cannot express.
 pub(super) fn settle(context: &Context<'_>, robot: &mut Description) {
     let mut several = Vec::new();
     for motor in std::mem::take(&mut robot.joint_motors) {
@@ -39,8 +41,8 @@ pub(super) fn settle(context: &Context<'_>, robot: &mut Description) {
     }
 }
 
-/// For a motor whose joints are all coupled to its first joint by gearings of two joints: this joint, and the output
-/// coordinate of the motor per unit of the joint's coordinate.
+/// First joint of a motor, and the motor's output coordinate per unit of this joint's coordinate;
+/// `None` unless gearings of two joints couple all joints of the motor to the first.
 fn alone(robot: &Description, motor: &JointMotor) -> Option<(usize, f64)> {
     let first = motor.terms.first()?.0;
     let mut ratios: Vec<Option<f64>> = vec![None; robot.joints.len()];
@@ -106,7 +108,8 @@ fn move_to_one(
     });
 }
 
-/// Tests if the motors, together with motors of one joint on the same joints, determine the motion of each joint.
+/// Tests if the motors of several joints, together with the single-joint motors on the same joints,
+/// can give these joints independent efforts: the matrix of coefficients has full rank.
 fn determines(robot: &Description, several: &[JointMotor]) -> bool {
     let mut joints: Vec<usize> =
         several.iter().flat_map(|motor| &motor.terms).map(|term| term.0).collect();

@@ -82,7 +82,8 @@ pub fn import(
     }
 }
 
-/// Remark on shapes that a model does not have; `is_shown` if meshes of some bodies are kept.
+/// Remark that shapes are omitted, as a model has none; `is_shown` if meshes of some bodies are
+/// kept.
 fn left_out_shapes(is_shown: bool) -> &'static str {
     match is_shown {
         true => {
@@ -140,8 +141,8 @@ fn describe(context: &Context<'_>, root: &Element, stem: &str) -> Option<Descrip
     }
 }
 
-/// Writes the model file: first without a motion, to find the position in which loops close, then with a motion that
-/// holds the robot in this position.
+/// Writes the model file twice: first without a motion, to find a position in which all loops
+/// close, then with a motion that keeps the robot in this position.
 fn write(context: &Context<'_>, source: &Source, mut robot: Description) -> Option<String> {
     let entries = std::mem::take(&mut robot.extensions);
     let left = extension::apply(context, &mut robot, entries);
@@ -183,9 +184,9 @@ fn write(context: &Context<'_>, source: &Source, mut robot: Description) -> Opti
     Some(text)
 }
 
-/// Reports unrealistic masses but keeps them: exporters sometimes lose units.
+/// Reports unrealistically large masses but keeps them: exporters sometimes confuse units.
 fn check_masses(context: &Context<'_>, robot: &Description) {
-    /// Greatest mass of a body without a remark, kg.
+    /// Largest mass of a body that is not reported as unrealistic, kg.
     const HEAVY: f64 = 1e5;
     for body in robot.bodies.iter().filter(|body| body.mass > HEAVY) {
         let message = format!(

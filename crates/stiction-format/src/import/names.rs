@@ -1,11 +1,11 @@
-//! Names that a model file allows.
+//! Conversion of names to the form that a model file allows.
 
 use super::context::Context;
 use super::description::Description;
 use crate::diagnostic::quoted;
 use std::collections::HashSet;
 
-/// Names that have a meaning in motions, loads and results.
+/// Names that parts cannot have, because they have a meaning in motions, loads and results.
 const TAKEN: [&str; 10] =
     ["title", "start", "duration", "step", "file", "order", "time", "loads", "dampers", "ground"];
 /// Longest name that is kept, in characters.
@@ -29,7 +29,7 @@ fn allowed(name: &str) -> String {
     }
 }
 
-/// Names of one kind of part.
+/// Names already used by one kind of part, such as joints.
 #[derive(Default)]
 struct Names(HashSet<String>);
 

@@ -18,7 +18,8 @@ const SAME: f64 = 1e-6;
 /// Greatest number of degrees of freedom of all joints for which loops are closed here.
 const MOST: usize = 400;
 
-/// Coordinates of all joints of an open chain; `None` with loops, balls or floating bodies.
+/// Coordinates of all joints of an open chain; `None` for robots with loops, gearings, balls or
+/// floating bodies.
 fn open_chain(robot: &Description) -> Option<Vec<Held>> {
     let is_simple = |joint: &Joint| joint.kind == JointType::Fixed || !joint.dofs.is_empty();
     let is_open = robot.joints.len() + 1 == robot.bodies.len();
@@ -85,7 +86,8 @@ pub(super) fn assemble(
     Some(held.into_iter().map(|(coordinate, value)| named(mechanism, coordinate, value)).collect())
 }
 
-/// Coordinates of the motors, and of any motion that they leave free, if these fix the position of the robot.
+/// Coordinates of the motors, with further ones for motions that the motors do not determine.
+/// `None` if these do not fix the position of the robot.
 fn by_motors(model: &ModelFile, at: &InverseDynamics) -> Option<Fixed> {
     let mechanism = &model.mechanism;
     let motors: Fixed = mechanism
@@ -119,7 +121,7 @@ fn by_motors(model: &ModelFile, at: &InverseDynamics) -> Option<Fixed> {
     solver(model, &all).is_some_and(|again| same(&again)).then_some(all)
 }
 
-/// Difference of two coordinates; half turns in opposite directions count as equal.
+/// Difference of two coordinates; 0 for angles that differ by a full turn.
 fn difference(a: f64, b: f64) -> f64 {
     let difference = a - b;
     if (difference.abs() - std::f64::consts::TAU).abs() < SAME { 0.0 } else { difference }

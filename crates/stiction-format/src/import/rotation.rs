@@ -64,7 +64,7 @@ pub(super) fn pose([x, y, z]: [f64; 3], angles: [f64; 3]) -> Pose<f64> {
     Pose { position: Vec3::new(x, y, z), rotation: roll_pitch_yaw(angles) }
 }
 
-/// The smallest rotation that takes z to `axis`; exact for the axes of the frame.
+/// Smallest rotation that maps the z axis to `axis`; exact for the axes of the frame.
 pub(super) fn z_to(axis: Vec3<f64>) -> Mat3<f64> {
     let x = Vec3::unit(0);
     let y = Vec3::unit(1);
@@ -83,7 +83,8 @@ pub(super) fn z_to(axis: Vec3<f64>) -> Mat3<f64> {
     }
 }
 
-/// Rotation with z along `axis` and x along the component of `x` perpendicular to `axis`.
+/// Rotation whose z axis is `axis` and whose x axis is the component of `x` perpendicular to
+/// `axis`.
 pub(super) fn z_and_x(axis: Vec3<f64>, x: Vec3<f64>) -> Option<Mat3<f64>> {
     let z = axis.direction()?;
     let x = (x + z * -z.dot(x)).direction()?;

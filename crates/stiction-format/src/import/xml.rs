@@ -7,12 +7,12 @@ use std::sync::Arc;
 
 /// Greatest nesting depth of a robot file.
 const DEEPEST: usize = 1000;
-/// Greatest magnitude of a number, as in the model file.
+/// Greatest accepted magnitude of a number, as in the model file.
 const LARGEST: f64 = 1e30;
-/// Greatest number of elements and texts in a file; it limits the memory.
+/// Greatest number of elements and texts in a file; this bounds the memory used.
 const MOST_NODES: u32 = 4_000_000;
 
-/// Message about a program that writes URDF, and its cure.
+/// Message for a xacro file, a template from which URDF is generated.
 pub(super) const XACRO: &str = "this is a xacro file, which describes how to write a URDF";
 pub(super) const EXPAND_XACRO: &str = "expand it first: `xacro robot.urdf.xacro > robot.urdf`";
 
@@ -122,7 +122,7 @@ fn offset(text: &str, position: roxmltree::TextPos) -> usize {
     start + column.map_or(rest.len(), |(at, _)| at)
 }
 
-/// Copies the elements; without recursion, because files may be nested deeply.
+/// Copies the elements; not recursively, because files may be nested deeply.
 fn build(root: roxmltree::Node<'_, '_>, source: &Arc<Source>) -> Result<Element, Diagnostics> {
     let mut open: Vec<(roxmltree::Node<'_, '_>, Element)> = vec![(root, element(root, source))];
     let mut next = root.first_element_child();

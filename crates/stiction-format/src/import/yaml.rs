@@ -10,7 +10,7 @@ const LONGEST: usize = 1 << 20;
 /// Greatest number of brackets: nested ones are read by recursion.
 const DEEPEST: usize = 64;
 
-/// Text with its place.
+/// A text in the YAML file, with its place.
 #[derive(Clone, Debug)]
 pub(super) struct Word {
     pub(super) text: String,
@@ -74,7 +74,7 @@ pub(super) fn parse(source: &Arc<Source>) -> Result<Vec<(Word, Value)>, Diagnost
     Ok(entries.into_iter().filter_map(entry).collect())
 }
 
-/// Place at which lists or mappings become nested too deeply.
+/// Byte offset at which lists or mappings become nested too deeply; `None` if they do not.
 fn too_deep(text: &str) -> Option<usize> {
     let mut depth = 0_usize;
     let mut start = 0;
@@ -98,7 +98,7 @@ fn too_deep(text: &str) -> Option<usize> {
     None
 }
 
-/// Converts a number of characters to bytes.
+/// Byte offset of the character with this index.
 fn byte_of(text: &str, index: usize) -> usize {
     text.char_indices().nth(index).map_or(text.len(), |(at, _)| at)
 }

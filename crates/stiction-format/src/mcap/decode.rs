@@ -2,14 +2,15 @@
 
 use serde_json::Value;
 
-/// State of some joints.
+/// Positions and efforts of the joints in one message.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct JointState {
     /// Time in the message, ns; 0 if the message has none.
     pub(super) time: u64,
     pub(super) names: Vec<String>,
     pub(super) positions: Vec<f64>,
-    /// Efforts; empty, or one for each position. In Foxglove's schema each joint may have one or none.
+    /// Efforts by joint; the list is empty, or has an entry for each position. In Foxglove's schema
+    /// single joints may lack an effort.
     pub(super) efforts: Vec<Option<f64>>,
 }
 
@@ -161,7 +162,8 @@ fn of_json(value: &Value) -> Option<JointState> {
 mod tests {
     use super::*;
 
-    /// Bytes by the rules of CDR: 4 bytes of encapsulation, then little-endian with natural alignment.
+    /// Byte strings that follow the rules of CDR: 4 bytes of encapsulation, then little-endian
+    /// numbers with natural alignment.
     const CDR: [&[u8]; 12] = [
         &[0, 1, 0, 0],
         &[3, 0, 0, 0],                                              // seconds

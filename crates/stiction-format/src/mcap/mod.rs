@@ -17,16 +17,16 @@ const USUAL_TOPIC: &str = "/joint_states";
 /// Largest number of topics or names listed in an error.
 const LISTED: usize = 8;
 
-/// Joint states of one topic, in the order of the log.
+/// Joint states of one topic, in the order of the log; each state is a row.
 struct Recorded {
     names: Vec<String>,
     /// Times in the log and in the messages, ns; the latter are 0 if messages have none.
     times: Vec<[u64; 2]>,
-    /// Positions of all joints, row by row.
+    /// Positions of all joints, row by row, m or rad.
     positions: Vec<f64>,
     /// Joints whose effort the first state has.
     with_effort: Vec<bool>,
-    /// Efforts of these joints, row by row.
+    /// Efforts of the joints in `with_effort`, row by row, N or N m.
     efforts: Vec<f64>,
 }
 
@@ -129,7 +129,7 @@ impl Recorded {
         Ok(recorded)
     }
 
-    /// Adds a state; its joints may be in another order.
+    /// Adds a state; the order of its joints may differ from that of the first state.
     fn add(&mut self, time: [u64; 2], state: &JointState) -> Result<(), String> {
         let count = self.names.len();
         let place = |name: &String| state.names.iter().position(|other| other == name);
@@ -233,7 +233,7 @@ mod tests {
         file
     }
 
-    /// The first message of a simulator has the time zero.
+    /// Checks that a first time stamp of zero, as simulators write it, is valid.
     #[test]
     fn stamps_may_begin_at_zero() {
         let first = br#"{"name": ["A", "B"], "position": [1, 2]}"#.to_vec();

@@ -12,10 +12,10 @@ use crate::source::Span;
 use std::f64::consts::TAU;
 use stiction_core::mechanism::{DriveTrainSpec, GearLoss, Mesh, MotorFriction, MotorLimits};
 
-/// A drive train with the places of its parts.
+/// Drive train as read, with the places of its values in the text.
 pub(crate) struct ActuatorDraft {
     pub(crate) name: String,
-    /// `None` if its joint or its mesh is invalid.
+    /// Specification of the drive train; `None` if its joint or its mesh is invalid.
     pub(crate) spec: Option<DriveTrainSpec>,
     pub(crate) spans: ActuatorSpans,
 }
@@ -28,7 +28,7 @@ pub(crate) struct ActuatorSpans {
     pub(crate) values: Vec<(String, Span)>,
 }
 
-/// Leg of a drive train.
+/// Names that belong to the leg of a drive train.
 #[derive(Clone, Copy)]
 pub(crate) struct Leg<'a> {
     /// Joint that it drives.

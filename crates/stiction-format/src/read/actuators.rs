@@ -6,7 +6,7 @@ use crate::expression::Measure;
 use crate::source::Span;
 use stiction_core::mechanism::Mechanism;
 
-/// All actuators of a mechanism, in order.
+/// Names of all actuators of a mechanism, in the order of their indices.
 pub(crate) struct Actuators {
     all: Vec<Actuator>,
     /// Names of all joints.

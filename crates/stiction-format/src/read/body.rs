@@ -7,7 +7,7 @@ use crate::source::{Place, Span};
 use stiction_core::mechanism::BodySpec;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// A body with the places of its parts.
+/// Body as read, with the places of its values in the text.
 pub(crate) struct BodyDraft {
     pub(crate) name: String,
     pub(crate) spec: BodySpec,

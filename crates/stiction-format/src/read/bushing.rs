@@ -8,7 +8,8 @@ use crate::fields::tables::BUSHING;
 use stiction_core::mechanism::{BushingSpec, SixBySix};
 use stiction_core::spatial::Pose;
 
-/// Measures of the blocks of a matrix: forces per displacement, coupling, moments per rotation.
+/// Measures of the three kinds of blocks of a 6x6 matrix: force per displacement, coupling, moment
+/// per rotation.
 type Measures = [Measure; 3];
 
 const STIFFNESS: Measures = [Measure::Stiffness, Measure::Force, Measure::AngularStiffness];

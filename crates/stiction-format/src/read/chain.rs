@@ -1,4 +1,4 @@
-//! Reader of a leg's chain: `R cylinder P* rod S`, or `R P* S`.
+//! Reader of a leg's chain, written as `R cylinder P* rod S` or as `R P* S`.
 
 use super::context::Context;
 use super::names;
@@ -98,7 +98,8 @@ fn symbol(word: &str) -> &str {
     word.trim_end_matches('*')
 }
 
-/// Separates joints written without blanks, such as `RP*S`, for a suggestion.
+/// Separates joints that are written without blanks, such as `RP*S`; the result is suggested in a
+/// message.
 fn apart(word: &str) -> Option<String> {
     let letters = word.chars().filter(|c| !matches!(c, '-' | '_' | ',' | '.'));
     let mut apart = String::new();
@@ -113,7 +114,8 @@ fn apart(word: &str) -> Option<String> {
     (all && joints().count() > 1).then_some(apart)
 }
 
-/// Tests if the chain contains only joints: the second word is a joint, and every word looks like a joint.
+/// Tests if a chain lists only joints: its second word is a joint symbol, and every word looks like
+/// one.
 fn is_bare(words: &[Word<'_>]) -> bool {
     let is_joint = |word: &str| JointType::from_symbol(symbol(word)).is_some();
     let is_letter = |word: &str| symbol(word).chars().count() == 1 || word.ends_with('*');

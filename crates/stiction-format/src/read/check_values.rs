@@ -1,4 +1,4 @@
-//! Checks of a table of unknown kind, such as a joint without a type.
+//! Value checks for a table of unknown kind, such as that of a joint without a type.
 
 use super::context::Record;
 use crate::fields::{Field, Shape};

@@ -13,14 +13,16 @@ use std::cell::RefCell;
 use std::sync::Arc;
 use stiction_core::spatial::Vec3;
 
-/// Greatest magnitude of a number, such that products of several numbers remain finite.
+/// Greatest accepted magnitude of a number in SI units; products of several such numbers remain
+/// finite.
 pub(crate) const LARGEST: f64 = 1e30;
-/// Lengths below this, m, are rounding errors of zero.
+/// Lengths below this, m, are set to zero as rounding errors.
 const SHORTEST: f64 = 1e-30;
-/// Other quantities below this magnitude count as zero, because their squares underflow.
+/// Magnitude below which all quantities except lengths are set to zero, because their squares would
+/// underflow.
 const SMALLEST: f64 = 1e-150;
 
-/// A text with the messages about it.
+/// Text of a model with its parameters, and the messages about it.
 pub(crate) struct Context<'a> {
     pub(crate) source: Arc<Source>,
     pub(crate) parameters: &'a Parameters,
@@ -64,7 +66,7 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// Tests if the list of messages is full. Suggestions take time and are then simplified.
+    /// Tests if the list of messages is full; suggestions, which take time, are then omitted.
     pub(crate) fn is_full(&self) -> bool {
         self.out.borrow().is_full()
     }
@@ -188,7 +190,8 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// Warns about the sine of a number of quarter turns in degrees, times the time.
+    /// Warns about `sin` or `cos` of the time multiplied by a bare multiple of 90, which is
+    /// probably meant in degrees.
     fn doubt_degrees(&self, value: &Value, text: &Text) {
         let content = text.content.replace(' ', "");
         for function in ["sin(", "cos("] {
@@ -228,7 +231,7 @@ impl<'a> Context<'a> {
         );
     }
 
-    /// Checks the range of a number.
+    /// Rejects numbers that are not finite or too large, and replaces negligible ones by zero.
     fn finite(&self, value: &Value, number: f64, measure: Measure) -> Option<f64> {
         if number.abs() <= LARGEST {
             let smallest = match measure {
@@ -316,13 +319,14 @@ impl<'a> Context<'a> {
     }
 }
 
-/// Remedy for a top-level key that is in another table: in TOML, a key belongs to the nearest `[table]` above.
+/// Advice for a top-level key in the wrong place: in TOML, a key belongs to the nearest `[table]`
+/// above it.
 pub(crate) fn of_the_top(key: &str) -> Option<String> {
     fields::find(MODEL, key)?;
     Some(format!("`{key}` belongs to the whole model: put it above the first [table]"))
 }
 
-/// Plural without the article, from `a length` to `lengths`.
+/// Plural noun for a measure without its article: `lengths` for `a length`.
 fn plural_stem(measure: Measure) -> &'static str {
     match measure {
         Measure::Inertia => "moment",
@@ -409,7 +413,7 @@ impl<'a> Record<'a> {
         );
     }
 
-    /// Value of a key.
+    /// Value of a key; `None` if the key is missing.
     pub(crate) fn value(&self, key: &str) -> Option<&'a Value> {
         debug_assert!(fields::find(self.fields, key).is_some(), "no field {key}");
         self.table.get(key)

@@ -12,15 +12,15 @@ use crate::source::{Place, Source};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// Names of controllers with default settings.
+/// Names of the controllers that can be given by name alone.
 const DEFAULTS: [&str; 3] = ["pd", "computed-torque", "computed-torque+friction"];
 /// Default sampling period, s.
 const PERIOD: f64 = 1e-3;
-/// Default bandwidth, Hz.
+/// Default natural frequency of the closed loop, Hz.
 const BANDWIDTH: f64 = 10.0;
 const DAMPING: f64 = 1.0;
 
-/// The controller of this name with default settings.
+/// Returns the controller of this name with default settings; `None` for an unknown name.
 pub(super) fn usual(name: &str, actuators: &Actuators) -> Option<Control> {
     let (control, friction) = match name {
         "pd" => (ControlType::Pd, FrictionFeed::Off),
@@ -176,7 +176,8 @@ pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) 
     })
 }
 
-/// Reads one setting of an actuator into its channel; returns the index of the actuator.
+/// Reads one setting of an actuator, such as `leg1.P.kp`, into the actuator's channel; returns the
+/// index of the actuator.
 fn own(
     context: &Context<'_>,
     actuators: &Actuators,

@@ -1,4 +1,4 @@
-//! Places of the defects that the mechanism's builder reports.
+//! Places in the text of the defects that the mechanism's builder reports.
 
 use super::actuator::ActuatorDraft;
 use super::body::BodyDraft;
@@ -16,7 +16,7 @@ use stiction_core::mechanism::{Defect, Warning};
 /// Place of a defect that concerns the whole file.
 const WHOLE: Span = 0..0;
 
-/// The parts of the mechanism with their places.
+/// Parts of the mechanism as read, with their places in the text.
 pub(crate) struct Origin<'a> {
     pub(crate) context: &'a Context<'a>,
     pub(crate) bodies: &'a [BodyDraft],
@@ -25,7 +25,7 @@ pub(crate) struct Origin<'a> {
     pub(crate) actuators: &'a [ActuatorDraft],
     pub(crate) gearings: &'a [GearingDraft],
     pub(crate) names: &'a Names,
-    /// Place of the characteristic length.
+    /// Place of the key `characteristic_length`.
     pub(crate) length: Span,
 }
 
@@ -274,7 +274,7 @@ impl Origin<'_> {
         self.naming(body, &draft.spans.from, &draft.spans.to)
     }
 
-    /// Whichever of two places names this body.
+    /// Returns `from` or `to`, whichever is the place that names this body.
     fn naming(&self, body: &str, from: &Span, to: &Span) -> Span {
         let text = |span: &Span| self.context.source.text.get(span.clone()).unwrap_or_default();
         let names_it = |span: &Span| text(span).trim_matches(['"', '\'']) == body;

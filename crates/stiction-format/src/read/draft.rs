@@ -15,7 +15,7 @@ use std::sync::Arc;
 pub struct Draft {
     /// The text without changes.
     source: Source,
-    /// Changes of the text itself; they are applied before all others.
+    /// Changes that belong to the text itself; they are applied before those of a reading.
     changes: Vec<String>,
     document: Document,
 }

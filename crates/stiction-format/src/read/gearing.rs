@@ -8,10 +8,10 @@ use crate::source::Span;
 use stiction_core::joint::JointType;
 use stiction_core::mechanism::GearingSpec;
 
-/// A gearing with the places of its parts.
+/// Gearing as read, with the places of its values in the text.
 pub(crate) struct GearingDraft {
     pub(crate) name: String,
-    /// `None` if a number is invalid.
+    /// Specification of the gearing; `None` if a number is invalid.
     pub(crate) spec: Option<GearingSpec>,
     pub(crate) name_span: Span,
     pub(crate) joints_span: Span,

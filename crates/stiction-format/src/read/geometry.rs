@@ -175,7 +175,7 @@ impl Context<'_> {
     }
 
     /// Unit vector perpendicular to `axis` closest to `direction`; reports a direction that is not
-    /// perpendicular to the axis within [`SQUARE`]. `value` gives the place of the direction.
+    /// perpendicular to the axis within [`SQUARE`]. `value` locates the direction in the text.
     pub(crate) fn square_to(
         &self,
         axis: Vec3<f64>,
@@ -240,7 +240,8 @@ mod tests {
     }
 
     proptest! {
-        /// The frame is a rotation and agrees with its documentation.
+        /// Checks that the frame is a rotation, and that x is rotated by the smallest rotation from
+        /// z to the axis.
         #[test]
         fn frames_are_smallest_turns(v in prop::array::uniform3(-1.0..1.0f64), squeeze in 0.0..1.0f64) {
             let v = Vec3::new(v[0] * squeeze, v[1] * squeeze, v[2]);

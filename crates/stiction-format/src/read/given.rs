@@ -15,7 +15,7 @@ use crate::model_file::{Control, Drives, LoadCase, ModelFile, Motion};
 use crate::source::{Place, Source, Span};
 use std::sync::Arc;
 
-/// Form of the text of an option.
+/// Forms in which an option gives a motion, load, effort or controller.
 enum Given<'a> {
     Assignments,
     File(&'a str),

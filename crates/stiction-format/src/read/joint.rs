@@ -16,7 +16,7 @@ use stiction_core::spatial::{Mat3, Pose, Quaternion, Vec3};
 /// A joint as read from the model file, with the places of its entries.
 pub(crate) struct JointDraft {
     pub(crate) name: String,
-    /// `None` if the type is unknown.
+    /// Specification of the joint; `None` if the type is unknown.
     pub(crate) spec: Option<JointSpec>,
     pub(crate) joint_type: Option<JointType>,
     pub(crate) spans: JointSpans,
@@ -36,7 +36,7 @@ pub(crate) struct JointSpans {
     pub(crate) compliance: (Span, Vec<(&'static str, Span)>),
 }
 
-/// Attributes of a joint that follow from its leg.
+/// Attributes of a joint that are determined by its leg.
 pub(crate) struct LegAttributes<'a> {
     pub(crate) joint_type: JointType,
     pub(crate) actuated: bool,
@@ -171,7 +171,8 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// Poses `X_PJ` and `X_SK`.
+    /// Poses of the joint's frame J in the predecessor (`X_PJ`) and of its frame K in the successor
+    /// (`X_SK`).
     fn frames(&self, leg: Option<&LegAttributes<'_>>) -> Option<(Pose<f64>, Pose<f64>)> {
         let first = leg.and_then(|p| p.first);
         let last = leg.and_then(|p| p.last);
@@ -208,7 +209,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Axes of J in the predecessor.
+    /// Axes of frame J in the frame of the predecessor.
     fn axes(&self) -> Option<Mat3<f64>> {
         use JointType::{Fixed, Free, Spherical, Universal};
         let symbol = self.joint_type.symbol();

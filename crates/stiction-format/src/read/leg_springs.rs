@@ -1,4 +1,5 @@
-//! Springs of legs: a table for each leg, with the names of its bodies and joints.
+//! Springs of legs: expansion of a group's spring into a table for each leg, with the names of that
+//! leg's bodies and joints.
 
 use super::context::Context;
 use super::spring::{self, SpringDraft};
@@ -18,7 +19,7 @@ pub(crate) struct LegSpring {
 /// Data of a leg that its springs need.
 pub(crate) struct Leg<'a> {
     pub(crate) name: &'a str,
-    /// Keys of its bodies and joints, and their names.
+    /// Keys of the leg's bodies and joints in the group, each with its full name.
     pub(crate) bodies: &'a [(String, String)],
     pub(crate) joints: &'a [(String, String)],
     /// Bodies at which legs begin and end; points on them rotate with the leg.
@@ -76,14 +77,14 @@ fn full(known: &[(String, String)], key: &str) -> Option<String> {
     known.iter().find(|(own, _)| own == key).map(|(_, name)| name.clone())
 }
 
-/// Replaces a name by that of the corresponding part of the leg.
+/// Replaces a part's name in the group by its full name in the leg.
 fn rename(value: &mut Value, own: impl Fn(&str) -> Option<String>) {
     if let Some(name) = value.as_text().and_then(own) {
         value.node = Node::Text(Text { content: name, start: None });
     }
 }
 
-/// Vector as plain numbers, in m.
+/// Vector as a list of plain numbers, m, at the place of the given value.
 fn numbers(given: &Value, vector: Vec3<f64>) -> Value {
     let number = |x: f64| Value { span: given.span.clone(), node: Node::Number(x) };
     let list = vector.to_array().map(number).to_vec();

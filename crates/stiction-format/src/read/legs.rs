@@ -32,7 +32,7 @@ pub(crate) struct Expansion {
     pub(crate) actuators: Vec<ActuatorDraft>,
     pub(crate) springs: Vec<LegSpring>,
     pub(crate) legs: Vec<LegDraft>,
-    /// True if legs are invalid; parts that seem missing may then belong to them.
+    /// True if some legs are invalid; names that seem unknown may then belong to their parts.
     pub(crate) lost: bool,
 }
 
@@ -55,7 +55,7 @@ pub(crate) fn read(context: &Context<'_>, value: &Value) -> Expansion {
     all
 }
 
-/// Position of a leg, and its individual values.
+/// Angle, foot and tip of a leg, and values that only this leg has.
 struct Placement<'a> {
     angle: f64,
     table: Option<&'a Table>,
@@ -147,7 +147,8 @@ fn placement<'a>(context: &'a Context<'a>, entry: &'a Value) -> Option<Placement
     Some(Placement { angle, table: Some(table) })
 }
 
-/// Reports a group without legs; the remaining mechanism would be formally valid but meaningless.
+/// Reports a group without legs; without them the mechanism may be valid but is not the intended
+/// one.
 fn no_legs(context: &Context<'_>, list: &Value) {
     context.push(
         Diagnostic::error("legs", "this group has no legs")

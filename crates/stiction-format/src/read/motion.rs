@@ -170,7 +170,7 @@ pub(crate) fn read(
 /// Compares the time column of a recording with the stated `rate` and `duration`, and reports a contradiction: a time
 /// column with another unit or clock scales all speeds.
 fn is_as_stated(record: &Record<'_>, motion: &Motion) -> bool {
-    /// Relative difference at which accelerations are wrong by two percent.
+    /// Relative difference of durations at which accelerations are wrong by two percent.
     const TOLERANCE: f64 = 0.01;
     let intervals = motion.samples.as_ref().map_or(0, |samples| samples.count()).max(2) - 1;
     let step = motion.duration / intervals as f64;
@@ -227,7 +227,7 @@ fn is_finite(signal: &Signal, t: f64) -> bool {
     target.value.is_finite() && target.rate.is_finite() && target.acceleration.is_finite()
 }
 
-/// Mechanism of a motion, with initial guesses for the poses of its bodies.
+/// Mechanism whose motion is read, with initial guesses for the poses of its bodies.
 #[derive(Clone, Copy)]
 pub(crate) struct Assembly<'a> {
     pub(crate) mechanism: &'a Mechanism,
@@ -237,7 +237,7 @@ pub(crate) struct Assembly<'a> {
 pub(super) struct Reader<'a> {
     pub(super) context: &'a Context<'a>,
     pub(super) names: &'a Names,
-    /// `None` if the mechanism has defects.
+    /// Mechanism of the motion; `None` if it has defects.
     pub(super) assembly: Option<Assembly<'a>>,
     pub(super) orders: Orders,
 }
@@ -316,7 +316,7 @@ impl Reader<'_> {
         coordinates
     }
 
-    /// Checks an expression of unknown purpose.
+    /// Checks the units of an expression whose coordinate is unknown.
     fn check_values(&self, value: &Value) {
         if value.as_text().is_some() {
             self.context.signal(value, Measure::Any);

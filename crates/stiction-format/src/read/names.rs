@@ -11,7 +11,7 @@ use stiction_core::mechanism::{BodyId, GROUND_NAME, JointId, Mechanism};
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Names {
     bodies: HashMap<String, BodyId>,
-    /// The type is `None` if it is invalid.
+    /// Joints by name; the type is `None` if it is invalid.
     joints: HashMap<String, (JointId, Option<JointType>)>,
     /// True if some legs are invalid.
     lost_legs: bool,
@@ -47,7 +47,7 @@ impl Names {
         Self { lost_legs, ..self }
     }
 
-    /// Tests if some parts of the mechanism are unknown.
+    /// Tests if some legs are invalid, so that the names of their parts are unknown.
     pub(crate) fn has_lost_legs(&self) -> bool {
         self.lost_legs
     }
@@ -87,7 +87,7 @@ impl Names {
 /// Reserved names: they are keys of motions and loads.
 const TAKEN: &[&str] = &["title", "start", "duration", "step", "file", "order"];
 
-/// Checks a new name and reports errors.
+/// Reports a new name that is reserved or has characters that are not allowed.
 pub(crate) fn check(context: &Context<'_>, name: &str, span: &Span, kind: &str) {
     let letters = |part: &str| {
         !part.is_empty() && part.chars().all(|c| c.is_alphanumeric() || c == '_' || c == '-')

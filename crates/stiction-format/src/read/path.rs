@@ -17,7 +17,7 @@ pub(crate) struct Leaf<'a> {
     pub(crate) path: String,
     /// Last key of the path.
     pub(crate) key: Span,
-    /// Key before the last; the last key itself if there is no other.
+    /// Range of the key before the last; of the last key if the path has only one.
     pub(crate) owner: Span,
     /// The value; `None` for an empty table.
     pub(crate) value: Option<&'a Value>,
@@ -66,9 +66,9 @@ pub(crate) fn leaves<'a>(table: &'a Table, own: &[Field]) -> Vec<Leaf<'a>> {
 /// The object that a path names.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Meaning<'a> {
-    /// A coordinate of a body.
+    /// Coordinate of a body, with its key such as `x`.
     Body(BodyId, &'a str),
-    /// A degree of freedom of a joint.
+    /// Degree of freedom of a joint, by index.
     Joint(JointId, JointType, usize),
 }
 
@@ -88,9 +88,9 @@ impl Unresolved {
         Self::Wrong(message, help.into())
     }
 
-    /// Message, help, and a flag that is true if the error is in the name of the body or joint instead of the
-    /// coordinate. The keys `own` are also candidates. Finding the suggestion is slow, because all names are
-    /// compared.
+    /// Returns message, help, and a flag: true if the name of the body or joint is wrong, false if
+    /// the coordinate is. The keys `own` are also suggested. The search is slow, because all names
+    /// are compared.
     pub(crate) fn explain(
         self,
         names: &Names,
@@ -209,7 +209,7 @@ fn unknown(names: &Names, own: &'static [Field], path: &str) -> (String, Option<
 /// Orders of intrinsic angles by body; xyz by default.
 pub(crate) type Orders = HashMap<BodyId, AngleOrder>;
 
-/// The coordinate of a path and its measure.
+/// Coordinate that a resolved path names, and its measure.
 pub(crate) fn coordinate(
     meaning: Meaning<'_>,
     orders: &Orders,

@@ -12,7 +12,7 @@ use stiction_core::joint::Dof;
 use stiction_core::mechanism::{BushingSpec, GasSpring, JointSpringSpec, SpringSpec};
 use stiction_core::spatial::Vec3;
 
-/// A spring or bushing with the places of its parts.
+/// Spring or bushing as read, with the places of its values in the text.
 pub(crate) struct SpringDraft {
     pub(crate) name: String,
     /// `None` if its bodies, ends or values are invalid.
@@ -51,7 +51,7 @@ impl SpringSpans {
         }
     }
 
-    /// Place of the value that a message of the builder mentions by its name.
+    /// Place of the value that a message of the mechanism's builder calls `parameter`.
     pub(crate) fn of(&self, parameter: &str) -> Span {
         let key = parameter.replace(' ', "_");
         let place = self.values.iter().find(|(known, _)| *known == key);
@@ -106,7 +106,7 @@ pub(crate) fn read(
     SpringDraft { name: key.name.clone(), spec, spans: SpringSpans::new(&record, key) }
 }
 
-/// Rejects keys that do not belong to this kind of spring.
+/// Rejects keys that this kind of spring does not have.
 fn refuse(record: &Record<'_>, kind: &str, keys: &[&[&str]]) {
     for key in keys.iter().flat_map(|keys| keys.iter()) {
         let Some(value) = record.value(key) else { continue };

@@ -42,7 +42,7 @@ enum Goal {
     Orientation(BodyId, Vec<Mat3<f64>>),
 }
 
-/// A value at one waypoint.
+/// Value of a coordinate, or orientation of a body, at one waypoint.
 #[derive(Clone, Copy)]
 enum Given {
     Scalar(Coordinate, Measure, f64),
@@ -185,7 +185,7 @@ fn channels(reader: &Reader<'_>, tables: &[&Table]) -> Option<Vec<Channel>> {
     (fine && !channels.is_empty()).then_some(channels)
 }
 
-/// Repeats the last value until there are `count` values.
+/// Repeats the last of the values until there are `count` of them.
 fn keep<T: Clone>(values: &mut Vec<T>, count: usize) {
     if let Some(last) = values.last().cloned()
         && values.len() < count

@@ -143,7 +143,8 @@ mod tests {
         }
     }
 
-    /// Columns of the inverse by solving for unit vectors.
+    /// Checks the entries of the inverse within the band against columns obtained by solving for
+    /// unit vectors.
     #[test]
     fn the_inverse_within_the_band() {
         let n = 12;

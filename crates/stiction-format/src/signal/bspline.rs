@@ -7,7 +7,7 @@ pub(super) const ORDER: usize = 6;
 
 /// A nondecreasing sequence of knots; the first and the last occur six times.
 pub(super) trait Knots {
-    /// The knot with this index.
+    /// Knot with this index.
     fn at(&self, index: usize) -> f64;
 
     /// Values at `t` of the B-splines of order `K`, beginning with number `first + 6 - K`, that are nonzero in the

@@ -44,7 +44,8 @@ impl Interpolation {
         }
     }
 
-    /// Tests if knots depend on distant samples, so that neighbouring windows must be compared.
+    /// Tests if knot values depend on distant samples; the values of neighbouring windows must then
+    /// be compared.
     pub(crate) fn reaches_far(self) -> bool {
         matches!(self, Self::Spline(Given::Values | Given::Rates))
     }

@@ -115,7 +115,7 @@ impl Samples {
 pub(crate) struct Spline {
     times: Arc<[f64]>,
     knots: Vec<Target<f64>>,
-    /// True if neighbouring windows disagreed.
+    /// True if windows disagreed and the spline was solved globally.
     is_global: bool,
 }
 

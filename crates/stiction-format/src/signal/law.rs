@@ -18,7 +18,7 @@ pub(crate) enum Law {
 /// Greatest speed, acceleration and jerk; infinite without a limit.
 pub(crate) type Limits = [f64; 3];
 
-/// No limit at all.
+/// Limits of infinite speed, acceleration and jerk.
 pub(crate) const UNLIMITED: Limits = [f64::INFINITY; 3];
 
 impl Law {
@@ -80,7 +80,7 @@ enum Shape {
     Pieces(Vec<Piece>),
 }
 
-/// A piece of constant jerk and the state at its begin.
+/// Piece of constant jerk, with the state at its beginning.
 #[derive(Clone, Copy, Debug)]
 struct Piece {
     begin: f64,
@@ -164,7 +164,8 @@ impl Profile {
         Self { duration, ..profile }
     }
 
-    /// From the durations of a ramp and of the cruise.
+    /// Creates the profile of a trapezoid from the durations of a ramp and of the phase of constant
+    /// speed.
     fn trapezoid(ramp: f64, cruise: f64) -> Self {
         let acceleration = 1.0 / (ramp * (ramp + cruise));
         Self::of_accelerations(&[
@@ -174,7 +175,8 @@ impl Profile {
         ])
     }
 
-    /// From the durations of a jerk phase, of a phase of constant acceleration, and of the cruise.
+    /// Creates the profile of an s-curve from the durations of a jerk phase, of a phase of constant
+    /// acceleration, and of the phase of constant speed.
     fn s_curve(step: f64, hold: f64, cruise: f64) -> Self {
         let ramp = 2.0 * step + hold;
         let jerk = 1.0 / (step * (step + hold) * (ramp + cruise));
@@ -246,7 +248,7 @@ impl Profile {
         [s, v * rate, a * rate * rate, j * rate * rate * rate]
     }
 
-    /// The profile at unit duration, evaluated by the formula of a phase.
+    /// State of the profile at unit duration, evaluated by the formula of one phase.
     fn unit(&self, phase: usize, x: f64) -> [f64; 4] {
         use std::f64::consts::{PI, TAU};
         match &self.shape {
@@ -309,7 +311,8 @@ impl Piece {
 mod tests {
     use super::*;
 
-    /// Derivatives are those of the position, and every move begins and ends at rest.
+    /// Checks that derivatives agree with differences of the position, and that every move begins
+    /// and ends at rest.
     #[test]
     fn laws_go_from_rest_to_rest_with_exact_derivatives() {
         for law in Law::ALL {

@@ -40,7 +40,7 @@ enum Shape {
     Constant(f64),
     Formula(Arc<Written>),
     Curve(Arc<Curve>),
-    /// One curve of a recording that is read in pieces.
+    /// Curve of a recording that is read in pieces, by its index.
     Recorded(Arc<Recorded>, usize),
     /// A coordinate that moves through waypoints.
     Course(Arc<Course>),
@@ -48,7 +48,7 @@ enum Shape {
     Turning(Arc<Turning>, usize),
 }
 
-/// A formula and its place.
+/// Formula with its place in the text.
 #[derive(Debug)]
 struct Written {
     formula: Formula,
@@ -143,7 +143,7 @@ impl Signal {
         self.checked_at(t).err()
     }
 
-    /// Value as [`Self::at`].
+    /// Value with its derivatives at time `t` (s), as [`Self::at`] computes it.
     ///
     /// # Errors
     /// See [`Self::fault_at`].

@@ -10,7 +10,7 @@ use stiction_core::kinematics::Target;
 /// Description of the interpolation.
 pub(crate) const DESCRIPTION: &str = "cubic between neighbouring samples, without overshoot (Fritsch and Butland); constant beyond them";
 
-/// Values and slopes at all samples. A slope depends only on the adjacent samples.
+/// Values and slopes at all samples. Each slope depends only on the sample and its two neighbours.
 pub(crate) fn knots(times: &[f64], values: &[f64]) -> Vec<Target<f64>> {
     let chords: Vec<(f64, f64)> = times
         .windows(2)
@@ -109,7 +109,8 @@ mod tests {
         }
     }
 
-    /// The error decreases at least with the third power of the sample distance.
+    /// Checks that the error decreases at least with the third power of the distance between
+    /// samples.
     #[test]
     fn convergence_order() {
         let error = |n: i32| {

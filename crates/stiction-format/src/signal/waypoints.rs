@@ -94,7 +94,8 @@ impl Turning {
         Self { moves: Arc::clone(moves), orientations, turns }
     }
 
-    /// An instant at which the rotation vector passes half a turn, where its components jump.
+    /// Instant, s, at which the rotation vector passes half a turn, where its components jump;
+    /// `None` if there is no such instant.
     pub(crate) fn half_turn(&self) -> Option<f64> {
         let vector = |t: f64| {
             let [x, y, z] = self.at(t).map(|target| target.value);

@@ -131,7 +131,7 @@ mod tests {
         (0..count).map(later).collect()
     }
 
-    /// Irregular values, so that a missing sample is detected.
+    /// Irregular values at samples, so that the test detects a missing sample.
     fn rough(k: usize) -> f64 {
         ((k * k) as f64 * 0.618).sin()
     }

@@ -129,27 +129,27 @@ pub(crate) enum Operation {
 /// Order of the operands of a fused instruction `product + sum`; the target is one of the operands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Order {
-    /// `to = to * last + second`, see [`Target::overwrites_factors`].
+    /// Computes `to = to * last + second`, see [`Target::overwrites_factors`].
     TimesLast,
-    /// `to = second * last + to`.
+    /// Computes `to = second * last + to`.
     Plus,
 }
 
 /// Encodes operations on one number or on a whole register, each as one or a few instructions.
 pub(crate) trait Emit {
-    /// `to = a OP b`.
+    /// Encodes `to = a OP b`.
     fn arithmetic(&mut self, operation: Operation, to: u8, a: u8, b: Place);
 
     /// Product and sum with one rounding; `to` is one of the operands.
     fn fused(&mut self, kind: Fused, order: Order, to: u8, second: u8, last: Place);
 
-    /// `to = from`, registers.
+    /// Encodes `to = from`, both registers.
     fn copy(&mut self, to: u8, from: u8);
 
     /// `to = -from`; `sign` contains the sign bit for instruction sets that need it.
     fn negate(&mut self, to: u8, from: u8, sign: Place);
 
-    /// `to = sqrt(of)`.
+    /// Encodes `to = sqrt(of)`.
     fn sqrt(&mut self, to: u8, of: Place);
 
     /// `to = of > 0 ? yes : no`, false for NaN; `to` differs from the other registers, and `zero`
@@ -159,7 +159,7 @@ pub(crate) trait Emit {
     /// `to = [from]`, broadcast to all lanes from memory with one copy of each number.
     fn load(&mut self, to: u8, from: Place);
 
-    /// `[to] = from`.
+    /// Encodes the store of a register, `[to] = from`.
     fn store(&mut self, to: Place, from: u8);
 
     /// Bytes of the complete function, including its return.

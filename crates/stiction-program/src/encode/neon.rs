@@ -9,16 +9,17 @@ use crate::code::Fused;
 pub(super) const FREE: u8 = 30;
 /// Register for operands from memory, which only loads can read.
 const OPERAND: u8 = 30;
-/// Register for values that would be overwritten too early.
+/// Register that receives a value whose own register is still needed as an operand.
 const ASIDE: u8 = 31;
 /// First register for addresses; callers do not expect it to be preserved.
 const ADDRESS: u32 = 16;
-/// Stack pointer as a base register.
+/// Number of the stack pointer as a base register.
 const STACK: u32 = 31;
-/// Registers whose lower halves must be preserved for callers: pairs from d8 on.
+/// Callee-saved vector registers, of which the lower halves must be preserved: pairs from d8 on,
+/// each by its first register.
 const KEPT: [u32; 4] = [8, 10, 12, 14];
 
-/// The first four arguments of a function.
+/// Register of an argument of the function, in the order x0 to x3.
 const fn register(base: Base) -> u32 {
     match base {
         Base::Slots => 0,
@@ -28,7 +29,7 @@ const fn register(base: Base) -> u32 {
     }
 }
 
-/// Encoder of instructions.
+/// Encoder of AArch64 instructions.
 pub(crate) struct Assembler {
     bytes: Vec<u8>,
     is_scalar: bool,

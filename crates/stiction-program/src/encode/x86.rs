@@ -24,17 +24,17 @@ const STORE: u8 = 0x11;
 const COMPARE: u8 = 0xC2;
 const BLEND: u8 = 0x4B;
 const BLEND_BY_MASK: u8 = 0x65;
-/// Comparison "greater than": false for NaN, quiet.
+/// Predicate of the comparison "greater than", which is false for NaN and raises no exception.
 const GREATER: u8 = 0x1E;
 
-/// Prefixes and opcode maps.
+/// Codes of the mandatory prefixes and of the opcode maps.
 const P66: u8 = 1;
 const PF2: u8 = 3;
 const MAP_0F: u8 = 1;
 const MAP_0F38: u8 = 2;
 const MAP_0F3A: u8 = 3;
 
-/// Encoder of instructions.
+/// Encoder of x86-64 instructions.
 pub(crate) struct Assembler {
     bytes: Vec<u8>,
     target: Target,

@@ -50,13 +50,13 @@ pub(crate) struct DerivativeCode {
     pub(crate) operations: [usize; 2],
     /// Slots of the resulting derivatives, in the memory of `directions`.
     pub(crate) slopes: Vec<u32>,
-    /// Slot of the guard: positive if the assumptions of the recording hold.
+    /// Slot of the guard, which is positive if the assumptions of the recording are true.
     pub(crate) guard: u32,
     /// Joints with friction interfaces, each with the first slot that receives its reaction.
     pub(crate) reactions: Vec<(usize, usize)>,
 }
 
-/// Slots of the results.
+/// Slots of the program's results.
 #[derive(Clone, Debug)]
 struct Places {
     /// Inputs of a step (`from`), and the slots that supply them before the first step (`start`)
@@ -66,7 +66,7 @@ struct Places {
     next: Vec<u32>,
     /// Sums of squares of the changes and of the values in a step, and the determinant.
     control: [u32; 3],
-    /// Guards: positive if the assumptions of the recording hold.
+    /// Slots of the guards, which are positive if the assumptions of the recording are true.
     ideal_guard: u32,
     guard: u32,
     ideal_drives: Vec<u32>,
@@ -187,8 +187,8 @@ impl InverseProgram {
         self.layout.write_lanes(states, self.reads_targets, slots);
     }
 
-    /// Checks the number of inputs: they have no names, so a missing one would shift all the
-    /// others.
+    /// Checks the numbers of prescribed values and loads: inputs have no names, so a missing one
+    /// would shift all later ones.
     #[inline]
     pub(crate) fn check(&self, targets: &[Target<f64>], loads: &[AppliedLoad<f64>]) {
         self.check_targets(targets);
@@ -292,7 +292,7 @@ impl InverseProgram {
         memory.read(self.places.ideal_drives[drive], lane)
     }
 
-    /// Joint wrench without friction, as [`Self::reaction`].
+    /// Joint wrench without friction, in the convention of [`Self::reaction`].
     pub fn ideal_reaction(&self, memory: &Memory, lane: usize, joint: usize) -> [f64; 6] {
         memory.wrench(&self.places.ideal_reactions, lane, joint)
     }

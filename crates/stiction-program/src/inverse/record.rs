@@ -41,7 +41,8 @@ impl InverseProgram {
         Self::record_with(solver, signal, loads, true)
     }
 
-    /// Like [`Self::record`], but interpreted if `machine` is false, which is slow and used for comparison.
+    /// Records and compiles a program as [`Self::record`] does. If `machine` is false, the program
+    /// is interpreted, which is slow and serves for comparison.
     #[doc(hidden)]
     pub fn record_with(
         solver: &InverseDynamics,
@@ -76,8 +77,8 @@ impl InverseProgram {
         if made.0.agrees_with(solver, &others) { Ok(made) } else { Err(RecordError::NotConfirmed) }
     }
 
-    /// Compares the program with its solver at states other than those of the recording, where both
-    /// give forces.
+    /// Compares the program with its solver at states that were not recorded; states at which
+    /// either gives no forces are skipped.
     fn agrees_with(&self, solver: &InverseDynamics, samples: &[Sample]) -> bool {
         let mut solver = solver.clone();
         solver.settings_mut().friction = FrictionMode::Converged;

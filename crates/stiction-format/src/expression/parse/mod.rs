@@ -267,14 +267,14 @@ impl<'a> Parser<'a> {
         self.scope.measured(self.word_at(ahead), rate)
     }
 
-    /// Tests for `d(` where coordinates are measured.
+    /// Tests if a rate `d(` begins here and the expression may contain measured coordinates.
     fn is_rate(&self) -> bool {
         self.word_at(0) == "d"
             && self.kind_at(1) == TokenKind::Symbol('(')
             && self.measured(2, true).is_some()
     }
 
-    /// Reads `d(NAME)`.
+    /// Reads the rate of a measured coordinate, `d(NAME)`.
     fn rate(&mut self) -> Result<(), Fault> {
         let open = self.span();
         self.at += 2;

@@ -1,4 +1,4 @@
-//! Drive trains.
+//! Keys of drive trains.
 
 use crate::expression::Measure::{
     Angle, AngularDamping, AngularSpeed, Inertia, Lead, Length, Moment, Number, TorquePerCurrent,
@@ -69,7 +69,7 @@ pub(crate) const LEG_ACTUATOR: &[Field] = &[
     ),
 ];
 
-/// A drive train.
+/// Keys of a drive train.
 pub(crate) const ACTUATOR: &[Field] = &joined::<13>(
     &[
         field(
@@ -89,7 +89,7 @@ pub(crate) const ACTUATOR: &[Field] = &joined::<13>(
     LEG_ACTUATOR,
 );
 
-/// Axis of a rotor.
+/// Keys of the axis of a rotor.
 pub(crate) const ROTOR_AXIS: &[Field] = &[
     required("body", Name, "Body that carries the motor; in legs also a body of the chain."),
     required(
@@ -100,7 +100,7 @@ pub(crate) const ROTOR_AXIS: &[Field] = &[
     ),
 ];
 
-/// Friction of a motor.
+/// Keys of the friction of a motor.
 pub(crate) const MOTOR_FRICTION: &[Field] = &[
     field(
         "constant",
@@ -111,7 +111,7 @@ pub(crate) const MOTOR_FRICTION: &[Field] = &[
     field("viscous", Quantity(AngularDamping), "Torque over speed, at least 0; by default 0."),
 ];
 
-/// Limits of a motor.
+/// Keys of the limits of a motor.
 pub(crate) const MOTOR_LIMITS: &[Field] = &[
     field("peak", Quantity(Moment), "Greatest torque, greater than 0; by default none."),
     field(
@@ -122,7 +122,7 @@ pub(crate) const MOTOR_LIMITS: &[Field] = &[
     field("speed", Quantity(AngularSpeed), "Greatest speed, greater than 0; by default none."),
 ];
 
-/// Mesh of a screw or worm.
+/// Keys of the friction in the mesh of a screw or worm.
 pub(crate) const MESH: &[Field] = &[
     required("mu", Quantity(Number), "Coefficient of friction, at least 0."),
     field(

@@ -1,4 +1,4 @@
-//! Actuator efforts and controllers.
+//! Keys of actuator efforts and of controllers.
 
 use crate::expression::Measure::{
     Damping, Force, Frequency, IntegralGain, Length, Number, Stiffness, Time,

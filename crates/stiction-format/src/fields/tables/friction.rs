@@ -1,4 +1,4 @@
-//! Friction of joints.
+//! Keys of the friction of joints.
 
 use crate::expression::Measure::{
     Angle, Force, Length, Number, PerLength, PerSpeed, Speed, Viscous,
@@ -144,7 +144,7 @@ const FRICTION_LAWS: &[&str] = &["coulomb", "stribeck", "exponential", "dahl", "
 pub(crate) const BACKWARD_LAW: &[Field] =
     &[MU, MU_STATIC, VISCOUS, STRIBECK_VELOCITY, STRIBECK_EXPONENT, TABLE];
 
-/// A friction interface.
+/// Keys of a friction interface.
 pub(crate) const INTERFACE: &[Field] = &[
     LAW,
     MU,
@@ -188,5 +188,5 @@ const PARTS: &[Field] = &[
     ),
 ];
 
-/// The friction of a joint.
+/// Keys of the friction of a joint.
 pub(crate) const JOINT_FRICTION: &[Field] = &joined::<28>(INTERFACE, PARTS);

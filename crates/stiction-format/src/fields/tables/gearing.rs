@@ -1,10 +1,10 @@
-//! Rigid gearings.
+//! Keys of rigid gearings.
 
 use crate::expression::Measure::Any;
 use crate::fields::Shape::{Coefficients, Quantity};
 use crate::fields::{Field, field, required};
 
-/// A rigid gearing.
+/// Keys of a rigid gearing.
 pub(crate) const GEARING: &[Field] = &[
     required(
         "joints",

@@ -1,4 +1,4 @@
-//! Joints.
+//! Keys of joints.
 
 use super::friction::JOINT_FRICTION;
 use crate::expression::Measure::{AngularCompliance, Compliance, Length, Pitch};
@@ -72,7 +72,7 @@ const RANGE: Field = field(
      S joint that between its z axes. Runs report where a motion leaves it; results do not change.",
 );
 
-/// Compliances of a joint.
+/// Keys of the compliances of a joint.
 pub(crate) const JOINT_COMPLIANCE: &[Field] = &[
     field(
         "radial",
@@ -90,7 +90,7 @@ pub(crate) const JOINT_COMPLIANCE: &[Field] = &[
     ),
 ];
 
-/// Type of a joint and the bodies that it connects.
+/// Keys for the type of a joint and the bodies that it connects.
 const ENDS: &[Field] = &[
     required(
         "type",
@@ -102,7 +102,7 @@ const ENDS: &[Field] = &[
     required("to", Name, "The successor."),
 ];
 
-/// A joint.
+/// Keys of a joint.
 pub(crate) const JOINT: &[Field] = &joined::<15>(ENDS, LEG_JOINT);
 
 /// Keys of a joint of a leg; its type and bodies follow from the chain.

@@ -1,4 +1,4 @@
-//! Legs.
+//! Keys of legs.
 
 use super::joint::LEG_JOINT;
 use super::{BODY, LEG_ACTUATOR, SPRING};
@@ -36,7 +36,7 @@ const LEG_SPRINGS: Field = field(
      chain; points on `from` and `to` of the legs are in their frames rotated by the leg's angle.",
 );
 
-/// A group of equal legs.
+/// Keys of a group of equal legs.
 pub(crate) const LEGS: &[Field] = &[
     required(
         "chain",
@@ -67,7 +67,7 @@ pub(crate) const LEGS: &[Field] = &[
     LEG_SPRINGS,
 ];
 
-/// One leg of a group.
+/// Keys of one leg of a group.
 pub(crate) const PLACE: &[Field] = &[
     field("angle", Quantity(Angle), "The leg's angle; by default 0."),
     field("name", Text, "The leg's name; by default leg1, leg2 and so on."),

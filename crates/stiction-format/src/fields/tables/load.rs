@@ -1,4 +1,4 @@
-//! Loads.
+//! Keys of load cases.
 
 use crate::expression::Measure::{Force, Length, Mass, Moment, Time};
 use crate::fields::Shape::{Choice, Inertia, List, Name, Quantity, Text, Vector};

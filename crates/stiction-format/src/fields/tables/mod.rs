@@ -1,4 +1,4 @@
-//! The tables of the model file.
+//! Keys of all tables of the model file.
 
 mod actuator;
 mod drives;
@@ -27,7 +27,7 @@ use super::Shape::{
 use super::{Field, field, required};
 use crate::expression::Measure::{Acceleration, Length, Mass, Number};
 
-/// The whole file.
+/// Keys of the file itself, outside its tables.
 pub(crate) const MODEL: &[Field] = &[
     field("name", Text, "Name of the mechanism; by default the name of the file."),
     field("title", Text, "One-line description."),
@@ -73,7 +73,7 @@ pub(crate) const MODEL: &[Field] = &[
     field("default", Table(DEFAULT), "Choices used by default."),
 ];
 
-/// A pose.
+/// Keys of a pose.
 pub(crate) const POSE: &[Field] = &[
     field("position", Vector(Length), "The origin; by default [0, 0, 0]."),
     field("rotation", Rotation, "The orientation; by default none."),
@@ -86,7 +86,7 @@ const HOME: Field = field(
      of `from`, rotated by the leg's angle.",
 );
 
-/// A body.
+/// Keys of a body.
 pub(crate) const BODY: &[Field] = &[
     field("mass", Quantity(Mass), "Mass; by default 0."),
     field("com", Vector(Length), "Centre of mass in the frame of the body; required with a mass."),
@@ -105,7 +105,7 @@ pub(crate) const BODY: &[Field] = &[
     ),
 ];
 
-/// A mesh of a body.
+/// Keys of a mesh that shows a body.
 pub(crate) const VISUAL: &[Field] = &[
     required(
         "mesh",
@@ -121,7 +121,7 @@ pub(crate) const VISUAL: &[Field] = &[
     field("rotation", Rotation, "Its orientation; by default none."),
 ];
 
-/// Defaults.
+/// Keys of the table `default`, the settings used when a command names none.
 pub(crate) const DEFAULT: &[Field] = &[
     field("motion", Name, "The motion."),
     field("load", Name, "The load."),

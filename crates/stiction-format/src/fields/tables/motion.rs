@@ -1,4 +1,4 @@
-//! Motions.
+//! Keys of motions.
 
 use crate::expression::Measure::{
     Acceleration, Angle, AngularAcceleration, AngularJerk, AngularSpeed, Frequency, Jerk, Length,
@@ -64,21 +64,21 @@ pub(crate) const WAYPOINT: &[Field] = &[
     ),
 ];
 
-/// Limits of a translation.
+/// Keys of the limits of a translation.
 pub(crate) const LIMITS: &[Field] = &[
     field("speed", Quantity(Speed), "Greatest speed."),
     field("acceleration", Quantity(Acceleration), "Greatest acceleration."),
     field("jerk", Quantity(Jerk), "Greatest jerk."),
 ];
 
-/// Limits of a rotation.
+/// Keys of the limits of a rotation.
 pub(crate) const ANGULAR_LIMITS: &[Field] = &[
     field("speed", Quantity(AngularSpeed), "Greatest angular speed."),
     field("acceleration", Quantity(AngularAcceleration), "Greatest angular acceleration."),
     field("jerk", Quantity(AngularJerk), "Greatest angular jerk."),
 ];
 
-/// Coordinates of a body in a motion.
+/// Coordinates of a body, as keys of a motion.
 pub(crate) const BODY_MOTION: &[Field] = &[
     field("x", Quantity(Length), "x of the body's origin in the ground's frame."),
     field("y", Quantity(Length), "y of the body's origin."),
@@ -100,6 +100,6 @@ pub(crate) const BODY_MOTION: &[Field] = &[
     field("order", Choice(ORDERS), "Order of the intrinsic angles; by default xyz."),
 ];
 
-/// Orders of intrinsic angles.
+/// Orders of intrinsic rotations in three-angle sequences.
 pub(crate) const ORDERS: &[&str] =
     &["xyz", "yzx", "zxy", "xzy", "zyx", "yxz", "xyx", "yzy", "zxz", "xzx", "zyz", "yxy"];

@@ -1,4 +1,4 @@
-//! Springs and bushings.
+//! Keys of springs and bushings.
 
 use super::POSE;
 use crate::expression::Measure::{
@@ -7,7 +7,7 @@ use crate::expression::Measure::{
 use crate::fields::Shape::{LinearOrAngular, Name, Quantity, SixBySix, Table, Vector};
 use crate::fields::{Field, field, required};
 
-/// A spring.
+/// Keys of a spring.
 pub(crate) const SPRING: &[Field] = &[
     field("from", Name, "The body at one end; required without a `joint`."),
     field("to", Name, "The body at the other end; required without a `joint`."),
@@ -78,7 +78,7 @@ pub(crate) const SPRING: &[Field] = &[
     ),
 ];
 
-/// A bushing.
+/// Keys of a bushing.
 pub(crate) const BUSHING: &[Field] = &[
     required("from", Name, "The body of the first frame."),
     required("to", Name, "The body of the second frame."),

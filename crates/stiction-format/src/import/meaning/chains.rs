@@ -27,7 +27,8 @@ pub(super) fn merge(context: &Context<'_>, robot: &mut Description) {
     }
 }
 
-/// Joints in series through massless bodies that no other part refers to.
+/// Returns `length` passive hinges and slides in series, from joint `start` on; `None` unless the
+/// bodies between them are massless and no other part refers to these bodies.
 fn chain_from(robot: &Description, start: usize, length: usize) -> Option<Vec<usize>> {
     let mut chain = vec![start];
     while chain.len() < length {
@@ -63,7 +64,7 @@ fn chain_from(robot: &Description, start: usize, length: usize) -> Option<Vec<us
     chain.iter().all(is_passive).then_some(chain)
 }
 
-/// A chain at zero coordinates, in the frame of its first intermediate body.
+/// Chain of joints at zero coordinates; all poses refer to its first intermediate body.
 struct Chain<'a> {
     joints: Vec<&'a Joint>,
     /// Frame of each joint.
@@ -115,7 +116,7 @@ impl<'a> Chain<'a> {
         (self.distance(b, point) <= SAME * size).then_some(point)
     }
 
-    /// The joint of this type with its frame at zero coordinates.
+    /// Creates a joint of this type whose frames coincide with `frame` at zero coordinates.
     fn joint(&self, kind: JointType, frame: Pose<f64>, dofs: Vec<Coordinate>) -> Joint {
         let (first, last) = (self.joints[0], self.joints[self.joints.len() - 1]);
         let mut joint = Joint::new(self.name(), kind, (first.from, last.to));

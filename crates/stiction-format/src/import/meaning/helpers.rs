@@ -1,4 +1,5 @@
-//! Removes links that only mark a frame of a joint, as this program writes them.
+//! Removes links whose only purpose is to mark a joint's frame; exports of this program contain
+//! such links.
 
 use super::super::description::{Description, GROUND, Joint};
 use super::remove;
@@ -8,7 +9,7 @@ use stiction_core::mechanism::GROUND_NAME;
 /// Endings of the names of such links: the frame of a joint on its child, and the frames of a closure.
 const ENDINGS: [&str; 3] = [".frame", ".from", ".to"];
 
-/// Removes links that mark a frame; the joint then contains the frame itself.
+/// Removes links that mark a frame, and moves the frame to the joint itself.
 pub(in crate::import) fn fold(robot: &mut Description) {
     fold_ground(robot);
     while let Some((body, mount, joint)) = next(robot) {
@@ -32,7 +33,7 @@ pub(in crate::import) fn fold(robot: &mut Description) {
     }
 }
 
-/// A link without mass named `ground` and fixed to the world is the ground.
+/// Replaces a massless link named `ground`, fixed to the world, by the ground.
 fn fold_ground(robot: &mut Description) -> Option<()> {
     let is_ground =
         |body: usize| robot.bodies[body].name == GROUND_NAME && robot.bodies[body].is_massless();
@@ -61,7 +62,8 @@ fn fold_ground(robot: &mut Description) -> Option<()> {
     Some(())
 }
 
-/// A link that marks a frame, the fixed joint by which it is mounted, and its other joint.
+/// Finds a link that marks a frame; returns its index, that of its fixed joint, and that of its
+/// other joint.
 fn next(robot: &Description) -> Option<(usize, usize, usize)> {
     (GROUND + 1..robot.bodies.len()).find_map(|body| {
         let content = &robot.bodies[body];

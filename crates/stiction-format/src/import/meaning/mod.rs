@@ -14,8 +14,8 @@ use super::context::Context;
 use super::description::Description;
 use stiction_core::spatial::Vec3;
 
-/// Greatest sine of the angle between directions that count as parallel, and greatest distance between lines that
-/// count as identical, relative to the size of the robot: files have at least nine digits.
+/// Tolerance for parallel directions (sine of the angle) and for coincident lines (distance over
+/// the size of the robot). Files have at least nine digits.
 const SAME: f64 = 1e-8;
 
 /// Simplifies a description.

@@ -10,7 +10,8 @@ use nalgebra::{Matrix3, SymmetricEigen};
 use stiction_core::mechanism::GROUND_NAME;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// Element of a body, with the pose of the enclosing frames and the default class that it inherits.
+/// Element in a body, with the pose of its frame in the body and the default class that it
+/// inherits.
 struct Item<'a> {
     element: &'a Element,
     frame: Pose<f64>,
@@ -21,13 +22,13 @@ struct Item<'a> {
 struct Pending<'a> {
     element: &'a Element,
     parent: usize,
-    /// Pose of the enclosing frames in the parent body.
+    /// Pose in the parent body of the frame that contains the body.
     frame: Pose<f64>,
     class: Option<&'a str>,
 }
 
 impl Reader<'_, '_> {
-    /// Reads all bodies; without recursion, because chains may be long.
+    /// Reads all bodies; not recursively, because chains may be long.
     pub(super) fn read_bodies(&mut self, root: &Element) {
         let mut open: Vec<Pending<'_>> = Vec::new();
         for world in root.all("worldbody") {
@@ -52,7 +53,7 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Content of a body or of the world, with nested frames flattened.
+    /// Elements in a body or in the world; nested `frame` elements are replaced by their content.
     fn items<'e>(&self, element: &'e Element, class: Option<&'e str>) -> Vec<Item<'e>> {
         let mut items = Vec::new();
         let below = |element: &'e Element, frame: Pose<f64>, class: Option<&'e str>| {

@@ -1,4 +1,4 @@
-//! Classes of defaults, and included files.
+//! Default classes, and included files.
 
 use super::super::context::Context;
 use super::super::xml::{self, Attribute, Element};
@@ -82,7 +82,7 @@ pub(super) fn include(context: &Context<'_>, root: &mut Element) -> Option<()> {
     Some(())
 }
 
-/// Defaults of one class.
+/// Default attributes of one class.
 #[derive(Debug, Default)]
 struct Class {
     parent: Option<String>,

@@ -83,12 +83,12 @@ impl Reader<'_, '_> {
         Some(([first, second], None))
     }
 
-    /// Pose of the second body relative to the first, in the position of the file.
+    /// Pose of the second body in the first, at the position of the file.
     fn between(&self, [first, second]: [usize; 2]) -> Pose<f64> {
         self.poses[first].inverse() * self.poses[second]
     }
 
-    /// Point coincidence: a ball joint.
+    /// Reads a `connect` constraint, the coincidence of two points, as a ball joint.
     fn connect(&self, element: &Element, name: &str) -> Option<Joint> {
         let (ends, sites) = self.ends(element)?;
         let [one, two] = match sites {
@@ -109,7 +109,7 @@ impl Reader<'_, '_> {
         Some(joint)
     }
 
-    /// Frame coincidence: a fixed joint.
+    /// Reads a `weld` constraint, the coincidence of two frames, as a fixed joint.
     fn weld(&self, element: &Element, name: &str) -> Option<Joint> {
         let (ends, sites) = self.ends(element)?;
         let [one, two] = match sites {

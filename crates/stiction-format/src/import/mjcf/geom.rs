@@ -14,7 +14,8 @@ use stiction_core::spatial::{Mat3, Pose, Vec3};
 /// Default density, kg/m³.
 const DENSITY: f64 = 1000.0;
 
-/// Solids of the mesh files by their names, with density 1, or the reason why a mesh has no solid.
+/// Solids of the mesh files, with density 1, by mesh name; or the reason why a mesh bounds no
+/// solid.
 #[derive(Default)]
 pub(super) struct Meshes {
     found: HashMap<String, Element>,

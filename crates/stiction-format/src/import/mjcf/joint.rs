@@ -1,4 +1,4 @@
-//! Joints of one body: a chain from its parent through bodies without mass.
+//! Joints of one MJCF body: they form a chain from its parent body through massless bodies.
 
 use super::super::description::{Body, Coordinate, GROUND, Joint};
 use super::super::rotation::z_to;

@@ -1,4 +1,4 @@
-//! The position of a keyframe.
+//! Initial position from a keyframe.
 
 use super::super::rotation;
 use super::super::xml::Element;
@@ -8,7 +8,7 @@ use stiction_core::joint::JointType;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
 impl Reader<'_, '_> {
-    /// Uses the position of the keyframe `home`, or of the first keyframe.
+    /// Takes the initial coordinates from the keyframe `home`, or else from the first keyframe.
     pub(super) fn read_keyframe(&mut self, root: &Element) -> Option<()> {
         let keys = || root.all("keyframe").flat_map(|all| all.all("key"));
         let has_position = |key: &&Element| key.attribute("qpos").is_some();

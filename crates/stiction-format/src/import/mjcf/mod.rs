@@ -20,7 +20,7 @@ use settings::Settings;
 use std::collections::HashMap;
 use stiction_core::spatial::Pose;
 
-/// State of reading a file.
+/// State of reading an MJCF file.
 pub(super) struct Reader<'a, 'c> {
     context: &'a Context<'c>,
     settings: Settings,
@@ -97,7 +97,7 @@ fn refuse_generators(context: &Context<'_>, root: &Element) -> Option<()> {
 }
 
 impl Reader<'_, '_> {
-    /// Scales all masses to a given total.
+    /// Scales all masses so that their sum is the total mass in the settings.
     fn scale_mass(&mut self) {
         let Some(total) = self.settings.total_mass else { return };
         let sum: f64 = self.robot.bodies.iter().map(|body| body.mass).sum();

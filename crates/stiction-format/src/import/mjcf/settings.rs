@@ -11,7 +11,7 @@ use stiction_core::spatial::{Mat3, Pose, Vec3};
 pub(super) enum FromGeoms {
     Always,
     Never,
-    /// If there is no `inertial` element.
+    /// Only for bodies without an `inertial` element.
     Missing,
 }
 

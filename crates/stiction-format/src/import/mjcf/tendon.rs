@@ -1,4 +1,5 @@
-//! Tendons: springs between two points, and sums of joint coordinates that motors drive.
+//! Tendons: springs between two points, and linear combinations of joint coordinates that motors
+//! drive.
 
 use super::super::description::Spring;
 use super::super::xml::Element;
@@ -7,12 +8,13 @@ use crate::source::Place;
 use std::collections::HashMap;
 use stiction_core::spatial::Pose;
 
-/// Tendon that is a sum of joint coordinates.
+/// Fixed tendon: a linear combination of joint coordinates.
 #[derive(Clone, Debug)]
 pub(super) struct Fixed {
-    /// Joints of one degree of freedom, with their coefficients in the sum.
+    /// Joints with one degree of freedom, each with its coefficient in the combination.
     pub(super) joints: Vec<(usize, f64)>,
-    /// Inertia, friction and damping at the sum; they are assigned to a motor.
+    /// Inertia, friction and damping in the tendon's coordinate, SI units; they are assigned to the
+    /// motor that drives the tendon.
     pub(super) armature: f64,
     pub(super) friction: f64,
     pub(super) damping: f64,
@@ -20,7 +22,7 @@ pub(super) struct Fixed {
     place: Place,
 }
 
-/// Sums of joint coordinates by the names of their tendons.
+/// Fixed tendons by name.
 pub(super) type Tendons = HashMap<String, Fixed>;
 
 impl Reader<'_, '_> {
@@ -42,7 +44,7 @@ impl Reader<'_, '_> {
         tendons
     }
 
-    /// Reports friction and inertia of sums of joints that no motor drives.
+    /// Reports friction and inertia of fixed tendons that no motor drives.
     pub(super) fn note_tendons(&self, tendons: &Tendons) {
         let mut left: Vec<&Fixed> = tendons.values().filter(|fixed| !fixed.is_driven).collect();
         left.sort_by_key(|fixed| fixed.place.line_column());

@@ -1,4 +1,4 @@
-//! Frames of SDF: each has a pose relative to another one.
+//! Frames of SDF: the pose of each frame is given relative to another frame.
 
 use super::super::context::Context;
 use super::super::rotation;
@@ -15,24 +15,25 @@ const MODEL: &str = "__model__";
 
 #[derive(Clone, Debug)]
 struct Frame {
-    /// Full name of the frame to which the pose is relative; `None` for the world.
+    /// Full name of the frame to which `pose` is relative; `None` for the world.
     base: Option<String>,
     pose: Pose<f64>,
-    /// Frame within a model to which the model's pose applies instead of to the model's own frame.
+    /// Name of the frame in the model that the model's pose places; `None` for the model's own
+    /// frame.
     placement: Option<String>,
     /// Full name of the frame or link to which the frame is attached.
     carrier: Option<String>,
     place: Place,
 }
 
-/// All frames by their full names.
+/// All frames by full name, such as `arm::wrist`.
 #[derive(Debug, Default)]
 pub(super) struct Frames {
     frames: HashMap<String, Frame>,
     resolved: HashMap<String, Pose<f64>>,
 }
 
-/// Pose of an element `pose`.
+/// Reads the child element `pose`; the identity if there is none.
 pub(super) fn pose(context: &Context<'_>, element: &Element) -> Pose<f64> {
     let Some(pose) = element.child("pose").filter(|pose| !pose.text.is_empty()) else {
         return Pose::identity();
@@ -94,7 +95,8 @@ impl Frames {
         Some(())
     }
 
-    /// Pose of a frame relative to another frame `above` it, or to the world.
+    /// Pose of a frame relative to the frame `above`, from which it is placed directly or through
+    /// other frames; relative to the world if `above` is `None`.
     fn chain(&self, context: &Context<'_>, name: &str, above: Option<&str>) -> Option<Pose<f64>> {
         let mut total = Pose::identity();
         let mut at = name.to_owned();
@@ -135,7 +137,7 @@ impl Frames {
         None
     }
 
-    /// Pose in the world.
+    /// Pose of a frame in the world.
     pub(super) fn pose(&self, name: &str) -> Pose<f64> {
         self.resolved.get(name).copied().unwrap_or(Pose::identity())
     }

@@ -1,4 +1,4 @@
-//! Gearboxes of SDF: two hinges on a reference body turn at a ratio.
+//! Gearboxes of SDF: rigid couplings of two hinges on a reference body at a fixed ratio.
 
 use super::super::description::Gearing;
 use super::super::xml::Element;
@@ -7,7 +7,7 @@ use super::models::Model;
 use crate::diagnostic::quoted;
 use stiction_core::joint::JointType;
 
-/// Least cosine of the angle between the axis of a gearbox and that of a hinge.
+/// Minimum cosine of the angle between the axes of a gearbox and of a hinge that count as parallel.
 const PARALLEL: f64 = 1.0 - 1e-9;
 
 impl Reader<'_, '_> {

@@ -10,9 +10,9 @@ use std::f64::consts::TAU;
 use stiction_core::joint::JointType;
 use stiction_core::spatial::{Pose, Vec3};
 
-/// Magnitude from which a limit counts as no limit.
+/// Limits of this size and above count as absent.
 const UNLIMITED: f64 = 1e15;
-/// Largest deviation from a right angle between two axes that count as perpendicular, as a sine.
+/// Tolerance for perpendicular axes: sine of the deviation from a right angle.
 const PERPENDICULAR: f64 = 1e-9;
 
 impl Reader<'_, '_> {
@@ -94,7 +94,8 @@ impl Reader<'_, '_> {
         Some(())
     }
 
-    /// Adds a joint whose frames coincide at `frame` in the world.
+    /// Adds a joint between two bodies; both of its frames coincide with `frame`, given in the
+    /// world.
     fn add_joint(
         &mut self,
         (_, element): (&Model, &Element),
@@ -125,7 +126,8 @@ impl Reader<'_, '_> {
         index
     }
 
-    /// Body of one end of a joint: a link, or the link to which a frame is attached.
+    /// Body at one end of a joint: the link that the child `tag` names, or the link that carries
+    /// the named frame.
     pub(super) fn end(&self, model: &Model, element: &Element, tag: &str) -> Option<usize> {
         let context = self.context;
         let Some(end) = element.child(tag).filter(|end| !end.text.is_empty()) else {
@@ -222,7 +224,8 @@ impl Reader<'_, '_> {
         (coordinate, effort)
     }
 
-    /// Reads a coupling with another joint: multiplier (leader - reference) + offset.
+    /// Reads a coupling with another joint, the leader: coordinate = multiplier (leader -
+    /// reference) + offset.
     pub(super) fn read_mimic(&mut self, model: &Model, element: &Element) -> Option<()> {
         let context = self.context;
         let mimic = element.child("axis")?.child("mimic")?;

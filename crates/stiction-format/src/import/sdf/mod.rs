@@ -21,7 +21,7 @@ use stiction_core::spatial::{Pose, Vec3};
 /// Default gravity of a world, m/s².
 const GRAVITY: f64 = -9.8;
 
-/// State of reading a file.
+/// State of reading an SDF file.
 pub(super) struct Reader<'a, 'c> {
     context: &'a Context<'c>,
     robot: Description,
@@ -32,7 +32,8 @@ pub(super) struct Reader<'a, 'c> {
     bodies: HashMap<String, usize>,
     /// Joints by their full names in the file.
     joints: HashMap<String, usize>,
-    /// Greatest effort of each joint, N or N m, if the file contains one.
+    /// Greatest effort of each joint by index, N or N m; without entry for a joint without this
+    /// limit.
     efforts: HashMap<usize, f64>,
 }
 
@@ -103,7 +104,8 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Adds a free joint between the world and links that no joint connects with it: they float.
+    /// Adds a free joint between the world and each group of links that no chain of joints connects
+    /// with the world.
     fn float(&mut self, models: &[Model]) {
         let count = self.robot.bodies.len();
         let mut group: Vec<usize> = (0..count).collect();

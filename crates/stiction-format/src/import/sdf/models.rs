@@ -1,4 +1,4 @@
-//! Models of a file, including nested and included models, as a flat list.
+//! Finds the models of a file, including nested and included ones, as a flat list.
 
 use super::super::context::Context;
 use super::super::xml::{self, Element};
@@ -23,13 +23,13 @@ pub(super) struct Model {
 }
 
 impl Model {
-    /// Full name of a part.
+    /// Full name of a part: the prefix and its name in the model.
     pub(super) fn full(&self, name: &str) -> String {
         format!("{}{name}", self.prefix)
     }
 }
 
-/// Models of a file.
+/// Result of the search: the robot's name and its models.
 pub(super) struct Found {
     pub(super) name: String,
     pub(super) models: Vec<Model>,

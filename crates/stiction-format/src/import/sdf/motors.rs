@@ -1,13 +1,14 @@
-//! Motors of SDF: joints with an effort limit, or those that a controller names.
+//! Motors of SDF: joints that a plugin names, or else joints with an effort limit.
 
 use super::super::description::Motor;
 use super::Reader;
 use super::models::Model;
 
-/// Effort limits of this size and above count as no limit.
+/// Effort limits of this size and above, N or N m, count as absent.
 const UNLIMITED: f64 = 1e9;
 
-/// Marks joints that may have an effort as actuated.
+/// Marks joints as actuated: those that plugins name, or else, in an open chain, those whose effort
+/// limit is not 0, otherwise those with a positive effort limit.
 pub(super) fn guess(reader: &mut Reader<'_, '_>, models: &[Model]) {
     let mut named: Vec<usize> = Vec::new();
     for model in models {

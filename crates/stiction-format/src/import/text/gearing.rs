@@ -1,4 +1,4 @@
-//! Tables of rigid gearings.
+//! Writes tables of rigid gearings.
 
 use super::super::context::Context;
 use super::super::description::{Description, Gearing};
@@ -9,8 +9,8 @@ use crate::diagnostic::quoted;
 use std::collections::HashSet;
 use std::fmt::Write;
 
-/// Terms of a gearing as in a model file: each coordinate once, none with the factor 0. `None` if fewer than two
-/// terms remain, or a joint has no such coordinate.
+/// Terms of a gearing as in a model file: equal coordinates combined, zero factors removed. `None`
+/// if fewer than two terms remain, or a joint lacks the coordinate.
 pub(in crate::import) fn terms(
     robot: &Description,
     gearing: &Gearing,

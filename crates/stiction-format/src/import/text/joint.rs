@@ -1,4 +1,4 @@
-//! Tables of joints.
+//! Writes tables of joints.
 
 use super::super::context::Context;
 use super::super::description::{Coordinate, Description, Joint};
@@ -8,9 +8,10 @@ use std::fmt::Write;
 use stiction_core::joint::{JointType, Motion};
 use stiction_core::spatial::Mat3;
 
-/// Radius of a pin, m, whose damping is given as a moment per angular rate: any radius gives the same result.
+/// Nominal pin radius, m, for damping given as a moment per angular rate; its value cancels.
 const RADIUS: f64 = 0.01;
-/// Friction coefficient that, with a preload, gives constant friction; so small that the joint load has no effect.
+/// Friction coefficient written for constant friction, which a preload produces; so small that the
+/// joint load adds nothing noticeable.
 const SMALL: f64 = 1e-6;
 
 pub(super) fn write(
@@ -170,7 +171,8 @@ fn ranges(out: &mut String, joint: &Joint) {
     }
 }
 
-/// Interfaces of a joint by their names in a friction table, with the coordinates of each.
+/// Friction interfaces of a joint type: their names in a friction table, each with the index of its
+/// coordinate.
 fn interfaces(kind: JointType) -> &'static [(&'static str, usize)] {
     match kind {
         JointType::Revolute | JointType::Prismatic => &[("", 0)],
@@ -250,13 +252,13 @@ fn friction(context: &Context<'_>, out: &mut String, robot: &Description, index:
     };
 }
 
-/// Writes a friction table of an extension on one line.
+/// Writes the friction table of an extension element on one line.
 fn inline(out: &mut String, table: &toml::Table) {
     let value = toml::Value::Table(table.clone());
     let _ = writeln!(out, "friction = {value}");
 }
 
-/// Written unit vectors must remain perpendicular.
+/// Checks that unit vectors remain perpendicular as written.
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,4 +1,4 @@
-//! Text of the model file of a description.
+//! Writes a description as the text of a model file.
 
 pub(super) mod gearing;
 mod joint;
@@ -16,20 +16,20 @@ use stiction_core::spatial::Vec3;
 /// Longest line of a comment, characters.
 const WIDTH: usize = 100;
 
-/// Coordinate of the motion that fixes the position of the robot.
+/// Coordinate with its value in the motion that fixes the position of the robot.
 #[derive(Clone, Debug)]
 pub(super) struct Held {
-    /// Coordinate, as in motions.
+    /// Name of the coordinate, as in motions.
     pub(super) name: String,
     pub(super) value: f64,
     pub(super) is_angle: bool,
 }
 
-/// Content of the text in addition to the robot.
+/// Content of the text besides the robot: file name, remarks and motion.
 pub(super) struct Draft<'a> {
     /// Name of the file from which the robot was imported.
     pub(super) file: &'a str,
-    /// Remarks for the top of the text.
+    /// Remarks, written at the top of the text.
     pub(super) notes: &'a [Note],
     /// Coordinates that fix the position of the robot; `None` for a text from which only the mechanism is read.
     pub(super) motion: Option<Vec<Held>>,
@@ -135,7 +135,7 @@ fn entries(out: &mut String, table: &toml::Table) {
     }
 }
 
-/// A key of a table.
+/// Key of a table, quoted where TOML requires it.
 fn key(name: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     if name.chars().all(plain) { name.to_owned() } else { text(name) }

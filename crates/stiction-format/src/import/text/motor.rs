@@ -1,4 +1,4 @@
-//! Tables of motors.
+//! Writes tables of motors.
 
 use super::super::context::Context;
 use super::super::description::{Coordinate, Description, JointMotor, Motor};
@@ -7,7 +7,8 @@ use super::numbers::quantity;
 use super::{entries, key, line, text};
 use std::fmt::Write;
 
-/// Tests if a motor table is written for a coordinate, because `actuated = true` would not be enough.
+/// Tests if a coordinate needs a motor table, because the key `actuated = true` cannot express its
+/// motor.
 pub(super) fn is_written(robot: &Description, joint: usize, dof: usize) -> bool {
     let own = &robot.joints[joint].dofs[dof];
     let is_alone =
@@ -17,7 +18,8 @@ pub(super) fn is_written(robot: &Description, joint: usize, dof: usize) -> bool 
         && (own.armature > 0.0 || own.friction > 0.0 || motors(robot, joint, dof).any(is_special))
 }
 
-/// Tests if a motor of several joints, or a motor from an extension element, drives a coordinate.
+/// Tests if a coordinate is driven by a motor of several joints, or by a motor from an extension
+/// element.
 pub(super) fn is_driven_otherwise(robot: &Description, joint: usize, dof: usize) -> bool {
     let several = || robot.joint_motors.iter().flat_map(|motor| &motor.terms);
     let name = robot.joints[joint].dof_name(dof);
@@ -28,7 +30,7 @@ pub(super) fn is_driven_otherwise(robot: &Description, joint: usize, dof: usize)
         })
 }
 
-/// Tests if a motor has properties besides its name.
+/// Tests if a motor has properties that need a table, besides its name.
 fn is_special(motor: &Motor) -> bool {
     motor.gear != 1.0 || motor.effort.is_some() || motor.rate.is_some()
 }
@@ -78,7 +80,7 @@ pub(super) fn write(context: &Context<'_>, out: &mut String, robot: &Description
     }
 }
 
-/// Writes a motor of several joints.
+/// Writes the table of a motor that drives several joints.
 fn several(out: &mut String, robot: &Description, motor: &JointMotor) {
     let header = format!("[actuators.{}]", key(&motor.name));
     let _ = writeln!(out, "\n{}", line(motor.place.as_ref(), &header));

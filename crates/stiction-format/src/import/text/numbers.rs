@@ -7,8 +7,8 @@ const ROUNDING: f64 = 6e-16;
 /// Maximum number of significant digits of a number that a person wrote.
 const DIGITS: usize = 11;
 
-/// The number with few digits that differs from `value` only by rounding relative to `scale`, else
-/// the number itself.
+/// Nearest number with few digits if it differs from `value` only by rounding relative to `scale`;
+/// else `value`.
 pub(super) fn rounded(value: f64, scale: f64) -> f64 {
     let tolerance = ROUNDING * value.abs().max(scale);
     if value.abs() <= tolerance {
@@ -69,7 +69,7 @@ pub(super) fn lengths(v: Vec3<f64>) -> String {
     format!("[{x}, {y}, {z}]")
 }
 
-/// An angle in degrees where that is a short number, else in rad.
+/// An angle in degrees if that number is short, else in rad.
 pub(super) fn angle(value: f64) -> String {
     let degrees = rounded_degrees(value);
     match (value, degrees) {
@@ -87,7 +87,7 @@ fn rounded_degrees(value: f64) -> Option<f64> {
     ((short.to_radians() - value).abs() <= ROUNDING * value.abs().max(1.0)).then_some(short)
 }
 
-/// An initial guess, written with few digits.
+/// An initial guess, as a quantity with few digits.
 pub(super) fn guess(value: f64, is_angle: bool) -> String {
     match is_angle {
         true => format!("\"{} deg\"", shifted(decimals(value.to_degrees(), 1e8), 0)),
@@ -143,7 +143,7 @@ fn distance(a: Mat3<f64>, b: Mat3<f64>) -> f64 {
     (0..9).map(|k| (a.at(k / 3, k % 3) - b.at(k / 3, k % 3)).abs()).fold(0.0, f64::max)
 }
 
-/// Rotation as an axis with an angle, or as short angles about z, y and x.
+/// Rotation as an axis with an angle, or as three angles in whole degrees about z, y and x.
 pub(super) fn rotation(rotation: Mat3<f64>) -> String {
     let vector = rotation.rotation_vector();
     let turn = vector.norm();
@@ -169,7 +169,8 @@ pub(super) fn rotation(rotation: Mat3<f64>) -> String {
     axis_angle(direction)
 }
 
-/// Angles about z, the new y and the new x, in whole degrees.
+/// Intrinsic angles about z, the new y and the new x, in degrees, if all of them are whole; else
+/// `None`.
 fn short_angles(rotation: Mat3<f64>) -> Option<[f64; 3]> {
     let pitch = (-rotation.at(2, 0)).atan2(rotation.at(0, 0).hypot(rotation.at(1, 0)));
     let (yaw, roll) = if pitch.cos() > 1e-6 {

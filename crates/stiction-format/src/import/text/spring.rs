@@ -1,4 +1,4 @@
-//! Tables of springs.
+//! Writes tables of springs.
 
 use super::super::description::Description;
 use super::joint::is_angle;

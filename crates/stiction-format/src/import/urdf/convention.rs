@@ -1,8 +1,8 @@
 //! Closures and motors in a YAML file beside the URDF: the convention of *example-parallel-robots*.
 //!
-//! `closed_loop` is a list of pairs of frames that coincide, each that of a joint or link; `type`
-//! specifies if whole frames (`6d`) or only their origins (`3d`) coincide. `name_mot` lists the actuated
-//! joints. `joint_name` with `joint_type` replaces joints of the URDF by others.
+//! `closed_loop` lists pairs of joints or links whose frames coincide; `type` specifies if the
+//! whole frames (`6d`) or only their origins (`3d`) coincide. `name_mot` lists the actuated joints.
+//! `joint_name` with `joint_type` replaces joints of the URDF by others.
 
 use super::super::context::Context;
 use super::super::description::{Coordinate, Description, Joint};

@@ -9,7 +9,7 @@ use crate::diagnostic::{did_you_mean, quoted};
 use stiction_core::joint::JointType;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// Magnitude from which a limit counts as no limit; the format requires limits for some joints.
+/// Limits of this size and above count as absent; the format requires limits for some joints.
 pub(super) const UNLIMITED: f64 = 1e9;
 
 /// Types of joints in the file.
@@ -189,7 +189,8 @@ pub(super) fn read_mimic(
     Some(())
 }
 
-/// Changes the type of a joint, about the frame of its child. A universal joint rotates about x, then about y.
+/// Changes the type of a joint and places both of its frames at the child's frame; a universal
+/// joint rotates about x, then about y.
 pub(super) fn retype(joint: &mut Joint, kind: JointType) {
     // The frame of the child at zero coordinates.
     let frame = joint.frame_j * joint.frame_k.inverse();

@@ -18,7 +18,7 @@ use stiction_core::spatial::{Pose, Vec3};
 /// Gravity, m/s²; URDF does not contain it.
 const GRAVITY: f64 = -9.81;
 
-/// Links and joints by the names of the file.
+/// Indices of links and joints by their names in the file.
 pub(super) struct Tree {
     /// Index of the body of each link.
     pub(super) links: HashMap<String, usize>,
@@ -149,7 +149,7 @@ fn mesh_of(context: &Context<'_>, visual: &Element) -> Option<VisualMesh> {
     Some(VisualMesh { file, scale, pose: origin(context, visual) })
 }
 
-/// Identifies the root link with the ground.
+/// Makes the root link part of the ground.
 fn ground(context: &Context<'_>, robot: &mut Description, link: &Body) {
     let mut comment = format!("The root link of the file, {}, is the ground.", quoted(&link.name));
     if link.mass > 0.0 {

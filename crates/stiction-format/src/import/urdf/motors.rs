@@ -9,7 +9,7 @@ use super::joint::UNLIMITED;
 use crate::diagnostic::quoted;
 use std::collections::HashMap;
 
-/// Reads motors where the YAML file has not named them.
+/// Reads the motors from the URDF unless the YAML file lists motors.
 pub(super) fn read(
     context: &Context<'_>,
     tree: &Tree,
@@ -78,7 +78,7 @@ fn read_transmission(
     Some(())
 }
 
-/// Greatest effort and rate of each joint, in SI units.
+/// Effort and rate limits of each joint by name, N or N m, and m/s or rad/s.
 fn limits_of(context: &Context<'_>, root: &Element) -> HashMap<String, [Option<f64>; 2]> {
     let read = |joint: &Element| {
         let limit = joint.child("limit")?;

@@ -59,7 +59,7 @@ fn viscous_of(
     Some(number)
 }
 
-/// The table of coefficients, unless a more specific table contains `mu`.
+/// Table of coefficients that applies; `None` if a more specific table contains `mu`.
 fn table_in_force<'a>(layers: &Layers<'a>, notes: &mut Notes) -> Option<Given<'a>> {
     let table = layers.given("table")?;
     let Some(mu) = layers.given("mu") else { return Some(table) };

@@ -1,4 +1,5 @@
-//! Layers of tables, of which the most specific one takes precedence.
+//! Tables of a friction interface in layers: a value in a more specific table overrides that of a
+//! more general one.
 
 use super::FrictionSpans;
 use crate::diagnostic::Diagnostic;
@@ -12,7 +13,8 @@ pub(super) struct Notes {
 }
 
 impl Notes {
-    /// Records a message at a place; returns true if it is new.
+    /// Records that a message about `key` was given at byte `at`; returns true for the first such
+    /// message.
     fn is_new(&mut self, at: usize, key: &'static str) -> bool {
         let new = !self.reported.contains(&(at, key));
         if new {
@@ -29,7 +31,7 @@ pub(super) struct Layers<'a> {
     pub(super) no_shared_radius: bool,
 }
 
-/// A value and the index of its table.
+/// Value of a key, with its table and the index of this table among the layers.
 #[derive(Clone, Copy)]
 pub(super) struct Given<'a> {
     pub(super) layer: usize,
@@ -57,12 +59,12 @@ impl<'a> Layers<'a> {
         Some(number)
     }
 
-    /// The word of a key in the most specific table that contains it.
+    /// Word that the most specific table gives for a key, such as the name of a friction law.
     pub(super) fn word(&self, key: &'static str) -> Option<&'static str> {
         self.given(key)?.record.choice(key)
     }
 
-    /// Reports a key that excludes others.
+    /// Reports a key that is not allowed beside another key or for this friction law.
     pub(super) fn conflict(
         &self,
         given: Given<'_>,

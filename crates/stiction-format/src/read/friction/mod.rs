@@ -13,7 +13,7 @@ use layers::{Layers, Notes};
 use stiction_core::friction::{InterfaceShape, JointFriction, Law, interfaces_of};
 use stiction_core::joint::JointType;
 
-/// The joint whose friction is read.
+/// Properties of the joint whose friction is read.
 pub(crate) struct Place<'a> {
     pub(crate) joint_type: JointType,
     /// Pitch, m/rad; zero if the joint has none.
@@ -22,7 +22,7 @@ pub(crate) struct Place<'a> {
     pub(crate) what: &'a str,
 }
 
-/// Places of the numbers of a friction table.
+/// Places of the numbers in a friction table.
 #[derive(Default)]
 pub(crate) struct FrictionSpans {
     pub(crate) table: Span,
@@ -31,7 +31,7 @@ pub(crate) struct FrictionSpans {
 }
 
 impl FrictionSpans {
-    /// Place of the parameter with the builder's name `parameter`.
+    /// Place of the number that a message of the mechanism's builder calls `parameter`.
     pub(crate) fn of_parameter(&self, parameter: &str, value: f64) -> Span {
         let key = match parameter {
             "coefficient" => "mu",
@@ -146,7 +146,8 @@ pub(crate) fn read(
     (interfaces, notes.spans)
 }
 
-/// Tests if an interface of this shape has the key. The builder reports the radius of a guide.
+/// Tests if an interface of this shape has the key. A radius is accepted for guides as well; the
+/// mechanism's builder then reports it.
 fn applies(key: &str, shape: InterfaceShape, joint_type: JointType) -> bool {
     use InterfaceShape::{Ball, Guide, Pin, Plate, Shaft, Sleeve, Thread};
     match key {

@@ -1,9 +1,10 @@
 //! Times of day and dates.
 
-/// Seconds of a time of day such as `12:05:01.25`, after a date such as `2024-03-01`, `1.3.2024` or `3/1/2024` also of
-/// its day: from 1970, or from an unknown day without one. An offset from universal time is ignored, because only
-/// differences of times count. Two numbers are minutes and seconds if the second one has decimals, such as `05:12.25`,
-/// hours and minutes after a date, and else [`is_ambiguous`]. `None` for other texts.
+/// Time in seconds of a time of day such as `12:05:01.25`. After a date such as `2024-03-01`,
+/// `1.3.2024` or `3/1/2024` it counts from 1970, otherwise from midnight. An offset from universal
+/// time is ignored, because only differences of times matter. Two numbers are minutes and seconds
+/// if the second one has decimals (`05:12.25`), and hours and minutes after a date. `None` for all
+/// other texts, also for those that [`is_ambiguous`] accepts.
 pub(super) fn seconds(text: &str) -> Option<f64> {
     let (date, time) = match text.split_once(['T', ' ']) {
         Some((date, time)) => (Some(date), time.trim_start()),
@@ -40,7 +41,7 @@ pub(super) fn is_time(text: &str) -> bool {
     seconds(text).is_some() || is_ambiguous(text)
 }
 
-/// Days from 1970 to a date in the Gregorian calendar.
+/// Days from 1970-01-01 to a date in the Gregorian calendar.
 fn days(date: &str) -> Option<i64> {
     let parts: Vec<i64> =
         date.split(['-', '/', '.']).map(|part| part.parse().ok()).collect::<Option<_>>()?;

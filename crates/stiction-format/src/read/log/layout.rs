@@ -1,11 +1,12 @@
-//! Layouts of logs that are no tables with separators: columns of blanks, and a header in a comment.
+//! Layouts of logs without separators: columns separated by blanks, and headers written as
+//! comments.
 
 use super::clock;
 use super::preamble::SEARCHED;
 use crate::signal::recorded::lines::{Delimiter, parse_number};
 
-/// Replaces the blanks between the columns of a table without other separators by tabs, and the mark of a comment by a
-/// blank where the comment is the header of the rows below it. All positions remain valid.
+/// Replaces blanks between columns by tabs if the table has no other separator, and removes the
+/// comment mark before a header. The length of the text and all positions in it stay the same.
 pub(super) fn with_separators(text: String) -> String {
     let content = |line: &str| -> Option<String> {
         let line = line.trim();
@@ -41,7 +42,8 @@ pub(super) fn with_separators(text: String) -> String {
     String::from_utf8(bytes).unwrap_or_default()
 }
 
-/// Replaces the mark of the comment above a first row of numbers, dates and times of day with as many cells.
+/// Replaces the mark `#` of the last comment by a blank if the first row below it has as many cells
+/// and consists of numbers, dates or times of day.
 fn uncomment(bytes: &mut [u8]) {
     let (mut at, mut comment) = (0, None);
     while at < bytes.len() {

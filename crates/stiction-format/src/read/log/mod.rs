@@ -43,22 +43,22 @@ pub enum LogRole {
 pub struct LogColumn {
     /// Name as written in the log, without the unit.
     pub name: String,
-    /// Meaning.
+    /// Meaning of the values.
     pub role: LogRole,
     /// Values, SI units.
     pub values: Vec<f64>,
 }
 
-/// Rows of a log that were omitted.
+/// Rows of a log that were omitted because they are invalid.
 #[derive(Clone, Debug, Default)]
 pub struct Rows {
-    /// The first of these rows, with line and reason.
+    /// First omitted rows, each with its line and the reason.
     pub named: Vec<(usize, String)>,
-    /// Number of all these rows.
+    /// Number of all omitted rows.
     pub count: usize,
 }
 
-/// A measured log.
+/// Measured log: times, and the columns of measured values.
 #[derive(Clone, Debug)]
 pub struct Log {
     /// Times, s, increasing; for a table of steady motions, row numbers.
@@ -73,7 +73,7 @@ pub struct Log {
     pub is_steady: bool,
 }
 
-/// Description of a log beyond its text.
+/// Information about a log that its text does not contain.
 #[derive(Clone, Debug, Default)]
 pub struct LogFormat<'a> {
     /// Meanings of columns whose headers do not state them.
@@ -82,7 +82,7 @@ pub struct LogFormat<'a> {
     pub is_steady: bool,
     /// Names of the columns of a log without a header; empty if it has one.
     pub header: &'a [String],
-    /// Time from one row to the next, s, in the place of a time column.
+    /// Time from one row to the next, s, for a log without a time column.
     pub step: Option<f64>,
 }
 
@@ -94,15 +94,15 @@ pub struct Renamed {
     /// Header that states its meaning, such as `axis1 [deg]` or `A1.current [A]`; empty for a column that
     /// is not used.
     pub meaning: String,
-    /// Factor applied to the values before conversion from the unit.
+    /// Factor by which the values are multiplied before the conversion from the unit in `meaning`.
     pub factor: f64,
-    /// Number added after the factor, in this unit.
+    /// Number added after the factor, in the unit of `meaning`.
     pub offset: f64,
 }
 
 /// Maximum number of bad rows that are reported individually.
 const NAMED: usize = 20;
-/// Ratio to the previous time step up to which a step counts as usual.
+/// Largest ratio of a time step to the previous one that counts as regular.
 const JUMP: f64 = 3.0;
 
 impl Rows {
@@ -115,14 +115,14 @@ impl Rows {
 }
 
 impl Log {
-    /// Tests if the last row, not the one at `now`, breaks the order of time: without the last row, `now` follows
-    /// after a usual step.
+    /// Tests if the last accepted row has the wrong time rather than the row at `now`, s: without
+    /// the last row, `now` would follow after a regular step.
     fn has_jumped_before(&self, now: f64) -> bool {
         let [.., first, before, last] = self.times[..] else { return false };
         last > now && now > before && now - before <= JUMP * (before - first)
     }
 }
-/// Minimum number of good rows, for a recording and for a table of steady motions.
+/// Minimum number of valid rows: of a log over time, and of a table of steady motions.
 const LEAST: [usize; 2] = [20, 4];
 
 impl ModelFile {

@@ -66,8 +66,9 @@ pub(super) fn find(text: &str, lines: &[Span], is_known: impl Fn(&str) -> bool) 
     all.find_map(|(at, needs_name)| found(at, needs_name)).or_else(|| head(from))
 }
 
-/// Head of a log without a header: all lines are rows, with `columns` cells. The commas of a row may be decimal ones, so
-/// the separator is the first of tab, semicolon and comma that divides the first row into so many cells.
+/// Header data of a log without a header: all lines are rows with `columns` cells. Commas may be
+/// decimal ones, so the separator is the first of tab, semicolon and comma that divides the first
+/// row into this number of cells.
 pub(super) fn none(text: &str, lines: &[Span], columns: usize) -> Option<Head> {
     let first = lines.first()?;
     let declared = Delimiter::declared(&text[first.clone()]);

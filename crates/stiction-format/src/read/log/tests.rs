@@ -85,7 +85,8 @@ fn steady_motions() {
     assert!(format!("{:?}", read(false).unwrap_err()).contains("steady = true"));
 }
 
-/// A single wrong time makes one row bad, whatever its direction.
+/// Checks that a single wrong time invalidates one row only, whether the time is too early or too
+/// late.
 #[test]
 fn a_jump_of_the_time_blames_one_row() {
     let header = "time [s],left_motor.effort,left_motor,right_motor";
@@ -122,8 +123,8 @@ fn read_with(
     model().read_log("log.csv", Contents::Whole(text), format)
 }
 
-/// Logs without a header get one by the options, and are refused with this cure without it; columns may be separated by
-/// blanks.
+/// Checks that options can name the columns of a log without a header, that the error without them
+/// suggests it, and that blanks can separate columns.
 #[test]
 fn logs_without_a_header() {
     let rows: String =
@@ -161,7 +162,8 @@ fn times_of_day() {
     assert_eq!(found.lines[0], 3);
 }
 
-/// Repeated time stamps are refused with a cure, and the cure works; bad rows take their time, too.
+/// Checks that repeated time stamps are rejected with advice to give a step, and that the step then
+/// also counts bad rows.
 #[test]
 fn a_step_stands_for_the_time() {
     let row = |k: i32| match k {
@@ -177,7 +179,8 @@ fn a_step_stands_for_the_time() {
     assert!((found.times[58] - 0.059).abs() < 1e-15 && (found.times[5] - 0.006).abs() < 1e-15);
 }
 
-/// A pattern leaves out several columns; a column with a meaning of its own is used.
+/// Checks that a pattern excludes several columns, but not a column whose meaning is given
+/// separately.
 #[test]
 fn a_pattern_of_columns_that_are_not_used() {
     let unused = |column: &str, meaning: &str| Renamed {
@@ -221,7 +224,8 @@ fn times_of_day_are_in_seconds() {
     }
 }
 
-/// `05:12` may be hours and minutes or minutes and seconds: refused, with the cure.
+/// Checks that `05:12` is rejected with advice: it may be hours and minutes, or minutes and
+/// seconds.
 #[test]
 fn times_of_two_numbers_are_refused() {
     let text = |time: fn(usize) -> String| {

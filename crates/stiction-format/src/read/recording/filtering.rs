@@ -15,7 +15,7 @@ use crate::source::Place;
 /// Maximum number of samples used to suggest a cut-off frequency.
 const EXAMINED: usize = 1 << 16;
 
-/// A cut-off frequency and its place, if it is part of a text.
+/// Cut-off frequency of the filter, with its place if a text contains it.
 pub(crate) struct Cutoff {
     pub(crate) hertz: f64,
     pub(crate) place: Option<Place>,
@@ -86,8 +86,8 @@ pub(super) fn describe(cutoff: f64) -> String {
     )
 }
 
-/// Filters all coordinates of a recording, which is read again for this purpose. The inner error rejects the cut-off
-/// frequency.
+/// Filters all coordinates of a recording; reads the recording a second time. The inner error
+/// rejects the cut-off frequency.
 pub(super) fn filtered(
     recording: &Recording,
     source: (&Input, ReadHeader<'_>),
@@ -105,8 +105,9 @@ pub(super) fn filtered(
     Ok(Ok(filter(&samples.finish())))
 }
 
-/// Suggests a cut-off frequency, Hz, for the noisy coordinates of a recording, which is read again for this purpose.
-/// In a long recording, the samples around the greatest speed are examined.
+/// Suggests a cut-off frequency, Hz, for the noisy coordinates of a recording; reads the recording
+/// a second time. If it is long, only the samples around the greatest speed of the first noisy
+/// coordinate are examined.
 pub(super) fn suggestion(
     recording: &Recording,
     source: (&Input, ReadHeader<'_>),

@@ -1,4 +1,5 @@
-//! Curves from the rows of a recording. A text in memory is solved as a whole, any other text through an index.
+//! Curves through the samples of a recording. They are computed at once from a text in memory, and
+//! piece by piece through an index from any other text.
 
 use super::header::Header;
 use super::input::Input;
@@ -19,7 +20,7 @@ use std::sync::Arc;
 /// times as much memory.
 const MAX_GLOBAL_BYTES: u64 = 1 << 30;
 
-/// A valid recording.
+/// Valid recording: its header, times and curves.
 pub(super) struct Recording {
     pub(super) header: Header,
     /// The page that contains the header.
@@ -31,7 +32,7 @@ pub(super) struct Recording {
 /// Function that reads a header from the text, its line and the separator.
 pub(super) type ReadHeader<'a> = &'a dyn Fn(&str, Line, Delimiter, &mut Messages) -> Header;
 
-/// A curve of a recording.
+/// Curve through the samples of one coordinate or effort.
 pub(super) struct RecordedCurve {
     /// Column of its values.
     pub(super) column: usize,
@@ -40,18 +41,18 @@ pub(super) struct RecordedCurve {
     /// Findings about the quality of its samples; `None` for efforts.
     pub(super) findings: Option<Findings>,
     is_finite: bool,
-    /// True if the recording is long and its spline needed one global solution.
+    /// True if the recording is long but its spline cannot be solved in parts.
     pub(super) is_global: bool,
 }
 
-/// Data of the rows during reading.
+/// Collects the rows of a recording while they are read.
 struct Collector {
     layout: Layout,
-    /// The numbers of one row that are needed.
+    /// Numbers of the present row that the curves need.
     row: Vec<f64>,
-    /// Standard deviations of the rounding of these numbers.
+    /// Standard deviations of the rounding of the numbers in `row`.
     rounding: Vec<f64>,
-    /// Quality tests of the curves, each with the range of its numbers.
+    /// Quality tests of the curves, each with the range of its numbers in `row`.
     tests: Vec<Option<(Quality, Range<usize>)>>,
     /// End of the last row's line in the file, bytes.
     end: u64,
@@ -175,7 +176,7 @@ impl RecordedCurve {
 }
 
 impl Recording {
-    /// Tests if a coordinate is noisy.
+    /// Tests if any coordinate is noisy.
     pub(super) fn is_noisy(&self) -> bool {
         self.curves.iter().any(RecordedCurve::is_noisy)
     }
@@ -192,7 +193,8 @@ impl Recording {
     }
 }
 
-/// Sample times, and for each curve two flags: finite, and solved globally.
+/// Fits all curves to samples in memory. Returns the sample times, and for each curve its signal
+/// and two flags: the curve is finite, and it was solved globally.
 fn at_once(plan: &Plan, mut columns: Vec<Vec<f64>>) -> (SampleTimes, Vec<(Signal, bool, bool)>) {
     let mut take = |place: usize| columns.get_mut(place).map(std::mem::take).unwrap_or_default();
     let times: Arc<[f64]> = take(0).into();

@@ -12,7 +12,7 @@ use crate::signal::recorded::lines::{Cells, Delimiter, Digits, Line};
 use crate::source::Span;
 use stiction_core::kinematics::Coordinate;
 
-/// Meaning of a column.
+/// Meaning of a column of a recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Role {
     Time,
@@ -23,15 +23,15 @@ pub(super) enum Role {
     },
     /// Effort of an actuator, by index.
     Effort(usize),
-    /// Not needed, or invalid, which has been reported.
+    /// Column that is not needed, or an invalid one that has been reported.
     Unknown,
 }
 
-/// A column.
+/// Column of a recording.
 pub(super) struct Column {
     pub(super) role: Role,
     pub(super) scale: Scale,
-    /// True for an angle, false for its derivatives.
+    /// True for the values of an angle; false for other values and for derivatives.
     pub(super) is_angle: bool,
     /// Name of the coordinate as written.
     pub(super) name: String,

@@ -1,4 +1,4 @@
-//! Source of a recording.
+//! Source of the text of a recording.
 
 use crate::contents::{Contents, Store};
 use crate::signal::recorded::Pages;

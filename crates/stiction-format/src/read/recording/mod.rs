@@ -177,7 +177,7 @@ fn drives(recording: Recording, messages: &mut Messages) -> Option<Drives> {
     Some(Drives { efforts, samples: Some(samples), interpolation, ..Drives::default() })
 }
 
-/// Description of the interpolation: each kind with the names of its coordinates.
+/// Kinds of interpolation, each with the names of the coordinates to which it applies.
 #[derive(Default)]
 struct Kinds(Vec<(String, Vec<String>)>);
 

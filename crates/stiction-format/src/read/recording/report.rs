@@ -1,4 +1,5 @@
-//! Report on the quality of a recording: peaks, doubtful data, contradictions.
+//! Report on the quality of a recording: peak values, noise, outliers, and columns that contradict
+//! each other.
 
 use super::header::{Header, Role};
 use crate::diagnostic::{Diagnostic, Diagnostics, number};

@@ -15,7 +15,7 @@ pub(super) struct Rows {
     header: Header,
     /// The previous row, in SI units.
     row: Vec<f64>,
-    /// Standard deviations of the rounding of these numbers.
+    /// Standard deviations of the rounding of the numbers in `row`, in SI units.
     rounding: Vec<f64>,
     cells: Cells,
     /// Decimal mark of the file, a point or a comma; `None` until a number contains one.

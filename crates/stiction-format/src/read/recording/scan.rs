@@ -11,9 +11,9 @@ use std::sync::Arc;
 
 /// Header of a recording, and messages about the recording.
 pub(super) struct Scan {
-    /// Columns, and page of the header; `None` if the header is invalid.
+    /// Columns, and the page that contains the header line; `None` if the header is invalid.
     pub(super) header: Option<(Header, Arc<Source>)>,
-    /// Messages; their page is the last one.
+    /// Messages, whose current page is the last page read.
     pub(super) messages: Messages,
 }
 

@@ -1,4 +1,4 @@
-//! Blends: neighbouring moves that overlap, and whose sum keeps the limits.
+//! Blends at waypoints: consecutive moves overlap, and their sum must stay within the limits.
 
 use super::curve::largest;
 use super::fastest::magnitudes;
@@ -11,20 +11,21 @@ use crate::signal::waypoints::{Move, Moves};
 use crate::source::Span;
 use std::sync::Arc;
 
-/// Steps of the search for the longest blend within the limits, which halve its error.
+/// Number of bisections in the search for the longest blend within the limits.
 const HALVINGS: usize = 12;
-/// Parts of a blend that are tried first: if the shortest exceeds a limit, so does any blend. On very short intervals
-/// rounding may hide the motion of joints.
+/// Fractions of a blend's duration that are tried first: if the shorter exceeds a limit, every
+/// blend does. The longer is tried if the mechanism cannot follow the shorter, whose interval may
+/// be so short that rounding hides the joint motion.
 const SHORTEST: [f64; 2] = [1e-3, 0.03];
-/// Help without a number.
+/// Advice for a blend whose longest possible duration is unknown.
 const SHORTEN: &str = "shorten the blend, or stop at this waypoint";
 
 /// A limit that a blend exceeds.
 struct Excess {
     path: String,
-    /// Order of the derivative less one: speed, acceleration, jerk.
+    /// Exceeded quantity: 0 for speed, 1 for acceleration, 2 for jerk.
     what: usize,
-    /// Largest value over the limit.
+    /// Ratio of the largest value to the limit.
     factor: f64,
 }
 
@@ -91,8 +92,8 @@ impl Timing<'_> {
         }
     }
 
-    /// Longest blend at a waypoint that keeps all limits, s, rounded down to three digits; `None` if even a very short
-    /// one exceeds a limit.
+    /// Longest blend at a waypoint within all limits, s, rounded down to three digits; `None` if
+    /// even a very short blend exceeds a limit.
     ///
     /// # Errors
     /// It is not known.
@@ -126,7 +127,7 @@ impl Timing<'_> {
         Ok(Some(number((low * places).floor() / places)))
     }
 
-    /// The first limit that is exceeded where the moves to and from a waypoint overlap.
+    /// First limit that is exceeded while the moves to and from a waypoint overlap.
     ///
     /// # Errors
     /// The mechanism cannot follow there.

@@ -1,8 +1,9 @@
-//! Smooth functions given by their first and second derivatives, with bounds on all three.
+//! Piecewise polynomials for the first three derivatives of a smooth function, fitted to samples of
+//! the first two; used to find their largest values.
 
 use std::f64::consts::PI;
 
-/// Number of nodes of a piece.
+/// Number of Chebyshev nodes of a piece.
 const NODES: usize = 17;
 /// Maximum number of pieces of a curve.
 const MOST: usize = 64;
@@ -21,7 +22,7 @@ pub(super) struct Curve {
     pieces: Vec<[[f64; NODES]; 3]>,
 }
 
-/// Node `k` in the interval from 0 to 1.
+/// Position of Chebyshev node `k` in the interval from 0 to 1.
 fn node(k: usize) -> f64 {
     0.5 * (1.0 - (PI * k as f64 / (NODES - 1) as f64).cos())
 }
@@ -32,7 +33,7 @@ fn weight(k: usize) -> f64 {
     if k == 0 || k == NODES - 1 { 0.5 * sign } else { sign }
 }
 
-/// Value at `x`, from 0 to 1, of the polynomial through these node values.
+/// Value at `x`, from 0 to 1, of the polynomial through the node values.
 fn interpolated(values: &[f64; NODES], x: f64) -> f64 {
     let (mut above, mut below) = (0.0, 0.0);
     for (k, value) in values.iter().enumerate() {
@@ -47,7 +48,7 @@ fn interpolated(values: &[f64; NODES], x: f64) -> f64 {
     above / below
 }
 
-/// Derivatives, at the nodes, of the polynomial through these node values.
+/// Derivatives at the nodes of the polynomial through the node values.
 fn differentiated(values: &[f64; NODES]) -> [f64; NODES] {
     std::array::from_fn(|i| {
         let others = (0..NODES).filter(|k| *k != i);
@@ -94,7 +95,7 @@ impl Curve {
         Ok(None)
     }
 
-    /// Tests if a finer curve, which is exact at the arguments, agrees with this one.
+    /// Tests if this curve agrees with a finer one at the arguments, the nodes of the finer one.
     fn agrees(&self, fine: &Self, arguments: &[f64]) -> bool {
         let size = |d: usize| {
             let each = fine.pieces.iter().flat_map(|piece| piece[d]);
@@ -125,7 +126,7 @@ impl Curve {
         rates.fold(0.0_f64, |most, rate| most.max(rate.abs())) * (self.to - self.from) > AT_REST
     }
 
-    /// Arguments at which pieces meet.
+    /// Arguments at which pieces of the curve meet.
     pub(super) fn joints(&self) -> impl Iterator<Item = f64> + '_ {
         let width = (self.to - self.from) / self.pieces.len() as f64;
         (1..self.pieces.len()).map(move |k| self.from + width * k as f64)

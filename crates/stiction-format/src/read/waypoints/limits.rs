@@ -23,18 +23,19 @@ pub(super) struct Limited {
     pub(super) way: LimitedPath,
 }
 
-/// Path to which a limit applies.
+/// Kind of path to which a limit applies.
 pub(super) enum LimitedPath {
-    /// Displacement in each move, linear in the path parameter; for a coordinate only the first component is used.
+    /// Displacement in each move of a quantity that is linear in the path parameter; for a
+    /// coordinate only the first component is used.
     Straight(Vec<Vec3<f64>>),
-    /// A quantity computed from the coordinates of the waypoints.
+    /// Quantity that inverse kinematics computes from the coordinates of the waypoints.
     Followed(FollowedPath),
 }
 
 /// Quantity that is computed from the coordinates of the waypoints.
 #[derive(Clone, Copy)]
 pub(super) enum Followed {
-    /// Coordinate of a degree of freedom.
+    /// Coordinate of a degree of freedom of a joint.
     Joint(JointId, usize),
     /// Position of the origin of a body, with three components.
     Origin(BodyId),
@@ -57,7 +58,7 @@ pub(super) struct FollowedPath {
 }
 
 impl Limited {
-    /// Displacement of a move; zero for followed quantities.
+    /// Displacement of a quantity in move `k`; zero for a quantity computed by inverse kinematics.
     pub(super) fn step(&self, k: usize) -> Vec3<f64> {
         match &self.way {
             LimitedPath::Straight(steps) => steps.get(k).copied().unwrap_or(Vec3::zero()),
@@ -65,7 +66,8 @@ impl Limited {
         }
     }
 
-    /// Components of a followed quantity in a move; `None` if it does not change.
+    /// Components in move `k` of a quantity computed by inverse kinematics; `None` if it does not
+    /// change.
     pub(super) fn curve(&self, k: usize) -> Option<&[Curve]> {
         let LimitedPath::Followed(way) = &self.way else { return None };
         let components = way.curves.get(k)?;

@@ -17,14 +17,14 @@ use std::sync::Arc;
 /// Relative tolerance of limits, for the rounding of durations.
 pub(super) const ROUNDING: f64 = 1e-9;
 
-/// Determines the durations of the moves.
+/// Data from which the durations of the moves are determined.
 pub(super) struct Timing<'a> {
     pub(super) reader: &'a Reader<'a>,
     pub(super) motion: &'a Record<'a>,
     pub(super) limited: &'a [Limited],
     pub(super) channels: &'a [Channel],
     pub(super) tables: &'a [&'a Table],
-    /// True if the waypoints include orientations; moves then do not overlap.
+    /// True if the waypoints contain orientations; moves then cannot overlap.
     pub(super) turns: bool,
 }
 

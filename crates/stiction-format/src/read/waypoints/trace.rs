@@ -11,10 +11,11 @@ use std::sync::Arc;
 use stiction_core::dynamics::{InverseDynamics, Settings};
 use stiction_core::kinematics::{AssemblyError, Coordinate, Target};
 
-/// Distance from corners, as a fraction of an interval, at which motions are evaluated.
+/// Distance from the ends of an interval, as a fraction of its length, at which motions are
+/// evaluated instead of at the ends.
 const INSIDE: f64 = 1e-12;
 
-/// Coordinates of all waypoints together.
+/// Prescribed coordinates of all waypoints, with their signals.
 pub(super) struct Goals {
     courses: Vec<(Coordinate, Course)>,
     turnings: Vec<(Vec<Coordinate>, Turning)>,
@@ -67,7 +68,8 @@ fn first(reader: &Reader<'_>, goals: &Goals) -> Option<Result<InverseDynamics, A
     Some(InverseDynamics::new(mechanism, poses, &goals.coordinates(), &targets, settings))
 }
 
-/// Fits curves of followed quantities along a motion of the mechanism; the components of each quantity in turn.
+/// Fits curves to quantities along a motion of the mechanism. Returns the components of all
+/// quantities, one quantity after another.
 fn fit(
     solver: &mut InverseDynamics,
     followed: &[Followed],
@@ -116,7 +118,7 @@ fn motion_of(solver: &InverseDynamics, followed: Followed) -> Vec<[f64; 2]> {
     }
 }
 
-/// Groups the components by quantity.
+/// Groups the curves of components by quantity.
 pub(super) fn by_quantity(followed: &[Followed], curves: &[Curve]) -> Vec<Vec<Curve>> {
     let mut rest = curves;
     let each = followed.iter().map(|each| {

@@ -23,7 +23,7 @@ impl Knots for EqualKnots {
 }
 
 impl EqualKnots {
-    /// Number of B-splines.
+    /// Number of B-splines on these knots.
     pub(super) fn size(&self) -> usize {
         self.intervals + ORDER - 1
     }

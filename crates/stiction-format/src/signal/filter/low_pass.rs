@@ -12,14 +12,14 @@ pub struct LowPass {
     ends: (f64, f64),
 }
 
-/// A filtered coordinate.
+/// Filtered coordinate with its noise.
 #[derive(Clone, Debug)]
 pub struct Smooth {
     /// Value, rate and acceleration as functions of time; exactly at rest where the samples are consistent with rest.
     pub signal: Signal,
-    /// Standard deviation of the part that the filter removes.
+    /// Standard deviation of the part that the filter removes, m or rad.
     pub removed: f64,
-    /// Standard deviations of the noise that remains in value and rate.
+    /// Standard deviations of the noise that remains in value (m or rad) and rate (m/s or rad/s).
     pub noise: [f64; 2],
 }
 
@@ -34,7 +34,7 @@ impl LowPass {
         suggest(times, signals)
     }
 
-    /// Number of equations for each signal.
+    /// Number of equations for each signal, equal to the number of knots of the filter's spline.
     pub fn equations(&self) -> f64 {
         knots_needed(self.cutoff, self.ends.1 - self.ends.0)
     }

@@ -69,7 +69,7 @@ pub(crate) struct Filtered {
     pub(crate) curve: Curve,
     /// Standard deviation of the part that the filter removes, SI units of the signal.
     pub(crate) removed: f64,
-    /// Standard deviation of the noise that remains in the acceleration.
+    /// Standard deviation of the noise that remains in the acceleration, m/s^2 or rad/s^2.
     pub(crate) acceleration_noise: f64,
     /// Standard deviations of the noise that remains in value and rate.
     pub(crate) noise_left: [f64; 2],
@@ -159,7 +159,7 @@ impl Equations {
     }
 }
 
-/// Solution of the equations without rest conditions.
+/// Solution of the least-squares equations without rest conditions.
 struct Solution<'a> {
     equations: &'a Equations,
     factored: Factored,
@@ -308,8 +308,8 @@ mod tests {
         }
     }
 
-    /// Amplitude of sines in the middle of a long recording, without phase shift: `1/√2` at the
-    /// cut-off, `1/(1 + WEIGHT/256)` at half of it.
+    /// Checks the amplitude of sines in the middle of a long recording, without phase shift: `1/√2`
+    /// at the cut-off frequency, `1/(1 + WEIGHT/256)` at half of it.
     #[test]
     fn amplitudes_are_those_of_the_stated_filter() {
         for (ratio, expected) in [(1.0, 0.5f64.sqrt()), (0.5, 1.0 / (1.0 + WEIGHT / 256.0))] {
@@ -381,7 +381,8 @@ mod tests {
         }
     }
 
-    /// Dwells between motions are exactly at rest; motions between dwells are not.
+    /// Checks that dwells between motions are exactly at rest, and that motions between dwells are
+    /// not.
     #[test]
     fn noisy_dwells_rest() {
         let f = |t: f64| quintic(t - 1.0).value + quintic(t - 5.0).value;

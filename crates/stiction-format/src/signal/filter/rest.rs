@@ -13,7 +13,8 @@ use super::{Equations, KNOTS_PER_PERIOD, Solution, dot};
 use std::ops::RangeInclusive;
 use stiction_core::kinematics::Target;
 
-/// Number of standard deviations from rest up to which a knot is consistent with rest.
+/// Largest deviation of rate and acceleration from zero, in standard deviations of their noise, at
+/// which a knot is consistent with rest.
 const SIGMAS: f64 = 3.0;
 /// Number of knots removed from an interval of rest where it borders on motion, because the filter spreads the
 /// beginning of the motion.
@@ -28,7 +29,7 @@ pub(crate) struct Rest {
     pub(crate) until: f64,
 }
 
-/// A condition of rest, by knots.
+/// Condition of rest; times are given by knot indices.
 #[derive(Clone, Debug, PartialEq)]
 enum Condition {
     /// Constant from one knot to another.
@@ -40,7 +41,7 @@ enum Condition {
 }
 
 impl Condition {
-    /// Range of the coefficients that become equal.
+    /// Range of the spline coefficients that a dwell makes equal.
     fn merged(&self, knots: &EqualKnots) -> RangeInclusive<usize> {
         let last = knots.size() - 1;
         match self {
@@ -62,7 +63,7 @@ impl Condition {
     }
 }
 
-/// A fit with conditions of rest.
+/// Fit of a signal that satisfies conditions of rest.
 pub(super) struct Rested<'a> {
     equations: &'a Equations,
     coefficients: Vec<f64>,
@@ -98,7 +99,7 @@ pub(super) fn impose<'a>(
     Rested::new(equations, signal, &[])
 }
 
-/// For each knot: if the rate is consistent with zero, and if the acceleration is.
+/// Two flags for each knot: rate and acceleration are each consistent with zero.
 fn still_knots(solution: &Solution<'_>, c: &[f64], noise: f64) -> Vec<[bool; 2]> {
     let knots = &solution.equations.knots;
     let is_still = |knot: usize| {

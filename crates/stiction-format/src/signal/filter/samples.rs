@@ -82,7 +82,7 @@ impl Samples {
         self
     }
 
-    /// The value subtracted from a signal.
+    /// Value that was subtracted from all samples of a signal.
     pub(super) fn offset(&self, signal: usize) -> f64 {
         self.offsets.as_ref().and_then(|all| all.get(signal)).copied().unwrap_or(0.0)
     }

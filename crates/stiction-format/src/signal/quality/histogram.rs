@@ -2,7 +2,7 @@
 
 /// Bins per octave.
 const PER_OCTAVE: f64 = 4.0;
-/// Range of the exponents of two, from `-RANGE` to `RANGE`.
+/// Limit of the binary exponents: the bins cover magnitudes from `2^-RANGE` to `2^RANGE`.
 const RANGE: f64 = 256.0;
 
 /// Histogram of magnitudes; its quantiles are accurate to a fifth of their value.

@@ -43,21 +43,22 @@ const NOISE_LIMIT: f64 = 0.014;
 const EXPLAINED: f64 = 6.0;
 /// Error of the acceleration, relative to its peak, above which an outlier is reported.
 const OUTLIER_LIMIT: f64 = 0.025;
-/// Outliers exceed typical prediction errors of the recording by this factor.
+/// Factor by which outliers exceed the typical error of predictions in the recording.
 const OUTLIER_FACTOR: f64 = 5.0;
-/// Outliers exceed the standard deviation of noise and rounding by this factor.
+/// Factor by which outliers exceed the standard deviation of noise and rounding.
 const OUTLIER_SIGMAS: f64 = 8.0;
-/// Outliers exceed the standard deviation of the acceleration that noise causes by this factor.
+/// Factor by which outliers exceed the standard deviation of the acceleration that noise causes.
 const OUTLIER_NOISE: f64 = 4.0;
 /// Contradiction, relative to the root mean square of the derivative, above which it is reported: at a single sample,
 /// and for half of a block.
 const CONTRADICTION_LIMIT: (f64, f64) = (0.02, 0.01);
-/// Ratio of the error of an acceleration near an end of the recording to the peak elsewhere: a reversal of the greatest
-/// acceleration has a ratio of 2.
+/// Limit of the ratio of an acceleration's error near an end of the recording to the peak
+/// elsewhere. A reversal of the greatest acceleration has a ratio of 2, so the limit lies above it.
 const END_LIMIT: f64 = 2.2;
 /// Error of the acceleration by rounded times, relative to its peak, above which it is reported.
 const TIME_LIMIT: f64 = 0.05;
-/// Number of moving samples from which a contradiction in a block is judged.
+/// Least number of samples at which the coordinate moves for a contradiction in a block to be
+/// judged.
 const FEWEST_MOVING: usize = 24;
 /// Maximum number of stored outlier times.
 const MAX_OUTLIERS: usize = 64;
@@ -90,11 +91,11 @@ pub(crate) struct Noise {
     pub(crate) acceleration: f64,
     /// True if the rounding of the written numbers explains the noise.
     pub(crate) is_rounding: bool,
-    /// True if most of the rounding is that of the times.
+    /// True if most of the rounding effect comes from rounded times.
     pub(crate) is_of_times: bool,
 }
 
-/// Values that a slower sensor has held.
+/// Values that repeat because the sensor is slower than the recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Held {
     /// Number of samples for which a value is held, rounded.
@@ -122,7 +123,7 @@ pub(crate) struct Findings {
     pub(crate) noise: Option<Noise>,
     /// Errors of the acceleration at samples inconsistent with their neighbours, in order of time.
     pub(crate) outliers: Vec<Peak>,
-    /// Errors of the acceleration by exchanged rows, in order of time.
+    /// Errors of the acceleration caused by exchanged rows, in order of time.
     pub(crate) exchanged: Vec<Peak>,
     pub(crate) held: Option<Held>,
     pub(crate) contradictions: Vec<Contradiction>,

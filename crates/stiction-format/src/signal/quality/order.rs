@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-/// Largest distance of exchanged rows.
+/// Largest distance, in rows, between two exchanged rows.
 const FARTHEST: usize = 3;
 /// Fraction of the irregularity that may remain after rows have been exchanged back.
 const REMAINDER: f64 = 0.25;
@@ -13,7 +13,7 @@ const SIGMAS: f64 = 16.0;
 /// Longest run of equal values that counts as held, and the least number of such runs in a block.
 const LONGEST_HELD: usize = 16;
 const FEWEST_HELD: usize = 4;
-/// Ratio of the largest to the smallest change between held values.
+/// Least ratio of the largest to the smallest change between held values.
 const VARIED: f64 = 1.2;
 
 /// Second divided differences of values at the samples `range`.

@@ -28,7 +28,8 @@ pub(crate) struct IndexBuilder {
 
 /// Result of the first pass.
 pub(crate) enum Indexed {
-    /// The recording can be read in pieces; flag for each curve, true if all its knots are finite.
+    /// The recording can be read in pieces. The flags, one for each curve, are true if all its
+    /// knots are finite.
     Pieces(Arc<Recorded>, Vec<bool>),
     /// The recording needs one global solution.
     Global,
@@ -97,7 +98,8 @@ impl IndexBuilder {
         self.first += done;
     }
 
-    /// Index entry of a window; `None` if its knots disagree with those of the previous window.
+    /// Computes the index entry of a window; `None` if its knots disagree with those of the
+    /// previous window.
     fn entry(&mut self, window: &Window) -> Option<()> {
         let known = 0..window.known.len();
         let columns: Vec<Vec<f64>> = self

@@ -76,7 +76,7 @@ impl Delimiter {
         Self(all.into_iter().max_by_key(|&delimiter| count(delimiter)).unwrap_or(b','))
     }
 
-    /// Divides a line without quotes.
+    /// Divides a line without quoted cells at the separator.
     pub(crate) fn divide(self, line: &str) -> impl Iterator<Item = &str> {
         line.split(char::from(self.0))
     }

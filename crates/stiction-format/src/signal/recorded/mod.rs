@@ -43,7 +43,7 @@ pub(crate) struct Recorded {
     count: usize,
     /// Time of the last sample, s.
     end: f64,
-    /// Recently used pieces; the last one was used most recently.
+    /// Recently used pieces, the most recent one last.
     pieces: Mutex<Vec<Arc<Piece>>>,
     /// Reason for a failed read. The error is permanent, so that results from changed data are never used.
     fault: OnceLock<Diagnostic>,

@@ -10,7 +10,7 @@ const PAGE: usize = 1 << 18;
 /// Maximum length of a line, bytes; a file with a longer line is not a recording.
 const LONGEST_LINE: usize = 1 << 20;
 
-/// Iterator over the pages of a text; an empty text has one empty page.
+/// Iterator over the pages of a stored text; an empty text has one empty page.
 pub(crate) struct Pages<'a> {
     store: &'a dyn Store,
     name: &'a str,
@@ -26,7 +26,8 @@ impl<'a> Pages<'a> {
         Self { store, name, begin: Begin::default(), rest: Vec::new(), has_ended: false }
     }
 
-    /// Reads up to the end of a line; returns all complete lines and keeps the rest.
+    /// Reads more bytes, at least to the end of a line; returns all complete lines and keeps the
+    /// incomplete one.
     fn read(&mut self) -> Result<Vec<u8>, String> {
         loop {
             let known = self.rest.len();
