@@ -30,7 +30,8 @@ pub(crate) fn read(context: &Context<'_>) -> Table {
             let (span, what) = if key.is_empty() { (part, "name") } else { (key, "value") };
             context.push(
                 Diagnostic::error("syntax", format!("this assignment has no {what}"))
-                    .at(context.place(&span), format!("the {what} is missing")),
+                    .at(context.place(&span), format!("the {what} is missing"))
+                    .help("write `name = value`, as in `A = 60 deg`"),
             );
             continue;
         }
@@ -40,7 +41,8 @@ pub(crate) fn read(context: &Context<'_>) -> Table {
             context.push(
                 Diagnostic::error("duplicate", format!("{name} is given twice"))
                     .at(context.place(&key), "again here")
-                    .also(context.place(&first), "first here"),
+                    .also(context.place(&first), "first here")
+                    .help("give each name once"),
             );
         }
     }

@@ -12,6 +12,9 @@ use crate::signal::recorded::lines::{Cells, Delimiter, Digits, Line};
 use crate::source::Span;
 use stiction_core::kinematics::Coordinate;
 
+/// Cure of two columns with one meaning.
+const TWICE: &str = "remove one of the columns, or rename it if it has another meaning";
+
 /// Meaning of a column of a recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Role {
@@ -72,7 +75,8 @@ impl Header {
                 .any(|known| known.role == column.role && column.role != Role::Unknown);
             if again {
                 let message = format!("the column {} occurs twice", quoted(&column.name));
-                messages.push("duplicate", message, column.span.clone(), "again here");
+                let help = Some(TWICE.to_owned());
+                messages.push_help("duplicate", message, column.span.clone(), "again here", help);
             }
             columns.push(column);
         }
@@ -167,7 +171,8 @@ impl Header {
             let again = columns.iter().any(|known| known.role == column.role);
             if again {
                 let message = format!("the column {} occurs twice", quoted(name));
-                messages.push("duplicate", message, cell, "again here");
+                let help = Some(TWICE.to_owned());
+                messages.push_help("duplicate", message, cell, "again here", help);
             }
             columns.push(column);
         }

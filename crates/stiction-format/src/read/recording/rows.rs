@@ -89,13 +89,13 @@ impl Rows {
             let message = format!("this row has {}, the header has {width}", numbers(count));
             let content = text.get(line.clone()).unwrap_or_default();
             let help = if content.matches('"').count() % 2 == 1 {
-                Some("close the quote")
+                "close the quote"
             } else if is_comma && count > width {
-                Some("with decimal commas, separate columns by semicolons or quote the numbers")
+                "with decimal commas, separate columns by semicolons or quote the numbers"
             } else {
-                None
+                "write one number for each column of the header, or remove the row"
             };
-            messages.push_help("ragged", message, line, "the row", help.map(str::to_owned));
+            messages.push_help("ragged", message, line, "the row", Some(help.to_owned()));
             return false;
         }
         let places = self.header.columns.iter_mut().zip(&mut self.row).zip(&mut self.rounding);
@@ -121,7 +121,8 @@ impl Rows {
             }
             if value.abs() > LARGEST {
                 let message = format!("{} is too large", number(value));
-                messages.push("range", message, cell.clone(), "too large");
+                let help = "check the unit of the column, or remove the row".to_owned();
+                messages.push_help("range", message, cell.clone(), "too large", Some(help));
             }
             *last = value;
         }
@@ -166,6 +167,9 @@ fn check_mark(
     messages.push_help("syntax", message, cell.clone(), label, Some(help.to_owned()));
 }
 
+/// Cure of a row without a number in a cell.
+const WITHOUT_NUMBER: &str = "write the measured value, or remove the row";
+
 fn read_number(content: &str, cell: &Span, messages: &mut Messages) -> Option<f64> {
     match parse_number(content).ok_or(()) {
         Ok(x) if x.is_finite() => Some(x),
@@ -176,17 +180,17 @@ fn read_number(content: &str, cell: &Span, messages: &mut Messages) -> Option<f6
         }
         Ok(_) => {
             let message = format!("{} is not a finite number", quoted(content));
-            messages.push("not-finite", message, cell.clone(), "expected a finite number");
-            None
-        }
-        Err(_) if content.is_empty() => {
-            let message = "this cell is empty".to_owned();
-            messages.push("syntax", message, cell.clone(), "expected a number");
+            let (label, help) = ("expected a finite number", Some(WITHOUT_NUMBER.to_owned()));
+            messages.push_help("not-finite", message, cell.clone(), label, help);
             None
         }
         Err(_) => {
-            let message = format!("{} is not a number", quoted(content));
-            let help = content.starts_with('"').then(|| "close the quote".to_owned());
+            let message = match content {
+                "" => "this cell is empty".to_owned(),
+                _ => format!("{} is not a number", quoted(content)),
+            };
+            let help = if content.starts_with('"') { "close the quote" } else { WITHOUT_NUMBER };
+            let help = Some(help.to_owned());
             messages.push_help("syntax", message, cell.clone(), "expected a number", help);
             None
         }
@@ -225,6 +229,11 @@ fn check_time(time: f64, last: Option<f64>, cell: &Span, messages: &mut Messages
     {
         let message =
             format!("time does not increase: {} s follows {} s", number(time), number(last));
-        messages.push("samples", message, cell.clone(), "not later than the row above");
+        let help = match time == last {
+            true => "keep one of the rows with the same time, or write times with more digits",
+            false => "sort the rows by time; where the clock was set back, cut the file there",
+        };
+        let label = "not later than the row above";
+        messages.push_help("samples", message, cell.clone(), label, Some(help.to_owned()));
     }
 }
