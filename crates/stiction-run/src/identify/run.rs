@@ -486,10 +486,13 @@ fn judge_bounds(named: &mut [Named], options: &Options) -> Vec<String> {
         if p.verdict == Verdict::Identified {
             p.verdict = Verdict::FitsOnly;
         }
-        cautions.push(format!(
+        let caution = format!(
             "{} lies at its bound {} {}: the logs alone would have it beyond",
             p.name, p.value, p.unit
-        ));
+        );
+        if !cautions.contains(&caution) {
+            cautions.push(caution);
+        }
     }
     cautions
 }

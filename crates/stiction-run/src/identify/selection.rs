@@ -1,4 +1,5 @@
-//! Selection of the parameters that are estimated: scales, held and tied parameters, and a check that the logs suffice.
+//! Selection of the parameters that are estimated: scales, held, bounded and tied parameters, and a check that the
+//! logs suffice.
 
 use super::IdentifyError;
 use super::chosen::{chosen_efforts, refuse};
