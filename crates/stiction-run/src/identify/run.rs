@@ -487,8 +487,9 @@ fn judge_bounds(named: &mut [Named], options: &Options) -> Vec<String> {
             p.verdict = Verdict::FitsOnly;
         }
         let caution = format!(
-            "{} lies at its bound {} {}: the logs alone would have it beyond",
-            p.name, p.value, p.unit
+            "{} lies at its bound {}: the logs alone would have it beyond",
+            p.name,
+            format!("{} {}", p.value, p.unit).trim_end()
         );
         if !cautions.contains(&caution) {
             cautions.push(caution);

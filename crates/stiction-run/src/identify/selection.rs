@@ -168,8 +168,9 @@ fn bounds_of(
             if held[k] && !(own[0]..=own[1]).contains(&p.prior) {
                 return Err(refuse(
                     format!(
-                        "options: `{}` is held at {} {}, outside of its bounds",
-                        p.name, p.prior, p.unit
+                        "options: `{}` is held at {}, outside of its bounds",
+                        p.name,
+                        format!("{} {}", p.prior, p.unit).trim_end()
                     ),
                     "change the value of the model, or do not hold it",
                 ));

@@ -1,4 +1,4 @@
-//! Regression columns linearised about the normal loads, which depend on friction and inertia.
+//! Regression columns linearised about the normal loads, which depend on friction.
 //!
 //! Equation (I6) of the book's theory.
 
@@ -117,10 +117,10 @@ impl Prepared {
             }
         }
         drop((columns, filtered));
-        // Parameters of the joints and bodies change the loads, and with them all friction that depends on these.
-        let changes_loads = |group: &&Vec<usize>| match parameters[group[0]].kind {
-            Kind::Mu(_) | Kind::Coulomb(_) | Kind::Viscous(_) => true,
-            _ => parameters[group[0]].body().is_some(),
+        // Friction of a joint changes the loads of others, and with them their friction. Inertia does, too, but by so little of its
+        // own effort that the columns of all bodies are not worth a solution each: the loads themselves follow it.
+        let changes_loads = |group: &&Vec<usize>| {
+            matches!(parameters[group[0]].kind, Kind::Mu(_) | Kind::Coulomb(_) | Kind::Viscous(_))
         };
         let moved: Vec<Vec<usize>> = groups.iter().filter(changes_loads).cloned().collect();
         for groups in moved.chunks(DIRECTIONS) {
@@ -133,10 +133,8 @@ impl Prepared {
                 for (row, &step) in rows.steps.iter().enumerate() {
                     for (number, group) in groups.iter().enumerate() {
                         let derivative = filtered[step][number * actuators + channel];
-                        let p = &parameters[group[0]];
-                        let origin = if p.body().is_some() { p.prior } else { 0.0 };
                         rows.matrix[(row, group[0])] += derivative;
-                        rows.right[row] += derivative * (values[group[0]] - origin);
+                        rows.right[row] += derivative * values[group[0]];
                     }
                 }
             }
