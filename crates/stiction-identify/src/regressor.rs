@@ -3,6 +3,7 @@
 //! Equation (I1) of the book's theory.
 
 use crate::apply::{carried_preload, scale_laws, set_viscous};
+use crate::load_slopes::Solved;
 use crate::parameter::{Choice, INERTIA_ENTRIES, Kind, Parameter, catalogue};
 use crate::slip::{Rest, Slip, sign};
 use nalgebra::{DMatrix, DVector, Dyn, LU};
@@ -279,12 +280,7 @@ impl Regressor {
                 }
                 Kind::Mu(i) | Kind::Coulomb(i) | Kind::Viscous(i) => {
                     let slip = &slips[i];
-                    let (over_arm, speed) = (1.0 / slip.arm, slip.speed);
-                    let factor = match parameter.kind {
-                        Kind::Mu(_) => slip.shape,
-                        Kind::Coulomb(_) => slip.shape * over_arm,
-                        _ => speed * over_arm * over_arm,
-                    };
+                    let factor = self.friction_per_unit(parameter.kind, i, slip.velocity);
                     for k in 0..count {
                         let rates = &self.surface_rates[k][i];
                         let along: f64 =
@@ -366,14 +362,27 @@ impl Regressor {
         let rest = Rest::of(speed, variance);
         let is_resting = rest == Rest::Resting;
         let direction = if is_resting { [0.0; 3] } else { surface.map(|s| s / speed) };
+        Slip { direction, velocity: speed.copysign(surface[0]), rest }
+    }
+
+    /// Friction at the surface of an interface per unit of one of its parameters, N; for a coefficient of friction under one
+    /// newton of normal load. The sign of `velocity`, m/s, is that of the first component.
+    pub(crate) fn friction_per_unit(&self, kind: Kind, index: usize, velocity: f64) -> f64 {
+        let interface = &self.nominal.interfaces[index];
+        let over_arm = 1.0 / interface.arms(self.nominal.pitch[interface.joint])[0].abs();
+        let speed = velocity.abs();
         let law = match &interface.backward {
-            Some(backward) if surface[0] < 0.0 => backward,
+            Some(backward) if velocity < 0.0 => backward,
             _ => &interface.law,
         };
         let shape =
             if interface.law.mu > 0.0 { law.coefficient(speed) / interface.law.mu } else { 1.0 };
-        let arm = interface.arms(pitch)[0].abs();
-        Slip { direction, speed, shape, arm, rest }
+        match kind {
+            Kind::Mu(_) => shape,
+            Kind::Coulomb(_) => shape * over_arm,
+            Kind::Viscous(_) => speed * over_arm * over_arm,
+            _ => 0.0,
+        }
     }
 
     /// Records the state `own` of an interface for each effort that its friction changes.
@@ -474,7 +483,7 @@ impl Regressor {
         })
     }
 
-    /// Normal load of each friction interface, N, with friction and reactions converged. `engine` are
+    /// Solution of the forces, with friction and reactions converged. `engine` are
     /// the parameters of [`Self::engine_parameters`], `data` those of [`Self::engine_data`].
     ///
     /// # Errors
@@ -484,10 +493,10 @@ impl Regressor {
         engine: &Parameters<f64>,
         data: &mut Data<f64>,
         motion: [&[f64]; 3],
-    ) -> Result<Vec<f64>, Status> {
+    ) -> Result<Solved, Status> {
         let [q, v, a] = motion;
         match self.model.inverse_dynamics_with(engine, data, q, v, a, &[]) {
-            Status::Converged => Ok(data.friction().iter().map(|i| i.load).collect()),
+            Status::Converged => Ok(Solved::of(data)),
             status => Err(status),
         }
     }

@@ -19,11 +19,8 @@ pub enum Rest {
 /// Slip of a friction interface.
 pub(crate) struct Slip {
     pub(crate) direction: [f64; 3],
-    pub(crate) speed: f64,
-    /// Friction coefficient at this speed, relative to the coefficient at high speed.
-    pub(crate) shape: f64,
-    /// Sliding distance per unit of the joint's rate.
-    pub(crate) arm: f64,
+    /// Speed, m/s, with the sign of the velocity's first component.
+    pub(crate) velocity: f64,
     pub(crate) rest: Rest,
 }
 

@@ -19,8 +19,8 @@ pub(crate) struct Identify {
     /// `A.motor_torque [N m]` or `A.current [A]`
     #[arg(value_name = "LOG", required_unless_present = "template")]
     pub(crate) logs: Vec<String>,
-    /// Options in a TOML file: payloads, units, logs for prediction, held and tied parameters [default: the file named
-    /// like the first log, but with the extension .toml, if it exists]
+    /// Options in a TOML file: payloads, units, logs for prediction, held, bounded and tied parameters [default: the
+    /// file named like the first log, but with the extension .toml, if it exists]
     #[arg(long, value_name = "FILE")]
     pub(crate) options: Option<PathBuf>,
     /// Print an options file that contains every key

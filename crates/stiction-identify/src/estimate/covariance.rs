@@ -99,21 +99,20 @@ pub(super) fn autocovariance(steps: &[&[usize]], residuals: &[DVector<f64>]) -> 
     all
 }
 
-/// Covariance of errors where some values are held at their bound zero: that of a normal distribution without its negative part.
-/// `unbounded` are the values without the bound, for each of the coordinates that are `at_zero`.
+/// Covariance of errors where some values lie at their bounds: that of a normal distribution without the part beyond.
+/// `at_bounds` are these coordinates, each with the distance beyond its bound of the value without it.
 ///
 /// One bound after the other, by the second moment about the bound.
 pub(super) fn bounded(
     mut covariance: DMatrix<f64>,
-    at_zero: &[usize],
-    unbounded: &DVector<f64>,
+    at_bounds: impl IntoIterator<Item = (usize, f64)>,
 ) -> DMatrix<f64> {
-    for &k in at_zero {
+    for (k, distance) in at_bounds {
         let variance = covariance[(k, k)];
         if variance <= 0.0 {
             continue;
         }
-        let beyond = (-unbounded[k] / variance.sqrt()).max(0.0);
+        let beyond = distance / variance.sqrt();
         let left = 1.0 - beyond * (inverse_mills(beyond) - beyond);
         let column = covariance.column(k).into_owned();
         covariance.ger((left.clamp(0.0, 1.0) - 1.0) / variance, &column, &column, 1.0);
@@ -166,7 +165,7 @@ mod tests {
                 }
             }
             let full = DMatrix::from_row_slice(2, 2, &[1.0, 0.8, 0.8, 1.0]);
-            let found = bounded(full, &[0], &DVector::from_column_slice(&[-beyond, 0.0]));
+            let found = bounded(full, [(0, beyond)]);
             for k in 0..2 {
                 let expected = sums[k] / count;
                 assert!(

@@ -40,35 +40,45 @@ impl Problem<'_> {
         each.collect()
     }
 
-    /// Minimises data term and prior, in free coordinates. Negative values of parameters that must not be negative are
-    /// set to zero and held there.
+    /// Minimises data term and prior, in free coordinates. Values beyond their bounds, of which zero is one for parameters that
+    /// must not be negative, are set to these and held there.
     pub(crate) fn minimum(&self, map: &Map, data: &Normal, strength: f64) -> DVector<f64> {
         let size = map.size();
-        let mut at_zero = vec![false; size];
+        let mut at_bound = vec![false; size];
         let mut z = self.start(map);
-        // The most negative one at a time: another one may be positive without it.
+        let intervals: Vec<[f64; 2]> = (0..size).map(|k| self.interval(map, k)).collect();
+        let within = |k: usize, z: f64| z.max(intervals[k][0]).min(intervals[k][1]);
+        // The farthest one beyond at a time: another one may be inside without it.
         for _ in 0..=size {
-            z = self.newton(map, data, strength, &at_zero, z);
+            z = self.newton(map, data, strength, &at_bound, z);
+            let beyond = |k: usize| self.parts(map, k, z[k] - within(k, z[k]));
             let most = (0..size)
-                .filter(|&k| !at_zero[k] && z[k] < 0.0 && self.is_nonnegative(map, k))
-                .max_by(|&a, &b| self.parts(map, a, z[a]).total_cmp(&self.parts(map, b, z[b])));
+                .filter(|&k| !at_bound[k] && within(k, z[k]) != z[k])
+                .max_by(|&a, &b| beyond(a).total_cmp(&beyond(b)));
             let Some(k) = most else { break };
-            at_zero[k] = true;
-            z[k] = 0.0;
+            at_bound[k] = true;
+            z[k] = within(k, z[k]);
         }
         z
     }
 
-    /// Ratio of a free coordinate to the scale of its parameter.
+    /// Ratio of a change of a free coordinate to the scale of its parameter.
     fn parts(&self, map: &Map, column: usize, z: f64) -> f64 {
         let scale = self.parameters[map.firsts[column]].scale / map.factor(column).abs();
         z.abs() / scale
     }
 
-    pub(super) fn is_nonnegative(&self, map: &Map, column: usize) -> bool {
+    /// Least and greatest value of a free coordinate, infinite without bounds.
+    pub(super) fn interval(&self, map: &Map, column: usize) -> [f64; 2] {
         let first = &self.parameters[map.firsts[column]];
         // The divergence of a body keeps its mass positive.
-        first.is_nonnegative() && first.body().is_none()
+        let is_nonnegative = first.is_nonnegative() && first.body().is_none();
+        let least = if is_nonnegative { 0.0 } else { f64::NEG_INFINITY };
+        let own = self.options.bounds.iter().filter_map(|(k, bounds)| {
+            let (own, factor) = map.entry(*k)?;
+            (own == column).then(|| bounds.map(|bound| bound / factor))
+        });
+        own.fold([least, f64::INFINITY], |[low, high], own| [low.max(own[0]), high.min(own[1])])
     }
 
     fn start(&self, map: &Map) -> DVector<f64> {
@@ -109,7 +119,7 @@ impl Problem<'_> {
         map: &Map,
         data: &Normal,
         strength: f64,
-        at_zero: &[bool],
+        at_bound: &[bool],
         start: DVector<f64>,
     ) -> DVector<f64> {
         let priors = self.priors();
@@ -118,7 +128,7 @@ impl Problem<'_> {
         let mut now = self.objective(map, data, strength, &priors, &precision, &z);
         for _ in 0..NEWTON_STEPS {
             let Some((value, mut gradient, mut hessian)) = now.take() else { break };
-            for (k, held) in at_zero.iter().enumerate() {
+            for (k, held) in at_bound.iter().enumerate() {
                 if *held {
                     gradient[k] = 0.0;
                     hessian.row_mut(k).fill(0.0);

@@ -17,6 +17,7 @@ use limit::HalfSpace;
 use map::{Map, transposed_product};
 use minimum::{PRIOR_ERROR, inverse_positive};
 use nalgebra::{DMatrix, DVector};
+use std::collections::BTreeSet;
 
 /// Settings of the estimation.
 #[derive(Clone, Debug)]
@@ -31,6 +32,8 @@ pub struct Options {
     pub held: Vec<bool>,
     /// Groups of indices of parameters that have one common value.
     pub tied: Vec<Vec<usize>>,
+    /// Parameters with a least and a greatest value, SI units; none of a body.
+    pub bounds: Vec<(usize, [f64; 2])>,
 }
 
 /// Regression problem: rows of all fitted logs, and the priors.
@@ -168,7 +171,8 @@ impl Problem<'_> {
         for round in 0..ROUNDS {
             let projection = self.projection(&noise, &weights);
             let design = self.design(projection.as_ref());
-            let pieces = pieces(&design, &map, &shift, (&noise, &weights));
+            let pieces_of = |blocks| pieces(blocks, &map, &shift, (&noise, &weights));
+            let pieces = pieces_of(&design);
             let total = self.total(&map, &shift, &noise, &pieces);
             if round + 2 == ROUNDS {
                 let mut chosen = self.options.strength;
@@ -176,7 +180,11 @@ impl Problem<'_> {
                     // That of a prior with the errors that intervals allow for.
                     let samples = colour(self.blocks, &(&values - &shift));
                     let own = samples / (PRIOR_ERROR * PRIOR_ERROR);
-                    let (best, ratio, plain) = self.chosen_strength(&map, (&pieces, &total), own);
+                    // Instruments choose the columns of the fit; predictions are those of all columns.
+                    let judged = projection.as_ref().map(|_| pieces_of(self.blocks));
+                    let judged = judged.as_ref().unwrap_or(&pieces);
+                    let (best, ratio, plain) =
+                        self.chosen_strength(&map, (&pieces, judged, &total), own);
                     chosen = chosen.or(Some(best));
                     ratios = (ratio, plain);
                 }
@@ -252,7 +260,7 @@ impl Problem<'_> {
     fn chosen_strength(
         &self,
         map: &Map,
-        (pieces, total): (&[Normal], &Normal),
+        (pieces, judged, total): (&[Normal], &[Normal], &Normal),
         prior: f64,
     ) -> (f64, f64, f64) {
         let scored = |strength: f64| -> Vec<f64> {
@@ -262,9 +270,9 @@ impl Problem<'_> {
                 .map(|fold| {
                     let mut rest = total.clone();
                     let mut out = Normal::zero(map.size());
-                    for piece in pieces.iter().skip(fold).step_by(folds) {
+                    for (piece, judged) in pieces.iter().zip(judged).skip(fold).step_by(folds) {
                         rest.add(piece, -1.0);
-                        out.add(piece, 1.0);
+                        out.add(judged, 1.0);
                     }
                     let z = self.minimum(map, &rest, strength);
                     out.cost(&z).max(0.0) / out.rows.max(1.0)
@@ -272,9 +280,11 @@ impl Problem<'_> {
                 .collect()
         };
         let mean = |scores: &[f64]| scores.iter().sum::<f64>() / scores.len().max(1) as f64;
+        let mut whole = Normal::zero(map.size());
+        judged.iter().for_each(|piece| whole.add(piece, 1.0));
         let fitted = |strength: f64| {
             let z = self.minimum(map, total, strength);
-            total.cost(&z).max(1e-30) / total.rows.max(1.0)
+            whole.cost(&z).max(1e-30) / whole.rows.max(1.0)
         };
         let all: Vec<(f64, Vec<f64>)> = match self.options.strength {
             Some(strength) => {
@@ -337,9 +347,12 @@ impl Problem<'_> {
         let meat = covariance((&design, self.blocks), map, &(&values - shift), &noise, total.rows);
         let open = self.prior_errors(map, &values, strength, &priors, &precision);
         let free = &inverse * (meat + open + total.limit_errors(&z)) * &inverse;
-        let at_zero: Vec<usize> =
-            (0..size).filter(|&k| z[k] == 0.0 && self.is_nonnegative(map, k)).collect();
-        let free = bounded(free, &at_zero, &(&z - &inverse * gradient));
+        let unbounded = &z - &inverse * gradient;
+        let beyond = (0..size).filter_map(|k| {
+            let is_at = self.interval(map, k).contains(&z[k]);
+            is_at.then(|| (k, (unbounded[k] - z[k]).abs()))
+        });
+        let free = bounded(free, beyond);
         let by_data = &inverse * &total.matrix * &inverse;
         let full = map.spread(&free);
         let count = self.parameters.len();
@@ -372,7 +385,7 @@ impl Problem<'_> {
 }
 
 /// Computes the sums over each piece of all logs, in free coordinates; the right-hand side is that of the
-/// differences.
+/// differences. Rows without instruments do not count.
 fn pieces(
     blocks: &[Block],
     map: &Map,
@@ -387,6 +400,7 @@ fn pieces(
         let mut own = vec![Normal::zero(size); FOLDS];
         for ((rows, weights), noise) in block.channels.iter().zip(weights).zip(noise) {
             let mut from = 0;
+            let empty: BTreeSet<usize> = rows.rows_without_instruments().into_iter().collect();
             for (fold, piece) in own.iter_mut().enumerate() {
                 let end = (fold + 1) * length;
                 let until = rows.steps.partition_point(|step| *step < end);
@@ -394,7 +408,10 @@ fn pieces(
                     let matrix = rows.matrix.rows(from, until - from);
                     let mut right = rows.right.rows(from, until - from) - matrix * &offset;
                     let mut scaled = map.columns(&rows.matrix, from..until);
-                    for (row, weight) in weights[from..until].iter().enumerate() {
+                    let own = from..until;
+                    let left_out = empty.iter().filter(|row| own.contains(row)).count();
+                    for (row, weight) in weights[own].iter().enumerate() {
+                        let weight = if empty.contains(&(from + row)) { 0.0 } else { *weight };
                         let factor = (weight * block.independence).sqrt() / noise;
                         scaled.row_mut(row).scale_mut(factor);
                         right[row] *= factor;
@@ -402,7 +419,7 @@ fn pieces(
                     piece.matrix += transposed_product(&scaled, &scaled);
                     piece.right += scaled.tr_mul(&right);
                     piece.square += right.norm_squared();
-                    piece.rows += (until - from) as f64 * block.independence;
+                    piece.rows += (until - from - left_out) as f64 * block.independence;
                 }
                 from = until;
             }

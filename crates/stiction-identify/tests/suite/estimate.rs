@@ -97,7 +97,13 @@ fn block(
 }
 
 fn options(count: usize) -> Options {
-    Options { strength: None, radius: 0.01, held: vec![false; count], tied: Vec::new() }
+    Options {
+        strength: None,
+        radius: 0.01,
+        held: vec![false; count],
+        tied: Vec::new(),
+        bounds: Vec::new(),
+    }
 }
 
 /// Nearly normal numbers: sums of twelve uniform ones.
@@ -371,4 +377,47 @@ fn instruments_remove_the_errors_of_columns() {
         assert!(errors[0] < -3.0, "{name}: {errors:?}");
         assert!(errors[1].abs() < 3.0, "{name}: {errors:?}");
     }
+}
+
+/// A value beyond its bound stops there; a bound that contains the estimate changes nothing.
+#[test]
+fn bounds_hold() {
+    let (parameters, columns) = arm();
+    let truth = truth(&parameters);
+    let mut normal = normal(4);
+    let blocks = [block(&parameters, &columns, &truth, &mut || 0.2 * normal())];
+    let found = |bounds: Vec<(usize, [f64; 2])>| {
+        let options = Options { bounds, ..options(parameters.len()) };
+        Problem { parameters: &parameters, blocks: &blocks, options: &options }.solve()
+    };
+    let k = parameters.iter().position(|p| matches!(p.kind, Kind::DriveCoulomb(_))).unwrap();
+    let free = found(Vec::new());
+    // The truth is 0.8 N m.
+    assert_eq!(found(vec![(k, [0.5, 1.5])]).values, free.values);
+    let [above, below] = [[1.0, 2.0], [0.2, 0.6]].map(|bounds| found(vec![(k, bounds)]));
+    // Bounds are scaled to free coordinates and back.
+    assert!((above.values[k] - 1.0).abs() < 1e-12, "{}", above.values[k]);
+    assert!((below.values[k] - 0.6).abs() < 1e-12, "{}", below.values[k]);
+    assert!(above.sigmas[k] < free.sigmas[k], "{} {}", above.sigmas[k], free.sigmas[k]);
+}
+
+/// Rows in which the motion of the instruments rests are no samples.
+#[test]
+fn rows_without_instruments_are_no_samples() {
+    let (parameters, columns) = arm();
+    let truth = truth(&parameters);
+    let options = options(parameters.len());
+    let mut normal = normal(6);
+    let mut block = block(&parameters, &columns, &truth, &mut || 0.2 * normal());
+    for rows in &mut block.channels {
+        let mut instruments = rows.matrix.clone();
+        (0..rows.len()).step_by(2).for_each(|row| instruments.row_mut(row).fill(0.0));
+        rows.instruments = Some(instruments);
+    }
+    let blocks = [block];
+    let found = Problem { parameters: &parameters, blocks: &blocks, options: &options }.solve();
+    let used = 3 * (columns.len() / 2);
+    assert_eq!(found.samples as usize, used);
+    // Left-out parts are predicted about as well as the fit.
+    assert!((0.9..1.6).contains(&found.left_out_ratio), "{}", found.left_out_ratio);
 }

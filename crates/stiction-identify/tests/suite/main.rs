@@ -3,5 +3,6 @@
 
 mod base;
 mod estimate;
+mod load_slopes;
 mod regressor;
 mod robots;

@@ -45,13 +45,13 @@ fn columns_agree_with_inverse_dynamics_of_changed_parameters() {
             let Ok(columns) = regressor.at(&q, &v, &a) else { continue };
             let engine = regressor.engine_parameters(&changed);
             let mut data = regressor.engine_data();
-            let Ok(loads) = regressor.loads(&engine, &mut data, [&q, &v, &a]) else { continue };
+            let Ok(solved) = regressor.loads(&engine, &mut data, [&q, &v, &a]) else { continue };
             let mut expected = columns.known.clone();
             for (k, p) in parameters.iter().enumerate() {
                 let value = if p.body().is_some() { changed[k] - priors[k] } else { changed[k] };
                 // Loads of the engine contain the preload, which the Coulomb column states itself.
                 let load = match p.kind {
-                    Kind::Mu(i) => loads[i] - engine.interfaces[i].load.preload,
+                    Kind::Mu(i) => solved.loads[i] - engine.interfaces[i].load.preload,
                     _ => 1.0,
                 };
                 // Actuated joints without friction have columns that the engine does not know.

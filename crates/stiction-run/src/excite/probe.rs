@@ -150,11 +150,11 @@ impl Probe {
         let mut rows = DMatrix::zeros(cases * actuators, columns.matrix.ncols());
         let mut efforts = Vec::with_capacity(cases);
         for (index, case) in self.cases.iter_mut().enumerate() {
-            let loads = self.regressor.loads(&case.engine, &mut case.data, motion).ok()?;
+            let solved = self.regressor.loads(&case.engine, &mut case.data, motion).ok()?;
             let mut own = rows.rows_mut(index * actuators, actuators);
             own.copy_from(&columns.matrix);
             for &(column, interface) in &self.mu {
-                let load = loads[interface] - case.engine.interfaces[interface].load.preload;
+                let load = solved.loads[interface] - case.engine.interfaces[interface].load.preload;
                 own.column_mut(column).scale_mut(load);
             }
             efforts.push(case.data.efforts().to_vec());

@@ -97,8 +97,13 @@ fn constant_part(
             scale: (size / norm(column)).max(1e-300),
         })
         .collect();
-    let options =
-        Options { strength: Some(1.0), radius: 1.0, held: vec![false; 3], tied: Vec::new() };
+    let options = Options {
+        strength: Some(1.0),
+        radius: 1.0,
+        held: vec![false; 3],
+        tied: Vec::new(),
+        bounds: Vec::new(),
+    };
     let found = Problem { parameters: &parameters, blocks: &blocks, options: &options }.solve();
     Some((found.values[2], found.sigmas[2]))
 }

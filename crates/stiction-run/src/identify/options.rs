@@ -42,6 +42,10 @@ tie = []                       # [["leg*.P.mu"], ["leg*.P.viscous"]]
 # header = ["t", "q1", "i1"]
 # step = "1 ms"
 
+# Least and greatest values of parameters, in SI units; not of masses, first moments and inertias of bodies.
+[bounds]
+# "leg*.P.mu" = [0.05, 0.3]
+
 # Columns whose header does not say what they are: the header they should have, or a table with a
 # factor and an offset in that unit; "" for columns that are not used, in whose names * stands for any text.
 [columns]
@@ -116,6 +120,8 @@ pub struct IdentifySettings {
     pub hold: Vec<String>,
     /// Groups of patterns; the parameters of each group have a common value.
     pub tie: Vec<Vec<String>>,
+    /// Patterns of parameters with their least and greatest values, SI units.
+    pub bounds: Vec<(String, [f64; 2])>,
     /// Columns whose names in the logs differ from those of the model.
     pub columns: Vec<Renamed>,
     /// Names of the columns of logs without a header.
@@ -128,7 +134,7 @@ pub struct IdentifySettings {
     pub logs: Vec<LogSettings>,
 }
 
-const KEYS: [&str; 13] = [
+const KEYS: [&str; 14] = [
     "filter",
     "estimate",
     "prior",
@@ -137,6 +143,7 @@ const KEYS: [&str; 13] = [
     "delay",
     "hold",
     "tie",
+    "bounds",
     "header",
     "step",
     "columns",
@@ -197,6 +204,7 @@ impl IdentifySettings {
                     settings.tie =
                         groups.iter().map(|group| texts(key, group)).collect::<Result<_, _>>()?;
                 }
+                "bounds" => settings.bounds = bounds(key, value)?,
                 "header" => settings.header = texts(key, value)?,
                 "step" => {
                     let step = quantity(key, value, seconds)?;
@@ -282,6 +290,23 @@ fn texts(key: &str, value: &Value) -> Result<Vec<String>, Error> {
         list.iter().map(|entry| entry.as_str().map(str::to_owned)).collect::<Option<Vec<_>>>()
     });
     list.ok_or_else(|| bad(key, "should be a list of names"))
+}
+
+fn bounds(key: &str, value: &Value) -> Result<Vec<(String, [f64; 2])>, Error> {
+    let table = value.as_table().ok_or_else(|| bad(key, "should be a table"))?;
+    let number = |value: &Value| value.as_float().or_else(|| value.as_integer().map(|n| n as f64));
+    let each = table.iter().map(|(pattern, value)| {
+        let pair = value.as_array().map(|list| list.iter().map(number).collect::<Vec<_>>());
+        match pair.as_deref() {
+            Some([Some(low), Some(high)]) if low <= high => Ok((pattern.clone(), [*low, *high])),
+            _ => Err(with_help(
+                key,
+                format!("of `{pattern}` should be two numbers, the least and the greatest value"),
+                "for example `\"leg*.P.mu\" = [0.05, 0.3]`, in SI units",
+            )),
+        }
+    });
+    each.collect()
 }
 
 fn columns(key: &str, value: &Value) -> Result<Vec<Renamed>, Error> {

@@ -290,6 +290,7 @@ pub fn identify(
             },
         })
         .collect();
+    cautions.extend(judge_bounds(&mut named, &options));
     cautions.extend(torque_constants::judge(&mut named, &by_prior, estimate.strength));
     let at = differences(&parameters, &estimate.values);
     let predictions: Vec<Prediction> = all
@@ -471,6 +472,30 @@ fn fitted(
         });
     }
     (estimate, is_settled)
+}
+
+/// Lowers the verdicts of values at the bounds of the options, and composes cautions that name them.
+fn judge_bounds(named: &mut [Named], options: &Options) -> Vec<String> {
+    let mut cautions = Vec::new();
+    for &(k, bounds) in &options.bounds {
+        let p = &mut named[k];
+        let near = |bound: f64| (p.value - bound).abs() <= 1e-9 * bound.abs();
+        if p.verdict == Verdict::Held || !bounds.into_iter().any(near) {
+            continue;
+        }
+        if p.verdict == Verdict::Identified {
+            p.verdict = Verdict::FitsOnly;
+        }
+        let caution = format!(
+            "{} lies at its bound {}: the logs alone would have it beyond",
+            p.name,
+            format!("{} {}", p.value, p.unit).trim_end()
+        );
+        if !cautions.contains(&caution) {
+            cautions.push(caution);
+        }
+    }
+    cautions
 }
 
 /// Rows of the fitted logs.

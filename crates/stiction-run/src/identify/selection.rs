@@ -1,4 +1,5 @@
-//! Selection of the parameters that are estimated: scales, held and tied parameters, and a check that the logs suffice.
+//! Selection of the parameters that are estimated: scales, held, bounded and tied parameters, and a check that the
+//! logs suffice.
 
 use super::IdentifyError;
 use super::chosen::{chosen_efforts, refuse};
@@ -91,6 +92,11 @@ pub(super) fn options(
             ));
         }
     }
+    for (pattern, _) in &settings.bounds {
+        if !parameters.iter().any(|p| fits(pattern, &p.name)) {
+            return Err(unknown("bounds", pattern));
+        }
+    }
     let mut tied = Vec::new();
     for group in &settings.tie {
         let mut members = Vec::new();
@@ -136,7 +142,54 @@ pub(super) fn options(
         radius: 0.02 * mechanism.characteristic_length(),
         held: held_of(parameters, settings),
         tied,
+        bounds: bounds_of(parameters, settings)?,
     })
+}
+
+/// Bounds of parameters; several bounds of one parameter, or of tied ones, hold together.
+fn bounds_of(
+    parameters: &[Parameter],
+    settings: &IdentifySettings,
+) -> Result<Vec<(usize, [f64; 2])>, IdentifyError> {
+    let held = held_of(parameters, settings);
+    let mut all: Vec<(usize, [f64; 2])> = Vec::new();
+    for (pattern, own) in &settings.bounds {
+        for k in (0..parameters.len()).filter(|&k| fits(pattern, &parameters[k].name)) {
+            let p = &parameters[k];
+            if p.body().is_some() {
+                return Err(refuse(
+                    format!(
+                        "options: `bounds` names `{}`, which belongs to the mass of a body",
+                        p.name
+                    ),
+                    "hold it, or state the strength of the model's inertias by `prior`",
+                ));
+            }
+            if held[k] && !(own[0]..=own[1]).contains(&p.prior) {
+                return Err(refuse(
+                    format!(
+                        "options: `{}` is held at {}, outside of its bounds",
+                        p.name,
+                        format!("{} {}", p.prior, p.unit).trim_end()
+                    ),
+                    "change the value of the model, or do not hold it",
+                ));
+            }
+            let least = if p.is_nonnegative() { own[0].max(0.0) } else { own[0] };
+            let both = all.iter().filter(|(other, _)| *other == k).map(|(_, bounds)| *bounds);
+            let [low, high] = both.fold([least, own[1]], |[low, high], other| {
+                [low.max(other[0]), high.min(other[1])]
+            });
+            if low > high {
+                return Err(refuse(
+                    format!("options: `bounds` leave no value for `{}`", p.name),
+                    "give bounds that overlap and, of friction, a positive greatest value",
+                ));
+            }
+            all.push((k, [low, high]));
+        }
+    }
+    Ok(all)
 }
 
 /// Class of a parameter, regardless of the body, joint or actuator to which it belongs. Parameters of one class can be
@@ -229,6 +282,7 @@ mod tests {
             radius: 0.1,
             held: vec![false, false, true, false],
             tied: vec![vec![0, 2, 3]],
+            bounds: Vec::new(),
         };
         assert_eq!(free_groups(&parameters, &options), [vec![0, 3], vec![1]]);
         assert_ne!(class(Kind::Mu(0)), class(Kind::Term(0)));

@@ -43,12 +43,12 @@ pub(super) fn structure(all: &[Prepared], parameters: &[Parameter], held: &[bool
             let v: Vec<f64> = q.iter().map(|_| fastest * random.number()).collect();
             let a: Vec<f64> = q.iter().map(|_| most * random.number()).collect();
             let Ok(columns) = regressor.at(q, &v, &a) else { continue };
-            let Ok(loads) = regressor.loads(&nominal, &mut engine, [q, &v, &a]) else { continue };
+            let Ok(solved) = regressor.loads(&nominal, &mut engine, [q, &v, &a]) else { continue };
             for channel in 0..columns.matrix.nrows() {
                 let mut row = columns.matrix.row(channel).into_owned();
                 for (k, p) in parameters.iter().enumerate() {
                     if let Kind::Mu(i) = p.kind {
-                        row[k] *= loads[i] - nominal.interfaces[i].load.preload;
+                        row[k] *= solved.loads[i] - nominal.interfaces[i].load.preload;
                     }
                 }
                 let unknown = (columns.known[channel], constants[channel]);

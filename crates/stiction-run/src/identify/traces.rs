@@ -4,7 +4,7 @@ use super::IdentifyError;
 use super::options::IdentifySettings;
 use super::prepare::{MeasuredLog, Prepared};
 use super::run::{Identified, differences, parameters_of, read_terms};
-use super::selection::{choice, free_groups, options};
+use super::selection::choice;
 use crate::names::Names;
 use crate::report::animation::Animation;
 use nalgebra::DVector;
@@ -89,7 +89,6 @@ impl Traces {
             prepared.start_constants(&values);
             prepared.set_delays(&delays);
             let parameters = parameters_of(&prepared, settings);
-            let groups = free_groups(&parameters, &options(mechanism, &parameters, settings)?);
             // Efforts need the identified torque constant; the model has none.
             let prior = |(p, value): (&Parameter, &f64)| match p.kind {
                 Kind::TorqueConstant(_) => *value,
@@ -97,9 +96,10 @@ impl Traces {
             };
             let priors: Vec<f64> = parameters.iter().zip(&values).map(prior).collect();
             // Without forces, the loads before remain, as in the fit.
-            let _ = prepared.linearise(&priors, &groups);
+            let _ = prepared.linearise(&priors, &[]);
             let before = prepared.predicted(&differences(&parameters, &priors));
-            let _ = prepared.linearise(&values, &groups);
+            // Columns at constant loads: those of an interface are its own friction.
+            let _ = prepared.linearise(&values, &[]);
             let at = differences(&parameters, &values);
             let after = prepared.predicted(&at);
             traces.logs.push(log_trace(model, &prepared, &before, &after));

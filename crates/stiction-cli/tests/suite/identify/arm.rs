@@ -113,3 +113,29 @@ fn dwells_bound_friction() {
     // The moves decide.
     assert!((value - COULOMB).abs() < 3.0 * sigma.max(0.01), "{value} +- {sigma}");
 }
+
+/// A bound that the log contradicts holds, and is named.
+#[test]
+fn bounds_hold_and_are_named() {
+    let folder = Folder::new("identify-bounds");
+    folder.write("arm.toml", &axis(0.02));
+    folder.write("log.csv", &log(1, 1.0));
+    let options = |text: &str| folder.write("options.toml", &format!("[bounds]\n{text}\n"));
+    options("\"*.coulomb\" = [2.5, 4]");
+    let result = identified(&folder, &["log.csv"], &["--options", "options.toml"]);
+    let found = parameter(&result, "axis.coulomb");
+    assert!((found["value"].as_f64().unwrap() - 2.5).abs() < 1e-12, "{found}");
+    assert_eq!(found["verdict"], "fits only");
+    let cautions = result["cautions"].to_string();
+    assert!(cautions.contains("axis.coulomb lies at its bound 2.5 N m"), "{cautions}");
+    let run = ["identify", "arm.toml", "log.csv", "--filter", "10 Hz", "--options", "options.toml"];
+    for (text, expected) in [
+        ("\"axis.coulomb\" = [4, 2.5]", "two numbers, the least and the greatest value"),
+        ("\"axis.coulomb\" = [-4, -2.5]", "leave no value for `axis.coulomb`"),
+        ("\"axis.columb\" = [0, 1]", "`bounds` names no parameter: `axis.columb`"),
+        ("\"arm.mass\" = [0, 1]", "belongs to the mass of a body"),
+    ] {
+        options(text);
+        folder.stiction(&run).fails(2, &[expected]);
+    }
+}

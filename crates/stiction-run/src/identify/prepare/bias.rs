@@ -49,10 +49,10 @@ impl Prepared {
                 let own = || -> Result<Vec<f64>, Status> {
                     let mut columns = regressor.at(&q, &v, &a)?;
                     if has_loads {
-                        let loads = regressor.loads(&engine, &mut data, [&q, &v, &a])?;
+                        let solved = regressor.loads(&engine, &mut data, [&q, &v, &a])?;
                         for (k, p) in parameters.iter().enumerate() {
                             if let Kind::Mu(i) = p.kind {
-                                let load = loads[i] - engine.interfaces[i].load.preload;
+                                let load = solved.loads[i] - engine.interfaces[i].load.preload;
                                 columns.matrix.column_mut(k).scale_mut(load);
                             }
                         }

@@ -41,6 +41,22 @@ impl Prepared {
         self.constants.iter().map(|own| own.map(|own| (own.parameter, own.value)))
     }
 
+    /// Bounds of an effort whose middle is `effort`, without the part that the effort's unknown torque constant changes; then that
+    /// parameter and the column of this part: the bounds less the effort depend on the constant K as `effort K/K0`.
+    pub(super) fn scaled_by_constant(
+        &self,
+        channel: usize,
+        bounds: [f64; 2],
+        effort: f64,
+    ) -> ([f64; 2], Option<(usize, f64)>) {
+        match self.constants[channel] {
+            Some(own) => {
+                (bounds.map(|bound| bound - effort), Some((own.parameter, -effort / own.value)))
+            }
+            None => (bounds, None),
+        }
+    }
+
     /// Linearises the efforts about the parameter values `values`: load-dependent friction by
     /// [`Self::update_loads`], and torque constants by [`Self::set_constants`].
     ///

@@ -104,11 +104,11 @@ impl Prepared {
             let Ok(columns) = regressor.at(&dwell.position, &rest, &rest) else { continue };
             let Some((mut limits, fixed)) = regressor.limits() else { continue };
             let mut data = regressor.engine_data();
-            let Ok(loads) = regressor.loads(&engine, &mut data, motion) else { continue };
+            let Ok(solved) = regressor.loads(&engine, &mut data, motion) else { continue };
             let mut matrix = columns.matrix;
             for (k, p) in parameters.iter().enumerate() {
                 if let Kind::Mu(i) = p.kind {
-                    let load = loads[i] - engine.interfaces[i].load.preload;
+                    let load = solved.loads[i] - engine.interfaces[i].load.preload;
                     limits.column_mut(k).scale_mut(LOADED * load.abs());
                 }
                 match p.kind {
@@ -123,11 +123,14 @@ impl Prepared {
                 let [low, high] = dwell.efforts[channel];
                 let known = columns.known[channel];
                 let bounds = [low - known + fixed[channel], high - known - fixed[channel]];
-                rows.push((
-                    matrix.row(channel).into_owned(),
-                    limits.row(channel).into_owned(),
-                    bounds,
-                ));
+                let mut columns = matrix.row(channel).into_owned();
+                // An unknown torque constant multiplies the effort, by its middle.
+                let (bounds, constant) =
+                    self.scaled_by_constant(channel, bounds, 0.5 * (low + high));
+                if let Some((parameter, slope)) = constant {
+                    columns[parameter] = slope;
+                }
+                rows.push((columns, limits.row(channel).into_owned(), bounds));
             }
         }
         let used = rows.first().map_or(0, Vec::len);

@@ -1,19 +1,13 @@
-//! Regression columns of the friction coefficients, linearised about the normal loads, which depend on the
-//! coefficients.
+//! Regression columns linearised about the normal loads, which depend on friction.
 //!
 //! Equation (I6) of the book's theory.
 
 use super::Prepared;
 use super::filter::RowFilter;
 use super::rows::{Assembled, Computed};
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use stiction_core::parameters::Parameters;
-use stiction_identify::{Kind, Parameter, Regressor};
-
-/// Step of forward differences as a fraction of a coefficient, and the smallest coefficient to which the fraction
-/// refers.
-const STEP: f64 = 1e-5;
-const LEAST: f64 = 0.01;
+use stiction_identify::{DIRECTIONS, Kind, LoadSlopes, Parameter, Regressor, Solved};
 
 /// Data for the regression columns of the friction coefficients.
 pub(super) struct MuColumns {
@@ -27,6 +21,8 @@ pub(super) struct MuColumns {
     pub(super) filter: RowFilter,
     /// Right-hand sides of the regression that contain all friction, for each actuator.
     rights: Vec<DVector<f64>>,
+    /// Columns at constant normal loads, for each actuator.
+    matrices: Vec<DMatrix<f64>>,
 }
 
 impl MuColumns {
@@ -47,6 +43,10 @@ impl MuColumns {
             at: assembled.at.clone(),
             filter,
             rights: assembled.block.channels.iter().map(|rows| rows.right.clone()).collect(),
+            matrices: match computed.mu.is_empty() {
+                true => Vec::new(),
+                false => assembled.block.channels.iter().map(|rows| rows.matrix.clone()).collect(),
+            },
         }
     }
 }
@@ -76,96 +76,120 @@ impl Prepared {
             return Ok(());
         }
         let engine = self.regressor.engine_parameters(values);
-        let mut loads = self.loads(&engine)?;
-        // A failed instant takes the loads of the one before.
-        let mut before = vec![0.0; engine.interfaces.len()];
-        for found in &mut loads {
+        let mut solved = self.solved(&engine)?;
+        let is_solved: Vec<bool> = solved.iter().map(Option::is_some).collect();
+        // A failed instant takes the loads of one next to it, without derivatives.
+        let mut before = solved.iter().flatten().next().cloned();
+        for found in &mut solved {
             match found {
-                Some(found) => before.clone_from(found),
-                None => *found = Some(before.clone()),
+                Some(found) => before = Some(found.clone()),
+                None => found.clone_from(&before),
             }
         }
-        let loads: Vec<Vec<f64>> = loads.into_iter().flatten().collect();
-        let place = |k: &usize| mu.columns.iter().position(|(column, _)| column == k);
-        let moved: Vec<(usize, Vec<usize>)> = groups
-            .iter()
-            .filter_map(|group| Some((group.iter().find_map(place)?, group.clone())))
-            .collect();
+        let solved: Vec<Solved> = solved.into_iter().flatten().collect();
         let actuators = self.block.channels.len();
         let count = mu.columns.len();
-        // The columns, then for each group the friction that the change of loads adds.
-        let mut signals: Vec<Vec<f64>> = Vec::with_capacity(self.instants.len());
-        for (unit, loads) in mu.unit.iter().zip(&loads) {
-            let mut row = vec![0.0; actuators * (count + moved.len())];
-            for (index, &(_, interface)) in mu.columns.iter().enumerate() {
-                let load = loads[interface] - engine.interfaces[interface].load.preload;
-                for channel in 0..actuators {
-                    row[index * actuators + channel] = unit[index * actuators + channel] * load;
+        // Friction by the loads per unit of each coefficient, at these loads.
+        let columns: Vec<Vec<f64>> = mu
+            .unit
+            .iter()
+            .zip(&solved)
+            .map(|(unit, solved)| {
+                let mut row = unit.clone();
+                for (index, &(_, interface)) in mu.columns.iter().enumerate() {
+                    let load = solved.loads[interface] - engine.interfaces[interface].load.preload;
+                    row[index * actuators..][..actuators].iter_mut().for_each(|x| *x *= load);
                 }
-            }
-            signals.push(row);
-        }
-        for (number, (_, group)) in moved.iter().enumerate() {
-            let size = group.iter().map(|&k| values[k]).fold(LEAST, f64::max);
-            let step = STEP * size;
-            let mut changed = values.to_vec();
-            group.iter().for_each(|&k| changed[k] += step);
-            let engine_after = self.regressor.engine_parameters(&changed);
-            // Near a lock the loads exist on one side only: without derivative, as a fixed point.
-            let Ok(after) = self.loads(&engine_after) else { continue };
-            for (k, after) in after.iter().enumerate() {
-                let Some(after) = after else { continue };
-                for (index, &(column, interface)) in mu.columns.iter().enumerate() {
-                    let preload =
-                        |engine: &Parameters<f64>| engine.interfaces[interface].load.preload;
-                    let change = (after[interface] - preload(&engine_after))
-                        - (loads[k][interface] - preload(&engine));
-                    let factor = values[column] * change / step;
-                    for channel in 0..actuators {
-                        signals[k][(count + number) * actuators + channel] +=
-                            mu.unit[k][index * actuators + channel] * factor;
-                    }
-                }
-            }
-        }
+                row
+            })
+            .collect();
         let grid: Vec<f64> = self.instants.iter().map(|(time, _)| *time).collect();
-        let width = actuators * (count + moved.len());
+        let width = actuators * count;
         let filtered =
-            mu.filter.apply(&grid, width, |k, out| out.copy_from_slice(&signals[k]), &mu.at);
+            mu.filter.apply(&grid, width, |k, out| out.copy_from_slice(&columns[k]), &mu.at);
         for (channel, rows) in self.block.channels.iter_mut().enumerate() {
             rows.right.copy_from(&mu.rights[channel]);
+            rows.matrix.copy_from(&mu.matrices[channel]);
             for (row, &step) in rows.steps.iter().enumerate() {
                 for (index, &(column, _)) in mu.columns.iter().enumerate() {
                     rows.matrix[(row, column)] = filtered[step][index * actuators + channel];
                 }
-                for (number, (first, group)) in moved.iter().enumerate() {
-                    let derivative = filtered[step][(count + number) * actuators + channel];
-                    let column = mu.columns[*first].0;
-                    rows.matrix[(row, column)] += derivative;
-                    debug_assert!(group.iter().all(|&k| matches!(parameters[k].kind, Kind::Mu(_))));
-                    rows.right[row] += derivative * values[column];
+            }
+        }
+        drop((columns, filtered));
+        // Friction of a joint changes the loads of others, and with them their friction. Inertia does, too, but by so little of its
+        // own effort that the columns of all bodies are not worth a solution each: the loads themselves follow it.
+        let changes_loads = |group: &&Vec<usize>| {
+            matches!(parameters[group[0]].kind, Kind::Mu(_) | Kind::Coulomb(_) | Kind::Viscous(_))
+        };
+        let moved: Vec<Vec<usize>> = groups.iter().filter(changes_loads).cloned().collect();
+        for groups in moved.chunks(DIRECTIONS) {
+            let slopes = self.load_friction_slopes(values, groups, (&solved, &is_solved));
+            let width = actuators * groups.len();
+            let mu = &self.mu;
+            let filtered =
+                mu.filter.apply(&grid, width, |k, out| out.copy_from_slice(&slopes[k]), &mu.at);
+            for (channel, rows) in self.block.channels.iter_mut().enumerate() {
+                for (row, &step) in rows.steps.iter().enumerate() {
+                    for (number, group) in groups.iter().enumerate() {
+                        let derivative = filtered[step][number * actuators + channel];
+                        rows.matrix[(row, group[0])] += derivative;
+                        rows.right[row] += derivative * values[group[0]];
+                    }
                 }
             }
         }
         Ok(())
     }
 
-    /// Normal loads at all instants, N; `None` for an instant at which the forces have no solution.
-    fn loads(&self, engine: &Parameters<f64>) -> Result<Vec<Option<Vec<f64>>>, String> {
+    /// Derivatives of the friction by the loads with respect to groups of parameters, by way of the loads alone, at each instant;
+    /// the index is `group * actuators + channel`. Zero where loads have no derivative, as next to a lock.
+    fn load_friction_slopes(
+        &self,
+        values: &[f64],
+        groups: &[Vec<usize>],
+        (solved, is_solved): (&[Solved], &[bool]),
+    ) -> Vec<Vec<f64>> {
+        let (mu, actuators) = (&self.mu, self.block.channels.len());
+        let mut slopes = LoadSlopes::new(&self.regressor, values, groups);
+        let each = self.instants.iter().zip(solved.iter().zip(is_solved)).zip(&mu.unit);
+        each.map(|(((_, [q, v, a]), (solved, is_solved)), unit)| {
+            let mut row = vec![0.0; actuators * groups.len()];
+            if !is_solved {
+                return row;
+            }
+            let Ok(loads) = slopes.at(solved, [q, v, a]) else { return row };
+            let loads: Vec<_> = loads.collect();
+            for (index, &(column, interface)) in mu.columns.iter().enumerate() {
+                for number in 0..groups.len() {
+                    let factor = values[column] * loads[interface][number];
+                    for channel in 0..actuators {
+                        row[number * actuators + channel] +=
+                            unit[index * actuators + channel] * factor;
+                    }
+                }
+            }
+            row
+        })
+        .collect()
+    }
+
+    /// Forces at all instants; `None` for an instant at which they have no solution.
+    fn solved(&self, engine: &Parameters<f64>) -> Result<Vec<Option<Solved>>, String> {
         let mut data = self.regressor.engine_data();
         let mut failed: Option<String> = None;
-        let mut loads = Vec::with_capacity(self.instants.len());
+        let mut all = Vec::with_capacity(self.instants.len());
         for (time, [q, v, a]) in &self.instants {
             let found = self.regressor.loads(engine, &mut data, [q, v, a]);
             if let Err(status) = &found {
                 failed.get_or_insert_with(|| format!("at {time:.4} s: {status:?}"));
             }
-            loads.push(found.ok());
+            all.push(found.ok());
         }
-        let failures = loads.iter().filter(|loads| loads.is_none()).count();
+        let failures = all.iter().filter(|found| found.is_none()).count();
         match failures as f64 > super::MAY_FAIL * self.instants.len() as f64 {
             true => Err(failed.unwrap_or_default()),
-            false => Ok(loads),
+            false => Ok(all),
         }
     }
 }

@@ -1,0 +1,91 @@
+//! Derivatives of normal loads against differences of solutions.
+
+use super::robots::*;
+use stiction_core::random::Random;
+use stiction_identify::{Choice, DIRECTIONS, Kind, LoadSlopes, Regressor};
+
+/// Derivatives with respect to all friction and inertia of each model of the gallery that has a coefficient of friction.
+#[test]
+fn derivatives_of_loads_are_those_of_differences() {
+    let mut tried = 0;
+    for name in stiction_format::gallery::names() {
+        let model = gallery_model(name);
+        if model.motions.is_empty() || model.mechanism.actuators().count() == 0 {
+            continue;
+        }
+        let (solver, home) = gallery_solver(&model);
+        // Inertia makes a body with a free spin accelerate, a limit of difference quotients rather than of derivatives.
+        if !solver.constraints().spins().is_empty() {
+            continue;
+        }
+        let Ok(mut regressor) = Regressor::new(solver, &Choice::ALL) else { continue };
+        let parameters = regressor.parameters().to_vec();
+        if !parameters.iter().any(|p| matches!(p.kind, Kind::Mu(_))) {
+            continue;
+        }
+        let mut random = Random::new(17);
+        // Load-independent friction needs a preload, which a law without coefficient cannot carry.
+        let values: Vec<f64> = parameters
+            .iter()
+            .map(|p| match p.kind {
+                Kind::Coulomb(_) => p.prior + 0.02,
+                Kind::Viscous(_) => p.prior + 0.01,
+                Kind::Mu(_) => 0.8 * p.prior,
+                _ => p.prior,
+            })
+            .collect();
+        let is_moved = |k: &usize| {
+            let p = &parameters[*k];
+            matches!(p.kind, Kind::Mu(_) | Kind::Coulomb(_) | Kind::Viscous(_))
+                || p.body().is_some()
+        };
+        let groups: Vec<Vec<usize>> =
+            (0..parameters.len()).filter(is_moved).map(|k| vec![k]).collect();
+        let [q, v, a] = random_motion(&mut random, &home, 0.02);
+        if regressor.at(&q, &v, &a).is_err() {
+            continue;
+        }
+        // Loads less the preloads, which carry load-independent friction.
+        let loads = |values: &[f64]| -> Vec<f64> {
+            let engine = regressor.engine_parameters(values);
+            let mut data = regressor.engine_data();
+            let solved = regressor.loads(&engine, &mut data, [&q, &v, &a]).unwrap();
+            let preloads = engine.interfaces.iter().map(|i| i.load.preload);
+            solved.loads.iter().zip(preloads).map(|(load, preload)| load - preload).collect()
+        };
+        let engine = regressor.engine_parameters(&values);
+        let mut data = regressor.engine_data();
+        let Ok(solved) = regressor.loads(&engine, &mut data, [&q, &v, &a]) else { continue };
+        tried += 1;
+        let largest = solved.loads.iter().fold(0.0, |most: f64, load| most.max(load.abs()));
+        for groups in groups.chunks(DIRECTIONS) {
+            let mut slopes = LoadSlopes::new(&regressor, &values, groups);
+            let found: Vec<_> = slopes.at(&solved, [&q, &v, &a]).unwrap().collect();
+            for (direction, group) in groups.iter().enumerate() {
+                let k = group[0];
+                let step = 1e-4 * parameters[k].scale.min(1.0);
+                let changed = |by: f64| {
+                    let mut changed = values.clone();
+                    changed[k] += by;
+                    loads(&changed)
+                };
+                let [a, b, c, d] = [1.0, -1.0, 2.0, -2.0].map(|part| changed(part * step));
+                for (i, found) in found.iter().enumerate() {
+                    let expected = (8.0 * (a[i] - b[i]) - (c[i] - d[i])) / (12.0 * step);
+                    // Differences of fourth order; round-off of the loads and preloads over the step, of laws without
+                    // coefficient 10^9 times their friction.
+                    let preload = engine.interfaces[i].load.preload;
+                    let round_off = 1e-12 * (largest + preload) / step;
+                    let error = (found[direction] - expected).abs();
+                    assert!(
+                        error <= 1e-6 * expected.abs() + round_off,
+                        "{name}: {} on interface {i}: {} {expected}",
+                        parameters[k].name,
+                        found[direction]
+                    );
+                }
+            }
+        }
+    }
+    assert!(tried >= 4, "{tried}");
+}
