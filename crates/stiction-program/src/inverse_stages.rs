@@ -51,6 +51,8 @@ pub(crate) struct InverseStages {
     pub(crate) rate_pivots: Vec<Node>,
     /// Reciprocal pivots of the balance without friction.
     pub(crate) balance_pivots: Vec<Node>,
+    /// Positions of [`IndexLayout::places`](crate::feedforward::IndexLayout::places).
+    pub(crate) places: Vec<Node>,
     /// Derivatives of all actuator forces, if requested, and the inputs of their directions.
     pub(crate) slopes: Vec<Node>,
     pub(crate) slope_inputs: Range<usize>,
@@ -79,15 +81,16 @@ impl RecordingSource<'_> {
             layout.first_prescribed(),
             first + 6 * cuts + spins,
         )?;
-        let (graph, [ideal, begin, next, plain, tilted, rest, checks, drives]) =
+        let (graph, [ideal, begin, next, plain, tilted, rest, checks, places, drives]) =
             record_groups(derivatives.inputs(), |inputs| {
-                let ([ideal, begin, next, plain, tilted, rest, checks], followed) =
+                let ([ideal, begin, next, plain, tilted, rest, checks, places], followed) =
                     self.follow(layout, inputs);
                 let drives = with_slopes(|| derivatives.follow(self, &followed, inputs));
-                [ideal, begin, next, plain, tilted, rest, checks, drives]
+                [ideal, begin, next, plain, tilted, rest, checks, places, drives]
             });
         let (graph, of_recorded, slopes) = derivatives.differentiated(graph, &drives);
-        let groups = [ideal, begin, next, plain, tilted, rest, checks].map(|nodes| -> Vec<Node> {
+        let groups = [ideal, begin, next, plain, tilted, rest, checks, places];
+        let groups = groups.map(|nodes| -> Vec<Node> {
             nodes.iter().map(|node| of_recorded[*node as usize]).collect()
         });
         // The inputs of a step are independent: random values are suitable.
@@ -112,7 +115,7 @@ impl RecordingSource<'_> {
         let slopes = new(&slopes);
         let lengths = self.solver.parameters().interfaces.iter();
         let overlaps = lengths.filter(|interface| interface.load.overlap(0.0).is_some()).count();
-        let [ideal, begin, next, plain, tilted, rest, checks] = groups.each_ref().map(new);
+        let [ideal, begin, next, plain, tilted, rest, checks, places] = groups.each_ref().map(new);
         let (overlaps, rate_pivots) = checks.split_at(overlaps);
         let (overlaps, rate_pivots) = (overlaps.to_vec(), rate_pivots.to_vec());
         let matter = influential_inputs(merged.ops(), first, &next, &rest);
@@ -162,6 +165,7 @@ impl RecordingSource<'_> {
             overlaps,
             rate_pivots,
             balance_pivots,
+            places,
             slopes,
             slope_inputs,
             reactions,
@@ -171,8 +175,9 @@ impl RecordingSource<'_> {
 
     /// Results of the stages: actuator forces and reactions without friction; values with which the
     /// first step begins; those after a step from the inputs; reciprocal pivots without friction
-    /// and in the step; the remaining results; and reciprocal pivots of the rate equations. Also returns the recorded inputs.
-    fn follow(&self, layout: &InputLayout, inputs: &[Recorded]) -> ([Vec<Recorded>; 7], Followed) {
+    /// and in the step; the remaining results; reciprocal pivots of the rate equations; and positions for the singularity
+    /// index. Also returns the recorded inputs.
+    fn follow(&self, layout: &InputLayout, inputs: &[Recorded]) -> ([Vec<Recorded>; 8], Followed) {
         let mechanism = self.solver.mechanism();
         // The mechanism's numbers are constants of the program, except tunable ones.
         let mut parameters = Parameters::<Recorded>::new(mechanism);
@@ -206,6 +211,7 @@ impl RecordingSource<'_> {
         };
         let mut checks: Vec<Recorded> = parameters.interfaces.iter().filter_map(overlap).collect();
         checks.extend(model.rate_pivots(&data));
+        let places = self.index_layout().places(&parameters, bodies);
         let inverse = &mut data.inverse;
         let mut ideal: Vec<Recorded> = inverse.efforts().to_vec();
         ideal.extend(all.clone().flat_map(|joint| reaction(inverse, bodies, joint)));
@@ -236,7 +242,7 @@ impl RecordingSource<'_> {
         rest.extend(states.iter().map(|state| state.velocity));
         rest.extend(states.iter().map(|state| state.friction()));
         (
-            [ideal, begin, after, plain, tilted, rest, checks],
+            [ideal, begin, after, plain, tilted, rest, checks, places],
             Followed { coordinates, targets, loads, parameters },
         )
     }

@@ -11,11 +11,13 @@
 //! [`Feedforward::run`] executes them.
 
 mod derivatives;
+mod index_layout;
 mod kinematics;
 mod record;
 mod run;
 
 pub(crate) use derivatives::Derivatives;
+pub(crate) use index_layout::{INDEX_PASSES, IndexLayout, Term};
 pub(crate) use run::{CLOSED, CORRECTIONS, DONE};
 pub use run::{FeedforwardMemory, Outcome, Shortfall};
 
@@ -34,6 +36,8 @@ pub struct Feedforward {
     tunables: Vec<(Tunable, Vec<f64>)>,
     /// Slots of the unknowns of the coupling.
     pub(crate) unknown_slots: Vec<u32>,
+    /// Data of the singularity index.
+    pub(crate) index: IndexLayout,
     /// Routines without fused operations, for source code.
     pub(crate) source: Routines,
     /// Force routines for source code that return the complete wrench of each joint instead of its force, also
@@ -87,8 +91,8 @@ pub(crate) struct Routines {
     /// Preparation, Newton step, forces. Inputs: tree coordinates, tunable parameters, value, rate
     /// and acceleration of each prescribed coordinate, unknowns of the coupling. Results: initial
     /// unknowns, frictionless actuator forces, their guard, the determinant of the rate equations
-    /// relative to that at home; next unknowns and the three control values; actuator forces,
-    /// force of each joint, guard.
+    /// relative to that at home, for source code also the positions for the singularity index; next unknowns and the
+    /// three control values; actuator forces, force of each joint, guard.
     pub(crate) forces: [Routine; 3],
     pub(crate) force_slots: usize,
 }

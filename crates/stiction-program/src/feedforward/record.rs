@@ -1,6 +1,6 @@
 //! Recording of [`Feedforward`] programs.
 
-use super::{Feedforward, FeedforwardSizes, Outcome, Routine, Routines};
+use super::{Feedforward, FeedforwardSizes, IndexLayout, Outcome, Routine, Routines};
 use crate::code::{Slots, compile};
 use crate::compiled::Compiled;
 use crate::error::RecordError;
@@ -65,6 +65,7 @@ impl Feedforward {
         let values = tunables.iter().map(value_of).collect::<Result<Vec<_>, RecordError>>()?;
         let loads = &loads_of(tunables);
         let source = RecordingSource { model: &model, solver, loads };
+        let index = source.index_layout();
         let layout = InputLayout::of_tree(solver, tunables);
         let signal = &there_and_back(signal);
         let all = samples(solver, signal, &[])?;
@@ -86,9 +87,9 @@ impl Feedforward {
         };
         let routines =
             |detail| Routines::compile(sizes, &layout, &position, (&stages, determinant), detail);
-        let plain = Detail { fuse: false, wrenches: false };
+        let plain = Detail { fuse: false, wrenches: false, places: true };
         let source = routines(plain)?;
-        let native = routines(Detail { fuse: fuses(), ..plain })?;
+        let native = routines(Detail { fuse: fuses(), places: false, ..plain })?;
         let wrenches = routines(Detail { wrenches: true, ..plain })?.forces;
         let parts = |routines: &[Routine]| routines.iter().map(|r| r.parts.clone()).collect();
         let [a, b]: [Vec<_>; 2] = array(parts(&native.position));
@@ -107,6 +108,7 @@ impl Feedforward {
             home,
             tunables,
             unknown_slots,
+            index,
             source,
             wrenches,
             kinematics,
@@ -265,6 +267,12 @@ impl RecordingSource<'_> {
         (InverseStages { graph, rate_pivots, balance_pivots, ..stages }, found[0])
     }
 
+    /// Data of the singularity index.
+    pub(crate) fn index_layout(&self) -> IndexLayout {
+        let spins = self.model.constraints().spins().iter().map(|spin| (spin.body.0, spin.axis));
+        IndexLayout::new(self.solver.mechanism(), &spins.collect::<Vec<_>>())
+    }
+
     /// Returns true if all prescribed coordinates are actuated.
     fn follows_actuators(&self) -> bool {
         let actuators: Vec<_> = self.solver.mechanism().actuators().collect();
@@ -282,6 +290,8 @@ struct Detail {
     fuse: bool,
     /// With the whole wrench of each joint in place of its force.
     wrenches: bool,
+    /// With the positions for the singularity index.
+    places: bool,
 }
 
 impl Routines {
@@ -290,7 +300,7 @@ impl Routines {
         layout: &InputLayout,
         position: &PositionStages,
         (stages, determinant): (&InverseStages, Node),
-        Detail { fuse, wrenches }: Detail,
+        Detail { fuse, wrenches, places }: Detail,
     ) -> Result<Self, RecordError> {
         let PositionStages { graph, square, next, guard } = position;
         let ops = graph.ops();
@@ -322,6 +332,9 @@ impl Routines {
         let width = if wrenches { 6 } else { 3 };
         if wrenches {
             beginning.extend(&stages.ideal[drives..drives + width * sizes.joints]);
+        }
+        if places {
+            beginning.extend(&stages.places);
         }
         let step = [&stages.next[..], &stages.control].concat();
         let mut last = stages.rest[..drives].to_vec();

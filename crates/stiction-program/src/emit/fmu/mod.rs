@@ -141,9 +141,14 @@ impl Feedforward {
         for (name, unit, about) in [
             ("loops.residual", "1", "Error of the loops: lengths over the characteristic length"),
             (
+                "singularity.index",
+                "1",
+                "Singularity index: 0 where actuators do not resist some motion",
+            ),
+            (
                 "singularity.determinant",
                 "1",
-                "Determinant of the equations relative to home: 0 at type 2 singularities",
+                "Determinant of the equations relative to home: 0 at singular positions",
             ),
             (
                 "friction.coupling",

@@ -15,10 +15,11 @@
 extern "C" {
 #endif
 
-/* Numbers of coordinates, of actuators, of joints, and of coordinates of the spanning tree. */
+/* Numbers of coordinates, of actuators, of joints, of bodies that move, and of coordinates of the spanning tree. */
 #define @GUARD@_COORDINATES @COORDINATES@
 #define @GUARD@_ACTUATORS @DRIVES@
 #define @GUARD@_JOINTS @JOINTS@
+#define @GUARD@_BODIES @BODIES@
 #define @GUARD@_TREE @TREE@
 /* Low and high half of the fingerprint of the model. */
 #define @GUARD@_FINGERPRINT_LOW @FINGERPRINT_LOW@
@@ -72,6 +73,7 @@ typedef struct @NAME@_state {
     @NAME@_real tau[@GUARD@_ACTUATORS];
     @NAME@_real direction[@GUARD@_COORDINATES];
     @NAME@_real weight;
+    @NAME@_real weakest[12 * @GUARD@_BODIES];
     unsigned ready;
 } @NAME@_state;
 
@@ -79,8 +81,12 @@ typedef struct @NAME@_state {
 typedef struct @NAME@_info {
     /* Closure error of the loops: lengths over the characteristic length, angles in rad. */
     @NAME@_real residual;
-    /* Determinant of the equations relative to that at home: 1 at home, 0 where the coordinates do
-       not determine the motion, or the actuators do not (type 2 singularity). */
+    /* Singularity index (type 2, actuation): smallest singular value of the dimensionless balance of all bodies, with
+       a characteristic length of @LENGTH@ m; 0 where actuators and constraints do not resist some motion, and without
+       an answer. */
+    @NAME@_real singularity_index;
+    /* Determinant of the equations relative to that at home: 1 at home, positive on the same side of all singular
+       positions as home, 0 where the coordinates do not determine the motion, or the actuators do not. */
     @NAME@_real determinant;
     /* Determinant of the forces with friction relative to that without: 0 where friction locks. */
     @NAME@_real coupling;
@@ -91,6 +97,8 @@ typedef struct @NAME@_info {
        coupling, at most 2 x @STEPS@. */
     int corrections;
     int steps;
+    /* Number of passes of the singularity index, at most @INDEX_PASSES@. */
+    int index_passes;
     /* 1 if a rule chose the direction of friction, else 0. */
     int undetermined;
     /* 1 if tau contains no friction, 2 if tau keeps its last value, else 0. */

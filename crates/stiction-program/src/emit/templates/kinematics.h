@@ -1,6 +1,3 @@
-/* Number of bodies, without the ground. */
-#define @GUARD@_BODIES @BODIES@
-
 /* Forward kinematics: closes the loops at q, starting from the position of the last call, and writes
    for each body the position of its origin [m], then the rows of its rotation matrix, body to
    world. The rotation of a body that can spin freely depends on the path to q. Returns a code; below

@@ -106,6 +106,7 @@ static void find_forces(const real *w, real *r)
 {
 @FORCES@}
 
+@SINGULARITY@
 /* Closes the loops at q, starting from the coordinates `tree`, and updates `tree`; returns 0 if that fails. */
 static int close_loops(real *tree, const real *q, real *residual, int *corrections)
 {
@@ -322,13 +323,15 @@ int @NAME@_init(@NAME@_state *state, const real q[COORDINATES])
         state->direction[k] = 0;
     }
     state->weight = 0;
+    fill(state->weakest, 1, WIDTH * BODIES);
     state->ready = READY;
     return @GUARD@_OK;
 }
 
-/* Computes efforts at closed loops; chooses the direction of motion at rest. */
+/* Computes efforts at closed loops; chooses the direction of motion at rest. The singularity index is left out if it is
+   not wanted and the determinant is not small. */
 static int solve(const @NAME@_params *params, @NAME@_state *warm, const real *tree, const real *q,
-    const real *qd, const real *qdd, const real *direction, real *tau, @NAME@_info *info)
+    const real *qd, const real *qdd, const real *direction, int wants_index, real *tau, @NAME@_info *info)
 {
     real w[FORCE_WORK];
     real r[FORCE_RESULTS];
@@ -337,6 +340,7 @@ static int solve(const @NAME@_params *params, @NAME@_state *warm, const real *tr
     real weight = 1;
     int attempt;
     int has_friction = 1;
+    int is_regular;
     int k;
     /* Direction in which the motion begins if it is at rest now. */
     const real *next = direction != 0 && largest(direction, COORDINATES) > 0 ? direction : qdd;
@@ -364,7 +368,12 @@ static int solve(const @NAME@_params *params, @NAME@_state *warm, const real *tr
     }
     set_parameters(w, params);
     set_motion(w, tree, q, rates, qdd);
-    if (!solve_ideal(w, r, tau, info)) {
+    is_regular = solve_ideal(w, r, tau, info);
+    if (wants_index || info->determinant < SMALL_DETERMINANT) {
+        find_index(r + FIRST_PLACE, warm, info);
+        is_regular = is_regular && info->singularity_index > LEAST_INDEX;
+    }
+    if (!is_regular) {
         return @GUARD@_SINGULAR;
     }
     if (weight > 0) {
@@ -411,10 +420,11 @@ static int solve(const @NAME@_params *params, @NAME@_state *warm, const real *tr
 static int answer(const @NAME@_params *params, @NAME@_state *warm, const real *q, const real *qd,
     const real *qdd, const real *direction, real *tau, real *found, @NAME@_info *info)
 {
-    static const @NAME@_info NOTHING = { 0, 0, 0, 0, -1, 0, 0, 0, 2 };
+    static const @NAME@_info NOTHING = { 0, 0, 0, 0, 0, -1, 0, 0, 0, 0, 2 };
     @NAME@_params model;
     @NAME@_info own = NOTHING;
     real tree[TREE];
+    const int wants_index = info != 0;
     int code;
     int k;
     if (info == 0) {
@@ -449,7 +459,7 @@ static int answer(const @NAME@_params *params, @NAME@_state *warm, const real *q
         return @GUARD@_OPEN;
     }
     info->fallback = 0;
-    code = solve(params, warm, tree, q, qd, qdd, direction, found, info);
+    code = solve(params, warm, tree, q, qd, qdd, direction, wants_index, found, info);
     if (code >= 0 && !are_finite(found, ANSWERS)) {
         code = @GUARD@_SINGULAR;
     }
@@ -507,6 +517,9 @@ int @NAME@_hold(const @NAME@_params *params, @NAME@_state *warm, const real q[CO
         }
         for (k = 0; k < DRIVES; ++k) {
             warm->tau[k] = copy.tau[k];
+        }
+        for (k = 0; k < WIDTH * BODIES; ++k) {
+            warm->weakest[k] = copy.weakest[k];
         }
     }
     if (code == @GUARD@_UNDETERMINED) {

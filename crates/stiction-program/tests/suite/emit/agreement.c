@@ -1,5 +1,5 @@
-/* Answers the states of a file: positions, rates and accelerations in; code, determinant with friction, condition and
-   efforts out. */
+/* Answers the states of a file: positions, rates and accelerations in; code, determinant with friction, condition,
+   singularity index and efforts out. */
 #include "NAME.h"
 #include <math.h>
 #include <stdio.h>
@@ -54,7 +54,7 @@ static double condition(const NAME_state *state, const NAME_real *motion, const 
 
 int main(void)
 {
-    double row[3 * COUNT], result[3 + DRIVES];
+    double row[3 * COUNT], result[4 + DRIVES];
     long rows = 0;
     FILE *states = fopen("states.bin", "rb");
     FILE *answers = fopen("answers.bin", "wb");
@@ -78,15 +78,16 @@ int main(void)
         }
         result[0] = code;
         result[1] = (double)info.coupling;
+        result[3] = (double)info.singularity_index;
         /* The change is not above rounding errors in single precision. */
         result[2] = 0;
         if (code == UPPER_OK && sizeof tau[0] == sizeof result[0]) {
             result[2] = fmin(condition(&state, motion, tau), 1e300);
         }
         for (k = 0; k < DRIVES; ++k) {
-            result[3 + k] = (double)tau[k];
+            result[4 + k] = (double)tau[k];
         }
-        if (fwrite(result, sizeof result[0], 3 + DRIVES, answers) != 3 + DRIVES) {
+        if (fwrite(result, sizeof result[0], 4 + DRIVES, answers) != 4 + DRIVES) {
             return 2;
         }
         ++rows;

@@ -38,6 +38,9 @@ const OF_INPUTS: f64 = 0.1;
 /// Part of the compared states at which the code may report that friction has not converged: its pivots are those of the
 /// recording, which magnify rounding at other states.
 const NOT_CONVERGED: [f64; 2] = [0.0, 1e-4];
+/// Largest relative error of the singularity index: that of the iteration, whose vectors at most turn by 1e-4 or 3e-3 in
+/// the last pass, and rounding errors over an index of 0.01.
+const OF_INDEX: [f64; 2] = [1e-6, 1e-3];
 /// Rates up to which the code counts the motion as rest, by default, m/s or rad/s; the solver has another limit.
 const REST: [f64; 2] = [1e-9, 1e-6];
 const PRECISIONS: [Precision; 2] = [Precision::Double, Precision::Float];
@@ -54,6 +57,8 @@ enum Engine {
 struct State {
     numbers: Vec<f64>,
     engine: Engine,
+    /// Singularity index of the actuation at the position, if it is reached.
+    index: f64,
 }
 
 impl State {
@@ -64,11 +69,15 @@ impl State {
     }
 }
 
+/// Type 2 singularity index.
+fn actuation(solver: &InverseDynamics) -> f64 {
+    solver.statics().actuation_distance(solver.idle_axes().len())
+}
+
 /// Smaller one of the type 1 and type 2 singularity indices.
 fn index(solver: &InverseDynamics) -> f64 {
-    let (statics, spins) = (solver.statics(), solver.idle_axes().len());
-    let of_legs = Constraints::new(&statics).leg_distance(spins);
-    statics.actuation_distance(spins).min(of_legs.unwrap_or(1.0))
+    let of_legs = Constraints::new(&solver.statics()).leg_distance(solver.idle_axes().len());
+    actuation(solver).min(of_legs.unwrap_or(1.0))
 }
 
 /// Moves from home along a straight line, as the code does; `None` if that fails.
@@ -147,7 +156,8 @@ fn states(robot: &Loop, count: usize) -> Vec<State> {
                 Some(solver) => solve(solver, &targets, is_clear),
                 None => Engine::Refused(UNREACHABLE),
             };
-            states.push(State { numbers, engine });
+            let index = solver.as_ref().map_or(f64::NAN, actuation);
+            states.push(State { numbers, engine, index });
         }
     }
     let largest = |efforts: &[f64]| efforts.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
@@ -183,6 +193,8 @@ struct Figures {
     /// States that are not compared, by reason: all, and those where code and solver differ in whether there are
     /// efforts with friction, or in efforts by more than a part of 1e-3.
     others: BTreeMap<&'static str, [usize; 2]>,
+    /// Relative errors of the singularity index where code and solver agree, up to a part of 1e-3, on the efforts.
+    indices: Vec<f64>,
 }
 
 /// Reason of the solver.
@@ -214,7 +226,7 @@ fn compare(states: &[State], answers: &[f64], conditions: &[f64], precision: usi
         states.iter().zip(answers.chunks_exact(width).zip(conditions))
     {
         assert!(answer.iter().all(|x| x.is_finite()));
-        let (code, efforts) = (answer[0], &answer[3..]);
+        let (code, index, efforts) = (answer[0], answer[3], &answer[4..]);
         let bound = condition * ROUNDOFF[precision] / OF_INPUTS;
         let (reason, differs) = match &state.engine {
             Engine::Solved(expected, why) => {
@@ -243,6 +255,9 @@ fn compare(states: &[State], answers: &[f64], conditions: &[f64], precision: usi
                             "    code {code}, off by {apart:.1e}, condition {condition:.1e} at {at:?}"
                         );
                     }
+                }
+                if apart <= 1e-3 {
+                    figures.indices.push((index - state.index).abs() / state.index);
                 }
                 let Some(why) = why else {
                     figures.compared += 1;
@@ -292,17 +307,25 @@ fn agree(names: &[&str], count: usize) -> bool {
                 let width = answers.len() / states.len();
                 conditions.extend(answers.chunks_exact(width).map(|answer| answer[2]));
             }
-            let Figures { compared, worst, failures, not_converged, others } =
+            let Figures { compared, worst, failures, not_converged, others, mut indices } =
                 compare(&states, &answers, &conditions, k);
+            indices.sort_unstable_by(f64::total_cmp);
+            let of_index = indices.last().copied().unwrap_or(0.0);
             println!(
                 "{name} {precision:?}: {compared} compared, off by {worst:.1e} at most, {failures} failures, \
                  {not_converged} not converged"
+            );
+            println!(
+                "    singularity index: {} compared, relative error {of_index:.1e} at most, {:.1e} in the median",
+                indices.len(),
+                indices[indices.len() / 2]
             );
             for (why, [all, differ]) in &others {
                 println!("    {all} {why}, of which code and solver differ in {differ}");
             }
             let differing: usize = others.values().map(|[_, differ]| differ).sum();
             good &= failures == 0
+                && of_index <= OF_INDEX[k]
                 && not_converged as f64 <= NOT_CONVERGED[k] * compared as f64
                 && compared > count / 10
                 && differing as f64 <= DIFFERING * count as f64;

@@ -9,12 +9,16 @@
 #define ROUNDS 21
 #define CALLS 2000
 
+#ifndef DETAILS
+#define DETAILS &info
+#endif
+
 int main(void)
 {
     static const double home[COUNT] = { HOME };
     NAME_params params;
     NAME_state state;
-    NAME_info info;
+    NAME_info info = { 0 };
     double q[COUNT], v[COUNT], a[COUNT], tau[UPPER_ACTUATORS];
     double best = 1e30, sum = 0;
     long corrections = 0, steps = 0;
@@ -32,7 +36,7 @@ int main(void)
                 v[i] = 0.02 * cos(t);
                 a[i] = -0.02 * sin(t);
             }
-            bad += NAME_ff(&params, &state, q, v, a, tau, &info) != 0;
+            bad += NAME_ff(&params, &state, q, v, a, tau, DETAILS) != 0;
             sum += tau[0];
             corrections += info.corrections;
             steps += info.steps;

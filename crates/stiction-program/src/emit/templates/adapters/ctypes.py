@@ -39,6 +39,7 @@ class State(ctypes.Structure):
         ("tau", Efforts),
         ("direction", Coordinates),
         ("weight", Real),
+        ("weakest", Real * (12 * @BODIES@)),
         ("ready", ctypes.c_uint),
     ]
 
@@ -48,12 +49,14 @@ class Info(ctypes.Structure):
 
     _fields_ = [
         ("residual", Real),
+        ("singularity_index", Real),
         ("determinant", Real),
         ("coupling", Real),
         ("reaction", Real),
         ("joint", ctypes.c_int),
         ("corrections", ctypes.c_int),
         ("steps", ctypes.c_int),
+        ("index_passes", ctypes.c_int),
         ("undetermined", ctypes.c_int),
         ("fallback", ctypes.c_int),
     ]

@@ -10,6 +10,7 @@ pin in float ref-acceleration-#[@COORDINATES@] "Accelerations of the reference";
 pin out float ff-effort-#[@DRIVES@] "Actuator efforts";
 pin out s32 ff-code "Return code of the last call";
 pin out float ff-residual "Error of the loops";
+pin out float ff-singularity-index "Singularity index, 0 where actuators do not resist some motion";
 pin out float ff-determinant "Determinant relative to that at home, 0 at singular positions";
 @HAL_TUNABLES@option singleton yes;
 option extra_setup yes;
@@ -55,6 +56,7 @@ FUNCTION(_)
     if (has_begun) {
         outcome = @NAME@_ff(&all_params, &all_state, q, qd, qdd, tau, &details);
         ff_residual = details.residual;
+        ff_singularity_index = details.singularity_index;
         ff_determinant = details.determinant;
     }
     ff_code = outcome;

@@ -44,6 +44,7 @@ enum {
     INPUTS = 1,
     EFFORTS = INPUTS + 3 * COORDINATES,
     RESIDUAL = EFFORTS + ACTUATORS,
+    SINGULARITY_INDEX,
     DETERMINANT,
     COUPLING,
     REACTION,
@@ -240,11 +241,12 @@ static int get_real(Instance *instance, unsigned reference, double *value)
     if (own->phase == INITIALIZING || (own->phase == STEPPING && own->changed)) {
         status = compute(instance);
     }
-    *value = reference == RESIDUAL ? own->info.residual
-        : reference == DETERMINANT ? own->info.determinant
-        : reference == COUPLING    ? own->info.coupling
-        : reference == REACTION    ? own->info.reaction
-                                   : own->tau[reference - EFFORTS];
+    *value = reference == RESIDUAL       ? own->info.residual
+        : reference == SINGULARITY_INDEX ? own->info.singularity_index
+        : reference == DETERMINANT       ? own->info.determinant
+        : reference == COUPLING          ? own->info.coupling
+        : reference == REACTION          ? own->info.reaction
+                                         : own->tau[reference - EFFORTS];
     return status;
 }
 
