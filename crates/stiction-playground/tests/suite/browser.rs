@@ -34,6 +34,27 @@ fn peak(person: &mut Person, actuator: &str) -> f64 {
     line.split_whitespace().nth(1).unwrap().parse().unwrap()
 }
 
+/// Beginnings of the figures of pure rounding, and the largest that each may be for `3rps`. Positions away
+/// from singular ones are solved until their loops close to 1e-14 of the length of the robot, which is below
+/// 1 m. Powers of a few joints cancel to some tens of roundings of 1.1e-16 of the sum of their magnitudes.
+const ROUNDING: [(&str, f64); 2] =
+    [("loop closure error ", 1e-14), ("relative power residual ", 1e-14)];
+
+/// Takes the figures of pure rounding out of a summary, because they differ between targets as sines and
+/// cosines do. Panics unless each occurs exactly once and is within its bound.
+fn without_rounding(summary: &str) -> String {
+    let mut text = summary.to_owned();
+    for (label, largest) in ROUNDING {
+        assert_eq!(text.matches(label).count(), 1, "{label}: {text}");
+        let from = text.find(label).unwrap() + label.len();
+        let length = text[from..].find([' ', ';', '\n']).unwrap();
+        let figure: f64 = text[from..from + length].parse().unwrap();
+        assert!((0.0..=largest).contains(&figure), "{label}{figure:e}");
+        text.replace_range(from..from + length, "");
+    }
+    text
+}
+
 /// Columns and values of the moving robot of a report.
 fn values(html: &str) -> (Vec<String>, Vec<f64>) {
     let (_, film) = html.split_once("class=\"film\">").unwrap();
@@ -73,8 +94,8 @@ fn a_model_is_computed_changed_and_linked() {
         stiction::Robot::builtin("3rps").unwrap().with("bodies.platform.mass = 11.66 kg").unwrap();
     let expected = robot.inverse().tabulate(|_, _, _| true).unwrap();
     let shown = person.value("document.getElementById('summary').textContent");
-    // The numbers of the module and of this program, as printed.
-    assert_eq!(shown, json!(expected.text));
+    // The numbers of the module and of this program, as printed; only rounding may differ.
+    assert_eq!(without_rounding(shown.as_str().unwrap()), without_rounding(&expected.text));
 
     // All values of the moving robot, of the page and of this program: rounding of other sines and cosines.
     let page = person.value("document.getElementById('page').srcdoc");
