@@ -11,9 +11,9 @@ use stiction::{Error, ErrorKind};
 pub(crate) struct Failure {
     error: Error,
     json: bool,
-    /// Description of the run or model that failed, if there are several.
+    /// Description of the run or model that failed, if the command has several.
     run: Option<String>,
-    /// Further lines of the message.
+    /// Lines of the message after the first one.
     notes: Vec<String>,
 }
 
@@ -38,18 +38,18 @@ impl Failure {
         Self { error: self.error.with_help(text), ..self }
     }
 
-    /// Adds a description of the run or model that failed, if there are several.
+    /// Adds a description of the run or model that failed, for commands with several.
     pub(crate) fn in_run(self, run: impl Into<String>) -> Self {
         Self { run: Some(run.into()), ..self }
     }
 
-    /// Adds a line to the message.
+    /// Adds a further line to the message.
     pub(crate) fn note(mut self, line: impl Into<String>) -> Self {
         self.notes.push(line.into());
         self
     }
 
-    /// Chooses between JSON on standard output and text on standard error.
+    /// Selects the output: JSON on standard output if `json` is true, else text on standard error.
     pub(crate) fn into_json(self, json: bool) -> Self {
         Self { json, ..self }
     }

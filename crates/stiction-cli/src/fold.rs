@@ -23,13 +23,15 @@ pub(crate) fn folded(text: &str) -> String {
     out
 }
 
-/// Breaks a text between words into lines, the first behind `first` and all others behind `indent`.
+/// Breaks a text between words into lines. The first line begins with `first`, all other lines with
+/// `indent`.
 pub(crate) fn folded_as(text: &str, first: &str, indent: &str) -> String {
     let options = textwrap::Options::new(WIDTH).initial_indent(first).subsequent_indent(indent);
     textwrap::fill(text, options)
 }
 
-/// Breaks long messages of diagnostics and their help; lines of the text that they show stay as they are.
+/// Breaks long messages of diagnostics and their help texts; quoted lines of the model file stay
+/// unbroken.
 pub(crate) fn folded_diagnostics(text: &str) -> String {
     let plain = |line: &str| -> String {
         // Escape sequences of colours end with `m`.
@@ -58,10 +60,11 @@ pub(crate) fn folded_diagnostics(text: &str) -> String {
     out
 }
 
-/// No-break space, which marks blanks at which lines must not be broken.
+/// No-break space; it replaces blanks at which a line must not be broken.
 const TIE: &str = "\u{a0}";
 
-/// Ties numbers to the following words of up to three letters, such as `N m` or `%`, by no-break spaces.
+/// Joins a number by no-break spaces to the following one or two words of up to three letters, such
+/// as `N m` or `%`.
 fn joined(line: &str) -> String {
     let mut out = String::with_capacity(line.len());
     let mut tied = 0;

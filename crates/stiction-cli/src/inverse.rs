@@ -91,7 +91,7 @@ fn several(
     })
 }
 
-/// Options of a run, without model, motion and load.
+/// Options of a run except model, motion and load.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Choice {
     pub(crate) friction: Option<Friction>,
@@ -239,7 +239,7 @@ pub(crate) fn along(
     Ok(run)
 }
 
-/// Names of all files that a run may write, but not every run does.
+/// Names of all files that a run may write, including those that only some runs write.
 const POSSIBLE: [&str; 22] = [
     report::FILE,
     "friction.svg",

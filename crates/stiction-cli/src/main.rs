@@ -5,7 +5,7 @@
 //! computations. Data go to standard output, messages to standard error. Exit codes: 0 success, 1 no solution (a
 //! singular position, a mechanism that jams), 2 invalid input, 130 interrupted.
 
-/// Prints a line to standard error; errors of printing are ignored.
+/// Prints a line to standard error; ignores errors of printing.
 macro_rules! message {
     ($($what:tt)*) => {{
         use std::io::Write as _;
@@ -13,7 +13,7 @@ macro_rules! message {
     }};
 }
 
-/// Prints a text that `--quiet` omits, in lines that fit on a terminal.
+/// Prints a note in lines that fit on a terminal; `--quiet` suppresses it.
 macro_rules! note {
     ($($what:tt)*) => {{
         if !$crate::manners::is_quiet() {
@@ -55,7 +55,8 @@ use failure::Failure;
 use std::io::Write;
 use std::process::ExitCode;
 
-/// Stack of the computing thread, bytes. The stack of the main thread depends on `ulimit -s` and may be smaller.
+/// Stack size of the computing thread, bytes. The stack of the main thread depends on `ulimit -s`
+/// and may be smaller.
 const STACK: usize = 16 << 20;
 
 fn main() -> ExitCode {
@@ -72,8 +73,8 @@ fn main() -> ExitCode {
     }
 }
 
-/// Makes a write beyond the limit on file sizes (`ulimit -f`) fail with an error; by default the system ends the
-/// process. Threads inherit this setting.
+/// Makes a write beyond the file size limit (`ulimit -f`) return an error; by default the system
+/// ends the process. Threads inherit this setting.
 fn let_writes_fail() {
     #[cfg(unix)]
     {
@@ -118,8 +119,8 @@ fn run() -> ExitCode {
     }
 }
 
-/// Prints the error in the arguments and exits. If a command is misspelt, it is parsed as a model and the next argument
-/// as a command; this case has its own message.
+/// Prints the error in the arguments and exits. A misspelt command is parsed as a model and the
+/// next argument as a command; this case has its own message.
 fn refuse(error: &clap::Error) -> ! {
     use clap::error::ErrorKind::{ArgumentConflict, DisplayHelp, DisplayVersion, InvalidUtf8};
     let first = std::env::args_os().nth(1).unwrap_or_default().to_string_lossy().into_owned();
@@ -157,13 +158,13 @@ fn refuse(error: &clap::Error) -> ! {
     std::process::exit(2)
 }
 
-/// Writes data to standard output. It is no failure if the reader has closed the output.
+/// Writes a text to standard output. A closed reader of the output is not a failure.
 fn print(text: &str) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     written(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
 }
 
-/// Converts the result of writing to standard output; a closed reader is no failure.
+/// Converts the result of writing to standard output; a closed reader is not a failure.
 fn written(outcome: std::io::Result<()>) -> Result<(), Failure> {
     match outcome {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {

@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 
 static CHOSEN: OnceLock<Messages> = OnceLock::new();
 
-/// Sets the options for messages; must be called once.
+/// Sets the options for messages; only the first call has an effect.
 pub(crate) fn set(messages: Messages) {
     let _ = CHOSEN.set(messages);
 }

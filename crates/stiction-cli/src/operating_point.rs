@@ -1,4 +1,5 @@
-//! `stiction equilibrium` and `stiction linearize`.
+//! `stiction equilibrium` and `stiction linearize`: static equilibria, and linear models about an
+//! operating point.
 
 use crate::arguments::{Equilibrium, Linearize, Switch};
 use crate::failure::Failure;

@@ -18,7 +18,8 @@ use stiction_run::exchange::npz_of_csv;
 /// Name of the file with the checkpoint from which an interrupted simulation resumes.
 pub(crate) const CHECKPOINT: &str = "checkpoint.json";
 
-/// Returns the formats of tables if the program was built with all of them.
+/// Returns the table formats if this program was built with support for all of them, else a
+/// failure.
 pub(crate) fn supported(formats: Formats) -> Result<Formats, Failure> {
     if formats.mcap && cfg!(not(feature = "mcap")) {
         return Err(Failure::input("this program was built without MCAP support")
@@ -38,7 +39,7 @@ pub(crate) struct Outputs {
     begun: SystemTime,
     /// Full paths of the files read for this run, which must not be replaced.
     inputs: Vec<PathBuf>,
-    /// True once a checkpoint refers to the incomplete files, so that they are not removed.
+    /// True once a checkpoint refers to the incomplete files; these files are then not removed.
     kept: Cell<bool>,
 }
 
@@ -73,7 +74,8 @@ impl Outputs {
         Ok(outputs)
     }
 
-    /// Returns a failure if the folder contains a simulation that can be resumed, since other results would damage it.
+    /// Returns a failure if the folder contains a simulation that can be resumed; other results
+    /// would damage this simulation.
     pub(crate) fn refuse_interrupted(&self) -> Result<(), Failure> {
         if !self.folder.join(CHECKPOINT).exists() {
             return Ok(());
@@ -114,7 +116,8 @@ impl Outputs {
         Ok(BufWriter::new(file))
     }
 
-    /// Creates a file of the folder under a temporary name, and copies the first `bytes` of the file `other` into it.
+    /// Creates a file of the folder under a temporary name, and copies the first `bytes` bytes of
+    /// the file `other` into it.
     pub(crate) fn begin_with(
         &mut self,
         name: &str,
@@ -197,7 +200,7 @@ impl Outputs {
         Ok(())
     }
 
-    /// Appends the rest of the content to a file and waits until it is on disk.
+    /// Appends the remaining content `rest` to a file and waits until the file is on disk.
     pub(crate) fn end(
         &self,
         name: &str,
@@ -238,7 +241,8 @@ impl Outputs {
         Ok(())
     }
 
-    /// Writes complete tables as an MCAP log: of joint coordinates, of actuator efforts and of bodies.
+    /// Writes an MCAP log from the three complete tables: joint coordinates, actuator efforts and
+    /// bodies.
     #[cfg(feature = "mcap")]
     pub(crate) fn write_mcap(
         &mut self,
@@ -272,7 +276,7 @@ impl Outputs {
         Ok(())
     }
 
-    /// Removes a file that is being written.
+    /// Removes an incomplete file.
     pub(crate) fn abandon(&mut self, name: &str) {
         let complete = self.folder.join(name);
         self.pending.retain(|(partial, known)| {
@@ -335,7 +339,8 @@ impl Outputs {
         }
     }
 
-    /// Converts an error of a computation that writes tables into `outputs`, if there are any.
+    /// Converts an error of a computation to a failure. `outputs` are the files that the
+    /// computation writes, if any.
     pub(crate) fn explain(outputs: Option<&Self>, error: Error) -> Failure {
         match (error.kind(), outputs) {
             (ErrorKind::Output, Some(outputs)) => outputs.trouble_with_tables(error.message()),
@@ -343,12 +348,12 @@ impl Outputs {
         }
     }
 
-    /// Creates a failure to write the file `name`.
+    /// Creates a failure that reports a write error of the file `name`.
     pub(crate) fn trouble(&self, name: &str, error: impl Display) -> Failure {
         self.trouble_with(&self.folder.join(name).display(), error)
     }
 
-    /// Creates a failure to write one of the tables.
+    /// Creates a failure that reports a write error of one of the tables.
     pub(crate) fn trouble_with_tables(&self, error: impl Display) -> Failure {
         self.trouble_with(&format_args!("the tables in {}", self.folder.display()), error)
     }
@@ -377,7 +382,7 @@ impl Drop for Outputs {
     }
 }
 
-/// Final name of a temporary file; `None` for any other file.
+/// Final name of a file with the given temporary name; `None` for any other file.
 fn of_partial(name: &str) -> Option<&str> {
     let (whole, id) = name.strip_prefix('.')?.strip_suffix(".partial")?.rsplit_once('.')?;
     id.bytes().all(|byte| byte.is_ascii_digit()).then_some(whole)

@@ -16,7 +16,7 @@ pub(crate) struct Progress {
     printed: Instant,
     bar: Option<(String, ProgressBar)>,
     watched: bool,
-    /// Step of a study that was printed last.
+    /// Index of the study step that was printed last.
     step: Option<usize>,
 }
 

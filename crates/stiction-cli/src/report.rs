@@ -39,8 +39,8 @@ impl Report {
     }
 }
 
-/// Starts the browser named by the environment variable `BROWSER`, or that of the system. Returns whether one was
-/// started.
+/// Starts the browser named by the environment variable `BROWSER`, or the default browser of the
+/// system. Returns whether a browser was started.
 fn open(file: &Path) -> bool {
     let own = std::env::var_os("BROWSER").filter(|program| !program.is_empty());
     let systems: &[&str] = if cfg!(target_os = "macos") {
@@ -62,7 +62,7 @@ fn open(file: &Path) -> bool {
     programs.into_iter().any(start)
 }
 
-/// Options that do not change the results and are left out of the command line in a report.
+/// Options that do not change the results; the command line in a report omits them.
 const PASSING: [&str; 5] = ["--resume", "--json", "--open", "--quiet", "-q"];
 
 /// Command line of this run, quoted for a shell.

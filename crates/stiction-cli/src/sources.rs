@@ -1,4 +1,4 @@
-//! Reading of models, and names that are given on the command line.
+//! Reads models, and finds the names given on the command line.
 
 use crate::arguments::{Arguments, Filter, Model, Reading};
 use crate::failure::Failure;
@@ -61,7 +61,7 @@ pub(crate) fn filtered_robot(model: &Model, filter: &Filter) -> Result<Robot, Fa
     Ok(changed(name, &model.set, &model.reading)?.with_filter(cutoff).read()?)
 }
 
-/// Returns a failure if a filter is given for a motion that is not recorded.
+/// Returns a failure if a filter is given for a motion that is not a recording.
 pub(crate) fn refuse_filter(
     filter: &Filter,
     motion: Option<(&str, &Motion)>,
@@ -110,18 +110,18 @@ pub(crate) fn note_frictionless(robot: &Robot) {
     }
 }
 
-/// Largest number of wrong letters in a name that is still suggested; one more if the first letter agrees, as in `goff`
-/// for `gough`.
+/// Largest number of wrong letters for which a known name is still suggested; one more is allowed
+/// if the first letters agree, as in `goff` for `gough`.
 fn tolerance(known: &str, name: &str) -> usize {
     1 + known.len() / 3 + usize::from(known.chars().next() == name.chars().next())
 }
 
-/// True for a name, no option, that is neither a file nor a built-in model.
+/// True for a word that is neither an option, nor a file, nor a built-in model.
 pub(crate) fn is_neither_file_nor_model(name: &str) -> bool {
     !name.starts_with('-') && gallery::get(name).is_none() && !Path::new(name).exists()
 }
 
-/// A failure for a name that is neither a file nor a built-in model.
+/// Creates a failure for a name that is neither a file nor a built-in model.
 pub(crate) fn unknown_model(name: &str) -> Failure {
     // A misspelt command is parsed as a model.
     let command = near_command(name);
@@ -140,9 +140,10 @@ pub(crate) fn unknown_model(name: &str) -> Failure {
     Failure::input(format!("there is no built-in model and no file named `{name}`")).help(help)
 }
 
-/// The command with the most similar name, if one is similar, or the only one that begins with the name.
+/// The only command that begins with `name`, if `name` has at least three letters; otherwise the
+/// command with the most similar name, if one is similar enough.
 pub(crate) fn near_command(name: &str) -> Option<String> {
-    /// Fewest letters that abbreviate a command.
+    /// Least number of letters that abbreviate a command.
     const SHORTEST: usize = 3;
     let program = Arguments::command();
     let commands = || program.get_subcommands().map(clap::Command::get_name).chain(["help"]);

@@ -92,7 +92,8 @@ fn write(mut outputs: Outputs, report: &Report, earlier: &[String]) -> Result<us
     Ok(outputs.complete(&earlier)?.len() - 1)
 }
 
-/// Names of the files that an earlier report in this folder lists; names with a path are ignored.
+/// Names of the files that an earlier report in this folder lists; ignores names that contain a
+/// path.
 fn earlier_files(folder: &Path) -> Vec<String> {
     let text = std::fs::read_to_string(folder.join("report.json")).unwrap_or_default();
     let report: Value = serde_json::from_str(&text).unwrap_or_default();

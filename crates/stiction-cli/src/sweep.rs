@@ -24,7 +24,7 @@ use stiction_run::comparison::Reel;
 use stiction_run::forward::checksum;
 use stiction_run::sweep::{Findings, Pictures, draw_report};
 
-/// Largest number of pictures from an earlier study in the folder that are removed.
+/// Largest number of plots of an earlier study that are removed from the folder.
 const PICTURES: usize = 32;
 
 pub(crate) fn run(options: &Sweep) -> Result<(), Failure> {
@@ -124,7 +124,8 @@ fn robot_heading(robot: &Robot) -> String {
     }
 }
 
-/// Number of a row of the whole study, from 1; `place` is its place in the part, from 0.
+/// Number of a row in the whole study, from 1; `place` is the index of the row within the part,
+/// from 0.
 fn number_of(shard: Shard, place: u64) -> u64 {
     (shard.part - 1) + place * shard.parts + 1
 }
@@ -195,7 +196,7 @@ impl Results {
         self.pictures.add(settings, &row.values);
     }
 
-    /// The robots of designs with an extreme of an objective, for the report.
+    /// Animations of the robots of those designs at which an objective is extreme, for the report.
     fn reels(&self, study: &Study) -> Vec<(String, Reel)> {
         let designs = self.findings.extreme_designs();
         let count = designs.len();
@@ -207,8 +208,8 @@ impl Results {
         designs.into_iter().filter_map(reel).collect()
     }
 
-    /// Shows the results, gives the files their names, and fails if no design has results. Without the study, as of
-    /// merged parts, the report has no robot.
+    /// Prints the results, gives the files their final names, and fails if no design has results.
+    /// Without `study`, as for merged parts, the report shows no robot.
     fn finish(
         &self,
         (options, study): (&Sweep, Option<&Study>),

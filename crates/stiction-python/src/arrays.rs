@@ -1,4 +1,4 @@
-//! Arrays from and to NumPy.
+//! Conversion of arrays from and to NumPy.
 
 use crate::failure::{input, type_name};
 use numpy::{IntoPyArray, PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
@@ -6,10 +6,10 @@ use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 
-/// Numbers of an argument, copied, so that other threads may change the array meanwhile.
+/// Copy of the numbers of an array argument; other threads may change the array meanwhile.
 pub(crate) struct Numbers {
     pub(crate) values: Vec<f64>,
-    /// True for one row, an array of one dimension.
+    /// True if the argument is a single row (an array of one dimension).
     pub(crate) is_single: bool,
     /// Number of rows.
     pub(crate) rows: usize,
@@ -17,7 +17,7 @@ pub(crate) struct Numbers {
 
 static FLOATS: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
 
-/// Reads an argument of shape (count,) or (rows, count).
+/// Reads an argument of shape (count,) or (rows, count), where count is the number of `names`.
 pub(crate) fn numbers(name: &str, value: &Bound<'_, PyAny>, names: &[String]) -> PyResult<Numbers> {
     let py = value.py();
     let mut read = value.cast::<PyArrayDyn<f64>>().ok().and_then(copied);
@@ -49,8 +49,8 @@ pub(crate) fn numbers(name: &str, value: &Bound<'_, PyAny>, names: &[String]) ->
     Ok(Numbers { values, is_single, rows })
 }
 
-/// Shape and numbers of an array; `None` if its numbers do not lie one after the other, aligned, or another
-/// function is writing to them.
+/// Shape and numbers of an array; `None` if its numbers are not contiguous and aligned in memory,
+/// or another function is writing to them.
 fn copied(array: &Bound<'_, PyArrayDyn<f64>>) -> Option<(Vec<usize>, Vec<f64>)> {
     // A slice of an array in the order of columns would be one, too.
     if !array.is_c_contiguous() {
@@ -60,7 +60,7 @@ fn copied(array: &Bound<'_, PyArrayDyn<f64>>) -> Option<(Vec<usize>, Vec<f64>)> 
     Some((array.shape().to_vec(), read.as_slice().ok()?.to_vec()))
 }
 
-/// Text of a shape, as Python writes it.
+/// Formats a shape as Python writes it.
 pub(crate) fn shown(shape: &[usize]) -> String {
     match shape {
         [one] => format!("({one},)"),
@@ -71,7 +71,7 @@ pub(crate) fn shown(shape: &[usize]) -> String {
     }
 }
 
-/// An array of this shape, without a copy.
+/// Creates an array of this shape from `values` without a copy.
 pub(crate) fn array<'py>(
     py: Python<'py>,
     values: Vec<f64>,

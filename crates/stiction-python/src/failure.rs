@@ -1,4 +1,4 @@
-//! Failures as exceptions of the package.
+//! Conversion of failures to exceptions of the package.
 
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
@@ -8,13 +8,13 @@ use stiction::{Error, ErrorKind};
 
 static RAISED: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
 
-/// The package's function that makes an exception from an error.
+/// The package's Python function that creates an exception from an error.
 fn maker(py: Python<'_>) -> PyResult<&Bound<'_, PyAny>> {
     let find = || Ok::<_, PyErr>(py.import("stiction._errors")?.getattr("_from_native")?.unbind());
     Ok(RAISED.get_or_try_init(py, find)?.bind(py))
 }
 
-/// The exception for an error of the library.
+/// Creates the exception for an error of the library.
 pub(crate) fn exception(py: Python<'_>, error: &Error) -> PyErr {
     let kind = match error.kind() {
         _ if error.diagnostics().is_some() => "model",
@@ -26,7 +26,7 @@ pub(crate) fn exception(py: Python<'_>, error: &Error) -> PyErr {
     make(py, (kind, error.message(), error.help(), error.option(), error.to_json().to_string()))
 }
 
-/// The exception for defective input, with a suggestion.
+/// Creates the exception for invalid input, with a suggestion.
 pub(crate) fn input(py: Python<'_>, message: &str, help: &str) -> PyErr {
     make(py, ("input", message.to_owned(), Some(help), None, "{}".to_owned()))
 }
@@ -54,7 +54,7 @@ pub(crate) fn guarded<T>(py: Python<'_>, run: impl FnOnce() -> PyResult<T>) -> P
     })
 }
 
-/// Computes without the interpreter's lock, and turns errors and panics into exceptions.
+/// Computes without the interpreter's lock; converts errors and panics to exceptions.
 pub(crate) fn computed<T: Send>(
     py: Python<'_>,
     compute: impl FnOnce() -> Result<T, Error> + Send,

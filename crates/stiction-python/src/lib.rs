@@ -15,7 +15,7 @@ mod watch;
 
 use pyo3::prelude::*;
 
-/// Native part of the package `stiction`; use the package.
+/// Native module of the package `stiction`; not for direct use.
 #[pymodule(name = "_native")]
 mod native {
     #[pymodule_export]
@@ -30,7 +30,7 @@ mod native {
         stiction::gallery::names().collect()
     }
 
-    /// Names and reasons of all outcomes of a row, in the order of their codes.
+    /// Names and explanations of all outcomes of a row, in the order of their codes.
     #[pyfunction]
     fn outcomes() -> Vec<(&'static str, &'static str)> {
         crate::states::OUTCOMES

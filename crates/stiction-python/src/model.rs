@@ -1,4 +1,4 @@
-//! A robot.
+//! A robot: the native class behind the Python class of models.
 
 use crate::failure::{computed, exception, input};
 use crate::states::NativeStates;
@@ -18,16 +18,16 @@ use stiction::{
     Conversion, Diagnostics, Error, Import, Measured, Method, ModelParts, ModelText, Robot,
 };
 
-/// Name, text, folder, changes, filter, remarks of a conversion.
+/// Name, text, folder, changes, cut-off frequency of the filter (Hz), remarks of the conversion.
 type Parts = (String, String, Option<PathBuf>, Vec<String>, Option<f64>, Vec<String>);
-/// Time, kind, place, detail.
+/// Time (s), kind, place and detail of an event.
 type Event = (f64, &'static str, String, String);
 
 /// A mechanism with its named motions and loads.
 #[pyclass(name = "Model", module = "stiction._native", frozen)]
 pub(crate) struct NativeModel {
     robot: Robot,
-    /// Remarks of the conversion of a robot file of another program.
+    /// Remarks of the conversion from a robot file of another program.
     notes: Vec<String>,
 }
 
@@ -45,13 +45,13 @@ fn load(
 
 #[pymethods]
 impl NativeModel {
-    /// Reads a file, a built-in model or a text.
+    /// Reads a model from a file, the built-in models or a text.
     #[staticmethod]
     fn find(py: Python<'_>, source: &str) -> PyResult<Self> {
         load(py, || ModelText::find(source))
     }
 
-    /// Reads a file.
+    /// Reads a model file or a robot file of another program.
     #[staticmethod]
     #[pyo3(signature = (path, literal=false, package_paths=Vec::new()))]
     fn file(
@@ -64,13 +64,13 @@ impl NativeModel {
         load(py, || ModelText::robot_file(&path, None, &import))
     }
 
-    /// Reads a text.
+    /// Reads the text of a model file.
     #[staticmethod]
     fn parse(py: Python<'_>, text: &str) -> PyResult<Self> {
         load(py, || Ok(ModelText::text(text)))
     }
 
-    /// Reads the model of these parts again.
+    /// Reads the model again from the parts that [`Self::parts`] returns.
     #[staticmethod]
     fn from_parts(py: Python<'_>, parts: Parts) -> PyResult<Self> {
         let (name, text, folder, changes, filter, notes) = parts;
@@ -78,7 +78,7 @@ impl NativeModel {
         Ok(Self { notes, ..load(py, || Ok(ModelText::from_parts(parts)))? })
     }
 
-    /// The parts of which the model can be made again.
+    /// Returns the parts from which [`Self::from_parts`] creates the same model.
     fn parts(&self, py: Python<'_>) -> PyResult<Parts> {
         let text = self
             .robot
@@ -94,7 +94,7 @@ impl NativeModel {
         Ok((name, text, folder, changes, filter, self.notes.clone()))
     }
 
-    /// Changes single values.
+    /// Creates a copy of the model with changed values.
     fn changed(&self, py: Python<'_>, changes: Vec<String>) -> PyResult<Self> {
         let text = self.robot.text().ok_or_else(|| {
             input(py, "the model has no text to be changed", "load it from a file or a text")
@@ -164,7 +164,7 @@ impl NativeModel {
         self.robot.parameters().collect()
     }
 
-    /// The drawing as SVG.
+    /// The drawing of the mechanism as SVG.
     fn drawing(&self, py: Python<'_>) -> PyResult<String> {
         computed(py, || self.robot.drawing())
     }
@@ -246,7 +246,7 @@ impl NativeModel {
         sweep::rows(py, &self.robot, &columns, options)
     }
 
-    /// Forward dynamics. `calls` are names of options, each with its text.
+    /// Forward dynamics. `calls` lists options: name, text and number of each.
     #[pyo3(signature = (calls, *, until=None, step=None, tolerance=None, law=None, progress=None))]
     #[expect(clippy::too_many_arguments, reason = "the options of one call")]
     fn forward<'py>(
@@ -399,7 +399,8 @@ impl NativeModel {
     }
 }
 
-/// The efforts that a function of the caller returns for the measured state. Its exceptions stop the simulation.
+/// Efforts that a Python function of the caller returns for the measured state. An exception of
+/// this function stops the simulation.
 fn called_law(law: &Py<PyAny>, measured: &Measured<'_>, watch: &Watch) -> Result<Vec<f64>, Error> {
     let efforts = Python::attach(|py| {
         let array = |numbers: &[f64]| numbers.to_vec().into_pyarray(py);
@@ -420,7 +421,7 @@ fn called_law(law: &Py<PyAny>, measured: &Measured<'_>, watch: &Watch) -> Result
     })
 }
 
-/// The request with an option of a simulation.
+/// Adds one option, given by name, text and number, to the request of a simulation.
 fn called(request: Forward, option: &str, text: &str, number: f64) -> Result<Forward, Error> {
     match option {
         "motion" => request.motion(text),

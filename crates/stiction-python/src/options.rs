@@ -1,4 +1,4 @@
-//! Options of computations, from Python to the library.
+//! Conversion of options from Python to the library.
 
 use crate::failure::input;
 use pyo3::prelude::*;
@@ -18,7 +18,7 @@ pub(crate) fn friction(py: Python<'_>, word: &str) -> PyResult<FrictionMode> {
     }
 }
 
-/// Number of threads: that of the processor's cores for `None`.
+/// Number of threads; `None` selects the number of processor cores.
 pub(crate) fn threads(py: Python<'_>, threads: Option<usize>) -> PyResult<NonZeroUsize> {
     let cores = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
     match threads {
@@ -33,5 +33,5 @@ pub(crate) fn threads(py: Python<'_>, threads: Option<usize>) -> PyResult<NonZer
     }
 }
 
-/// Largest number of threads.
+/// Largest number of threads that an option may request.
 const MOST_THREADS: usize = 1024;

@@ -8,7 +8,7 @@ use numpy::{IntoPyArray, PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 use stiction::{Batch, Derivatives, Outputs, States, Status, Workers};
 
-/// All outcomes of a row; the code of an outcome is its place.
+/// All outcomes of a row; the code of an outcome is its index.
 pub(crate) const OUTCOMES: [Status; 10] = [
     Status::Converged,
     Status::InputNotFinite,
@@ -30,9 +30,11 @@ fn code(status: Status) -> i8 {
 
 type Codes<'py> = Bound<'py, PyArray1<i8>>;
 type Floats<'py> = Bound<'py, PyArrayDyn<f64>>;
-/// Derivatives by positions, rates and accelerations, and the rows that have them.
+/// Derivatives of the efforts by positions, rates and accelerations, and a flag for each row that
+/// has derivatives.
 type DerivativeArrays<'py> = (Floats<'py>, Floats<'py>, Floats<'py>, Bound<'py, PyArray1<bool>>);
-/// Codes, efforts, efforts without friction, reactions, frictions, residuals of the power balance, derivatives.
+/// Outcome codes, efforts, efforts without friction, reactions, frictions, residuals of the power
+/// balance, derivatives.
 type InverseArrays<'py> = (
     Codes<'py>,
     Floats<'py>,
@@ -42,7 +44,7 @@ type InverseArrays<'py> = (
     Floats<'py>,
     Option<DerivativeArrays<'py>>,
 );
-/// Codes, positions, quaternions, twists, accelerations.
+/// Outcome codes, positions, quaternions, twists, accelerations.
 type MotionArrays<'py> = (Codes<'py>, Floats<'py>, Floats<'py>, Floats<'py>, Floats<'py>);
 
 /// A robot compiled for batches of states.
@@ -69,7 +71,7 @@ impl NativeStates {
         }
     }
 
-    /// Reads an optional argument that has the shape of `q`.
+    /// Reads an optional argument, which must have the shape of `q`.
     fn like(
         &self,
         name: &str,
@@ -126,7 +128,7 @@ fn codes<'py>(py: Python<'py>, status: &[Status]) -> Codes<'py> {
     status.iter().map(|status| code(*status)).collect::<Vec<_>>().into_pyarray(py)
 }
 
-/// An array whose first dimension, the rows, is left out for a single state.
+/// Creates an array of shape (rows, `rest`…), or of shape `rest` if `q` is a single state.
 fn shaped<'py>(
     py: Python<'py>,
     values: Vec<f64>,

@@ -9,7 +9,8 @@ use pyo3::prelude::*;
 use stiction::format::{Key, Setting};
 use stiction::{Error, Robot};
 
-/// Values of a key: numbers, or texts, of which empty ones keep the value of the model.
+/// Values of a key, one for each design: numbers or texts. An empty text keeps the value of the
+/// model.
 #[derive(FromPyObject)]
 pub(crate) enum Column {
     Numbers(Vec<f64>),
@@ -43,7 +44,7 @@ pub(crate) struct Options<'a> {
     pub(crate) progress: Option<Py<PyAny>>,
 }
 
-/// Headers of the objectives, their values of shape (objectives, rows), the status of each row.
+/// Headers of the objectives, their values of shape (objectives, rows), and the status of each row.
 pub(crate) type Rows<'py> = (Vec<String>, Bound<'py, PyArrayDyn<f64>>, Vec<String>);
 
 /// Computes a row for each design. Results do not depend on the number of threads.

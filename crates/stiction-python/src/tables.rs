@@ -5,9 +5,9 @@ use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use stiction::{Error, Tabulated};
 
-/// A table: the name of its file, its header, and an array of shape (columns, rows).
+/// A table: its file name, its headers, and an array of shape (columns, rows).
 type Table<'py> = (&'static str, Vec<String>, Bound<'py, PyArrayDyn<f64>>);
-/// Tables, the summary as JSON, the summary as text.
+/// Tables, the summary as JSON, and the summary as text.
 pub(crate) type Results<'py> = (Vec<Table<'py>>, String, String);
 
 /// Converts the results of a run.

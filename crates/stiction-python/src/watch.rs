@@ -4,12 +4,13 @@ use pyo3::prelude::*;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Time between looks at signals and calls of the progress function.
+/// Time between two checks for signals; the progress function is called at the same interval.
 const EVERY: Duration = Duration::from_millis(50);
 
-/// Looks at signals, such as Ctrl-C, and calls a progress function now and then.
+/// Checks for signals, such as Ctrl-C, and calls a progress function, at regular intervals.
 ///
-/// An exception of either stops the computation and is raised after it.
+/// An exception that a signal or the progress function raises stops the computation and is raised
+/// again after it.
 pub(crate) struct Watch {
     progress: Option<Py<PyAny>>,
     state: Mutex<State>,
@@ -18,18 +19,18 @@ pub(crate) struct Watch {
 struct State {
     last: Instant,
     raised: Option<PyErr>,
-    /// The last pair that the progress function got.
+    /// The last pair `(done, of)` passed to the progress function.
     reported: Option<(usize, usize)>,
 }
 
 impl Watch {
-    /// Starts to watch.
+    /// Starts the checks for signals.
     pub(crate) fn new(progress: Option<Py<PyAny>>) -> Self {
         let state = State { last: Instant::now(), raised: None, reported: None };
         Self { progress, state: Mutex::new(state) }
     }
 
-    /// Tests if the computation goes on; `done` of `of` samples are complete.
+    /// Returns whether the computation continues; `done` of `of` samples are complete.
     pub(crate) fn goes_on(&self, done: usize, of: usize) -> bool {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         if state.raised.is_some() {
@@ -58,7 +59,7 @@ impl Watch {
         }
     }
 
-    /// Keeps an exception of a function of the caller, which then stops the computation.
+    /// Stores an exception of a function of the caller, which then stops the computation.
     pub(crate) fn keep(&self, error: PyErr) {
         self.state.lock().unwrap_or_else(PoisonError::into_inner).raised.get_or_insert(error);
     }

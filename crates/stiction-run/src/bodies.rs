@@ -44,11 +44,11 @@ const COLUMNS: [&str; 25] = [
     "mz [N m]",
 ];
 
-/// Writer of the rows of the table, without the time.
+/// Writer of the rows of the table, without the column of time.
 #[derive(Clone, Debug)]
 pub(crate) struct BodyRow {
-    /// Orientation of each body in the previous row. Of the two quaternions of an orientation, `q` and `-q`, the one
-    /// closer to the previous row is written, so that columns do not jump.
+    /// Orientation of each body in the previous row. The quaternions `q` and `-q` are the same
+    /// orientation; the one closer to the previous row is written, so that columns do not jump.
     last: Vec<Quaternion<f64>>,
     row: Vec<f64>,
 }
@@ -80,7 +80,7 @@ impl BodyRow {
         Self { last: vec![first; mechanism.bodies().len() - 1], row: Vec::new() }
     }
 
-    /// Resumes after this row of an interrupted run.
+    /// Continues the orientations from this row, the last one of an interrupted run.
     pub(crate) fn follow(&mut self, row: &[f64]) {
         for (last, numbers) in self.last.iter_mut().zip(row.chunks_exact(COLUMNS.len())) {
             *last = Quaternion::from_coordinates(&numbers[3..7]);
@@ -93,7 +93,8 @@ impl BodyRow {
         bodies.iter().flat_map(|body| COLUMNS.map(|column| format!("{}.{column}", body.name)))
     }
 
-    /// Computes the row for given motions and loads; `origin` is the position of the reference point in the world, m.
+    /// Computes the row from the motions of the bodies and the loads; `origin` is the position of
+    /// the reference point in the world, m.
     pub(crate) fn of(
         &mut self,
         bodies: &Bodies<f64>,
@@ -123,7 +124,8 @@ impl BodyRow {
     }
 }
 
-/// Force and moment of all external loads on a body; the moment is about the origin of the body's frame.
+/// Sum of all external loads on a body: force, N, and moment about the origin of the body's frame,
+/// N m.
 fn load_on(bodies: &Bodies<f64>, body: usize, loads: &[AppliedLoad<f64>]) -> [Vec3<f64>; 2] {
     let mut load = Wrench::zero();
     for applied in loads.iter().filter(|load| load.body.0 == body) {

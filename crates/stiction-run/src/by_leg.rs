@@ -11,8 +11,9 @@ pub(crate) struct ByLeg {
     panel_names: Vec<String>,
     panel_of_interface: Vec<usize>,
     traces: Vec<JumpTrace>,
-    /// Last sliding velocity of each interface with its time, and true where it was at rest.
+    /// Time, s, and sliding velocity of each interface at the last point.
     last: Vec<Option<(f64, f64)>>,
+    /// True for each interface that was at rest at the last point.
     rested: Vec<bool>,
     count: usize,
 }
@@ -71,7 +72,7 @@ impl ByLeg {
         self.traces.is_empty()
     }
 
-    /// Colour of each interface: its place among those of its leg.
+    /// Colour of each interface: its index among the interfaces of its leg.
     pub(crate) fn colours(&self) -> Vec<usize> {
         let mut counts = vec![0; self.panel_names.len()];
         let next = |panel: &usize| {
@@ -81,7 +82,7 @@ impl ByLeg {
         self.panel_of_interface.iter().map(next).collect()
     }
 
-    /// Panels of the curves, whose unit is `unit`.
+    /// Creates the panels of the curves; `unit` is the unit of the plotted values.
     pub(crate) fn panels(self, names: &Names, unit: &str) -> Vec<Panel> {
         let panel =
             |name: &String| Panel { y_label: format!("{name} [{unit}]"), ..Panel::default() };

@@ -21,7 +21,8 @@ pub struct Headline {
     pub value: f64,
     /// Time at which the value occurs, s; `None` for a figure of the whole run.
     pub time: Option<f64>,
-    /// Magnitude of the terms whose sum is the value. A value far below it is a rounding error.
+    /// Magnitude of the terms whose sum is the value. A value far smaller than `scale` is a
+    /// rounding error.
     pub scale: f64,
     /// True if the least value is the worst, as for singularity indices; false if the greatest value is.
     pub least_is_worst: bool,
@@ -39,7 +40,7 @@ impl Headline {
         Self { name, unit, value, time, scale, least_is_worst: false }
     }
 
-    /// The value for readers: zero for a rounding error of larger terms.
+    /// The value as shown to readers: zero if it is a rounding error.
     fn shown(&self) -> f64 {
         // Some thousand roundings of the terms.
         const ROUNDING: f64 = 1e-12;
@@ -80,12 +81,12 @@ pub(crate) fn motor_headlines<'a>(
 /// Headline figures of several runs side by side.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
-    /// Labels of the runs.
+    /// Labels of the compared runs.
     labels: Vec<String>,
     rows: Vec<Row>,
 }
 
-/// Headline figure of several runs; `None` for runs that do not have this figure.
+/// One headline figure in several runs; `None` for runs that do not have this figure.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Row {
     headline: Headline,
@@ -93,12 +94,12 @@ pub(super) struct Row {
 }
 
 impl Row {
-    /// The figure of the first run that has one.
+    /// The figure of the first run that has it.
     pub(super) fn headline(&self) -> &Headline {
         &self.headline
     }
 
-    /// The values of all runs, for readers.
+    /// The values of all runs as shown to readers; rounding errors are zero.
     pub(super) fn shown_values(&self) -> impl Iterator<Item = Option<f64>> {
         self.values.iter().map(|value| Some(value.as_ref()?.shown()))
     }
@@ -110,8 +111,8 @@ impl Row {
         known.reduce(|a, b| if sign * b.1.value > sign * a.1.value { b } else { a })
     }
 
-    /// Difference of the second run from the first, and the same relative to the first run; the relative difference is
-    /// `None` if the value of the first run is a rounding error.
+    /// Difference of the second run from the first, absolute and relative to the first run; the
+    /// relative difference is `None` if the value of the first run is a rounding error.
     pub(crate) fn difference(&self) -> Option<(f64, Option<f64>)> {
         // Part of the largest terms below which a value is a rounding error.
         const ROUNDING: f64 = 1e-9;
@@ -124,7 +125,7 @@ impl Row {
 }
 
 impl Comparison {
-    /// Labels of the runs.
+    /// Labels of the compared runs.
     pub(super) fn labels(&self) -> &[String] {
         &self.labels
     }
@@ -134,7 +135,8 @@ impl Comparison {
         self.rows.iter()
     }
 
-    /// Arranges the figures of several runs side by side; the order is that of the first run that has the figure.
+    /// Arranges the figures of several runs side by side; each run contributes the figures that
+    /// earlier runs lack, in its order.
     pub fn new(runs: Vec<(String, Vec<Headline>)>) -> Self {
         let mut rows: Vec<Row> = Vec::new();
         let count = runs.len();
@@ -159,7 +161,7 @@ impl Comparison {
         Self { labels, rows }
     }
 
-    /// Returns whether all runs have a figure of the same effort.
+    /// Returns whether at least one effort has a figure in all runs.
     pub fn has_common_effort(&self) -> bool {
         let mut efforts = self.rows.iter().filter(|row| row.headline.name.contains(" effort, "));
         efforts.any(|row| row.values.iter().all(Option::is_some))
@@ -309,7 +311,7 @@ mod tests {
         }
     }
 
-    /// A difference from a value that is a rounding error of larger terms has no percentage.
+    /// Tests that a difference from a value that is a rounding error has no percentage.
     #[test]
     fn rounding_errors_are_no_reference() {
         let work = |value: f64, scale: f64| {

@@ -7,12 +7,12 @@ use stiction_draw::figure::{Figure, Panel, Trace};
 use stiction_draw::numbers::number;
 use stiction_format::ModelFile;
 
-/// Result of a controller.
+/// Tracking result of one controller.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tracking {
-    /// Name.
+    /// Name of the controller.
     pub label: String,
-    /// True for a controller whose errors the report draws over time.
+    /// True if the report plots the tracking errors of this controller over time.
     pub is_drawn: bool,
     /// For each actuator: rms error, peak error, largest effort, largest change of the effort between two samples.
     pub figures: Vec<[f64; 4]>,
@@ -20,26 +20,26 @@ pub struct Tracking {
     pub work: f64,
     /// Number of stick onsets of friction interfaces.
     pub sticks: usize,
-    /// Number of reversals of actuators beyond those of the reference.
+    /// Number of reversals of the actuators' velocities in addition to those of the reference.
     pub reversals: usize,
     /// Reason why the simulation ended early, if it did.
     pub ended: Option<String>,
-    /// Time, s, and tracking error of each actuator.
+    /// Times, s, with the tracking errors of all actuators, m or rad.
     pub errors: Vec<(f64, Vec<f64>)>,
 }
 
-/// Results of all controllers.
+/// Results of several controllers along the same motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Controllers {
     /// Motion, load and conditions in a sentence.
     pub about: String,
-    /// Headline figures, each with its meaning.
+    /// Headline figures as pairs of value and explanation.
     pub headlines: Vec<(String, String)>,
     /// Actuators with the units of their positions and efforts.
     pub actuators: Vec<(String, &'static str, &'static str)>,
-    /// Results.
+    /// Result of each controller.
     pub tracking: Vec<Tracking>,
-    /// Options.
+    /// Options of the comparison.
     pub options: Value,
 }
 
@@ -59,7 +59,7 @@ pub fn draw_report(model: &ModelFile, found: &Controllers, command: Option<&str>
     html::page(&format!("{}: friction compensation", model.name), &inner.concat())
 }
 
-/// Thousandths of a unit, in which tracking errors are read.
+/// Converts a tracking error to thousandths of its unit, such as mm.
 fn thousandths(value: f64) -> f64 {
     1e3 * value
 }
@@ -114,7 +114,8 @@ fn figures(found: &Controllers) -> String {
     html::table_of(&head, &rows) + &totals(found)
 }
 
-/// Figures of all actuators and interfaces together.
+/// HTML table with the work of all actuators, the stick onsets and the extra reversals of each
+/// controller.
 fn totals(found: &Controllers) -> String {
     let row = |own: &Tracking| {
         let cells = [

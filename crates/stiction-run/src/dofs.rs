@@ -5,7 +5,7 @@ use stiction_core::mechanism::{JointId, Mechanism};
 /// A scalar degree of freedom of a joint.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Dof {
-    /// Name of the joint; if the joint has several degrees of freedom, followed by that of the degree of freedom.
+    /// Name of the joint, followed by that of the degree of freedom if the joint has several.
     pub(crate) name: String,
     pub(crate) joint: JointId,
     /// Index of the degree of freedom in its joint.
@@ -16,8 +16,8 @@ pub(crate) struct Dof {
     pub(crate) actuator: Option<usize>,
 }
 
-/// Lists all scalar degrees of freedom of a mechanism's joints. Ball joints and others without scalar coordinates have
-/// none.
+/// Lists all scalar degrees of freedom of a mechanism's joints. Joints without scalar coordinates,
+/// such as ball joints, contribute none.
 pub(crate) fn dofs_of(mechanism: &Mechanism) -> Vec<Dof> {
     let actuators: Vec<_> = mechanism.actuators().collect();
     let joints = mechanism.joints().iter().enumerate();
@@ -36,7 +36,7 @@ pub(crate) fn dofs_of(mechanism: &Mechanism) -> Vec<Dof> {
     dofs.map(dof).collect()
 }
 
-/// Returns for each actuator the position of its degree of freedom in `dofs`.
+/// Returns, for each actuator, the index in `dofs` of the degree of freedom that it drives.
 pub(crate) fn actuated(dofs: &[Dof]) -> Vec<usize> {
     let places = dofs.iter().enumerate().filter_map(|(k, dof)| Some((dof.actuator?, k)));
     let mut places: Vec<(usize, usize)> = places.collect();

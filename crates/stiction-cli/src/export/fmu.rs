@@ -14,7 +14,7 @@ use zip::{CompressionMethod, ZipWriter};
 /// Compilers that are tried if the environment variable `CC` is not set.
 const COMPILERS: [&str; 3] = ["cc", "gcc", "clang"];
 
-/// Writes the feed-forward FMU.
+/// Writes the FMU that computes the feed-forward efforts of the actuators.
 pub(super) fn write(
     export: &Export,
     options: &Options,
@@ -61,8 +61,8 @@ impl Drop for Temporary {
     }
 }
 
-/// Compiles the source code for this platform and returns the path and content of the binary in the archive, or the
-/// reason why that is impossible.
+/// Compiles the source code for this platform. Returns the path in the archive and the bytes of the
+/// binary, or the reason why compilation is impossible.
 fn binary(fmu: &Fmu, fmi: Fmi) -> Result<(String, Vec<u8>), String> {
     let platform = fmi
         .platform(env::consts::OS, env::consts::ARCH)

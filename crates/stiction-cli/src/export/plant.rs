@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::{env, fs};
 use stiction::{Export, Fmi};
 
-/// Writes the plant FMU.
+/// Writes the FMU that simulates the robot as a plant (forward dynamics).
 pub(super) fn write(
     export: &Export,
     options: &Options,

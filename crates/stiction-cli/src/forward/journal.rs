@@ -16,7 +16,7 @@ pub(super) struct Journal {
     fingerprint: u64,
 }
 
-/// Checkpoint of an interrupted run, and the rows that this run has written.
+/// Checkpoint of an interrupted run, and the table rows that this run has written.
 pub(super) struct Kept {
     pub(super) checkpoint: RunCheckpoint,
     /// For each table, the file that contains its rows, and the valid length of this file in bytes.
@@ -134,7 +134,7 @@ pub(super) fn begin(
     })
 }
 
-/// Calls `make` with index and name of each table, and stops at the first failure.
+/// Calls `make` with the index and the name of each table; stops at the first failure.
 fn for_each_file<T>(
     mut make: impl FnMut(usize, &'static str) -> Result<T, Failure>,
 ) -> Result<[T; FILES.len()], Failure> {

@@ -330,7 +330,7 @@ struct Limit {
 }
 
 impl Limit {
-    /// Starts to measure the time.
+    /// Starts the measurement of wall-clock time; the limit is in seconds.
     fn new(seconds: Option<f64>) -> Result<Self, Failure> {
         match seconds {
             Some(given) if given.is_nan() || given <= 0.0 => Err(Failure::input(format!(
@@ -364,7 +364,7 @@ impl Limit {
     }
 }
 
-/// Passes the rows that an interrupted run has written to `recorder`.
+/// Reads the table rows that an interrupted run has written, and passes them to `recorder`.
 fn read_again(
     outputs: &Outputs,
     kept: &Kept,
@@ -387,7 +387,7 @@ fn read_again(
 
 /// Names of the tables that every run writes.
 const FILES: [&str; 6] = Tables::<Vec<u8>>::FILES;
-/// Names of all files that a run may write, but not every run does.
+/// Names of all files that a run may write, including those that only some runs write.
 const POSSIBLE: [&str; 20] = [
     report::FILE,
     "forward.csv",

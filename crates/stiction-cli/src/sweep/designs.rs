@@ -8,7 +8,7 @@ use stiction::Error;
 use stiction_format::{Key, Setting, Variation};
 use stiction_run::sweep::{Design, DesignError, DesignTable};
 
-/// Designs that can be computed in any order.
+/// Designs of a study; any design can be computed independently of its predecessors.
 pub(super) enum Designs {
     Plan(Design, Plan),
     Table { path: PathBuf, keys: Vec<Key>, count: u64 },
@@ -92,7 +92,7 @@ impl Designs {
         }
     }
 
-    /// Iterates over the designs of a part, without the first `done` of them.
+    /// Iterates over the designs of a part, omitting the first `done` designs.
     pub(super) fn iter(&self, shard: Shard, done: u64) -> Result<Iter<'_>, Failure> {
         let (first, step) = (shard.part - 1 + done * shard.parts, shard.parts);
         Ok(match self {

@@ -130,7 +130,7 @@ fn columns(header: &str) -> Vec<String> {
     stiction_run::sweep::fields(header).unwrap_or_default()
 }
 
-/// Number of values of each key, if the design is a grid.
+/// Number of values of each varied key, if the design is a grid.
 fn shape(about: &Value) -> Option<Vec<u64>> {
     if about["design"] != "grid" {
         return None;

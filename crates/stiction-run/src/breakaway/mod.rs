@@ -18,7 +18,7 @@ pub use terminal::write_report;
 pub struct Findings {
     /// Time of the pose in the motion, s.
     pub time: f64,
-    /// Forces at rest.
+    /// Efforts, effort intervals and reactions at rest.
     pub forces: Forces,
     /// Breakaway efforts and verdict on self-locking.
     pub rest: Rest,
@@ -28,7 +28,8 @@ pub struct Findings {
     pub redundant_actuators: bool,
     /// Poses of all bodies, the ground first, relative to the reference point of the kernel.
     poses: Vec<Pose<f64>>,
-    /// For each drive train the state of its motor, and the means that hold it at rest with power off.
+    /// For each drive train, the state of its motor and the means that keep it at rest with power
+    /// off.
     motors: Vec<(Motor, PowerOff)>,
 }
 
@@ -72,7 +73,7 @@ pub fn evaluate(job: &Job<'_>, time: Option<f64>) -> Result<Findings, Error> {
     rest_at(job, &mut follower)
 }
 
-/// Computes the results at the present pose of `follower`.
+/// Computes the results for the pose that `follower` has reached.
 fn rest_at(job: &Job<'_>, follower: &mut Follower<'_>) -> Result<Findings, Error> {
     let (time, solver) = (follower.time(), &mut follower.solver);
     *solver.settings_mut() = Settings { friction: FrictionMode::Converged, ..Settings::default() };

@@ -8,11 +8,12 @@ use stiction_core::dynamics::{Bounds, Holding, Verdict};
 use stiction_core::mechanism::DriveTrain;
 use stiction_draw::numbers::number;
 
-/// Largest number of friction interfaces listed.
+/// Largest number of friction interfaces that the text lists.
 const LISTED: usize = 6;
 /// Relative difference below which two numbers are printed as one number.
 const SAME: f64 = 1e-6;
-/// Largest factor on the friction coefficients that is printed; rounding errors dominate the bounds on larger ones.
+/// Largest factor on the friction coefficients that is printed; bounds on larger factors are
+/// dominated by rounding errors.
 const BEYOND: f64 = 1e6;
 
 /// Writes the results as plain text.
@@ -73,7 +74,7 @@ pub(super) fn certainty_text(names: &Names, found: &Findings) -> String {
     text
 }
 
-/// Describes in a sentence whether the mechanism holds its pose without actuators.
+/// Describes in a sentence whether the mechanism keeps its pose without actuators.
 pub(super) fn unpowered_text(holding: &Holding) -> String {
     let mut text = String::new();
     let _ = write_unpowered(&mut text, holding);

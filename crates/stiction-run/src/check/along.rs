@@ -55,7 +55,7 @@ pub struct Nearness {
     pub time: f64,
     /// Least-constrained motion at that time.
     pub weakness: Option<Weakness>,
-    /// Number of samples in a singular pose.
+    /// Number of samples at which the pose is singular.
     pub singular_samples: usize,
     /// Times, s, at which the motion passes through or touches a singular pose, with the motion gained there. Times
     /// within a sequence of singular samples are not included.
@@ -66,10 +66,11 @@ pub struct Nearness {
 
 /// Largest number of close approaches of one kind that are examined. Each examination takes some fifty decompositions.
 const REFINED: usize = 100;
-/// Index above which a local minimum is not examined, unless it is the least one so far.
+/// Singularity index above which a local minimum is not examined, unless it is the least one so
+/// far.
 const NEAR: f64 = 0.05;
-/// Index that the search for a minimum must reach for a passage. The search stops before the singular pose itself,
-/// because the motion may be undetermined there.
+/// Singularity index below which a local minimum counts as a passage. The search stops before the
+/// singular pose itself, because the motion may be undetermined there.
 const CROSSED: f64 = 1e-7;
 /// Largest number of steps of a search; each step shortens the interval by the golden ratio.
 const STEPS: usize = 60;
@@ -84,19 +85,19 @@ struct Sample<'a> {
 struct Found<'a> {
     follower: Follower<'a>,
     distance: f64,
-    /// Time at which the index vanishes, s, by linear extrapolation from both sides.
+    /// Time at which the singularity index vanishes, s, by linear extrapolation from both sides.
     passage: f64,
 }
 
 /// Monitor of the singularity indices along a motion.
 pub(super) struct Watch<'a> {
-    /// Finite mobility that the design intends, local rotations included.
+    /// Number of finite degrees of freedom that the design intends, including local rotations.
     mobility: usize,
     spins: usize,
     last: Option<Sample<'a>>,
     before_last: Option<Sample<'a>>,
     found: [Option<Nearness>; 3],
-    /// Mechanism at the closest approach of each kind.
+    /// Mechanism at the closest approach to each kind of singularity.
     nearest: [Option<InverseDynamics>; 3],
     refined: [usize; 3],
 }
@@ -151,8 +152,8 @@ impl<'a> Watch<'a> {
         self.found
     }
 
-    /// Examines the sample before `now` if its index is a local minimum: searches the exact minimum, and records it as
-    /// a passage if it is zero.
+    /// Examines the sample before `now` if its index is a local minimum: locates the minimum
+    /// between samples, and records a passage if the index vanishes there.
     fn examine_minimum(&mut self, kind: Kind, now: &Sample<'a>) {
         let k = kind as usize;
         let (Some(before), Some(last)) = (&self.before_last, &self.last) else { return };
@@ -324,8 +325,9 @@ impl<'a> Watch<'a> {
         Some(Weakness { body, motion, load, left: None })
     }
 
-    /// Describes the motion that the mechanism gains at a constraint singularity: a motion that is blocked at second
-    /// order. Where branches of motion meet, no single motion is the gained one, and all are named.
+    /// Describes the motion that the mechanism gains at a constraint singularity: a motion blocked
+    /// at second order only. Where branches of motion meet, the gained motion is not unique, and
+    /// all branches are named.
     fn constraint_weakness(&self, solver: &InverseDynamics) -> Option<Weakness> {
         let mechanism = solver.mechanism();
         let length = mechanism.characteristic_length();

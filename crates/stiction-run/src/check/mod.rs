@@ -26,7 +26,7 @@ use sizes::Measuring;
 use stiction_core::mobility::{Architecture, Mobility, Play, actuation_of_motion};
 use stiction_core::statics::{Constraints, JointLoad};
 
-/// Results of a check.
+/// Results of the check of a mechanism.
 #[derive(Clone, Debug)]
 pub struct Findings {
     /// Degrees of freedom at the first pose of the motion.
@@ -50,8 +50,8 @@ pub struct Findings {
     pub constraint: Nearness,
     /// Closest approach to leg singularities, if the mechanism has legs.
     pub leg: Option<Nearness>,
-    /// For mechanisms some of whose motions are instantaneous only: least and greatest actuation index of the finite
-    /// motions, and the time of the least one, s.
+    /// For mechanisms with motions that are instantaneous only: least and greatest actuation index
+    /// of the finite motions, and the time of the least index, s.
     pub actuation_of_motion: Option<(f64, f64, f64)>,
     /// Pairs of times, s, of neighbouring samples between which the motion passes an actuation singularity.
     pub passed: Vec<(f64, f64)>,
@@ -99,7 +99,8 @@ impl Findings {
         self.singularities().any(|(known, nearness)| known == kind && met(nearness))
     }
 
-    /// Number of independent motions that the actuators must control, without passive spins.
+    /// Number of independent motions that the actuators must control, not counting passive
+    /// rotations of bodies about their own axes.
     pub fn to_be_driven(&self) -> usize {
         meant(&self.mobility, &self.architecture).saturating_sub(self.idle_spins.len())
     }
@@ -110,8 +111,8 @@ impl Findings {
     }
 }
 
-/// Mobility that the design intends: the finite mobility, or the generic instantaneous mobility if the finite one is
-/// undecided.
+/// Number of degrees of freedom that the design intends: the finite mobility, or the generic
+/// instantaneous mobility if the finite one is undecided.
 fn meant(mobility: &Mobility, architecture: &Architecture) -> usize {
     mobility.finite.decided().unwrap_or(architecture.constraints.open)
 }

@@ -9,7 +9,7 @@ use stiction_core::spatial::Vec3;
 use stiction_core::statics::JointLoad;
 use stiction_draw::numbers::number;
 
-/// Largest number of bodies, joints and ranges listed.
+/// Largest number of bodies, joints and ranges that the text lists.
 const LISTED: usize = 12;
 
 /// Writes the results as plain text.

@@ -7,7 +7,7 @@ use stiction_core::mechanism::{BodyId, JointId, Mechanism};
 use stiction_core::spatial::Vec3;
 use stiction_draw::numbers::{fixed, number};
 
-/// Errors of positions up to this size are rounding, mm or deg.
+/// Largest difference of positions that counts as a rounding error, mm or deg.
 const ROUNDING: f64 = 1e-9;
 
 /// Range of a quantity along a motion.
@@ -30,7 +30,7 @@ pub struct BodyMass {
     pub name: String,
     /// Mass, kg.
     pub mass: f64,
-    /// Centre of mass at the first pose, in the world, m.
+    /// Centre of mass at the first pose, in world coordinates, m.
     pub centre: Vec3<f64>,
     /// Principal moments of inertia, kg m^2, smallest first.
     pub moments: [f64; 3],
@@ -43,11 +43,11 @@ pub struct Sizes {
     pub bodies: Vec<BodyMass>,
     /// Total mass, kg.
     pub mass: f64,
-    /// Common centre of mass of all bodies at the first pose, in the world, m.
+    /// Common centre of mass of all bodies at the first pose, in world coordinates, m.
     pub centre: Vec3<f64>,
     /// Range of each scalar degree of freedom of the joints; angles count full turns.
     pub joints: Vec<Range>,
-    /// Distance between the origins of the first and the last joint of each leg.
+    /// Distance between the origins of the first and the last joint of each leg, m.
     pub legs: Vec<Range>,
     /// For each body at which legs end, or each body of a mechanism without legs: the smallest axis-parallel box in the
     /// world that contains its centre of mass along the motion, m; corners with the least and with the greatest
@@ -55,7 +55,7 @@ pub struct Sizes {
     pub reach: Vec<(String, Vec3<f64>, Vec3<f64>)>,
 }
 
-/// Collector of sizes and ranges, sample by sample.
+/// Collects masses, ranges and reach of a mechanism, sample by sample.
 pub(super) struct Measuring {
     sizes: Sizes,
     joints: Vec<(usize, usize, f64)>,
@@ -144,7 +144,8 @@ impl Measuring {
     }
 }
 
-/// Formats with three decimals, or with four significant digits if three decimals would show too few.
+/// Formats a number with three decimals, or with four significant digits if three decimals would
+/// show fewer.
 fn decimals(x: f64) -> String {
     if x.abs() > ROUNDING && x.abs() < 0.1 { number(x) } else { fixed(x, 3) }
 }
@@ -154,7 +155,7 @@ impl Range {
         (self.least, self.greatest) = (self.least.min(value), self.greatest.max(value));
     }
 
-    /// Least value, greatest value and their difference as text, and the unit of the texts.
+    /// Least value, greatest value and their difference as text, and the unit of these texts.
     pub(super) fn in_words(&self) -> ([String; 3], &'static str) {
         let (scale, unit) = match self.unit {
             "rad" => (1f64.to_degrees(), "deg"),

@@ -4,9 +4,10 @@ use super::{Findings, Kind};
 use crate::Job;
 use stiction_draw::numbers::number;
 
-/// Singularity index below which forces become a hundred times the load or more.
+/// Singularity index below which forces can become a hundred times the load or more.
 const NEAR: f64 = 0.01;
-/// Singular value of the loop constraints, relative to the largest, below which a rank decision is doubtful.
+/// Relative singular value of the loop constraints (divided by the largest one) below which a rank
+/// decision is doubtful.
 const DOUBTFUL: f64 = 1e-6;
 
 /// Composes all warnings of a check.

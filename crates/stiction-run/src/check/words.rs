@@ -18,7 +18,7 @@ pub(super) fn gained(kind: Kind, weakness: &Weakness) -> String {
     format!("{body} gains, {but}, {motion}; nothing balances {load} there{left}")
 }
 
-/// Describes singularities of every pose, judged by random poses.
+/// Describes the singularities that every pose has, judged by random poses.
 pub(super) fn in_general(findings: &Findings) -> Vec<String> {
     let Architecture { positions, constraints, actuated, .. } = &findings.architecture;
     let values = |rank: &GenericRank| {
@@ -51,7 +51,7 @@ pub(super) fn in_general(findings: &Findings) -> Vec<String> {
     kinds.into_iter().filter_map(sentence).collect()
 }
 
-/// Addition to the text of a finite mobility that is known as a range only; empty if it is known exactly.
+/// Addition to the text of a finite mobility; empty unless only bounds on the mobility are known.
 pub(super) fn undecided(findings: &Findings) -> &'static str {
     match findings.mobility.finite.decided() {
         Some(_) => "",
@@ -59,7 +59,7 @@ pub(super) fn undecided(findings: &Findings) -> &'static str {
     }
 }
 
-/// Describes a motion over a finite distance.
+/// Describes a finite motion of the mechanism.
 pub(super) fn finite_motion(motion: &FiniteMotion) -> String {
     let FiniteMotion { body, moved, turned, closure } = motion;
     format!(
@@ -75,8 +75,8 @@ pub(super) fn own_axes(count: usize) -> &'static str {
     if count == 1 { "an axis of its own" } else { "axes of their own" }
 }
 
-/// Describes how well the actuators control the finite motions, if other motions of the mechanism are instantaneous
-/// only.
+/// Describes how well the actuators control the finite motions, for mechanisms with motions that
+/// are instantaneous only.
 pub(super) fn actuation_of_motion(findings: &Findings) -> Option<String> {
     let (least, greatest, time) = findings.actuation_of_motion?;
     let zero = |x: f64| number(if x < 1e-9 { 0.0 } else { x });
