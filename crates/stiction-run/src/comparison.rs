@@ -167,10 +167,10 @@ impl Comparison {
         efforts.any(|row| row.values.iter().all(Option::is_some))
     }
 
-    /// Writes the figures of two runs with their differences as text.
+    /// Writes the headline values of two runs and their differences as text.
     ///
     /// # Errors
-    /// Fails if the receiver of the text fails.
+    /// Writing to `out` fails.
     pub fn write_differences(&self, out: &mut impl Write) -> fmt::Result {
         let wide = self.width();
         write!(out, "{:wide$}", "")?;

@@ -43,7 +43,7 @@ pub struct Controllers {
     pub options: Value,
 }
 
-/// Writes the report: errors over time, all figures, verdicts. `command` is the command line, if there is one.
+/// Writes the report: errors over time, all headline values, verdicts. `command` is the command line, if there is one.
 pub fn draw_report(model: &ModelFile, found: &Controllers, command: Option<&str>) -> String {
     let cards: Vec<String> =
         found.headlines.iter().map(|(big, small)| card(big, small, false)).collect();

@@ -36,7 +36,7 @@ impl From<RunError> for Error {
                 Err(other) => Self::new(ErrorKind::Output, other.to_string()),
             },
             RunError::Instants(_) => plain(message)
-                .with_help("give another time between samples, or another end")
+                .with_help("give another sampling interval, or another end time")
                 .with_option("step"),
             RunError::Forces { time, error: ref cause @ InverseError::Locked { ref joint, percent } } => {
                 without_friction(plain(format!("at t = {time} s: {cause}")))

@@ -245,8 +245,8 @@ impl FrictionCoupling {
         problem.coupling_bound(at, (start, *accepted), workspace)
     }
 
-    /// Accepts any coupling bound of [`Self::begin`] up to this value instead of refining it to the
-    /// smallest one.
+    /// Lets [`Self::begin`] accept any bound on the coupling up to this value instead of refining it to
+    /// the smallest one.
     pub(super) fn accept_up_to(&mut self, bound: f64) {
         self.accepted = bound;
     }

@@ -33,7 +33,7 @@ pub enum ForwardError {
         at = if *percent < NO_PART { "with a small fraction of the given coefficients".to_owned() }
             else { format!("at {percent:.1} % of the given coefficients") },
         kind = if *percent < NO_PART { "the position is nearly singular, or the coefficients are too large); \
-            start at another position, lock loose joints, or check the coefficients" }
+            start at another position, lock joints that nothing drives or holds, or check the coefficients" }
             else { "jamming, Painleve's paradox); give its guide a longer span, less friction, or some \
             compliance" }, t = brief(*time, 9))]
     NoAcceleration {
@@ -173,7 +173,7 @@ pub enum ForwardError {
     },
     /// Loops, locks or prescribed motions would stop a motion instantly.
     #[error(
-        "at t = {t} s velocities would have to jump by {percent:.2} % of the fastest so that {what} \
+        "at t = {t} s velocities would have to jump by {percent:.2} % of the largest so that {what} \
          holds: an impact, which is not modelled; release that constraint, prescribe another motion, or \
          avoid dead centres and singular positions", t = brief(*time, 9))]
     Impact {

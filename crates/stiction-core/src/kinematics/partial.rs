@@ -38,7 +38,7 @@ pub(crate) struct Missed {
     pub(crate) is_angle: bool,
 }
 
-/// Kind of condition.
+/// Kind of a condition on the coordinates.
 pub(crate) enum What {
     /// Closure of a joint, by its index.
     Joint(usize),

@@ -83,7 +83,7 @@ pub struct Constraints<'a> {
 }
 
 impl<'a> Constraints<'a> {
-    /// Extracts the constraints from a decomposed balance of all bodies.
+    /// Extracts the constraints from the decomposed equilibrium equations of all bodies.
     pub fn new(statics: &'a Statics) -> Self {
         let all = statics.scaled_matrix();
         let unknowns: Vec<usize> = (0..all.ncols())

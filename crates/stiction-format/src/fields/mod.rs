@@ -71,9 +71,9 @@ pub(crate) enum Shape {
     Parameters,
     /// Coefficients by joint name.
     Coefficients,
-    /// Motions by name: tables with these keys and coordinates.
+    /// Motions by name: tables with these keys, and with names of coordinates as further keys.
     Motions(&'static [Field]),
-    /// A list of tables with these keys and coordinates.
+    /// A list of tables with these keys, and with names of coordinates as further keys.
     Waypoints(&'static [Field]),
     /// Limits of motion by the names of coordinates and bodies; a dot in a name leads to a nested
     /// table.

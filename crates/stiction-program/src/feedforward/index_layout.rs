@@ -199,7 +199,7 @@ impl IndexLayout {
         self.columns.saturating_sub(self.motions.len())
     }
 
-    /// Number of numbers that the iteration needs at a time.
+    /// Count of numbers that the iteration keeps in memory at the same time.
     pub(crate) fn numbers(&self) -> usize {
         let (bodies, motions, columns) = (self.outer.len(), self.motions.len(), self.columns);
         let null = self.redundant() * (6 * bodies + columns) + self.spins * 6 * bodies;

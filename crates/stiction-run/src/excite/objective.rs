@@ -317,7 +317,7 @@ impl Objective {
     }
 }
 
-/// Ratio of rates to positions in the series, rad/s, which scales the steps of differences.
+/// Ratio of rates to positions in the Fourier series, rad/s; it scales the steps of the finite differences.
 fn grid_frequency(grid: &Grid) -> f64 {
     let size = |order: usize| {
         let all = grid.factors.iter().flat_map(|factors| factors[order].iter());

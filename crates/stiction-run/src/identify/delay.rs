@@ -72,9 +72,10 @@ fn jump_error(all: &[Prepared], channel: usize) -> f64 {
     }
 }
 
-/// Estimates the delays of all efforts beside the parameters, by the method of Gauss and Newton from those that
-/// are taken back now, and takes back those that are certain and predict left-out fifths of the logs better.
-/// `solve` fits the logs as they are. Returns the delays in the order of the actuators, with standard deviations.
+/// Estimates the delays of all efforts together with the parameters by the Gauss-Newton method, which starts from
+/// the delays compensated so far. Compensates those delays that differ significantly from zero and improve the
+/// prediction of left-out fifths of the logs. `solve` fits the logs as they are. Returns the delays in the order of
+/// the actuators, with standard deviations.
 pub(super) fn take_back(
     all: &mut [Prepared],
     begin: &[[f64; 2]],

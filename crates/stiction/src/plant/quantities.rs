@@ -153,7 +153,7 @@ impl Table {
         }
         let about = "Number of stick onsets, slip onsets and jumps of velocities since the start";
         table.add(Quantity::Events, Variable::integer("events.count", Causality::Output, about));
-        let about = "Time of the last of these; that of the start before the first one";
+        let about = "Time of the last of these; before the first one, the start time";
         let mut last = Variable::real("events.time", Causality::Output, "s", about);
         last.variability = Variability::Discrete;
         table.add(Quantity::EventTime, last);

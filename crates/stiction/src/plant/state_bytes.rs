@@ -1,4 +1,4 @@
-//! States of plants as bytes: the identifier of the unit, then little-endian numbers.
+//! States of plants as bytes: the identifier of the FMU, then numbers in little-endian order.
 
 use super::{Choice, Plant, force_on};
 use crate::error::Error;

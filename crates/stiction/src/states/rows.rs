@@ -69,11 +69,11 @@ impl Row<'_, '_> {
 }
 
 impl States {
-    /// Computes all rows: moves the data to the coordinates of each row and calls `compute`, which writes the
-    /// results. The values of rows without results are NaN.
+    /// Computes all rows: for each row, assembles the mechanism at its coordinates in the data and calls `compute`,
+    /// which writes the results. The values of rows without results are NaN.
     ///
     /// # Errors
-    /// The computation was stopped.
+    /// Fails if the computation was stopped.
     pub(super) fn each_row(
         &self,
         q: &[f64],

@@ -11,7 +11,7 @@ pub(super) struct Stages<T> {
     pub(super) along: Vec<T>,
     pub(super) accelerations: Vec<T>,
     pub(super) multipliers: Vec<T>,
-    /// Acceleration of each body that the accelerations of the tree cause.
+    /// Acceleration of each body due to the accelerations of the tree's coordinates.
     pub(super) twists: Vec<Twist<T>>,
     /// Wrench that the joints must exert on each body.
     pub(super) demand: Vec<Wrench<T>>,

@@ -49,7 +49,7 @@ impl JointSpec {
             }
             if *shape == InterfaceShape::Sleeve {
                 if self.friction.len() > 1 {
-                    check.problem("a sleeve excludes the friction of a separate pin or guide");
+                    check.problem("a joint with a sleeve cannot also have the friction of a separate pin or guide");
                 }
                 if interface.load.axial_ratio.is_some() || interface.load.torsion_arm.is_some() {
                     check.problem("a sleeve carries neither axial force nor torsion");

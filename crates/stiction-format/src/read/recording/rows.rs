@@ -75,7 +75,7 @@ impl Rows {
         }
     }
 
-    /// Reads a row; returns false unless it has as many numbers as the header.
+    /// Reads a row; returns false unless it has as many numbers as the header has columns.
     pub(super) fn read(&mut self, text: &str, line: Line, messages: &mut Messages) -> bool {
         let width = self.header.columns.len();
         // The header is invalid, which has been reported.

@@ -52,7 +52,7 @@ pub(crate) struct Recorded {
 /// Index entry of a window.
 #[derive(Debug)]
 struct WindowEntry {
-    /// Time of the first core sample of the window, s.
+    /// Time of the first sample in the core of the window, which excludes its margins, s.
     time: f64,
     /// Knots of all curves at this sample.
     knots: Vec<Target<f64>>,
