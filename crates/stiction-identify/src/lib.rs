@@ -15,14 +15,16 @@ mod parameter;
 pub mod physical;
 mod regressor;
 mod slip;
+mod solved;
 mod verdict;
 
 pub use apply::applied;
 pub use base::{BaseParameters, Combination};
 pub use block::{Block, Dwells, Rows};
 pub use estimate::{Candidate, Estimate, Extension, Options, Problem, Residuals};
-pub use load_slopes::{DIRECTIONS, LoadSlopes, Solved};
+pub use load_slopes::{DIRECTIONS, LoadSlopes};
 pub use parameter::{Choice, INERTIA_ENTRIES, Kind, Parameter, catalogue};
 pub use regressor::{Columns, Regressor, Unsuitable};
 pub use slip::Rest;
+pub use solved::Solved;
 pub use verdict::{Evidence, FitVerdict, Verdict};

@@ -5,8 +5,9 @@
 use crate::parameter::Kind;
 use crate::physical::{self, Inertial};
 use crate::regressor::Regressor;
+use crate::solved::Solved;
 use stiction_core::dynamics::{Data, Settings, Status};
-use stiction_core::kinematics::{State, Target};
+use stiction_core::kinematics::Target;
 use stiction_core::parameters::Parameters;
 use stiction_core::scalar::{Dual, Scalar};
 use stiction_core::spatial::Vec3;
@@ -15,28 +16,6 @@ use stiction_core::spatial::Vec3;
 pub const DIRECTIONS: usize = 8;
 
 type D = Dual<f64, DIRECTIONS>;
-
-/// Solution of the forces at one instant, with converged friction.
-#[derive(Clone, Debug)]
-pub struct Solved {
-    /// Normal load of each friction interface, N.
-    pub loads: Vec<f64>,
-    /// Velocity of each friction interface, m/s.
-    velocities: Vec<f64>,
-    state: State<f64>,
-    steps: usize,
-}
-
-impl Solved {
-    pub(crate) fn of(data: &Data<f64>) -> Self {
-        Self {
-            loads: data.friction().iter().map(|own| own.load).collect(),
-            velocities: data.friction().iter().map(|own| own.velocity).collect(),
-            state: data.state.clone(),
-            steps: data.inverse.friction_steps(),
-        }
-    }
-}
 
 /// Derivatives of all normal loads with respect to up to [`DIRECTIONS`] groups of parameters, each of which has one common
 /// value. The preloads themselves, which carry load-independent friction, count as constant.

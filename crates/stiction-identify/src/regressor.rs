@@ -3,9 +3,9 @@
 //! Equation (I1) of the book's theory.
 
 use crate::apply::{carried_preload, scale_laws, set_viscous};
-use crate::load_slopes::Solved;
 use crate::parameter::{Choice, INERTIA_ENTRIES, Kind, Parameter, catalogue};
 use crate::slip::{Rest, Slip, sign};
+use crate::solved::Solved;
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 use stiction_core::dynamics::{Data, FrictionMode, InverseDynamics, Model, Settings, Status};
 use stiction_core::kinematics::{Bodies, State, Target};
