@@ -6,7 +6,7 @@ use super::tables::{Kind, kinds, lines};
 use super::walk::{Listing, Operand, Statement};
 use super::{Labels, Listings, Precision, SourceFile, SourceOptions, TestVector};
 use crate::code::{Fused, Step};
-use crate::feedforward::{CLOSED, CORRECTIONS, DONE, Feedforward, INDEX_PASSES, Term};
+use crate::feedforward::{CLOSED, CORRECTIONS, DONE, Feedforward};
 use crate::graph::Function;
 use crate::inverse::{COARSE, ROUNDING, SETTLED, STEPS};
 use std::fmt::Write;
@@ -152,12 +152,6 @@ impl C<'_> {
             ("COARSE", pick(COARSE * COARSE, 1e-4)),
             ("ROUNDING", pick(ROUNDING * ROUNDING, 1e-14)),
             ("REST", pick(1e-9, 1e-6)),
-            ("INDEX_PASSES", INDEX_PASSES.to_string()),
-            ("ALIGNED", pick(1e-8, 1e-5)),
-            ("PARALLEL", pick(1e-24, 1e-10)),
-            ("LEAST_INDEX", pick(1e-10, 1e-5)),
-            ("SMALL_DETERMINANT", self.number(1e-3)),
-            ("LENGTH", format!("{:?}", self.program.length())),
             ("SETTLED_STEP", pick(SETTLED, 1e-4)),
             ("RESIDUAL", pick(1e-14, 2e-6)),
             ("RUBBING_JOINTS", rubbing.len().to_string()),
@@ -188,8 +182,9 @@ impl C<'_> {
             ("MODEL", harmless(&self.labels.model)),
             ("VERSION", harmless(&self.labels.version)),
         ];
-        let all = [more, values].concat();
-        let singularity = substitute(SINGULARITY, &[&self.index_values()[..], &all].concat());
+        let index = super::index::values(self.program, self.options, &|x| self.number(x));
+        let all = [more, values, &index].concat();
+        let singularity = substitute(SINGULARITY, &all);
         let optional = |is_included: bool, text: &str| match is_included {
             true => substitute(text, &all),
             false => String::new(),
@@ -222,44 +217,6 @@ impl C<'_> {
             ("ACCELERATIONS", optional(functions.accelerations, ACCELERATIONS)),
         ];
         substitute(template, &[more, &all[..]].concat())
-    }
-
-    /// Values of the singularity index.
-    fn index_values(&self) -> Vec<(&'static str, String)> {
-        let index = &self.program.index;
-        let list = |numbers: &mut dyn Iterator<Item = usize>| {
-            let numbers: Vec<String> = numbers.map(|number| number.to_string()).collect();
-            if numbers.is_empty() { "0".to_owned() } else { numbers.join(", ") }
-        };
-        let on: Vec<String> =
-            index.terms.iter().map(|Term { on: [a, b], .. }| format!("{{ {a}, {b} }}")).collect();
-        let mut signs: Vec<String> = index
-            .signs
-            .iter()
-            .map(|signs| {
-                let signs: Vec<String> = signs.iter().map(i8::to_string).collect();
-                let signs = if signs.is_empty() { "0".to_owned() } else { signs.join(", ") };
-                format!("    {{ {signs} }},\n")
-            })
-            .collect();
-        if signs.is_empty() {
-            signs.push("    { 0 },\n".to_owned());
-        }
-        let sizes = self.program.sizes();
-        let answers = super::answers(sizes, self.options.functions);
-        vec![
-            ("MOTIONS", index.motions.len().to_string()),
-            ("COLUMNS", index.columns.to_string()),
-            ("TERMS", index.terms.len().to_string()),
-            ("REDUNDANT", index.redundant().to_string()),
-            ("SPINS", index.spins.to_string()),
-            ("FIRST_PLACE", (sizes.unknowns + answers + 2).to_string()),
-            ("PARENT", list(&mut index.parents.iter().copied())),
-            ("MOVES", list(&mut index.motions.iter().copied())),
-            ("COLUMN_OF", list(&mut index.terms.iter().map(|term| term.column))),
-            ("ON", if on.is_empty() { "{ 0, 0 }".to_owned() } else { on.join(", ") }),
-            ("SIGN", signs.concat()),
-        ]
     }
 
     fn fill_math(&self) -> String {

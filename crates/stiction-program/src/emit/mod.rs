@@ -6,6 +6,7 @@
 mod adapters;
 mod c;
 pub mod fmu;
+mod index;
 mod literal;
 mod names;
 mod own_math;

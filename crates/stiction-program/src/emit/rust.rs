@@ -13,6 +13,7 @@ use crate::inverse::{COARSE, ROUNDING, SETTLED, STEPS};
 use std::fmt::Write;
 
 const RUNTIME: &str = include_str!("templates/runtime.rs");
+const SINGULARITY: &str = include_str!("templates/singularity.rs");
 const KINEMATICS: &str = include_str!("templates/kinematics.rs");
 const REACTIONS: &str = include_str!("templates/reactions.rs");
 const LINEARIZE: &str = include_str!("templates/linearize.rs");
@@ -119,19 +120,26 @@ impl Rust<'_> {
             ("POSE_WORK", size(0)),
             ("TWIST_WORK", size(1)),
         ];
-        let all = [more, values].concat();
+        let mut index = super::index::values(self.program, self.options, &|x| self.number(x));
+        for (name, value) in &mut index {
+            if ["ON", "SIGN"].contains(name) {
+                *value = value.replace("{ ", "[").replace(" }", "]");
+            }
+        }
+        let all = [more, values, &index].concat();
         let optional = |is_included: bool, text: &str| match is_included {
             true => substitute(text, &all),
             false => String::new(),
         };
         let functions: &[(&str, String)] = &[
+            ("SINGULARITY", substitute(SINGULARITY, &all)),
             ("KINEMATICS", optional(functions.kinematics, KINEMATICS)),
             ("REACTIONS", optional(functions.reactions, REACTIONS)),
             ("LINEARIZE", optional(functions.need_derivatives(), LINEARIZE)),
             ("DERIVATIVES", optional(functions.derivatives, DERIVATIVES)),
             ("ACCELERATIONS", optional(functions.accelerations, ACCELERATIONS)),
         ];
-        substitute(template, &[functions, values].concat())
+        substitute(template, &[functions, &all].concat())
     }
 
     fn number(&self, number: f64) -> String {

@@ -85,6 +85,7 @@ impl State {
         }
         // The direction of the last motion stays as it is.
         let mut copy = self.clone();
+        let params = &Params { wants_index: false, ..params.clone() };
         let mut now = [0.0; COORDINATES];
         for _ in 0..MOST_STEPS {
             let mut needed = [0.0; ACTUATORS];

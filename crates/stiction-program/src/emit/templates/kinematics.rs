@@ -1,7 +1,4 @@
 
-/// Number of bodies, without the ground.
-pub const BODIES: usize = @BODIES@;
-
 /// Poses of all bodies at closed loops.
 fn find_poses<M: Math>(w: &mut [Real; @POSE_WORK@], r: &mut [Real; 12 * BODIES + 1]) {
 @POSES@}

@@ -10,6 +10,8 @@ pub const COORDINATES: usize = @COORDINATES@;
 pub const ACTUATORS: usize = @DRIVES@;
 /// Number of joints.
 pub const JOINTS: usize = @JOINTS@;
+/// Number of bodies, without the ground.
+pub const BODIES: usize = @BODIES@;
 /// Number of coordinates of the spanning tree.
 pub const TREE: usize = @TREE@;
 /// Fingerprint of the model.
@@ -105,6 +107,8 @@ pub struct Params {
     pub fade: Real,
     /// Friction at rest.
     pub rest: Rest,
+    /// Find the singularity index in every call; if `false`, only where the determinant is below @SMALL_DETERMINANT@.
+    pub wants_index: bool,
 }
 
 impl Default for Params {
@@ -113,6 +117,7 @@ impl Default for Params {
 @DEFAULTS@            rest_rate: @REST@,
             fade: 0.99,
             rest: Rest::Held,
+            wants_index: true,
         }
     }
 }
@@ -122,8 +127,12 @@ impl Default for Params {
 pub struct Info {
     /// Closure error of the loops: lengths over the characteristic length, angles in rad.
     pub residual: Real,
-    /// Determinant of the equations relative to that at home: 0 where the coordinates do not determine
-    /// the motion, or the actuators do not (type 2 singularity).
+    /// Singularity index (type 2, actuation): smallest singular value of the dimensionless balance of all bodies, with a
+    /// characteristic length of @LENGTH@ m; 0 where actuators and constraints do not resist some motion, without an
+    /// answer, and if it is not found, see [`Params::wants_index`].
+    pub singularity_index: Real,
+    /// Determinant of the equations relative to that at home: 1 at home, positive on the same side of all singular
+    /// positions as home, 0 where the coordinates do not determine the motion, or the actuators do not.
     pub determinant: Real,
     /// Determinant of the forces with friction relative to that without: 0 where friction locks.
     pub coupling: Real,
@@ -133,6 +142,8 @@ pub struct Info {
     pub corrections: u32,
     /// Number of steps of the friction coupling.
     pub steps: u32,
+    /// Number of passes of the singularity index, at most @INDEX_PASSES@.
+    pub index_passes: u32,
     /// `true` if a rule chose the direction of friction.
     pub undetermined: bool,
 }
@@ -144,6 +155,7 @@ pub struct State {
     tau: [Real; ACTUATORS],
     direction: [Real; COORDINATES],
     weight: Real,
+    weakest: Weakest,
 }
 
 fn are_finite(x: &[Real]) -> bool {
@@ -185,6 +197,7 @@ fn couple<M: Math>(w: &mut [Real; FORCE_WORK], r: &mut [Real; FORCE_RESULTS]) {
 fn find_forces<M: Math>(w: &mut [Real; FORCE_WORK], r: &mut [Real; FORCE_RESULTS]) {
 @FORCES@}
 
+@SINGULARITY@
 /// Closes the loops at `q`, starting from the coordinates `tree`, and updates `tree`; returns the error and
 /// the number of corrections.
 fn close_loops<M: Math>(tree: &mut [Real; TREE], q: &[Real; COORDINATES]) -> Option<(Real, u32)> {
@@ -335,7 +348,7 @@ impl State {
             }
         }
         let (tau, direction) = ([0.0; ACTUATORS], [0.0; COORDINATES]);
-        Ok(Self { tree, tau, direction, weight: 0.0 })
+        Ok(Self { tree, tau, direction, weight: 0.0, weakest: without_pattern() })
     }
 
     /// Efforts of the actuators for positions, rates and accelerations. At rest, friction opposes
@@ -371,12 +384,12 @@ impl State {
         let (code, info) = copy.ff::<M>(&at_rest, q, &still, &still, direction, tau);
         match code {
             Code::Done | Code::Undetermined => {
-                (self.tree, self.tau) = (copy.tree, copy.tau);
+                (self.tree, self.tau, self.weakest) = (copy.tree, copy.tau, copy.weakest);
                 // The direction is given, or there is no friction.
                 (Code::Done, Info { undetermined: false, ..info })
             }
             Code::Frictionless => {
-                (self.tree, self.tau) = (copy.tree, copy.tau);
+                (self.tree, self.tau, self.weakest) = (copy.tree, copy.tau, copy.weakest);
                 (code, info)
             }
             _ => (code, info),
@@ -398,11 +411,13 @@ impl State {
         let nothing = [0.0; ANSWERS];
         let mut info = Info {
             residual: 0.0,
+            singularity_index: 0.0,
             determinant: 0.0,
             coupling: 0.0,
             reaction: None,
             corrections: 0,
             steps: 0,
+            index_passes: 0,
             undetermined: false,
         };
         *tau = self.tau;
@@ -479,7 +494,14 @@ impl State {
         }
         set_parameters(&mut w, params);
         set_motion(&mut w, tree, q, &rates, qdd);
-        let mut tau = solve_ideal::<M>(&mut w, &mut r, info)?;
+        let ideal = solve_ideal::<M>(&mut w, &mut r, info);
+        if params.wants_index || info.determinant < SMALL_DETERMINANT {
+            find_index::<M>(&r[FIRST_PLACE..], &mut self.weakest, info);
+            if !(info.singularity_index > LEAST_INDEX) {
+                return None;
+            }
+        }
+        let mut tau = ideal?;
         let mut has_friction = true;
         if weight > 0.0 {
             let mut with = solve_friction::<M>(&mut w, &mut r, info);

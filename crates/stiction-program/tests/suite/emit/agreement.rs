@@ -1,6 +1,6 @@
 //! Agreement of the source code with the general solver at many random states, in double and single precision.
 
-use super::compiler::Code;
+use super::compiler::{Code, rust_program};
 use super::{ROBOTS, labels, variant};
 use crate::common::{Loop, gallery_loop};
 use std::collections::BTreeMap;
@@ -299,6 +299,13 @@ fn agree(names: &[&str], count: usize) -> bool {
             code.write("states.bin", &rows);
             let said = code.run_with("agreement_main", &main, &["-O2"]);
             assert_eq!(said, format!("{count} rows\n"));
+            let rust = program.files(Language::Rust, &labels(name, &robot), &options, &[]).unwrap();
+            let main = include_str!("agreement_main.rs")
+                .replace("NAME", &options.name)
+                .replace("FOLDER", &folder)
+                .replace("STD_MATH", include_str!("../../../src/emit/templates/std_math.rs"))
+                .replace("LIMIT", &format!("{:e}", OF_INDEX[k]));
+            rust_program(&format!("rust-{folder}"), &rust, &main);
             let bytes = code.read("answers.bin");
             let number = |bytes: &[u8]| f64::from_le_bytes(bytes.try_into().unwrap());
             let answers: Vec<f64> = bytes.chunks_exact(8).map(number).collect();

@@ -1,0 +1,66 @@
+//! Numbers of the singularity index in templates.
+
+use super::{Precision, SourceOptions, answers};
+use crate::feedforward::{Feedforward, INDEX_PASSES, Term};
+
+/// Square of the sine of the angle between a vector and its next iterate at convergence, in double and in single
+/// precision.
+const ALIGNED: [f64; 2] = [1e-8, 1e-5];
+/// Part of the square of a vector below which the rest is rounding errors.
+const PARALLEL: [f64; 2] = [1e-24, 1e-10];
+/// Index up to which a position counts as singular.
+const LEAST_INDEX: [f64; 2] = [1e-10, 1e-5];
+/// Determinant from which on a position counts as regular without a test of the index.
+const SMALL_DETERMINANT: f64 = 1e-3;
+
+/// Values of a template; lists are in braces, as in C.
+pub(super) fn values(
+    program: &Feedforward,
+    options: &SourceOptions,
+    number: &dyn Fn(f64) -> String,
+) -> Vec<(&'static str, String)> {
+    let pick = |[double, float]: [f64; 2]| {
+        number(if options.precision == Precision::Double { double } else { float })
+    };
+    let index = &program.index;
+    let list = |numbers: &mut dyn Iterator<Item = usize>| {
+        let numbers: Vec<String> = numbers.map(|number| number.to_string()).collect();
+        if numbers.is_empty() { "0".to_owned() } else { numbers.join(", ") }
+    };
+    let on: Vec<String> =
+        index.terms.iter().map(|Term { on: [a, b], .. }| format!("{{ {a}, {b} }}")).collect();
+    let mut signs: Vec<String> = index
+        .signs
+        .iter()
+        .map(|signs| {
+            let signs: Vec<String> = signs.iter().map(i8::to_string).collect();
+            let signs = if signs.is_empty() { "0".to_owned() } else { signs.join(", ") };
+            format!("    {{ {signs} }},\n")
+        })
+        .collect();
+    if signs.is_empty() {
+        let none = vec!["0"; index.terms.len().max(1)].join(", ");
+        signs.push(format!("    {{ {none} }},\n"));
+    }
+    let sizes = program.sizes();
+    let first_place = sizes.unknowns + answers(sizes, options.functions) + 2;
+    vec![
+        ("INDEX_PASSES", INDEX_PASSES.to_string()),
+        ("ALIGNED", pick(ALIGNED)),
+        ("PARALLEL", pick(PARALLEL)),
+        ("LEAST_INDEX", pick(LEAST_INDEX)),
+        ("SMALL_DETERMINANT", number(SMALL_DETERMINANT)),
+        ("LENGTH", format!("{:?}", program.length())),
+        ("MOTIONS", index.motions.len().to_string()),
+        ("COLUMNS", index.columns.to_string()),
+        ("TERMS", index.terms.len().to_string()),
+        ("REDUNDANT", index.redundant().to_string()),
+        ("SPINS", index.spins.to_string()),
+        ("FIRST_PLACE", first_place.to_string()),
+        ("PARENT", list(&mut index.parents.iter().copied())),
+        ("MOVES", list(&mut index.motions.iter().copied())),
+        ("COLUMN_OF", list(&mut index.terms.iter().map(|term| term.column))),
+        ("ON", if on.is_empty() { "{ 0, 0 }".to_owned() } else { on.join(", ") }),
+        ("SIGN", signs.concat()),
+    ]
+}
