@@ -113,7 +113,7 @@ impl<'a> LoadSlopes<'a> {
             for (slope, group) in slope.iter_mut().zip(self.groups) {
                 for kind in group.iter().map(|&k| all[k].kind) {
                     let load = match kind {
-                        Kind::Mu(own) if own == i => solved.loads[i] - interface.load.preload.value,
+                        Kind::Mu(own) if own == i => solved.loads[i],
                         Kind::Coulomb(own) | Kind::Viscous(own) if own == i => 1.0,
                         _ => continue,
                     };

@@ -496,7 +496,7 @@ impl Regressor {
     ) -> Result<Solved, Status> {
         let [q, v, a] = motion;
         match self.model.inverse_dynamics_with(engine, data, q, v, a, &[]) {
-            Status::Converged => Ok(Solved::of(data)),
+            Status::Converged => Ok(Solved::of(engine, data)),
             status => Err(status),
         }
     }

@@ -2,11 +2,12 @@
 
 use stiction_core::dynamics::Data;
 use stiction_core::kinematics::State;
+use stiction_core::parameters::Parameters;
 
 /// Solution of the forces at one instant, with converged friction.
 #[derive(Clone, Debug)]
 pub struct Solved {
-    /// Normal load of each friction interface, N.
+    /// Normal load of each friction interface less its preload, which carries load-independent friction, N.
     pub loads: Vec<f64>,
     /// Velocity of each friction interface, m/s.
     pub(crate) velocities: Vec<f64>,
@@ -17,9 +18,15 @@ pub struct Solved {
 }
 
 impl Solved {
-    pub(crate) fn of(data: &Data<f64>) -> Self {
+    pub(crate) fn of(engine: &Parameters<f64>, data: &Data<f64>) -> Self {
+        let preloads = engine.interfaces.iter().map(|own| own.load.preload);
         Self {
-            loads: data.friction().iter().map(|own| own.load).collect(),
+            loads: data
+                .friction()
+                .iter()
+                .zip(preloads)
+                .map(|(own, preload)| own.load - preload)
+                .collect(),
             velocities: data.friction().iter().map(|own| own.velocity).collect(),
             state: data.state.clone(),
             steps: data.inverse.friction_steps(),

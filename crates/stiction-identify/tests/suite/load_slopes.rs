@@ -2,23 +2,13 @@
 
 use super::robots::*;
 use stiction_core::random::Random;
-use stiction_identify::{Choice, DIRECTIONS, Kind, LoadSlopes, Regressor};
+use stiction_identify::{DIRECTIONS, Kind, LoadSlopes};
 
 /// Derivatives with respect to all friction and inertia of each model of the gallery that has a coefficient of friction.
 #[test]
 fn derivatives_of_loads_are_those_of_differences() {
     let mut tried = 0;
-    for name in stiction_format::gallery::names() {
-        let model = gallery_model(name);
-        if model.motions.is_empty() || model.mechanism.actuators().count() == 0 {
-            continue;
-        }
-        let (solver, home) = gallery_solver(&model);
-        // Inertia makes a body with a free spin accelerate, a limit of difference quotients rather than of derivatives.
-        if !solver.constraints().spins().is_empty() {
-            continue;
-        }
-        let Ok(mut regressor) = Regressor::new(solver, &Choice::ALL) else { continue };
+    for (name, home, mut regressor) in gallery_regressors() {
         let parameters = regressor.parameters().to_vec();
         if !parameters.iter().any(|p| matches!(p.kind, Kind::Mu(_))) {
             continue;
@@ -45,19 +35,18 @@ fn derivatives_of_loads_are_those_of_differences() {
         if regressor.at(&q, &v, &a).is_err() {
             continue;
         }
-        // Loads less the preloads, which carry load-independent friction.
         let loads = |values: &[f64]| -> Vec<f64> {
             let engine = regressor.engine_parameters(values);
             let mut data = regressor.engine_data();
-            let solved = regressor.loads(&engine, &mut data, [&q, &v, &a]).unwrap();
-            let preloads = engine.interfaces.iter().map(|i| i.load.preload);
-            solved.loads.iter().zip(preloads).map(|(load, preload)| load - preload).collect()
+            regressor.loads(&engine, &mut data, [&q, &v, &a]).unwrap().loads
         };
         let engine = regressor.engine_parameters(&values);
         let mut data = regressor.engine_data();
         let Ok(solved) = regressor.loads(&engine, &mut data, [&q, &v, &a]) else { continue };
         tried += 1;
-        let largest = solved.loads.iter().fold(0.0, |most: f64, load| most.max(load.abs()));
+        let preloads = engine.interfaces.iter().map(|i| i.load.preload);
+        let whole = solved.loads.iter().zip(preloads).map(|(load, preload)| (load + preload).abs());
+        let largest = whole.fold(0.0, f64::max);
         for groups in groups.chunks(DIRECTIONS) {
             let mut slopes = LoadSlopes::new(&regressor, &values, groups);
             let found: Vec<_> = slopes.at(&solved, [&q, &v, &a]).unwrap().collect();

@@ -90,6 +90,23 @@ pub(crate) fn gallery_solver(model: &ModelFile) -> (InverseDynamics, Vec<f64>) {
     (solver.unwrap(), targets.iter().map(|target| target.value).collect())
 }
 
+/// Name, home and regressor with all parameters of every model of the gallery whose motion its actuators determine, without
+/// bodies that spin freely: their accelerations depend on their inertia, so that efforts are not linear in it and loads have
+/// no difference quotients.
+pub(crate) fn gallery_regressors() -> impl Iterator<Item = (&'static str, Vec<f64>, Regressor)> {
+    gallery::names().filter_map(|name| {
+        let model = gallery_model(name);
+        if model.motions.is_empty() || model.mechanism.actuators().count() == 0 {
+            return None;
+        }
+        let (solver, home) = gallery_solver(&model);
+        if !solver.constraints().spins().is_empty() {
+            return None;
+        }
+        Some((name, home, Regressor::new(solver, &Choice::ALL).ok()?))
+    })
+}
+
 /// A random motion near `home`.
 pub(crate) fn random_motion(random: &mut Random, home: &[f64], size: f64) -> [Vec<f64>; 3] {
     let mut some = |factor: f64| home.iter().map(|_| factor * random.number()).collect::<Vec<_>>();

@@ -154,8 +154,7 @@ impl Probe {
             let mut own = rows.rows_mut(index * actuators, actuators);
             own.copy_from(&columns.matrix);
             for &(column, interface) in &self.mu {
-                let load = solved.loads[interface] - case.engine.interfaces[interface].load.preload;
-                own.column_mut(column).scale_mut(load);
+                own.column_mut(column).scale_mut(solved.loads[interface]);
             }
             efforts.push(case.data.efforts().to_vec());
         }

@@ -292,9 +292,13 @@ fn texts(key: &str, value: &Value) -> Result<Vec<String>, Error> {
     list.ok_or_else(|| bad(key, "should be a list of names"))
 }
 
+/// A number with or without a decimal point.
+fn number(value: &Value) -> Option<f64> {
+    value.as_float().or_else(|| value.as_integer().map(|n| n as f64))
+}
+
 fn bounds(key: &str, value: &Value) -> Result<Vec<(String, [f64; 2])>, Error> {
     let table = value.as_table().ok_or_else(|| bad(key, "should be a table"))?;
-    let number = |value: &Value| value.as_float().or_else(|| value.as_integer().map(|n| n as f64));
     let each = table.iter().map(|(pattern, value)| {
         let pair = value.as_array().map(|list| list.iter().map(number).collect::<Vec<_>>());
         match pair.as_deref() {
@@ -311,7 +315,6 @@ fn bounds(key: &str, value: &Value) -> Result<Vec<(String, [f64; 2])>, Error> {
 
 fn columns(key: &str, value: &Value) -> Result<Vec<Renamed>, Error> {
     let table = value.as_table().ok_or_else(|| bad(key, "should be a table"))?;
-    let number = |value: &Value| value.as_float().or_else(|| value.as_integer().map(|n| n as f64));
     let each = table.iter().map(|(column, value)| {
         let mut renamed =
             Renamed { column: column.clone(), meaning: String::new(), factor: 1.0, offset: 0.0 };

@@ -137,12 +137,13 @@ pub(super) fn options(
         }
         tied.push(members);
     }
+    let held = held_of(parameters, settings);
     Ok(Options {
         strength: settings.strength,
         radius: 0.02 * mechanism.characteristic_length(),
-        held: held_of(parameters, settings),
+        bounds: bounds_of(parameters, settings, &held)?,
+        held,
         tied,
-        bounds: bounds_of(parameters, settings)?,
     })
 }
 
@@ -150,8 +151,8 @@ pub(super) fn options(
 fn bounds_of(
     parameters: &[Parameter],
     settings: &IdentifySettings,
+    held: &[bool],
 ) -> Result<Vec<(usize, [f64; 2])>, IdentifyError> {
-    let held = held_of(parameters, settings);
     let mut all: Vec<(usize, [f64; 2])> = Vec::new();
     for (pattern, own) in &settings.bounds {
         for k in (0..parameters.len()).filter(|&k| fits(pattern, &parameters[k].name)) {

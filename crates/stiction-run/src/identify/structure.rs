@@ -48,7 +48,7 @@ pub(super) fn structure(all: &[Prepared], parameters: &[Parameter], held: &[bool
                 let mut row = columns.matrix.row(channel).into_owned();
                 for (k, p) in parameters.iter().enumerate() {
                     if let Kind::Mu(i) = p.kind {
-                        row[k] *= solved.loads[i] - nominal.interfaces[i].load.preload;
+                        row[k] *= solved.loads[i];
                     }
                 }
                 let unknown = (columns.known[channel], constants[channel]);

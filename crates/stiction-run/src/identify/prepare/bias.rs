@@ -52,8 +52,7 @@ impl Prepared {
                         let solved = regressor.loads(&engine, &mut data, [&q, &v, &a])?;
                         for (k, p) in parameters.iter().enumerate() {
                             if let Kind::Mu(i) = p.kind {
-                                let load = solved.loads[i] - engine.interfaces[i].load.preload;
-                                columns.matrix.column_mut(k).scale_mut(load);
+                                columns.matrix.column_mut(k).scale_mut(solved.loads[i]);
                             }
                         }
                     }

@@ -108,8 +108,7 @@ impl Prepared {
             let mut matrix = columns.matrix;
             for (k, p) in parameters.iter().enumerate() {
                 if let Kind::Mu(i) = p.kind {
-                    let load = solved.loads[i] - engine.interfaces[i].load.preload;
-                    limits.column_mut(k).scale_mut(LOADED * load.abs());
+                    limits.column_mut(k).scale_mut(LOADED * solved.loads[i].abs());
                 }
                 match p.kind {
                     // The efforts are those without motion.

@@ -97,7 +97,7 @@ impl Prepared {
             .map(|(unit, solved)| {
                 let mut row = unit.clone();
                 for (index, &(_, interface)) in mu.columns.iter().enumerate() {
-                    let load = solved.loads[interface] - engine.interfaces[interface].load.preload;
+                    let load = solved.loads[interface];
                     row[index * actuators..][..actuators].iter_mut().for_each(|x| *x *= load);
                 }
                 row
