@@ -182,7 +182,8 @@ impl C<'_> {
             ("MODEL", harmless(&self.labels.model)),
             ("VERSION", harmless(&self.labels.version)),
         ];
-        let index = super::index::values(self.program, self.options, &|x| self.number(x));
+        let index =
+            super::index::values(self.program, self.options, &|x| self.number(x), ["{ ", " }"]);
         let all = [more, values, &index].concat();
         let singularity = substitute(SINGULARITY, &all);
         let optional = |is_included: bool, text: &str| match is_included {

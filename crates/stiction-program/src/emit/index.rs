@@ -13,11 +13,12 @@ const LEAST_INDEX: [f64; 2] = [1e-10, 1e-5];
 /// Determinant from which on a position counts as regular without a test of the index.
 const SMALL_DETERMINANT: f64 = 1e-3;
 
-/// Values of a template; lists are in braces, as in C.
+/// Values of a template; `brackets` enclose lists within lists.
 pub(super) fn values(
     program: &Feedforward,
     options: &SourceOptions,
     number: &dyn Fn(f64) -> String,
+    [open, close]: [&str; 2],
 ) -> Vec<(&'static str, String)> {
     let pick = |[double, float]: [f64; 2]| {
         number(if options.precision == Precision::Double { double } else { float })
@@ -27,20 +28,23 @@ pub(super) fn values(
         let numbers: Vec<String> = numbers.map(|number| number.to_string()).collect();
         if numbers.is_empty() { "0".to_owned() } else { numbers.join(", ") }
     };
-    let on: Vec<String> =
-        index.terms.iter().map(|Term { on: [a, b], .. }| format!("{{ {a}, {b} }}")).collect();
+    let on: Vec<String> = index
+        .terms
+        .iter()
+        .map(|Term { on: [a, b], .. }| format!("{open}{a}, {b}{close}"))
+        .collect();
     let mut signs: Vec<String> = index
         .signs
         .iter()
         .map(|signs| {
             let signs: Vec<String> = signs.iter().map(i8::to_string).collect();
             let signs = if signs.is_empty() { "0".to_owned() } else { signs.join(", ") };
-            format!("    {{ {signs} }},\n")
+            format!("    {open}{signs}{close},\n")
         })
         .collect();
     if signs.is_empty() {
         let none = vec!["0"; index.terms.len().max(1)].join(", ");
-        signs.push(format!("    {{ {none} }},\n"));
+        signs.push(format!("    {open}{none}{close},\n"));
     }
     let sizes = program.sizes();
     let first_place = sizes.unknowns + answers(sizes, options.functions) + 2;
@@ -60,7 +64,7 @@ pub(super) fn values(
         ("PARENT", list(&mut index.parents.iter().copied())),
         ("MOVES", list(&mut index.motions.iter().copied())),
         ("COLUMN_OF", list(&mut index.terms.iter().map(|term| term.column))),
-        ("ON", if on.is_empty() { "{ 0, 0 }".to_owned() } else { on.join(", ") }),
+        ("ON", if on.is_empty() { format!("{open}0, 0{close}") } else { on.join(", ") }),
         ("SIGN", signs.concat()),
     ]
 }

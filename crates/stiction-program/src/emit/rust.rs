@@ -120,12 +120,8 @@ impl Rust<'_> {
             ("POSE_WORK", size(0)),
             ("TWIST_WORK", size(1)),
         ];
-        let mut index = super::index::values(self.program, self.options, &|x| self.number(x));
-        for (name, value) in &mut index {
-            if ["ON", "SIGN"].contains(name) {
-                *value = value.replace("{ ", "[").replace(" }", "]");
-            }
-        }
+        let index =
+            super::index::values(self.program, self.options, &|x| self.number(x), ["[", "]"]);
         let all = [more, values, &index].concat();
         let optional = |is_included: bool, text: &str| match is_included {
             true => substitute(text, &all),

@@ -126,15 +126,15 @@ static int decompose(const real *places, balance *own)
     return 1;
 }
 
-/* Adds the amounts of all columns, times `by`, as wrenches on the bodies. */
-static void add_terms(const balance *own, const real *amounts, real by, real *sum)
+/* Adds the amounts of all columns as wrenches on the bodies. */
+static void add_terms(const balance *own, const real *amounts, real *sum)
 {
     int i;
     int k;
     for (k = 0; k < TERMS; ++k) {
         const real *w = own->term + 6 * k;
-        const real first = by * amounts[2 * COLUMN_OF[k]];
-        const real second = by * amounts[2 * COLUMN_OF[k] + 1];
+        const real first = amounts[2 * COLUMN_OF[k]];
+        const real second = amounts[2 * COLUMN_OF[k] + 1];
         real *a = sum + WIDTH * ON[k][0];
         real *b = sum + WIDTH * ON[k][1];
         for (i = 0; i < 6; ++i) {
@@ -213,7 +213,7 @@ static void carry(const balance *own, real *x, real *amounts)
     for (k = 0; k < WIDTH * (BODIES + 1); ++k) {
         rest[k] = 0;
     }
-    add_terms(own, amounts, 1, rest);
+    add_terms(own, amounts, rest);
     gather(rest);
     for (k = 1; k <= BODIES; ++k) {
         for (i = WIDTH * k; i < WIDTH * (k + 1); ++i) {
@@ -378,7 +378,7 @@ static void find_null_vectors(balance *own)
         }
         amounts[2 * column] = -1;
         if (is_stress) {
-            add_terms(own, amounts, 1, x);
+            add_terms(own, amounts, x);
             carry(own, x, amounts);
             amounts[2 * column] += 1;
             for (k = 0; k < COLUMNS; ++k) {
