@@ -415,9 +415,8 @@ fn motion_size(motion: &DVector<f64>, body: usize, turns: bool) -> f64 {
 /// components is statically determinate.
 pub(crate) const DETERMINED: f64 = 1e-8;
 
-/// Moves `solution` along the columns of `open` to minimise the norm of `now + response * amounts`,
-/// where `amounts` are the displacements along the columns; returns the directions along which the
-/// norm does not change.
+/// Adds `open * amounts` to `solution`, with the amounts that minimise the norm of `now + response *
+/// amounts`. Returns the directions along which this norm does not change.
 fn least(
     response: &DMatrix<f64>,
     now: &DVector<f64>,

@@ -33,7 +33,7 @@ pub(super) struct Frames {
     resolved: HashMap<String, Pose<f64>>,
 }
 
-/// Reads the child element `pose`; the identity if there is none.
+/// Reads the child element `pose`; returns the identity if it is absent.
 pub(super) fn pose(context: &Context<'_>, element: &Element) -> Pose<f64> {
     let Some(pose) = element.child("pose").filter(|pose| !pose.text.is_empty()) else {
         return Pose::identity();

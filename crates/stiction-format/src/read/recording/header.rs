@@ -198,7 +198,7 @@ fn header_cells(text: &str, line: &Line, delimiter: Delimiter) -> Vec<Span> {
     Cells::new(delimiter).split(text, line.clone(), count.saturating_sub(1).max(1)).to_vec()
 }
 
-/// Complaint about a header with several names and no separator.
+/// Returns a reason to refuse a header with several names but no separator between them.
 fn separated_by_blanks(text: &str, line: &Line, delimiter: Delimiter) -> Option<String> {
     let header = text.get(line.clone())?;
     let is_alone = header_cells(text, line, delimiter).len() == 1;
