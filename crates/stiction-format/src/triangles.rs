@@ -1,4 +1,4 @@
-//! Triangles of meshes, from STL and OBJ files.
+//! Triangles of meshes, from STL, OBJ and MSH files.
 
 use stiction_core::spatial::Vec3;
 
@@ -13,7 +13,8 @@ pub(crate) fn read(name: &str, bytes: &[u8]) -> Result<Vec<Triangle>, String> {
     let triangles = match ending.as_str() {
         "stl" => stl(bytes)?,
         "obj" => obj(&String::from_utf8_lossy(bytes))?,
-        _ => return Err("only STL and OBJ files are read".to_owned()),
+        "msh" => msh(bytes)?,
+        _ => return Err("only STL, OBJ and MSH files are read".to_owned()),
     };
     let is_finite = |triangle: &Triangle| triangle.iter().all(|point| point.is_finite());
     match triangles.iter().all(is_finite) {
@@ -87,4 +88,39 @@ fn obj(text: &str) -> Result<Vec<Triangle>, String> {
         true => Err("it has no faces".to_owned()),
         false => Ok(triangles),
     }
+}
+
+/// Reads MuJoCo's binary format: four counts (of vertices, normals, texture coordinates, faces), then vertices,
+/// normals, texture coordinates and indices of faces, all of 4 bytes.
+fn msh(bytes: &[u8]) -> Result<Vec<Triangle>, String> {
+    let word = |at: usize| Some(<[u8; 4]>::try_from(bytes.get(4 * at..4 * at + 4)?).ok()?);
+    let count =
+        |at: usize| word(at).and_then(|word| usize::try_from(i32::from_le_bytes(word)).ok());
+    let (Some(vertices), Some(normals), Some(textures), Some(faces)) =
+        (count(0), count(1), count(2), count(3))
+    else {
+        return Err("it has no header of four counts".to_owned());
+    };
+    // In 64 bits, because the counts may be anything; beyond this check they fit.
+    let words: u64 = [(1, 4), (vertices, 3), (normals, 3), (textures, 2), (faces, 3)]
+        .map(|(count, words)| count as u64 * words)
+        .iter()
+        .sum();
+    if bytes.len() as u64 != 4 * words {
+        return Err("its size contradicts its header".to_owned());
+    }
+    let first_face = 4 + 3 * vertices + 3 * normals + 2 * textures;
+    let number = |at: usize| word(at).map(|word| f64::from(f32::from_le_bytes(word)));
+    let corner = |at: usize| {
+        let index = count(at).filter(|index| *index < vertices)?;
+        let at = 4 + 3 * index;
+        Some(Vec3::new(number(at)?, number(at + 1)?, number(at + 2)?))
+    };
+    let face = |k: usize| {
+        let at = first_face + 3 * k;
+        Some([corner(at)?, corner(at + 1)?, corner(at + 2)?])
+    };
+    let triangles: Option<Vec<Triangle>> = (0..faces).map(face).collect();
+    let triangles = triangles.ok_or("a face has a corner that does not exist")?;
+    if triangles.is_empty() { Err("it has no faces".to_owned()) } else { Ok(triangles) }
 }

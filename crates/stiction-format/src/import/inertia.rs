@@ -29,7 +29,7 @@ pub(super) fn turned(tensor: Mat3<f64>, rotation: Mat3<f64>) -> Mat3<f64> {
 
 /// Difference between the inertia about a point at the distance `arm` from the centre of mass and
 /// that about the centre of mass (Steiner's term).
-fn steiner(mass: f64, arm: Vec3<f64>) -> Mat3<f64> {
+pub(super) fn steiner(mass: f64, arm: Vec3<f64>) -> Mat3<f64> {
     let square = arm.norm_squared();
     let column = |k: usize| (Vec3::unit(k) * square + arm * -arm.component(k)) * mass;
     Mat3::from_columns(column(0), column(1), column(2))

@@ -1,47 +1,125 @@
-//! Mass of solids bounded by triangles.
+//! Masses of meshes of triangles.
 
-use super::inertia::Mass;
+use super::inertia::{Mass, steiner};
 use crate::triangles::Triangle;
 use stiction_core::spatial::{Mat3, Vec3};
 
-/// Mass of the solid with density 1. The orientation of the triangles, outwards or inwards, does not matter.
-pub(super) fn solid(triangles: &[Triangle]) -> Mass {
-    let Some([origin, ..]) = triangles.first().copied() else { return Mass::none() };
-    let (mut volume, mut first) = (0.0, Vec3::zero());
-    let mut second = [[0.0; 3]; 3];
-    for triangle in triangles {
+/// Distribution of the mass of a mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Content {
+    /// The enclosed solid, with density 1 kg/m³.
+    Solid,
+    /// Pyramids from the centre to all triangles, also to those that face it, with density 1 kg/m³: MuJoCo's `legacy`.
+    /// It is the solid if the centre sees every triangle from inside.
+    Pyramids,
+    /// The surface, with 1 kg/m².
+    Shell,
+}
+
+/// Mass of a mesh; zero if it is degenerate. The orientation of the triangles, outwards or inwards, does not matter.
+pub(super) fn mass(triangles: &[Triangle], content: Content) -> Mass {
+    let Some([corner, ..]) = triangles.first().copied() else { return Mass::none() };
+    let mass = match content {
         // Relative to a point of the surface, so that the sums lose few digits by cancellation.
-        let [a, b, c] = triangle.map(|point| point + -origin);
-        let six = a.dot(b.cross(c));
+        Content::Solid => about_own_com(Moments::of_pyramids(triangles, corner, |volume| volume)),
+        Content::Shell => about_own_com(Moments::of_surface(triangles, corner)),
+        Content::Pyramids => pyramids(triangles, corner),
+    };
+    let size: f64 = (0..3).map(|k| mass.inertia.at(k, k).abs()).sum();
+    let is_valid = mass.mass > 0.0 && mass.mass.is_finite() && size.is_finite();
+    if is_valid { mass } else { Mass::none() }
+}
+
+/// Mass, first and second moments about an apex.
+struct Moments {
+    apex: Vec3<f64>,
+    mass: f64,
+    first: Vec3<f64>,
+    second: [[f64; 3]; 3],
+}
+
+impl Moments {
+    fn none(apex: Vec3<f64>) -> Self {
+        Self { apex, mass: 0.0, first: Vec3::zero(), second: [[0.0; 3]; 3] }
+    }
+
+    /// Adds a mass that is uniform over the simplex with these corners, relative to the apex; `count` is the number
+    /// of its corners, of which those at the apex are left out.
+    fn add(&mut self, mass: f64, [a, b, c]: Triangle, count: f64) {
         let sum = a + b + c;
-        volume += six / 6.0;
-        first += sum * (six / 24.0);
-        for (i, row) in second.iter_mut().enumerate() {
+        self.mass += mass;
+        self.first += sum * (mass / count);
+        for (i, row) in self.second.iter_mut().enumerate() {
             for (j, entry) in row.iter_mut().enumerate() {
                 let product = |v: Vec3<f64>| v.component(i) * v.component(j);
-                *entry += six / 120.0 * (product(sum) + product(a) + product(b) + product(c));
+                let squares = product(sum) + product(a) + product(b) + product(c);
+                *entry += mass / (count * (count + 1.0)) * squares;
             }
         }
     }
-    let size: f64 = (0..3).map(|k| second[k][k].abs()).sum();
-    if !(volume.abs() > 0.0 && volume.is_finite() && size.is_finite()) {
-        return Mass::none();
+
+    /// Pyramids from the apex to all triangles, with density 1; `sign` maps their signed volumes to masses.
+    fn of_pyramids(triangles: &[Triangle], apex: Vec3<f64>, sign: fn(f64) -> f64) -> Self {
+        let mut moments = Self::none(apex);
+        for triangle in triangles {
+            let corners = triangle.map(|point| point + -apex);
+            let [a, b, c] = corners;
+            moments.add(sign(a.dot(b.cross(c)) / 6.0), corners, 4.0);
+        }
+        moments
     }
-    let sign = volume.signum();
-    let com = first * volume.recip();
-    let moment =
-        |i: usize, j: usize| sign * (second[i][j] - volume * com.component(i) * com.component(j));
-    let trace = moment(0, 0) + moment(1, 1) + moment(2, 2);
-    let entry = |i: usize, j: usize| if i == j { trace - moment(i, i) } else { -moment(i, j) };
-    let column = |j: usize| Vec3::new(entry(0, j), entry(1, j), entry(2, j));
-    let inertia = Mat3::from_columns(column(0), column(1), column(2));
-    Mass { mass: volume.abs(), com: com + origin, inertia }
+
+    /// Triangles with density 1 per area.
+    fn of_surface(triangles: &[Triangle], apex: Vec3<f64>) -> Self {
+        let mut moments = Self::none(apex);
+        for triangle in triangles {
+            moments.add(area(triangle), triangle.map(|point| point + -apex), 3.0);
+        }
+        moments
+    }
+
+    fn com(&self) -> Vec3<f64> {
+        self.apex + self.first * self.mass.recip()
+    }
+
+    /// Inertia about the apex.
+    fn inertia(&self) -> Mat3<f64> {
+        let trace: f64 = (0..3).map(|k| self.second[k][k]).sum();
+        let entry = |i: usize, j: usize| if i == j { trace } else { 0.0 } - self.second[i][j];
+        let column = |j: usize| Vec3::new(entry(0, j), entry(1, j), entry(2, j));
+        Mat3::from_columns(column(0), column(1), column(2))
+    }
+}
+
+/// Mass with the inertia about its centre. Triangles that face inwards give a negative volume.
+fn about_own_com(moments: Moments) -> Mass {
+    let com = moments.com();
+    let moved = steiner(moments.mass, com + -moments.apex);
+    let inertia = (moments.inertia() + moved * -1.0) * moments.mass.signum();
+    Mass { mass: moments.mass.abs(), com, inertia }
+}
+
+/// Mass by MuJoCo's rule `legacy`: the centre of mass from pyramids about the centroid of the surface, mass and
+/// inertia from pyramids about that centre.
+fn pyramids(triangles: &[Triangle], corner: Vec3<f64>) -> Mass {
+    let centroid = Moments::of_surface(triangles, corner).com();
+    let com = Moments::of_pyramids(triangles, centroid, f64::abs).com();
+    let moments = Moments::of_pyramids(triangles, com, f64::abs);
+    Mass { mass: moments.mass, com, inertia: moments.inertia() }
+}
+
+fn area([a, b, c]: &Triangle) -> f64 {
+    (*b + -*a).cross(*c + -*a).norm() / 2.0
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::triangles::read;
+
+    fn solid(triangles: &[Triangle]) -> Mass {
+        mass(triangles, Content::Solid)
+    }
 
     /// A box of 2 x 3 x 4 with a corner at (1, 1, 1), as OBJ with quadrangles.
     const BOX: &str = "v 1 1 1\nv 3 1 1\nv 3 4 1\nv 1 4 1\nv 1 1 5\nv 3 1 5\nv 3 4 5\nv 1 4 5\n\
@@ -88,6 +166,33 @@ mod tests {
     }
 
     #[test]
+    fn a_convex_solid_consists_of_pyramids_and_has_a_shell() {
+        let triangles =
+            read("a.obj", BOX.replace("f -6 -5 -1 -2", "f 2 3 7 6").as_bytes()).unwrap();
+        check(mass(&triangles, Content::Pyramids));
+        let shell = mass(&triangles, Content::Shell);
+        assert!((shell.mass - 52.0).abs() < 1e-12);
+        // About x: two plates 3 x 4 across the axis, and two pairs at half the edges from it.
+        let across = 24.0 * (9.0 + 16.0) / 12.0;
+        let along = 16.0 * (4.0 * 4.0 / 12.0 + 1.5 * 1.5);
+        let below = 12.0 * (3.0 * 3.0 / 12.0 + 2.0 * 2.0);
+        let expected = across + along + below;
+        assert!((shell.inertia.at(0, 0) - expected).abs() < 1e-11 * expected);
+    }
+
+    /// A cube with a pit down to its centre: pyramids that face the centre count twice.
+    #[test]
+    fn pyramids_overcount_what_is_not_convex() {
+        let with_pit = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n\
+            v 0 0 -0.5\nf 4 3 2 1\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n\
+            f 5 6 9\nf 6 7 9\nf 7 8 9\nf 8 5 9\n";
+        let triangles = read("a.obj", with_pit.as_bytes()).unwrap();
+        let exact = solid(&triangles);
+        assert!((exact.mass - 6.0).abs() < 1e-12);
+        assert!(mass(&triangles, Content::Pyramids).mass > 6.01);
+    }
+
+    #[test]
     fn broken_meshes_are_refused() {
         for (name, bytes) in [
             ("a.stl", &b""[..]),
@@ -97,6 +202,8 @@ mod tests {
             ("a.obj", b"v 1 2 3\nf 0 1 1"),
             ("a.obj", b"v 1 2 3\nf -9223372036854775808 1 1"),
             ("a.ply", b"ply"),
+            ("a.msh", b"\x03\0\0\0"),
+            ("a.msh", &[255; 64]),
         ] {
             assert!(read(name, bytes).is_err(), "{name}");
         }

@@ -10,6 +10,7 @@ mod description;
 mod extension;
 mod inertia;
 mod joint_motors;
+mod masses;
 mod meaning;
 mod mesh;
 mod mjcf;
@@ -132,6 +133,12 @@ fn describe(context: &Context<'_>, root: &Element, stem: &str) -> Option<Descrip
         "robot" => urdf::read(context, root, stem),
         "mujoco" => mjcf::read(context, root),
         "sdf" => sdf::read(context, root),
+        "mujocoinclude" => {
+            let message = "this is a part of an MJCF, not a whole robot".to_owned();
+            let help = "convert the file whose <include> names this one";
+            context.error("xml", message, &root.place(), help);
+            None
+        }
         other => {
             let message = format!("the root element {} is of no robot file", quoted(other));
             let help = "a URDF begins with <robot>, an MJCF with <mujoco>, an SDF with <sdf>";
@@ -146,16 +153,32 @@ fn describe(context: &Context<'_>, root: &Element, stem: &str) -> Option<Descrip
 fn write(context: &Context<'_>, source: &Source, mut robot: Description) -> Option<String> {
     let entries = std::mem::take(&mut robot.extensions);
     let left = extension::apply(context, &mut robot, entries);
+    if robot.bodies.len() == 1 {
+        let message = "the file has no moving body";
+        let help = match robot.format {
+            "URDF" => {
+                "its only link is the root, which is the ground here: for a floating robot, connect it to a \
+                 link `world` by a joint of type floating"
+            }
+            _ => "if it is a part that another file includes, convert that file",
+        };
+        context.push(Diagnostic::error("missing", message).help(help));
+        return None;
+    }
     meaning::fold(&mut robot);
     names::tidy(context, &mut robot);
     if !context.literal {
         meaning::simplify(context, &mut robot);
     }
+    names::separate(context, &mut robot);
     // Joints that the file contains in parts have their names only after merging.
     let left = extension::apply(context, &mut robot, left);
     extension::supersede(&mut robot);
     extension::note_left(context, left);
-    check_masses(context, &robot);
+    masses::check(context, &mut robot);
+    if context.has_errors() {
+        return None;
+    }
     let draft = text::Draft { file: file_name(&source.name), notes: &[], motion: None };
     let name = format!("{} as a model file", source.name);
     let read = |text: &str| {
@@ -182,18 +205,4 @@ fn write(context: &Context<'_>, source: &Source, mut robot: Description) -> Opti
         }
     }
     Some(text)
-}
-
-/// Reports unrealistically large masses but keeps them: exporters sometimes confuse units.
-fn check_masses(context: &Context<'_>, robot: &Description) {
-    /// Largest mass of a body that is not reported as unrealistic, kg.
-    const HEAVY: f64 = 1e5;
-    for body in robot.bodies.iter().filter(|body| body.mass > HEAVY) {
-        let message = format!(
-            "body {} has a mass of {:.3e} kg; if that is an error of units, correct the file",
-            quoted(&body.name),
-            body.mass
-        );
-        context.note(message, body.place.clone());
-    }
 }

@@ -79,3 +79,29 @@ pub(super) fn tidy(context: &Context<'_>, robot: &mut Description) {
     }
     robot.name = robot.name.chars().filter(|c| !c.is_control()).take(LONGEST).collect();
 }
+
+/// Renames joints with several degrees of freedom that have the name of a body: `ball.x` could be a coordinate of either.
+pub(super) fn separate(context: &Context<'_>, robot: &mut Description) {
+    let taken: HashSet<String> = (robot.joints.iter().map(|joint| &joint.name))
+        .chain(robot.bodies.iter().map(|body| &body.name))
+        .cloned()
+        .collect();
+    for joint in &mut robot.joints {
+        let is_body = robot.bodies.iter().any(|body| body.name == joint.name);
+        if !is_body || !joint.kind.has_scalar_coordinates() || joint.kind.dofs().len() < 2 {
+            continue;
+        }
+        let mut own = format!("{}_joint", joint.name);
+        let mut number = 2;
+        while taken.contains(&own) {
+            own = format!("{}_joint{number}", joint.name);
+            number += 1;
+        }
+        let message = format!(
+            "joint {} is named {own} here, because a body has its name",
+            quoted(&joint.name)
+        );
+        context.note(message, joint.place.clone());
+        joint.name = own;
+    }
+}

@@ -2,14 +2,14 @@
 //! that fix this position.
 
 use super::context::Context;
-use super::description::{Description, Joint};
+use super::description::Description;
 use super::text::Held;
 use crate::diagnostic::quoted;
 use crate::model_file::ModelFile;
 use stiction_core::dynamics::{InverseDynamics, Settings};
-use stiction_core::joint::{JointType, Motion};
-use stiction_core::kinematics::{Coordinate, Target, locks};
-use stiction_core::mechanism::{JointId, Mechanism};
+use stiction_core::joint::JointType;
+use stiction_core::kinematics::{AssemblyError, Coordinate, Target, locks};
+use stiction_core::mechanism::{BodyId, JointId, Mechanism};
 use stiction_core::spatial::Pose;
 
 /// Greatest change of a coordinate, rad or m, that is attributed to rounded numbers.
@@ -18,32 +18,40 @@ const SAME: f64 = 1e-6;
 /// Greatest number of degrees of freedom of all joints for which loops are closed here.
 const MOST: usize = 400;
 
-/// Coordinates of all joints of an open chain; `None` for robots with loops, gearings, balls or
-/// floating bodies.
-fn open_chain(robot: &Description) -> Option<Vec<Held>> {
-    let is_simple = |joint: &Joint| joint.kind == JointType::Fixed || !joint.dofs.is_empty();
-    let is_open = robot.joints.len() + 1 == robot.bodies.len();
-    let is_geared = !robot.gearings.is_empty() || !robot.gearing_tables.is_empty();
-    if is_geared || !is_open || !robot.joints.iter().all(is_simple) {
-        return None;
+type Fixed = Vec<(Coordinate, f64)>;
+
+/// Coordinates of all joints that are in no loop and have no gearing, with their values at the position of the file: those
+/// of joints with scalar coordinates, and the poses of bodies on free and spherical joints.
+fn outside_loops(robot: &Description) -> Fixed {
+    let (in_loops, poses) = (robot.in_loops(), robot.poses());
+    let mut fixed = Fixed::new();
+    for (index, joint) in robot.joints.iter().enumerate().filter(|(index, _)| !in_loops[*index]) {
+        for (dof, own) in joint.dofs.iter().enumerate() {
+            fixed.push((Coordinate::Joint { joint: JointId(index), dof }, own.position));
+        }
+        let (body, Some(pose)) = (BodyId(joint.to), poses[joint.to]) else { continue };
+        if joint.kind == JointType::Free {
+            let position = pose.position.to_array();
+            fixed.extend((0..3).map(|axis| (Coordinate::Position { body, axis }, position[axis])));
+        }
+        if matches!(joint.kind, JointType::Free | JointType::Spherical) {
+            let vector = pose.rotation.rotation_vector().to_array();
+            fixed.extend(
+                (0..3).map(|axis| (Coordinate::RotationVector { body, axis }, vector[axis])),
+            );
+        }
     }
-    let held = |joint: &Joint| -> Vec<Held> {
-        let dof = |(dof, own): (usize, &super::description::Coordinate)| Held {
-            name: joint.dof_name(dof),
-            value: own.position,
-            is_angle: joint.kind.dofs()[dof].motion != Motion::Translation,
-        };
-        joint.dofs.iter().enumerate().map(dof).collect()
-    };
-    Some(robot.joints.iter().flat_map(held).collect())
+    fixed
 }
 
-type Fixed = Vec<(Coordinate, f64)>;
+fn targets(fixed: &Fixed) -> Vec<Target<f64>> {
+    let target = |&(_, value): &(_, f64)| Target { value, rate: 0.0, acceleration: 0.0 };
+    fixed.iter().map(target).collect()
+}
 
 fn solver(model: &ModelFile, fixed: &Fixed) -> Option<InverseDynamics> {
     let coordinates: Vec<Coordinate> = fixed.iter().map(|(coordinate, _)| *coordinate).collect();
-    let target = |&(_, value): &(_, f64)| Target { value, rate: 0.0, acceleration: 0.0 };
-    let targets: Vec<Target<f64>> = fixed.iter().map(target).collect();
+    let targets = targets(fixed);
     let (mechanism, homes) = (model.mechanism.clone(), &model.initial_poses);
     InverseDynamics::new(mechanism, homes, &coordinates, &targets, Settings::default()).ok()
 }
@@ -56,8 +64,12 @@ pub(super) fn assemble(
     model: &ModelFile,
 ) -> Option<Vec<Held>> {
     let mechanism = &model.mechanism;
-    if let Some(held) = open_chain(robot) {
-        return Some(held);
+    let names = |fixed: Fixed| -> Vec<Held> {
+        fixed.into_iter().map(|(coordinate, value)| named(mechanism, coordinate, value)).collect()
+    };
+    let outside = outside_loops(robot);
+    if !robot.in_loops().contains(&true) {
+        return Some(names(outside));
     }
     let size: usize = mechanism.joints().iter().map(|joint| joint.joint_type.dofs().len()).sum();
     if size > MOST {
@@ -68,38 +80,46 @@ pub(super) fn assemble(
         context.note(message, None);
         return None;
     }
-    let found = locks(mechanism, &model.initial_poses, &[], &[]);
-    let free = match found {
-        Ok(free) => free,
+    let fixed = match with_locks(model, outside.clone()) {
+        Ok(fixed) => fixed,
         Err(error) => {
             let message = format!("the loops do not close: {error}");
             context.note(message.trim_end_matches('.'), None);
             return None;
         }
     };
-    let Some(assembled) = solver(model, &free) else {
+    let Some(assembled) = solver(model, &fixed) else {
         context.note("the loops do not close near the position of the file", None);
         return None;
     };
     take_position(context, robot, &assembled);
-    let held = by_motors(model, &assembled).unwrap_or(free);
-    Some(held.into_iter().map(|(coordinate, value)| named(mechanism, coordinate, value)).collect())
+    Some(names(by_motors(model, &assembled, &outside).unwrap_or(fixed)))
 }
 
-/// Coordinates of the motors, with further ones for motions that the motors do not determine.
-/// `None` if these do not fix the position of the robot.
-fn by_motors(model: &ModelFile, at: &InverseDynamics) -> Option<Fixed> {
+/// Adds coordinates that fix what the given ones leave open.
+fn with_locks(model: &ModelFile, fixed: Fixed) -> Result<Fixed, AssemblyError> {
+    let coordinates: Vec<Coordinate> = fixed.iter().map(|(coordinate, _)| *coordinate).collect();
+    let rest = locks(&model.mechanism, &model.initial_poses, &coordinates, &targets(&fixed))?;
+    Ok(fixed.into_iter().chain(rest).collect())
+}
+
+/// Coordinates of the motors and of joints outside of loops, with further ones for motions that these do not determine.
+/// `None` if they do not fix the position of the robot.
+fn by_motors(model: &ModelFile, at: &InverseDynamics, outside: &Fixed) -> Option<Fixed> {
     let mechanism = &model.mechanism;
-    let motors: Fixed = mechanism
+    let mut fixed: Fixed = mechanism
         .actuators()
         .map(|(joint, dof)| {
             let coordinate = Coordinate::Joint { joint, dof };
             (coordinate, at.joint_motion(joint, dof).value)
         })
         .collect();
-    if motors.is_empty() {
+    if fixed.is_empty() {
         return None;
     }
+    let is_further = |one: &&(Coordinate, f64)| fixed.iter().all(|(known, _)| *known != one.0);
+    let further: Fixed = outside.iter().filter(is_further).copied().collect();
+    fixed.extend(further);
     let same = |again: &InverseDynamics| {
         let (before, after) = (at.bodies(), again.bodies());
         let moved = |body: usize| {
@@ -110,14 +130,10 @@ fn by_motors(model: &ModelFile, at: &InverseDynamics) -> Option<Fixed> {
         (0..mechanism.bodies().len()).all(|body| moved(body) < limit)
     };
     // Bodies with a local passive rotation need no coordinate for it.
-    if solver(model, &motors).is_some_and(|again| same(&again)) {
-        return Some(motors);
+    if solver(model, &fixed).is_some_and(|again| same(&again)) {
+        return Some(fixed);
     }
-    let coordinates: Vec<Coordinate> = motors.iter().map(|(coordinate, _)| *coordinate).collect();
-    let target = |&(_, value): &(_, f64)| Target { value, rate: 0.0, acceleration: 0.0 };
-    let targets: Vec<Target<f64>> = motors.iter().map(target).collect();
-    let rest = locks(mechanism, &model.initial_poses, &coordinates, &targets).ok()?;
-    let all: Fixed = motors.into_iter().chain(rest).collect();
+    let all = with_locks(model, fixed).ok()?;
     solver(model, &all).is_some_and(|again| same(&again)).then_some(all)
 }
 

@@ -82,35 +82,103 @@ impl Element {
     }
 }
 
+/// Greatest number of prefixes for names that a file may use without declaring them.
+const MOST_PREFIXES: usize = 32;
+
+/// Text of a file in which all prefixes of names are declared.
+///
+/// The readers of URDF accept `<sensor:camera>` without a declaration of `sensor`, so files in use have such names.
+struct Declared {
+    text: String,
+    /// Offset at which the declarations were inserted, and their length.
+    at: usize,
+    inserted: usize,
+}
+
+impl Declared {
+    fn new(text: &str) -> Self {
+        Self {
+            text: text.to_owned(),
+            at: end_of_root_name(text).unwrap_or(text.len()),
+            inserted: 0,
+        }
+    }
+
+    fn declare(&mut self, prefix: &str) {
+        let declaration = format!(" xmlns:{prefix}=\"{prefix}\"");
+        self.text.insert_str(self.at, &declaration);
+        self.inserted += declaration.len();
+    }
+
+    /// Offset in the original text.
+    fn original(&self, offset: usize) -> usize {
+        if offset <= self.at { offset } else { offset.saturating_sub(self.inserted).max(self.at) }
+    }
+}
+
+/// Byte offset after the name in the first start tag.
+fn end_of_root_name(text: &str) -> Option<usize> {
+    let mut at = 0;
+    loop {
+        at += text[at..].find('<')?;
+        let rest = &text[at..];
+        let skipped = match rest.as_bytes().get(1)? {
+            b'?' => rest.find("?>")?,
+            b'!' if rest.starts_with("<!--") => rest.find("-->")?,
+            b'!' => rest.find('>')?,
+            _ => {
+                return rest
+                    .find(|c: char| c.is_whitespace() || c == '>' || c == '/')
+                    .map(|k| at + k);
+            }
+        };
+        at += skipped;
+    }
+}
+
 /// Parses a file into elements.
 ///
 /// # Errors
 /// The text is not well-formed XML, declares entities, or is nested too deeply.
 pub(super) fn parse(source: &Arc<Source>) -> Result<Element, Diagnostics> {
-    let options = roxmltree::ParsingOptions { nodes_limit: MOST_NODES, ..Default::default() };
-    let document =
-        roxmltree::Document::parse_with_options(&source.text, options).map_err(|error| {
-            let at = offset(&source.text, error.pos());
-            let (message, help) = match error {
-                roxmltree::Error::DtdDetected => (
-                    "the file declares its own entities (<!DOCTYPE>), which are not read"
-                        .to_owned(),
-                    "remove the declaration and write the values out",
-                ),
-                roxmltree::Error::UnknownNamespace(prefix, _) if prefix == "xacro" => {
-                    (XACRO.to_owned(), EXPAND_XACRO)
-                }
-                error => {
-                    let message = error.to_string();
-                    let message = message.split(" at ").next().unwrap_or_default().to_owned();
-                    (format!("the file is no well-formed XML: {message}"), "correct the XML")
-                }
-            };
-            Diagnostics::from(
-                Diagnostic::error("xml", message).at(Place::new(source, at..at), "").help(help),
-            )
-        })?;
-    build(document.root_element(), source)
+    let mut declared = Declared::new(&source.text);
+    for _ in 0..MOST_PREFIXES {
+        let options = roxmltree::ParsingOptions { nodes_limit: MOST_NODES, ..Default::default() };
+        let error = match roxmltree::Document::parse_with_options(&declared.text, options) {
+            Ok(document) => return build(document.root_element(), source, &declared),
+            Err(error) => error,
+        };
+        match error {
+            roxmltree::Error::UnknownNamespace(prefix, _) if prefix != "xacro" => {
+                declared.declare(&prefix);
+            }
+            error => {
+                let at = declared.original(offset(&declared.text, error.pos()));
+                return Err(refusal(&error, Place::new(source, at..at)));
+            }
+        }
+    }
+    let message = format!("more than {MOST_PREFIXES} prefixes of names are not declared");
+    let help = "declare them in the first element: xmlns:prefix=\"…\"";
+    Err(Diagnostic::error("xml", message).at(Place::new(source, 0..0), "").help(help).into())
+}
+
+fn refusal(error: &roxmltree::Error, place: Place) -> Diagnostics {
+    let (message, help) = match error {
+        roxmltree::Error::DtdDetected => (
+            "the file declares its own entities (<!DOCTYPE>), which are not read".to_owned(),
+            "remove the declaration and write the values out",
+        ),
+        roxmltree::Error::UnknownNamespace(prefix, _) if prefix == "xacro" => {
+            (XACRO.to_owned(), EXPAND_XACRO)
+        }
+        error => {
+            let message = error.to_string();
+            let message = message.split(" at ").next().unwrap_or_default().to_owned();
+            (format!("the file is no well-formed XML: {message}"), "correct the XML")
+        }
+    };
+    Diagnostics::from(Diagnostic::error("xml", message).at(place, "").help(help))
 }
 
 /// Byte offset of a line and column, both counted from 1, columns in characters.
@@ -123,18 +191,23 @@ fn offset(text: &str, position: roxmltree::TextPos) -> usize {
 }
 
 /// Copies the elements; not recursively, because files may be nested deeply.
-fn build(root: roxmltree::Node<'_, '_>, source: &Arc<Source>) -> Result<Element, Diagnostics> {
-    let mut open: Vec<(roxmltree::Node<'_, '_>, Element)> = vec![(root, element(root, source))];
+fn build(
+    root: roxmltree::Node<'_, '_>,
+    source: &Arc<Source>,
+    declared: &Declared,
+) -> Result<Element, Diagnostics> {
+    let element = |node| element(node, source, declared);
+    let mut open: Vec<(roxmltree::Node<'_, '_>, Element)> = vec![(root, element(root))];
     let mut next = root.first_element_child();
     loop {
         if let Some(node) = next {
             if open.len() >= DEEPEST {
                 let message = format!("elements are nested in more than {DEEPEST} levels");
-                let place = element(node, source).place();
+                let place = element(node).place();
                 let help = "flatten the file; robots need far fewer levels";
                 return Err(Diagnostic::error("xml", message).at(place, "").help(help).into());
             }
-            open.push((node, element(node, source)));
+            open.push((node, element(node)));
             next = node.first_element_child();
             continue;
         }
@@ -144,16 +217,16 @@ fn build(root: roxmltree::Node<'_, '_>, source: &Arc<Source>) -> Result<Element,
         next = node.next_sibling_element();
     }
     // The root is always returned above.
-    Ok(element(root, source))
+    Ok(element(root))
 }
 
-fn element(node: roxmltree::Node<'_, '_>, source: &Arc<Source>) -> Element {
+fn element(node: roxmltree::Node<'_, '_>, source: &Arc<Source>, declared: &Declared) -> Element {
     let tag = node.tag_name();
-    let start = node.range().start;
+    let start = declared.original(node.range().start);
     let attribute = |attribute: roxmltree::Attribute<'_, '_>| Attribute {
         name: attribute.name().to_owned(),
         value: attribute.value().to_owned(),
-        span: attribute.range(),
+        span: declared.original(attribute.range().start)..declared.original(attribute.range().end),
         source: Arc::clone(source),
     };
     let text: String =

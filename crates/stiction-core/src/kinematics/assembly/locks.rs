@@ -32,24 +32,34 @@ impl Given<'_> {
             assemble_partly(self.mechanism, topology, parameters, self.homes, prescribed)
                 .map_err(|missed| AssemblyError::Gap(self.gap_of(&missed)))?;
         self.refine_singular(&mut state);
-        let candidates = self.candidates();
-        let all = [self.coordinates, &candidates].concat();
-        let constraints = MotionConstraints::new(topology, &all, &[]);
-        let zero = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
-        let targets = vec![zero; all.len()];
-        let mut kinematics = Kinematics::new(topology, &constraints, &StaticLu::default());
-        let equations = PositionEquations::new(topology, parameters, &constraints, &targets);
-        equations.errors(&mut kinematics, &state);
-        let jacobian = equations.jacobian(&mut kinematics).to_dense();
-        let first = topology.closures() + self.coordinates.len();
-        let svd = Svd::new(&jacobian.rows(0, first).into_owned());
+        let (jacobian, _) = self.rows(&state, &[]);
+        let svd = Svd::new(&jacobian);
         let open = svd.null_space(svd.rank_of_order_one(dof::OPEN));
         if open.is_empty() {
             return Ok(Vec::new());
         }
-        // Rates of all candidates in the open motions; repeatedly lock the largest.
+        let candidates = self.candidates();
         let basis = DMatrix::from_columns(&open);
-        let mut rates: DMatrix<f64> = jacobian.rows(first, candidates.len()) * basis;
+        let mut rates = DMatrix::zeros(candidates.len(), open.len());
+        let mut values = vec![0.0; candidates.len()];
+        // All three components of a rotation vector together have other rows than one alone.
+        for axis in 0..3 {
+            let is_of = |coordinate: &Coordinate| match coordinate {
+                Coordinate::RotationVector { axis: own, .. } => *own == axis,
+                _ => axis == 0,
+            };
+            let group: Vec<usize> =
+                (0..candidates.len()).filter(|&k| is_of(&candidates[k])).collect();
+            let own: Vec<Coordinate> = group.iter().map(|&k| candidates[k]).collect();
+            let (jacobian, errors) = self.rows(&state, &own);
+            let first = errors.len() - own.len();
+            let moved = jacobian.rows(first, own.len()) * &basis;
+            for (row, &k) in group.iter().enumerate() {
+                rates.set_row(k, &moved.row(row));
+                values[k] = errors[first + row];
+            }
+        }
+        // Rates of all candidates in the open motions; repeatedly lock the largest.
         let mut locks = Vec::new();
         for _ in 0..open.len() {
             let sizes: Vec<f64> = rates.row_iter().map(|row| row.norm()).collect();
@@ -59,9 +69,22 @@ impl Given<'_> {
             let direction: DVector<f64> = rates.row(chosen).transpose() / sizes[chosen];
             let parts = &rates * &direction;
             rates -= parts * direction.transpose();
-            locks.push((candidates[chosen], kinematics.errors()[first + chosen]));
+            locks.push((candidates[chosen], values[chosen]));
         }
         Ok(locks)
+    }
+
+    /// Jacobian and errors of loop closure, the prescribed coordinates and `further` ones, whose targets are 0: the
+    /// rows of `further` are the last ones.
+    fn rows(&self, state: &State<f64>, further: &[Coordinate]) -> (DMatrix<f64>, Vec<f64>) {
+        let topology = self.topology;
+        let all = [self.coordinates, further].concat();
+        let constraints = MotionConstraints::new(topology, &all, &[]);
+        let targets = vec![Target { value: 0.0, rate: 0.0, acceleration: 0.0 }; all.len()];
+        let mut kinematics = Kinematics::new(topology, &constraints, &StaticLu::default());
+        let equations = PositionEquations::new(topology, self.parameters, &constraints, &targets);
+        equations.errors(&mut kinematics, state);
+        (equations.jacobian(&mut kinematics).to_dense(), kinematics.errors().to_vec())
     }
 
     /// Converts a violated condition to the remaining gap.

@@ -34,7 +34,7 @@ fn are_perpendicular(a: Vec3<f64>, b: Vec3<f64>) -> bool {
 }
 
 /// Size of the robot, m: the greatest distance of a joint from the origin of its bodies.
-fn size_of(robot: &Description) -> f64 {
+pub(super) fn size_of(robot: &Description) -> f64 {
     let frames = robot.joints.iter().flat_map(|joint| [joint.frame_j, joint.frame_k]);
     frames.map(|frame| frame.position.norm()).fold(0.0, f64::max).max(1e-6)
 }

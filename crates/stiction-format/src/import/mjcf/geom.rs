@@ -2,12 +2,12 @@
 
 use super::super::description::VisualMesh;
 use super::super::inertia::Mass;
-use super::super::mesh;
+use super::super::mesh::{self, Content};
 use super::super::solid::{capsule, cuboid, cylinder, ellipsoid};
 use super::super::xml::Element;
 use super::Reader;
 use crate::diagnostic::quoted;
-use crate::triangles;
+use crate::triangles::{self, Triangle};
 use std::collections::HashMap;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
@@ -150,7 +150,8 @@ impl Reader<'_, '_> {
                 let failed =
                     |why: String| format!("the mesh {} cannot be read: {why}", quoted(&path));
                 let bytes = (context.files)(&path).map_err(failed)?;
-                triangles::read(&path, &bytes).map_err(failed)?
+                let triangles = triangles::read(&path, &bytes).map_err(failed)?;
+                triangles.iter().map(|corners| corners.map(single)).collect()
             }
             (None, Some(vertices)) => {
                 let faces = mesh.list(context, "face").unwrap_or_default();
@@ -171,17 +172,44 @@ impl Reader<'_, '_> {
         let turn = mesh.numbers::<4>(context, "refquat");
         let turn = turn.and_then(super::super::rotation::quaternion).unwrap_or(Mat3::identity());
         let placed = |point: Vec3<f64>| {
-            let moved = turn.transpose() * (point + -position);
-            Vec3::new(moved.x * scale[0], moved.y * scale[1], moved.z * scale[2])
+            let turned = turn.transpose() * (point + -position);
+            Vec3::new(turned.x * scale[0], turned.y * scale[1], turned.z * scale[2])
         };
-        let triangles: Vec<_> = triangles.iter().map(|corners| corners.map(placed)).collect();
-        match mesh.get("inertia") {
-            None | Some("exact" | "legacy") => {}
-            Some(_) => {
-                let message = "inertias of shells and convex hulls are read as those of the solids";
+        let triangles: Vec<Triangle> =
+            triangles.iter().map(|corners| corners.map(placed)).collect();
+        let content = match mesh.get("inertia") {
+            Some("exact") => Content::Solid,
+            Some("shell") => Content::Shell,
+            Some("convex") => {
+                let message = "the inertia of the convex hull is read as that of the mesh";
                 context.note(message, Some(mesh.place()));
+                Content::Solid
             }
+            _ if self.settings.exact_meshes => Content::Solid,
+            _ => Content::Pyramids,
+        };
+        let mass = mesh::mass(&triangles, content);
+        if content == Content::Pyramids {
+            self.note_overcount(mesh, mass.mass / mesh::mass(&triangles, Content::Solid).mass);
         }
-        Ok(mesh::solid(&triangles))
+        Ok(mass)
     }
+
+    /// Notes that a mesh has more, or less, mass than it encloses; `ratio` of both.
+    fn note_overcount(&self, mesh: &Element, ratio: f64) {
+        // Below it, the mesh itself is less exact.
+        const NOTABLE: f64 = 0.01;
+        if (ratio - 1.0).abs() > NOTABLE {
+            let message = format!(
+                "by MuJoCo's default rule, the mesh has {ratio:.3} times the mass that it encloses: \
+                 write inertia=\"exact\" for the latter"
+            );
+            self.context.note(message, Some(mesh.place()));
+        }
+    }
+}
+
+/// Rounds to single precision, in which MuJoCo reads the vertices of all mesh files.
+fn single(point: Vec3<f64>) -> Vec3<f64> {
+    Vec3::from(point.to_array().map(|x| f64::from(x as f32)))
 }

@@ -28,6 +28,8 @@ pub(super) struct Settings {
     pub(super) least_inertia: f64,
     pub(super) total_mass: Option<f64>,
     pub(super) mesh_folder: String,
+    /// Meshes have the mass of the solid that they enclose, unless they state another rule.
+    pub(super) exact_meshes: bool,
     pub(super) strip_path: bool,
     pub(super) gravity: Vec3<f64>,
 }
@@ -52,6 +54,7 @@ impl Settings {
             least_inertia: 0.0,
             total_mass: None,
             mesh_folder: String::new(),
+            exact_meshes: false,
             strip_path: false,
             gravity: Vec3::new(0.0, 0.0, -9.81),
         };
@@ -79,6 +82,7 @@ impl Settings {
         self.autolimits = is_true(element, "autolimits").unwrap_or(self.autolimits);
         self.balance_inertia = is_true(element, "balanceinertia").unwrap_or(self.balance_inertia);
         self.strip_path = is_true(element, "strippath").unwrap_or(self.strip_path);
+        self.exact_meshes = is_true(element, "exactmeshinertia").unwrap_or(self.exact_meshes);
         match element.get("inertiafromgeom") {
             Some("true") => self.from_geoms = FromGeoms::Always,
             Some("false") => self.from_geoms = FromGeoms::Never,

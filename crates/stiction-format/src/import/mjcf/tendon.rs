@@ -61,7 +61,22 @@ impl Reader<'_, '_> {
         }
     }
 
-    fn read_fixed(&self, element: &Element) -> Option<Fixed> {
+    /// Makes the range of a tendon with one joint the range of this joint; returns `false` for several joints.
+    fn limit_joint(&mut self, joints: &[(usize, f64)], range: [f64; 2]) -> bool {
+        let &[(joint, coefficient)] = joints else { return false };
+        let [dof] = self.robot.joints[joint].dofs.as_mut_slice() else { return false };
+        let [a, b] = range.map(|length| length / coefficient);
+        let own = [a.min(b), a.max(b)];
+        let [lower, upper] = dof.range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+        let both = [lower.max(own[0]), upper.min(own[1])];
+        let is_range = coefficient != 0.0 && both[0] < both[1];
+        if is_range {
+            dof.range = Some(both);
+        }
+        is_range
+    }
+
+    fn read_fixed(&mut self, element: &Element) -> Option<Fixed> {
         let context = self.context;
         let list = |key: &str| element.list(context, key).unwrap_or_default();
         let left = |key: &str| {
@@ -70,9 +85,6 @@ impl Reader<'_, '_> {
         };
         if list("stiffness").iter().any(|value| *value != 0.0) {
             left("stiffness");
-        }
-        if list("range").iter().any(|value| *value != 0.0) {
-            left("range");
         }
         let value = |key: &str| list(key).first().copied().unwrap_or(0.0).max(0.0);
         let term = |joint: &Element| {
@@ -85,8 +97,15 @@ impl Reader<'_, '_> {
             Some((index?, joint.number(context, "coef").unwrap_or(1.0)))
         };
         let joints: Option<Vec<(usize, f64)>> = element.all("joint").map(term).collect();
+        let joints = joints?;
+        let range = element.numbers::<2>(context, "range").filter(|range| *range != [0.0; 2]);
+        if let Some(range) = range.filter(|_| element.get("limited") != Some("false"))
+            && !self.limit_joint(&joints, range)
+        {
+            left("range");
+        }
         Some(Fixed {
-            joints: joints?,
+            joints,
             armature: value("armature"),
             friction: value("frictionloss"),
             damping: value("damping"),

@@ -167,6 +167,11 @@ pub(super) fn read_mimic(
         context.error("mimic", format!("{} mimics itself", element.title()), &mimic.place(), help);
         return None;
     }
+    if robot.joints[own].kind == JointType::Fixed {
+        let message = "a fixed joint cannot follow another one: its <mimic> is left out";
+        context.note(message, Some(mimic.place()));
+        return None;
+    }
     let has_one = |joint: usize| robot.joints[joint].dofs.len() == 1;
     if !has_one(own) || !has_one(other) {
         let message = format!(

@@ -1,5 +1,6 @@
 //! Import of robot files of other programs.
 
+mod exporters;
 mod formats;
 mod gearings;
 mod hostile;

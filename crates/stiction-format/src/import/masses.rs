@@ -1,0 +1,68 @@
+//! Checks of masses and inertias before the model file is written, so that messages name the place in the robot file.
+
+use super::context::Context;
+use super::description::{Body, Description};
+use super::meaning::size_of;
+use crate::diagnostic::quoted;
+use nalgebra::Matrix3;
+
+/// Largest mass of a body that is not reported as unrealistic, kg.
+const HEAVY: f64 = 1e5;
+
+/// Relative size, in total masses times the square of the size of the robot, up to which a negative principal moment is
+/// taken for a rounding error of an exporter.
+const NEGLIGIBLE: f64 = 1e-8;
+
+/// Reports masses that are unrealistically large, since exporters sometimes confuse units; replaces negative principal
+/// moments of inertia by zero if they are negligible for the robot, and refuses them otherwise.
+pub(super) fn check(context: &Context<'_>, robot: &mut Description) {
+    let size = size_of(robot);
+    let total: f64 = robot.bodies.iter().map(|body| body.mass.max(0.0)).sum();
+    let slack = NEGLIGIBLE * total * size * size;
+    for body in &mut robot.bodies {
+        if body.mass > HEAVY {
+            let message = format!(
+                "body {} has a mass of {:.3e} kg; if that is an error of units, correct the file",
+                quoted(&body.name),
+                body.mass
+            );
+            context.note(message, body.place.clone());
+        }
+        raise_moments(context, body, slack);
+    }
+}
+
+/// Raises negative principal moments of at most `slack`, kg m², to zero, and refuses larger ones.
+fn raise_moments(context: &Context<'_>, body: &mut Body, slack: f64) {
+    let tensor = Matrix3::from(body.inertia);
+    if !tensor.iter().all(|entry| entry.is_finite()) {
+        return;
+    }
+    let eigen = tensor.symmetric_eigen();
+    let least = eigen.eigenvalues.min();
+    // The model file allows such a rounding error.
+    if least >= -1e-9 * tensor.amax() {
+        return;
+    }
+    if least >= -slack {
+        let message = format!(
+            "the inertia of body {} has the negative principal moment {:.2e} kg m², a rounding error of \
+             the file: it is set to 0",
+            quoted(&body.name),
+            least
+        );
+        context.note(message, body.place.clone());
+        let moments = Matrix3::from_diagonal(&eigen.eigenvalues.map(|moment| moment.max(0.0)));
+        let raised = eigen.eigenvectors * moments * eigen.eigenvectors.transpose();
+        body.inertia = ((raised + raised.transpose()) * 0.5).into();
+    } else if let Some(place) = &body.place {
+        let message = format!(
+            "the inertia of body {} has the negative principal moment {:.2e} kg m², which no body has",
+            quoted(&body.name),
+            least
+        );
+        let help = "correct the inertia; a frequent cause are products of inertia with the wrong sign \
+                    or unit";
+        context.error("inertia", message, place, help);
+    }
+}

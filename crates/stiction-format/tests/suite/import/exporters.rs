@@ -1,0 +1,84 @@
+//! Peculiarities of robot files that published packages contain, and that their programs accept.
+
+use super::tree::{convert, model, refused};
+use stiction_core::joint::JointType;
+
+const LINK: &str = "<inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial>";
+
+fn notes(imported: &stiction_format::Imported) -> String {
+    imported.notes.iter().map(|note| note.line() + "\n").collect()
+}
+
+/// Two links on a base, with further text before the end.
+fn robot(tail: &str, inertia: &str) -> String {
+    format!(
+        "<?xml version='1.0'?>\n<!-- <robot> -->\n<robot name='r'><link name='base'/>\n<link name='a'>{LINK}</link>\n\
+         <link name='b'>{inertia}</link>\n<joint name='j' type='continuous'><parent link='base'/><child link='a'/>\
+         <axis xyz='0 0 1'/></joint>\n<joint name='k' type='fixed'><parent link='a'/><child link='b'/>\
+         <mimic joint='j'/></joint>\n{tail}</robot>"
+    )
+}
+
+#[test]
+fn undeclared_prefixes_and_fixed_followers_are_noted() {
+    let text = robot("<sensor:camera kind='x' sensor:kind='y'/>\n<other:thing/>", LINK);
+    let imported = convert("r.urdf", &text);
+    let said = notes(&imported);
+    assert!(said.contains("r.urdf:8: <camera> has no counterpart"), "{said}");
+    assert!(said.contains("r.urdf:9: <thing> has no counterpart"), "{said}");
+    assert!(said.contains("r.urdf:7: a fixed joint cannot follow"), "{said}");
+    // Places of errors are those of the file, also behind the first element.
+    let wrong = text.replace("<other:thing/>", "<other:thing></robot>");
+    let said = refused("r.urdf", &wrong);
+    assert!(said.contains("no well-formed XML") && said.contains("r.urdf:9:"), "{said}");
+    let many: String = (0..40).map(|k| format!("<p{k}:x/>")).collect();
+    assert!(refused("r.urdf", &robot(&many, LINK)).contains("are not declared"));
+}
+
+#[test]
+fn negative_moments_are_raised_or_refused() {
+    let inertia = |xx: &str| LINK.replace("ixx='1'", &format!("ixx='{xx}'"));
+    let with_size =
+        |xx: &str| robot("", &inertia(xx)).replace("<axis", "<origin xyz='1 0 0'/><axis");
+    let imported = convert("r.urdf", &with_size("-3e-9"));
+    assert!(notes(&imported).contains("negative principal moment -3.00e-9 kg m²"));
+    let body = &model(&imported).mechanism.bodies()[2];
+    assert!(body.principal_moments()[0] >= 0.0 && body.principal_moments()[2] == 1.0);
+    let said = refused("r.urdf", &with_size("-0.02"));
+    assert!(said.contains("r.urdf:5:") && said.contains("which no body has"), "{said}");
+}
+
+#[test]
+fn parts_of_a_robot_are_named_as_such() {
+    let said = refused("a.xml", "<mujocoinclude><body/></mujocoinclude>");
+    assert!(said.contains("a part of an MJCF") && said.contains("<include>"), "{said}");
+    let said = refused("a.xml", "<mujoco><default/></mujoco>");
+    assert!(said.contains("no moving body"), "{said}");
+}
+
+/// Three joints of a planar body have its name in common.
+#[test]
+fn a_joint_and_its_body_have_different_names() {
+    let text = "<mujoco><worldbody><body name='ball'><joint name='ball_x' type='slide' axis='1 0 0'/>
+        <joint name='ball_z' type='slide' axis='0 0 1'/><joint name='ball_y' axis='0 1 0'/>
+        <geom size='.1'/></body><body name='ball_'><joint name='h'/><geom size='.1'/></body></worldbody></mujoco>";
+    let imported = convert("r.xml", text);
+    let mechanism = model(&imported).mechanism;
+    let planar = &mechanism.joints()[0];
+    assert_eq!((planar.joint_type, planar.name.as_str()), (JointType::Planar, "ball_joint"));
+}
+
+#[test]
+fn the_range_of_a_tendon_with_one_joint_is_that_of_the_joint() {
+    let text = "<mujoco><worldbody><body name='a'><joint name='j' range='-90 20'/><geom size='.1'/>
+        <body name='b'><joint name='k'/><geom size='.1'/></body></body></worldbody><tendon>
+        <fixed name='s' range='-1 2'><joint joint='j' coef='-2'/></fixed>
+        <fixed name='t' range='-1 2'><joint joint='j' coef='1'/><joint joint='k' coef='1'/></fixed>
+        </tendon></mujoco>";
+    let imported = convert("r.xml", text);
+    let (lower, upper) = model(&imported).mechanism.joints()[0].ranges[0].limits;
+    assert!((lower + 1.0).abs() < 1e-12 && (upper - 20_f64.to_radians()).abs() < 1e-12);
+    assert!(
+        notes(&imported).contains("r.xml:4: `range` of a tendon that couples joints is left out")
+    );
+}
