@@ -9,7 +9,7 @@ use std::io::{self, BufReader, BufWriter, Read, Seek, Write};
 use stiction_core::mechanism::Mechanism;
 use stiction_core::spatial::{Pose, Vec3};
 
-/// Topic of the joint states; the one that [`stiction_format`] reads among several.
+/// Topic of the joint states. [`stiction_format`] reads this topic if a log has several.
 const JOINT_STATES: &str = "/joint_states";
 /// Topic of the skeleton.
 const SCENE: &str = "/scene";

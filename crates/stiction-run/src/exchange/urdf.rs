@@ -215,7 +215,7 @@ impl Writer<'_> {
             self.xml.empty("axis", &[("xyz", "0 0 1".into())]);
         }
         if matches!(word, "prismatic" | "revolute") {
-            // The format requires limits: such wide ones are none.
+            // The format requires limits. A missing limit becomes a very wide one.
             let (lower, upper) = range.unwrap_or((-WIDE, WIDE));
             let [effort, rate] = [effort, rate].map(|limit| limit.unwrap_or(WIDE));
             let limits =
@@ -331,7 +331,8 @@ impl Writer<'_> {
         entries.extend(extension::reversed(mechanism, self.reversed.iter().copied()));
         entries.extend(extension::coordinates(self.home));
         for Entry { kind, name, text } in entries {
-            // The coordinates of the file are those of the model.
+            // Coordinates in URDF equal those of the model, so the home coordinates are start
+            // coordinates.
             let kind = if kind == "coordinates" { "start" } else { kind };
             self.xml.text(extension::tag(kind), &[("name", name)], &text);
         }

@@ -82,7 +82,7 @@ pub(super) fn expected(
             (combination.leader, expected)
         })
         .collect();
-    // In the order of the catalogue.
+    // Sorts by the order of the parameter catalogue.
     all.sort_by_key(|(leader, _)| *leader);
     Some(all.into_iter().map(|(_, expected)| expected).collect())
 }

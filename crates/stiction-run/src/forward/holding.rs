@@ -128,7 +128,8 @@ impl Job<'_> {
 
     /// Ranges of the efforts at a position of rest, found without friction.
     fn ranges(&self, state: &State<f64>) -> Result<Vec<HoldingRange>, Error> {
-        // The tree of that state: simulations of friction may have shafts in addition.
+        // The state refers to the tree of the model without friction. With friction the tree may
+        // contain additional motor shafts.
         let tree = Forward::new(self.model.mechanism.without_friction(), &[]);
         let forward = &tree;
         let mut bodies = Bodies::new(forward.topology());

@@ -141,7 +141,7 @@ pub(super) fn chosen_efforts(
     log: &MeasuredLog,
 ) -> Result<(Vec<EffortColumn>, bool), Error> {
     let count = mechanism.actuators().count();
-    // Tables of inverse dynamics have the efforts of joints and of their motors.
+    // A table of inverse dynamics contains the efforts of the joints and of their motors.
     let (mut found, mut by_motors) = (vec![None; count], vec![None; count]);
     let mut twice = None;
     for (index, column) in log.log.columns.iter().enumerate() {

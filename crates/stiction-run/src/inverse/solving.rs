@@ -37,7 +37,8 @@ pub(super) struct ChunkResults {
     has_failed: bool,
 }
 
-/// Inputs of the last sample with forces. A mechanism that stays where it is under the same loads has the same forces.
+/// Inputs of the last sample with forces. If the next sample has the same state and loads, it has
+/// the same forces.
 struct SolvedAt {
     state: State<f64>,
     loads: Vec<AppliedLoad<f64>>,
