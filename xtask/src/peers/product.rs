@@ -13,18 +13,19 @@ use std::time::Instant;
 
 /// Number of rounds; the least time of each command counts.
 const ROUNDS: usize = 7;
-/// The program with which everything is compared, and the number of states in a batch.
+/// Recorded program with which all commands are compared; `BATCH` is the number of states in a
+/// batch.
 const PROGRAM: &str = "inverse_friction";
 const BATCH: usize = 20_000;
 
-/// A command in two lengths.
+/// Command that is run with two numbers of samples.
 struct Case {
     model: &'static str,
-    /// Key of its ratio.
+    /// Key of its ratio in the results.
     ratio: &'static str,
-    /// Motion instead of the default one: at rest.
+    /// Motion at rest that replaces the default motion; `None` for the default motion.
     motion: Option<&'static str>,
-    /// Times between samples.
+    /// Times between samples, as the command line gives them.
     steps: [&'static str; 2],
     writes_tables: bool,
 }
