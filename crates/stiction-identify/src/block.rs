@@ -53,7 +53,7 @@ impl Block {
 }
 
 impl Dwells {
-    /// Keeps the dwells for which `keep` holds, by their index.
+    /// Keeps the dwells for whose index `keep` returns true.
     pub fn retain(&mut self, keep: impl Fn(usize) -> bool) {
         let kept: Vec<usize> = (0..self.bounds.len()).filter(|&k| keep(k)).collect();
         self.matrix = self.matrix.select_rows(&kept);

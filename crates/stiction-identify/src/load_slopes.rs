@@ -58,7 +58,7 @@ impl<'a> LoadSlopes<'a> {
             let mut varied = present.map(D::constant);
             varied[place] = D::variable(present[place], direction);
             let slopes = physical::central(&varied);
-            // Only this direction is copied, because other directions may belong to this body, too.
+            // Only this direction is copied, because other directions may also belong to this body.
             parameters.mass[body].slope[direction] = slopes.0.slope[direction];
             let copy = |to: &mut Vec3<D>, from: &Vec3<D>| {
                 to.x.slope[direction] = from.x.slope[direction];

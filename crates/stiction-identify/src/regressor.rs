@@ -154,7 +154,8 @@ impl Regressor {
     /// Computes the columns for positions, rates and accelerations of the prescribed coordinates.
     ///
     /// # Errors
-    /// The reason why efforts have no solution. The next call then starts from the last valid position.
+    /// Reason why the efforts have no solution. The next call then starts from the last valid
+    /// position.
     pub fn at(&mut self, q: &[f64], v: &[f64], a: &[f64]) -> Result<Columns, Status> {
         let status = self.efforts_at(q, v, a);
         if !status.is_converged() && !self.compiled_again(q, v, a) {
@@ -491,7 +492,7 @@ impl Regressor {
     /// [`Self::engine_parameters`], `data` that of [`Self::engine_data`].
     ///
     /// # Errors
-    /// The reason why the forces have no solution.
+    /// Reason why the forces have no solution.
     pub fn loads(
         &self,
         engine: &Parameters<f64>,

@@ -86,7 +86,7 @@ pub struct Comparison {
     rows: Vec<Row>,
 }
 
-/// One headline figure in several runs; `None` for runs that do not have this figure.
+/// Headline figure with its values in several runs; `None` for runs that do not have this figure.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Row {
     headline: Headline,
@@ -94,7 +94,7 @@ pub(super) struct Row {
 }
 
 impl Row {
-    /// The figure of the first run that has it.
+    /// Figure of the first run that has it.
     pub(super) fn headline(&self) -> &Headline {
         &self.headline
     }

@@ -28,8 +28,8 @@ pub(crate) struct MotorLoad {
 /// to rounding.
 const STILL: f64 = 1e-9;
 
-/// Time at speeds of each order of magnitude. The speed from which on a motor counts as turning depends on the peak
-/// speed, which is known only at the end.
+/// Time at speeds of each order of magnitude. The least speed at which a motor counts as turning
+/// depends on the peak speed, which is known only at the end.
 #[derive(Clone, Debug, Default)]
 struct Speeds {
     last: Option<(f64, i32)>,

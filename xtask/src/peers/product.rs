@@ -1,7 +1,7 @@
 //! Cost of a sample of the commands that users type, relative to our recorded program for one state.
 //!
-//! A command runs with few and with many samples; the difference of the times leaves out the start. The
-//! rounds alternate with batches of the program, as those of the engines do.
+//! A command runs with few and with many samples, so that the difference of the times does not
+//! contain its start. The rounds alternate with batches of the program, like those of the engines.
 
 use super::Trouble;
 use super::build::Programs;

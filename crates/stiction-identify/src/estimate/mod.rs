@@ -71,7 +71,8 @@ pub struct Estimate {
     pub noise: Vec<f64>,
     /// Mean squared weighted residual of left-out blocks, relative to that of the fit.
     pub left_out_ratio: f64,
-    /// The same ratio for estimates without prior; infinite if the data alone do not determine the values.
+    /// Ratio `left_out_ratio` for estimates without prior; infinite if the data alone do not
+    /// determine the values.
     pub left_out_ratio_plain: f64,
     /// Number of independent samples in all rows.
     pub samples: f64,

@@ -209,7 +209,8 @@ impl Scene {
         Ok(json!({ "entities": entities.collect::<Vec<_>>() }))
     }
 
-    /// A body whose joints are at `points` in the world. The ground consists of its joints only.
+    /// Returns the scene entity of a body whose joints are at `points` in the world. The ground
+    /// consists of its joints only.
     fn entity(&self, stamp: &Value, name: &str, points: &[Vec3<f64>], is_ground: bool) -> Value {
         let [thickness, size] = self.sizes;
         let sum = points.iter().fold(Vec3::zero(), |sum, point| sum + *point);

@@ -130,7 +130,7 @@ fn ascend(
             length *= 0.5;
         }
         let Some((x, better, sweep)) = found else {
-            // Restarts once along the gradient. If that fails, too, the point is a maximum within
+            // Restarts once along the gradient. If that also fails, the point is a maximum within
             // the accuracy of finite differences.
             if inverse.take().is_some() {
                 continue;

@@ -121,8 +121,8 @@ pub(super) fn scale_unknown(objective: &mut Objective, sweep: &Sweep) {
     }
 }
 
-/// Tries every payload of the model that is not in the plan, and notes for each confounded pair the one that separates
-/// it best.
+/// Tries every payload of the model that is not in the plan, and records for each confounded pair
+/// the payload that separates it best.
 pub(super) fn suggest_payloads(
     model: &ModelFile,
     settings: &ExciteSettings,

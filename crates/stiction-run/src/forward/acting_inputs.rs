@@ -39,7 +39,7 @@ pub(super) struct Acting<'a> {
     forward: &'a Forward,
     job: &'a Job<'a>,
     sources: Vec<MotionSource<'a>>,
-    /// Motion of the whole mechanism, for prescribed actuators that have no signal of their own.
+    /// Motion of the whole mechanism, for prescribed actuators without their own signal.
     leader: Option<Guide<'a>>,
     /// Reference motions of the actuators that follow the motion.
     references: References<'a>,

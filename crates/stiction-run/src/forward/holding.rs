@@ -91,7 +91,8 @@ impl Job<'_> {
     /// Computes the effect of static friction at an equilibrium that was found without friction.
     ///
     /// # Errors
-    /// The same error as at the start of a simulation, if the mechanism cannot be assembled at the equilibrium.
+    /// Fails like the start of a simulation, if the mechanism cannot be assembled at the
+    /// equilibrium.
     pub fn holding(&self, found: &Equilibrium) -> Result<Holding, Error> {
         if !self.load.payloads.is_empty() {
             let (model, load) = self.with_payloads()?;

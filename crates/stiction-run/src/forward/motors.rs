@@ -1,7 +1,8 @@
 //! Motors of the drive trains in a simulation.
 //!
-//! The effort of an actuator with a drive train is the torque of its motor times the transmission: the rotor, the
-//! friction of the motor and the loss of the gear belong to the mechanism on which this effort acts.
+//! The effort of an actuator with a drive train is the torque of its motor times the transmission.
+//! The rotor, the friction of the motor and the loss of the gear belong to the mechanism on which
+//! this effort acts.
 
 use crate::error::Error;
 use stiction_core::kinematics::{Bodies, Target};

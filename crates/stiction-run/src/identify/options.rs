@@ -1,4 +1,4 @@
-//! Options of identification: a TOML file beside the logs.
+//! Options of identification: a TOML file next to the logs.
 
 use super::IdentifyError as Error;
 use stiction_format::{

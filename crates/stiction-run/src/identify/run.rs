@@ -75,7 +75,7 @@ pub struct Prediction {
     pub error_percent: Vec<(String, Option<f64>)>,
     /// Root mean square of the residuals of each actuator, N or N m.
     pub residual: Vec<f64>,
-    /// The same errors for the unchanged model, percent.
+    /// Errors of the unchanged model, in the form of `error_percent`, percent.
     pub prior_percent: Vec<Option<f64>>,
 }
 
@@ -111,7 +111,7 @@ pub struct Identified {
     pub strength: f64,
     /// Mean squared residual of left-out blocks of the logs, relative to that of the fit.
     pub left_out: f64,
-    /// The same ratio for least squares without prior.
+    /// Ratio `left_out` for least squares without prior.
     pub left_out_plain: f64,
     /// Cut-off frequency of the filter of each log, Hz; `None` for tables of steady motions.
     pub cutoffs: Vec<Option<f64>>,

@@ -134,8 +134,8 @@ impl ShareCurves {
         }
     }
 
-    /// Figure with a panel for each actuator and its largest contributions. An interface has its colour of
-    /// `colours` unless another one of the panel has it, too.
+    /// Figure with a panel for each actuator and its largest contributions. An interface has its
+    /// colour in `colours`, unless another interface of the panel has the same colour.
     pub(super) fn figure(
         self,
         names: &Names,

@@ -13,7 +13,7 @@ pub(super) enum Kind {
     Ball,
 }
 
-/// One MJCF joint of the sequence that together replaces a joint of the mechanism.
+/// MJCF joint of the sequence that replaces a joint of the mechanism.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Step {
     pub(super) kind: Kind,

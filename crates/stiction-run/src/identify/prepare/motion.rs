@@ -184,9 +184,9 @@ pub(super) fn steady(used: &Used<'_>, chosen: &[Chosen]) -> Motion {
     }
 }
 
-/// Computes the motion from filtered positions. A coordinate without a position column is integrated from its filtered
-/// rate, starting at its position in the model. Gaps are not interpolated: each piece between gaps is filtered on its
-/// own.
+/// Computes the motion from filtered positions. A coordinate without a position column is
+/// integrated from its filtered rate, starting at its position in the model. Gaps are not
+/// interpolated: each piece between gaps is filtered separately.
 pub(super) fn filtered(
     used: &Used<'_>,
     chosen: &[Chosen],

@@ -20,8 +20,8 @@ const RESTING: f64 = 0.02;
 const HARMLESS: f64 = 0.05;
 /// Largest number of instants whose poses are kept, for the moving robot of the report.
 const SHOWN: usize = 600;
-/// Signals of each actuator beside its columns: known effort, two kinds of rest, direction, rate, and those of
-/// efforts that the model may lack.
+/// Number of signals of each actuator in addition to its columns: known effort, two kinds of rest,
+/// direction, rate, and those of efforts that the model may lack.
 const EXTRA: usize = 5 + effects::FILTERED.len();
 
 /// Columns of the model at the instants of the regressor, before filtering.
