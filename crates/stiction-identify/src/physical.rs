@@ -207,8 +207,8 @@ mod tests {
                 prior.divergence(&other).unwrap()
             };
             let slope = (moved(step).value - moved(-step).value) / (2.0 * step);
-            // Central differences of step 1e-6: truncation errors are near 1e-12 third derivatives,
-            // round-off is near 1e-10.
+            // Central differences of step 1e-6: truncation errors are about 1e-12 times the third
+            // derivatives, round-off is about 1e-10.
             assert!((slope - found.gradient[k]).abs() < 1e-6 * (1.0 + slope.abs()), "{k}");
             let bend = (moved(step).gradient - moved(-step).gradient) / (2.0 * step);
             let error = (bend - found.hessian.column(k)).norm();

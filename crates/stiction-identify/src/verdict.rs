@@ -99,7 +99,7 @@ impl Verdict {
             true if resolution < 0.5 && sigma > PRECISE_CONFOUNDED * size => Self::NotExcited,
             true => Self::FitsOnly,
             false if resolution < 0.02 => Self::NotExcited,
-            // The correlated parameter compensates any value of this one.
+            // The correlated parameter can compensate any value of this one.
             false if correlation > CONFOUNDED && sigma > size => Self::NotExcited,
             false => Self::FitsOnly,
         }

@@ -165,8 +165,7 @@ mod tests {
                 let (a, b) = (normal(), normal());
                 let (x, y) = (a - beyond, 0.8 * a + 0.6 * b);
                 if x >= 0.0 {
-                    // Errors about the mode, which lies at the bound: x = 0, where a = beyond, and
-                    // y = 0.8 a.
+                    // Errors about the mode, which lies at the bound: x = 0 and y = 0.8 beyond.
                     sums[0] += x * x;
                     sums[1] += (y - 0.8 * beyond).powi(2);
                     count += 1.0;
@@ -195,7 +194,7 @@ mod tests {
         let mut random = Random::new(3);
         assert_eq!(lags(&mut |_| random.number()), LAGS);
         let slow = lags(&mut |k| if (k / 100) % 2 == 0 { 1.0 } else { -1.0 });
-        // Its autocorrelation falls linearly to zero at fifty rows; twice that is taken.
+        // The autocorrelation falls linearly to zero at fifty rows; the lags reach twice as far.
         assert!((90..=100).contains(&slow), "{slow}");
     }
 }

@@ -71,7 +71,7 @@ pub fn json(home: &Home<'_>) -> Value {
         "joints": joints.collect::<Vec<_>>(),
         "springs": mechanism.springs().iter().map(spring).collect::<Vec<_>>(),
     });
-    // Only mechanisms with such springs have these entries.
+    // Only mechanisms with springs on joints have these entries.
     if !mechanism.joint_springs().is_empty() {
         let each = mechanism.joint_springs().iter().map(|spring| {
             json!({

@@ -86,7 +86,7 @@ pub fn urdf(home: &Home<'_>) -> Result<Urdf, Unfit> {
 /// to its successor, false if it is reversed.
 fn tree(mechanism: &Mechanism) -> Vec<(usize, bool)> {
     let joints = mechanism.joints();
-    // Loops are closed preferably at balls and rigid connections, and not at motors.
+    // Loops are preferably closed at spherical and fixed joints, and not at joints with motors.
     let rank = |joint: &Joint| match joint.joint_type {
         JointType::Free => 4,
         JointType::Spherical => 3,

@@ -10,7 +10,7 @@ use stiction_core::kinematics::Target;
 use stiction_core::mechanism::{JointId, Mechanism};
 use stiction_core::spatial::Pose;
 
-/// Used fraction of the limit on the singularity index from which on the barrier acts.
+/// Used fraction of the limit on the singularity index above which the barrier acts.
 const NEAR: f64 = 0.5;
 /// Relative step of finite differences.
 const STEP: f64 = 1e-6;

@@ -85,8 +85,8 @@ impl Work for Solving<'_> {
         sample: usize,
         time: f64,
     ) -> Result<(), Error> {
-        // Forces jump where a part is picked up or placed; the results include both sides.
         let postpones = self.job.indices == Indices::Least;
+        // Forces jump where a part is picked up or placed; the results include both sides.
         let sides = [Side::Before, Side::After];
         let jumps = self.job.load.jumps_at(time);
         for side in sides.into_iter().skip(usize::from(!jumps)) {
