@@ -88,8 +88,8 @@ fn playground() -> Ended {
     ended(succeeds(&mut cargo(&["test", "--locked", "-p", "stiction-playground"])))
 }
 
-/// Installs axe-core below `target` by its lock file, and examines pages of all commands with it; those of the
-/// playground, if it is built.
+/// Installs axe-core below `target` by its lock file, and examines the pages of all commands with
+/// it. Includes the pages of the playground if they are built.
 fn accessibility() -> Ended {
     if !runs(Command::new("npm").arg("--version")) {
         return Ended::Skipped("npm is not installed".to_owned());
@@ -200,8 +200,9 @@ fn number(version: &str) -> [u32; 3] {
     [(); 3].map(|()| parts.next().unwrap_or(0))
 }
 
-/// Checks the oldest supported compiler: against the versions that dependencies declare, and with our own code,
-/// compiled by it where it is installed, else by clippy's lint for newer library functions.
+/// Checks the oldest supported compiler against the versions that dependencies declare. Compiles
+/// our own code with it if it is installed; otherwise checks our code by clippy's lint for newer
+/// library functions.
 fn oldest_compiler() -> Ended {
     let Some(packages) = packages(true) else { return Ended::Failed };
     let of = |package: &Value| package["rust_version"].as_str().map(str::to_owned);
@@ -280,7 +281,7 @@ fn dependencies() -> Ended {
     })
 }
 
-/// Checks dependencies against the advisory database; skipped if that cannot be fetched.
+/// Checks dependencies against the advisory database; skipped if the database cannot be fetched.
 fn advisories() -> Ended {
     without_deny().unwrap_or_else(|| match runs(&mut cargo(&["deny", "fetch", "db"])) {
         true => ended(succeeds(&mut cargo(&["deny", "check", "advisories"]))),

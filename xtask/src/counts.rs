@@ -12,7 +12,7 @@ use std::process::{Command, ExitCode, Stdio};
 const FILE: &str = "crates/stiction-run/benches/counts.json";
 /// Relative increase that fails the comparison.
 const TOLERANCE: f64 = 0.03;
-/// Counts with the greatest accepted ratio to another one: motors must not make a sample dear.
+/// Pairs of counts with the greatest accepted ratio: motors must not make a sample expensive.
 const RATIOS: [(&str, &str, f64); 1] = [("gough/run-geared", "gough/run", 1.3)];
 
 pub(crate) fn counts(mut arguments: impl Iterator<Item = String>) -> ExitCode {

@@ -1,8 +1,9 @@
 //! `cargo xtask dist`: archives of the program for machines without a compiler, in `target/dist`.
 //!
-//! An archive holds the program, the library of plant FMUs, a manual page, completions for shells, and the licences of
-//! everything that is linked into the program; `SHA256SUMS` has the checksums of all archives in the folder. The target of Linux is musl: such a
-//! program is static and runs on any distribution.
+//! An archive contains the program, the library of plant FMUs, a manual page, completions for
+//! shells, and the licences of everything that is linked into the program. `SHA256SUMS` has the
+//! checksums of all archives in the folder. The target of Linux is musl: such a program is static
+//! and runs on any distribution.
 
 use crate::{cargo, succeeds, viewer};
 use serde_json::Value;
@@ -56,7 +57,7 @@ pub(crate) fn host() -> Option<String> {
     text.lines().find_map(|line| line.strip_prefix("host: ").map(str::to_owned))
 }
 
-/// The static target of a Linux machine; its own target elsewhere.
+/// Usual target of a release: on Linux the static target, elsewhere that of the machine.
 fn usual(host: &str) -> String {
     host.replace("-linux-gnu", "-linux-musl")
 }
@@ -96,7 +97,7 @@ fn archive(target: &str, host: &str) -> Result<(), String> {
     for document in DOCUMENTS {
         fs::copy(document, folder.join(document)).map_err(|e| format!("{document}: {e}"))?;
     }
-    // A program for another machine does not run here; the texts are those of one that does.
+    // A program for another machine does not run here, so that a native one writes the texts.
     let runs = target == host || target == usual(host);
     let here = if runs { built } else { native()? };
     for (shell, file) in SHELLS {
@@ -114,8 +115,9 @@ fn archive(target: &str, host: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// Adds the library that `stiction export --to fmu --plant` puts into its units, beside the program. Simulators load
-/// it, so that it stands on the usual C library of the system where the program is static.
+/// Adds the library that `stiction export --to fmu --plant` puts into its units, beside the
+/// program. Simulators load the library, so it uses the usual C library of the system, although the
+/// program is static.
 fn add_library(target: &str, folder: &Path) -> Result<(), String> {
     let target = target.replace("-linux-musl", "-linux-gnu");
     if !has_target(&target) {
@@ -137,7 +139,7 @@ fn add_library(target: &str, folder: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// Output of the program.
+/// Returns the output of the program.
 fn said(program: &Path, arguments: &[&str]) -> Result<Vec<u8>, String> {
     let output = Command::new(program).args(arguments).output();
     let output = output.map_err(|error| format!("{}: {error}", program.display()))?;

@@ -15,7 +15,7 @@ pub(crate) fn fmu() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// Builds the library with further options of cargo; the program is built apart.
+/// Builds the library with additional options of cargo. The program is built separately.
 pub(crate) fn build(options: &[&str]) -> bool {
     let build = ["build", "--release", "--lib", "-p", "stiction-fmu"];
     succeeds(cargo(&build).args(options))

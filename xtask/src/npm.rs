@@ -1,4 +1,5 @@
-//! Packages of npm, installed below `target` by committed lock files; nothing of them is committed.
+//! Packages of npm, installed below `target` by committed lock files. The packages themselves are
+//! not committed.
 
 use crate::succeeds;
 use std::fs;

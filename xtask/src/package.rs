@@ -58,8 +58,8 @@ pub(crate) fn test() -> Outcome {
     if succeeds(&mut run) { Outcome::Passed } else { Outcome::Failed }
 }
 
-/// Reports a missing prerequisite. In the continuous integration packages that cannot be installed are a
-/// failure.
+/// Reports a missing prerequisite. In the continuous integration, packages that cannot be installed
+/// count as a failure.
 fn skipped(missing: &Missing) -> Outcome {
     let is_ci = env::var_os("CI").is_some_and(|value| value == "true");
     if is_ci && matches!(missing, Missing::Packages(_)) {
@@ -127,7 +127,8 @@ fn write_licences() -> Result<(), String> {
     fs::write(source().join(name), licences_of_wheel()?).map_err(|error| told(name, error))
 }
 
-/// Tries studies on local clusters of Dask and Ray: the same rows to the bit, at the speed of threads.
+/// Tests parameter studies on local clusters of Dask and Ray: the rows must be bitwise equal to
+/// those of threads, and as fast.
 pub(crate) fn clusters() -> Result<bool, String> {
     let wheel = build_and_try("release")?;
     let place = built().join("clusters");
@@ -138,7 +139,7 @@ pub(crate) fn clusters() -> Result<bool, String> {
     install(&python, &others).map_err(told)?;
     install(&python, &[&wheel]).map_err(told)?;
     let mut run = Command::new(&python);
-    // The tests lie in the source tree: leave no byte code there.
+    // The tests are in the source tree, in which no byte code must remain.
     run.args(["-I", "-B", "-m", "pytest", "-s", "-k", "clusters", "-p", "no:cacheprovider"]);
     run.arg(source().join("tests/test_sweep.py")).env("STICTION_CLUSTERS", "100000");
     Ok(succeeds(run.current_dir(&place)))
@@ -153,7 +154,7 @@ fn build_and_try(profile: &str) -> Result<PathBuf, String> {
         least: LEAST_PYTHON,
     };
     let python = environment.interpreter().map_err(told)?;
-    // A folder of its own, so that it contains nothing else than this wheel.
+    // A separate folder, so that it contains only this wheel.
     let fresh = built().join("wheel");
     let _ = fs::remove_dir_all(&fresh);
     write_licences()?;

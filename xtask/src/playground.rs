@@ -37,7 +37,8 @@ pub(crate) fn build() -> Result<(), String> {
     }
     let _ = fs::remove_dir_all(FOLDER);
     let module = format!("target/{TARGET}/release/stiction_playground.wasm");
-    // With the features of the whole workspace, as the tests build it: alone it would be compiled again.
+    // The features are those of the whole workspace, as in the tests; alone the program would be
+    // compiled again.
     let pages = ["build", "--quiet", "--locked", "--workspace", "--bin", "playground-pages"];
     let program = Path::new("target/debug").join(format!("playground-pages{EXE_SUFFIX}"));
     if !succeeds(&mut cargo(&pages)) || !succeeds(Command::new(program).arg(&module).arg(FOLDER)) {

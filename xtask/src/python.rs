@@ -18,7 +18,7 @@ pub(crate) struct Environment<'a> {
 /// Reason why there is no environment.
 #[derive(Debug)]
 pub(crate) enum Missing {
-    /// There is no recent Python; the text says which.
+    /// No Python is recent enough or can create an environment; the text says why.
     Python(String),
     /// The packages cannot be installed; the text says why.
     Packages(String),

@@ -24,7 +24,8 @@ pub(crate) fn viewer() -> ExitCode {
     }
 }
 
-/// Makes a build contain the shaded view. Without npm the build goes on without it, and a remark says so.
+/// Makes a build contain the shaded view. Without npm the build continues without it and prints a
+/// remark.
 pub(crate) fn include_in(build: &mut Command) {
     match bundle() {
         Ok(file) => {
@@ -34,7 +35,7 @@ pub(crate) fn include_in(build: &mut Command) {
     }
 }
 
-/// Bundles the script with the licence of three.js at its begin; returns its full path.
+/// Bundles the script, which begins with the licence of three.js; returns its full path.
 fn bundle() -> Result<PathBuf, String> {
     if !succeeds(Command::new("npm").arg("--version").stdout(std::process::Stdio::null())) {
         return Err("npm is not installed".to_owned());

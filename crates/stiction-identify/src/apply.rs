@@ -152,7 +152,7 @@ fn declare(joint: &mut stiction_core::mechanism::Joint, dof: usize, is_coulomb: 
 }
 
 fn arm(friction: &JointFriction, pitch: f64) -> f64 {
-    // Of a thread, the way along the helix.
+    // The arm of a thread is the path along the helix per radian.
     let radius = friction.radius.unwrap_or(1.0);
     if pitch != 0.0 { radius.hypot(pitch) } else { radius }
 }

@@ -37,7 +37,8 @@ impl BaseParameters {
     pub fn of(matrix: &DMatrix<f64>, parameters: &[Parameter]) -> Self {
         let count = matrix.ncols();
         let norms: Vec<f64> = matrix.column_iter().map(|column| column.norm()).collect();
-        // A column counts relative to those of the same kind: efforts per scale of the parameter.
+        // The effect of a parameter is the norm of its column times its scale, so that parameters
+        // of different units are comparable.
         let effects: Vec<f64> = norms.iter().zip(parameters).map(|(n, p)| n * p.scale).collect();
         let largest = effects.iter().copied().fold(0.0, f64::max);
         let (active, without_effect): (Vec<usize>, Vec<usize>) =
@@ -120,7 +121,8 @@ impl Combination {
     }
 }
 
-/// Triangular factor of a tall matrix; its columns depend on each other in the same way.
+/// Triangular factor of a tall matrix. Its columns have the same linear dependencies as those of
+/// the matrix.
 fn compressed(matrix: DMatrix<f64>) -> DMatrix<f64> {
     if matrix.nrows() > 2 * matrix.ncols() { matrix.qr().r() } else { matrix }
 }

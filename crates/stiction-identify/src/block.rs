@@ -18,16 +18,18 @@ pub struct Rows {
     pub steps: Vec<usize>,
 }
 
-/// Bounds of the efforts of one actuator while the mechanism stands still, one row for each dwell: efforts that the
-/// parameters explain without friction lie within the limits of static friction about the measured ones.
+/// Bounds on the efforts of one actuator at standstill, one row for each dwell. The effort that the
+/// parameters explain without friction differs from the measured efforts by at most the limit of
+/// static friction.
 #[derive(Clone, Debug)]
 pub struct Dwells {
     /// Effort without friction per unit of each parameter.
     pub matrix: DMatrix<f64>,
     /// Static friction limit per unit of each parameter, not negative.
     pub limits: DMatrix<f64>,
-    /// Least and greatest measured effort less that of the model without friction, N or N m; widened by friction that
-    /// is not estimated.
+    /// Least and greatest measured effort minus the effort of the model without friction, N or N m.
+    /// Friction that is not estimated raises the least and lowers the greatest value, which relaxes
+    /// both inequalities.
     pub bounds: Vec<[f64; 2]>,
 }
 
@@ -51,7 +53,7 @@ impl Block {
 }
 
 impl Dwells {
-    /// Keeps the dwells for which `keep` holds, by their index.
+    /// Keeps the dwells for whose index `keep` returns true.
     pub fn retain(&mut self, keep: impl Fn(usize) -> bool) {
         let kept: Vec<usize> = (0..self.bounds.len()).filter(|&k| keep(k)).collect();
         self.matrix = self.matrix.select_rows(&kept);
@@ -78,7 +80,7 @@ impl Rows {
         push(&mut self.matrix, |row| column[row]);
         if let Some(instruments) = &mut self.instruments {
             push(instruments, |row| column[row]);
-            // These rows do not count, and stay without.
+            // Rows without instruments do not count, so their instruments stay zero.
             without.into_iter().for_each(|row| instruments.row_mut(row).fill(0.0));
         }
     }

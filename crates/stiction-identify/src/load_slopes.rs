@@ -17,8 +17,9 @@ pub const DIRECTIONS: usize = 8;
 
 type D = Dual<f64, DIRECTIONS>;
 
-/// Derivatives of all normal loads with respect to up to [`DIRECTIONS`] groups of parameters, each of which has one common
-/// value. The preloads themselves, which carry load-independent friction, count as constant.
+/// Derivatives of all normal loads with respect to up to [`DIRECTIONS`] groups of parameters, each
+/// of which has one common value. The preloads, which represent load-independent friction, count as
+/// constant.
 #[derive(Debug)]
 pub struct LoadSlopes<'a> {
     regressor: &'a Regressor,
@@ -31,7 +32,8 @@ impl<'a> LoadSlopes<'a> {
     /// Prepares the derivatives at these values of all parameters with respect to the first [`DIRECTIONS`] of `groups`.
     pub fn new(regressor: &'a Regressor, values: &[f64], groups: &'a [Vec<usize>]) -> Self {
         let engine = regressor.engine_parameters(values);
-        // Of a mechanism with the same geometry; what identification changes is copied.
+        // The parameters are those of a mechanism with the same geometry; values that
+        // identification changes are copied.
         let mut parameters: Parameters<D> = Parameters::new(regressor.mechanism());
         for (own, from) in parameters.interfaces.iter_mut().zip(&engine.interfaces) {
             own.law = from.law.lift();
@@ -56,7 +58,7 @@ impl<'a> LoadSlopes<'a> {
             let mut varied = present.map(D::constant);
             varied[place] = D::variable(present[place], direction);
             let slopes = physical::central(&varied);
-            // Other directions may belong to this body, too.
+            // Only this direction is copied, because other directions may also belong to this body.
             parameters.mass[body].slope[direction] = slopes.0.slope[direction];
             let copy = |to: &mut Vec3<D>, from: &Vec3<D>| {
                 to.x.slope[direction] = from.x.slope[direction];
@@ -72,11 +74,11 @@ impl<'a> LoadSlopes<'a> {
         Self { regressor, groups, parameters, data }
     }
 
-    /// Derivative of the normal load of each friction interface with respect to each group, at a solution for the same values
-    /// and this motion; `None` if they are not finite.
+    /// Computes the derivative of the normal load of each friction interface with respect to each
+    /// group, at a solution for the same values and this motion.
     ///
     /// # Errors
-    /// [`Status::FrictionNotConverged`] where derivatives are infinite, as next to a lock.
+    /// [`Status::FrictionNotConverged`] if a derivative is not finite, such as next to jamming.
     pub fn at(
         &mut self,
         solved: &Solved,
@@ -87,7 +89,7 @@ impl<'a> LoadSlopes<'a> {
             .map(|((&value, &rate), &acceleration)| Target { value, rate, acceleration }.lift())
             .collect();
         self.data.state = solved.state.lift();
-        // The loops are closed; derivatives converge one step after their values.
+        // The loops are closed. Derivatives converge one step later than their values.
         self.data.settings = Settings {
             position_steps: 0,
             friction_steps: solved.steps + 1,
@@ -102,8 +104,9 @@ impl<'a> LoadSlopes<'a> {
         }
     }
 
-    /// Sets the derivatives of each interface's friction at the present loads, as those of its viscous coefficient: friction per
-    /// unit of the group over the speed.
+    /// Sets the derivatives of each interface's friction at the present loads. They are stored as
+    /// derivatives of the viscous coefficient: friction per unit of the group, divided by the
+    /// speed.
     fn set_friction(&mut self, solved: &Solved) {
         let all = self.regressor.parameters();
         for (i, interface) in self.parameters.interfaces.iter_mut().enumerate() {

@@ -35,7 +35,8 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Returns whether the parameter is a friction coefficient or a load-independent friction.
+    /// Returns whether the parameter describes friction: a friction coefficient, load-independent
+    /// friction or viscous friction.
     pub fn is_friction(self) -> bool {
         match self {
             Self::Mu(_)
@@ -200,7 +201,7 @@ fn bodies(mechanism: &Mechanism, length: f64, all: &mut Vec<Parameter>) {
     let total: f64 = mechanism.bodies().iter().map(|body| body.mass).sum();
     for (index, body) in mechanism.bodies().iter().enumerate().skip(1) {
         if body.mass <= 0.0 {
-            // A massless body stands for a joint's carrier; nothing is asked about it.
+            // A massless body represents the carrier of a joint and has no parameters.
             continue;
         }
         let mass = body.mass.max(1e-3 * total);

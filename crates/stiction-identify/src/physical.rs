@@ -13,7 +13,8 @@ use stiction_core::mechanism::Body;
 use stiction_core::scalar::Scalar;
 use stiction_core::spatial::{Mat3, Vec3};
 
-/// Mass, first moments, inertia about the origin (xx, yy, zz, xy, yz, xz) of a body.
+/// Inertial parameters of a body: mass, first moments, inertia about the origin (xx, yy, zz, xy,
+/// yz, xz).
 pub type Inertial = [f64; 10];
 
 /// Inertial parameters of all bodies among `values`, each with the index of the body.
@@ -83,7 +84,7 @@ pub fn pseudo_inertia(inertial: &Inertial) -> Matrix4<f64> {
 
 /// Returns whether a mass distribution with these inertial parameters exists.
 pub fn is_physical(inertial: &Inertial) -> bool {
-    // Scaled, so that the verdict does not depend on units.
+    // The scaling makes the verdict independent of units.
     let p = pseudo_inertia(inertial);
     let d = p.diagonal();
     if d.iter().any(|x| *x <= 0.0) {
@@ -180,7 +181,8 @@ mod tests {
         assert!((inertia.at(0, 0) - 0.25 * 0.34).abs() < 1e-15 && inertia.at(0, 1).abs() < 1e-15);
     }
 
-    /// Triangle inequality of principal moments: a rod thinner than nothing is not physical.
+    /// Principal moments must satisfy the triangle inequality: no body has one that exceeds the sum
+    /// of the others.
     #[test]
     fn physical_means_that_a_mass_distribution_exists() {
         assert!(is_physical(&cuboid()));
@@ -205,7 +207,8 @@ mod tests {
                 prior.divergence(&other).unwrap()
             };
             let slope = (moved(step).value - moved(-step).value) / (2.0 * step);
-            // Second-order differences of step 1e-6: errors near 1e-12 of third derivatives, round-off 1e-10.
+            // Central differences of step 1e-6: truncation errors are about 1e-12 times the third
+            // derivatives, round-off is about 1e-10.
             assert!((slope - found.gradient[k]).abs() < 1e-6 * (1.0 + slope.abs()), "{k}");
             let bend = (moved(step).gradient - moved(-step).gradient) / (2.0 * step);
             let error = (bend - found.hessian.column(k)).norm();

@@ -14,7 +14,8 @@ use stiction_core::parameters::Parameters;
 use stiction_core::spatial::{Mat3, Twist, Vec3};
 use thiserror::Error;
 
-/// Part of the moment that accelerates or carries a body, up to which a moment about its spin is round-off.
+/// Fraction of the moment that accelerates or carries a body, up to which a moment about its free
+/// spin axis is round-off.
 const ROUND_OFF: f64 = 1e-12;
 
 /// Reason for which a mechanism with its prescribed coordinates cannot be identified.
@@ -76,7 +77,7 @@ impl Regressor {
         if coordinates != actuators {
             return Err(Unsuitable::Actuation { actuators, coordinates });
         }
-        // A solution compiles the model at this position.
+        // The solution of the forces compiles the model at this position.
         solver.settings_mut().friction = FrictionMode::Off;
         solver.solve(&[]).map_err(|error| Unsuitable::Singular(error.to_string()))?;
         let model = solver.model().map_err(|error| Unsuitable::Singular(error.to_string()))?;
@@ -153,7 +154,8 @@ impl Regressor {
     /// Computes the columns for positions, rates and accelerations of the prescribed coordinates.
     ///
     /// # Errors
-    /// The reason why efforts have no solution. The next call then starts from the last valid position.
+    /// Reason why the efforts have no solution. The next call then starts from the last valid
+    /// position.
     pub fn at(&mut self, q: &[f64], v: &[f64], a: &[f64]) -> Result<Columns, Status> {
         let status = self.efforts_at(q, v, a);
         if !status.is_converged() && !self.compiled_again(q, v, a) {
@@ -194,9 +196,9 @@ impl Regressor {
         Ok(self.assembled(known, &lu))
     }
 
-    /// Sets the accelerations of the bodies. The spin of a body that can spin freely accelerates by the unbalanced moment over
-    /// the body's small inertia; where this moment is round-off, so is the acceleration, and the one of the prescribed
-    /// motion without spin replaces it.
+    /// Sets the accelerations of the bodies. The free spin of a body accelerates by the unbalanced
+    /// moment divided by the body's small inertia. If this moment is round-off, the acceleration is
+    /// that of the prescribed motion without spin.
     fn set_accelerations(&mut self, [q, v, a]: [&[f64]; 3]) {
         let bodies = &self.data.kinematics.bodies;
         self.accelerations.clone_from(&bodies.acceleration);
@@ -218,8 +220,9 @@ impl Regressor {
         }
     }
 
-    /// Sliding velocity of each friction interface, m/s, then the rate of each actuator as the first entry: where
-    /// one of them reverses, friction changes its sign. `None` where the model has no motion.
+    /// Sliding velocity of each friction interface, m/s, followed by the rate of each actuator as
+    /// the first entry of a vector. Friction changes its sign where one of them reverses. `None` if
+    /// the model cannot follow the motion.
     pub fn sliding(&mut self, q: &[f64], v: &[f64], a: &[f64]) -> Option<Vec<[f64; 3]>> {
         self.unit.start_from(&self.data.state);
         if !self.model.move_to(&mut self.unit, q, v, a).is_converged() {
@@ -292,7 +295,7 @@ impl Regressor {
                 _ => {}
             }
         }
-        // The virtual powers are those of the efforts: A^T tau = W theta.
+        // The virtual powers equal those of the efforts: A^T tau = W theta.
         let mut matrix = actuation.solve(&matrix).unwrap_or(matrix);
         for (column, parameter) in self.parameters.iter().enumerate() {
             match parameter.kind {
@@ -321,8 +324,8 @@ impl Regressor {
         Columns { matrix, known, rest }
     }
 
-    /// Adds the model's motor friction at joints that have friction of their own. Efforts measured at motors contain
-    /// both frictions, and the regression cannot distinguish them.
+    /// Adds the motor friction of the model at joints that also have joint friction. Efforts
+    /// measured at motors contain both frictions, and the regression cannot distinguish them.
     fn add_motor_friction(&self, known: &mut DVector<f64>, rest: &mut [Rest]) {
         for (row, train) in self.motors_with_joint_friction() {
             let Some((rate, own)) = self.actuator_rate(row) else { continue };
@@ -335,7 +338,8 @@ impl Regressor {
         }
     }
 
-    /// Rate of an actuated degree of freedom, and whether it rests; `None` for a row without an actuator.
+    /// Rate of an actuated degree of freedom, and its state of sliding or rest; `None` for a row
+    /// without an actuator.
     pub fn actuator_rate(&self, row: usize) -> Option<(f64, Rest)> {
         let (joint, dof) = self.mechanism().actuators().nth(row)?;
         let topology = self.model.topology();
@@ -365,8 +369,9 @@ impl Regressor {
         Slip { direction, velocity: speed.copysign(surface[0]), rest }
     }
 
-    /// Friction at the surface of an interface per unit of one of its parameters, N; for a coefficient of friction under one
-    /// newton of normal load. The sign of `velocity`, m/s, is that of the first component.
+    /// Friction at the surface of an interface per unit of one of its parameters, N. For a friction
+    /// coefficient the normal load is one newton. `velocity`, m/s, is the speed with the sign of
+    /// the velocity's first component.
     pub(crate) fn friction_per_unit(&self, kind: Kind, index: usize, velocity: f64) -> f64 {
         let interface = &self.nominal.interfaces[index];
         let over_arm = 1.0 / interface.arms(self.nominal.pitch[interface.joint])[0].abs();
@@ -471,8 +476,8 @@ impl Regressor {
         Some((matrix, fixed))
     }
 
-    /// Drive trains whose friction stays that of the model because their joints have friction of their own, with their
-    /// actuators; only for efforts at motors.
+    /// Drive trains whose motor friction is that of the model, because their joints also have joint
+    /// friction, each with the row of its actuator. Empty if efforts are measured at joints.
     fn motors_with_joint_friction(&self) -> impl Iterator<Item = (usize, &DriveTrain)> {
         let trains = self.mechanism().drive_trains().iter().filter(|_| self.at_motors);
         trains.filter_map(|train| {
@@ -483,11 +488,11 @@ impl Regressor {
         })
     }
 
-    /// Solution of the forces, with friction and reactions converged. `engine` are
-    /// the parameters of [`Self::engine_parameters`], `data` those of [`Self::engine_data`].
+    /// Solves the forces, with friction and reactions converged. `engine` is the result of
+    /// [`Self::engine_parameters`], `data` that of [`Self::engine_data`].
     ///
     /// # Errors
-    /// The reason why the forces have no solution.
+    /// Reason why the forces have no solution.
     pub fn loads(
         &self,
         engine: &Parameters<f64>,
@@ -508,12 +513,12 @@ impl Regressor {
         data
     }
 
-    /// Parameters of the inverse-dynamics kernel for these values.
+    /// Returns the parameters of the inverse-dynamics kernel for the parameter values `values`.
     pub fn engine_parameters(&self, values: &[f64]) -> Parameters<f64> {
         let mut engine = self.nominal.clone();
         for (body, inertial) in crate::physical::bodies(&self.parameters, values) {
             if inertial[0] > 0.0 {
-                // The difference to the model, so that payloads of the solver remain.
+                // The difference from the model is added, so that payloads of the solver remain.
                 let prior: Vec<f64> = self.prior_of(body);
                 let total: Vec<f64> = self.nominal_inertial(body);
                 let sum: [f64; 10] = std::array::from_fn(|i| total[i] + inertial[i] - prior[i]);

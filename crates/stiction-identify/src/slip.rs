@@ -1,4 +1,4 @@
-//! Sliding and rest of friction interfaces, in view of the noise of the measured rates.
+//! Sliding and rest of friction interfaces, subject to the noise of the measured rates.
 
 /// Number of standard deviations of a speed below which its sign is unknown.
 const SIGMAS: f64 = 3.0;

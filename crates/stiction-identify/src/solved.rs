@@ -7,7 +7,8 @@ use stiction_core::parameters::Parameters;
 /// Solution of the forces at one instant, with converged friction.
 #[derive(Clone, Debug)]
 pub struct Solved {
-    /// Normal load of each friction interface less its preload, which carries load-independent friction, N.
+    /// Normal load of each friction interface minus its preload, which represents load-independent
+    /// friction, N.
     pub loads: Vec<f64>,
     /// Velocity of each friction interface, m/s.
     pub(crate) velocities: Vec<f64>,

@@ -99,7 +99,7 @@ impl Verdict {
             true if resolution < 0.5 && sigma > PRECISE_CONFOUNDED * size => Self::NotExcited,
             true => Self::FitsOnly,
             false if resolution < 0.02 => Self::NotExcited,
-            // The partner takes up any value.
+            // The correlated parameter can compensate any value of this one.
             false if correlation > CONFOUNDED && sigma > size => Self::NotExcited,
             false => Self::FitsOnly,
         }
@@ -122,17 +122,18 @@ mod tests {
     #[test]
     fn verdicts_need_data_and_precision() {
         assert_eq!(Verdict::of(&CLEAR), Verdict::Identified);
-        // A value that the data hardly change: as uncertain as the prior is.
+        // The data hardly change this value, so it is as uncertain as the prior.
         let prior = Evidence { resolution: 0.3, sigma: 0.4, ..CLEAR };
         assert_eq!(Verdict::of(&prior), Verdict::NotExcited);
         let shared = Evidence { is_alone: false, ..prior };
         assert_eq!(Verdict::of(&shared), Verdict::FitsOnly);
-        // Known to half a percent, with a strong prior: its own error of 30 % is part of that.
+        // Known to half a percent with a strong prior, whose error of 30 % the standard deviation
+        // contains.
         let strong = Evidence { resolution: 0.3, sigma: 0.01, ..CLEAR };
         assert_eq!(Verdict::of(&strong), Verdict::Identified);
         let fair = Evidence { sigma: 0.15, ..strong };
         assert_eq!(Verdict::of(&fair), Verdict::FitsOnly);
-        // Confounded with another parameter: the same precision does not suffice.
+        // Confounded with another parameter, for which the same precision does not suffice.
         let confounded = Evidence { correlation: 0.98, ..CLEAR };
         assert_eq!(Verdict::of(&confounded), Verdict::FitsOnly);
         let open = Evidence { is_alone: false, sigma: 3.0, ..confounded };

@@ -75,7 +75,7 @@ impl BodyRow {
     }
 
     pub(crate) fn new(mechanism: &Mechanism) -> Self {
-        // The scalar product with it is the real part, so the first real part is not negative.
+        // The first orientation is compared with the identity, so its real part is not negative.
         let first = Quaternion::from_coordinates(&[1.0, 0.0, 0.0, 0.0]);
         Self { last: vec![first; mechanism.bodies().len() - 1], row: Vec::new() }
     }
@@ -108,8 +108,8 @@ impl BodyRow {
             let change = bodies.acceleration[body];
             let at = pose.position;
             let velocity = twist.velocity_at(at);
-            // The point of the body at the fixed point O changes with time, which gives the second
-            // term.
+            // The material point of the body that lies at the fixed point O changes with time,
+            // hence the second term.
             let acceleration = change.velocity_at(at) + twist.angular.cross(velocity);
             let load = load_on(bodies, body, loads);
             *last = nearer(Quaternion::from_rotation(pose.rotation), *last);

@@ -52,7 +52,8 @@ impl ByLeg {
         let crossings: Vec<Option<f64>> = crossings
             .map(|(last, (velocity, ..))| last.and_then(|last| reversal(last, (time, *velocity))))
             .collect();
-        // Where friction jumps at one interface, normal loads and with them other friction forces may jump, too.
+        // A jump of friction at one interface may make normal loads jump, and with them other
+        // friction forces.
         let first = crossings.iter().flatten().copied().reduce(f64::min);
         // Unknown friction of an interface that comes to rest makes all others unknown at this instant.
         let mut comes_to_rest = false;

@@ -42,7 +42,7 @@ impl Headline {
 
     /// The value as shown to readers: zero if it is a rounding error.
     fn shown(&self) -> f64 {
-        // Some thousand roundings of the terms.
+        // Relative error after some thousand roundings of the terms.
         const ROUNDING: f64 = 1e-12;
         if self.value.abs() < ROUNDING * self.scale { 0.0 } else { self.value }
     }
@@ -86,7 +86,7 @@ pub struct Comparison {
     rows: Vec<Row>,
 }
 
-/// One headline figure in several runs; `None` for runs that do not have this figure.
+/// Headline figure with its values in several runs; `None` for runs that do not have this figure.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Row {
     headline: Headline,
@@ -94,7 +94,7 @@ pub(super) struct Row {
 }
 
 impl Row {
-    /// The figure of the first run that has it.
+    /// Figure of the first run that has it.
     pub(super) fn headline(&self) -> &Headline {
         &self.headline
     }
@@ -114,7 +114,7 @@ impl Row {
     /// Difference of the second run from the first, absolute and relative to the first run; the
     /// relative difference is `None` if the value of the first run is a rounding error.
     pub(crate) fn difference(&self) -> Option<(f64, Option<f64>)> {
-        // Part of the largest terms below which a value is a rounding error.
+        // Fraction of the largest terms below which a value is a rounding error.
         const ROUNDING: f64 = 1e-9;
         let [Some(a), Some(b)] = self.values.as_slice() else { return None };
         let scale = [a, b].iter().fold(0.0_f64, |max, x| max.max(x.value.abs()).max(x.scale));
@@ -170,7 +170,7 @@ impl Comparison {
     /// Writes the headline values of two runs and their differences as text.
     ///
     /// # Errors
-    /// Writing to `out` fails.
+    /// Fails if the receiver of the text fails.
     pub fn write_differences(&self, out: &mut impl Write) -> fmt::Result {
         let wide = self.width();
         write!(out, "{:wide$}", "")?;

@@ -134,7 +134,7 @@ pub enum Error {
     /// The inverse dynamics of the controller's model has no solution.
     #[error("{0}")]
     ControllerForces(InverseError),
-    /// Motors that share efforts cannot make a motion.
+    /// Motors that share efforts cannot exert the efforts that the motion requires.
     #[error(
         "at t = {time} s no torques of the motors {motors} in the ratio of their shares make the motion, \
          because a self-locking gear jams; change the shares or the efficiencies"
@@ -145,8 +145,8 @@ pub enum Error {
         /// Names of the motors.
         motors: String,
     },
-    /// Motors with losses share the efforts of several joints, or one of their gears jams, so that the holding efforts are
-    /// no intervals.
+    /// Motors with losses share the efforts of several joints, or one of their gears jams, so that
+    /// the efforts that hold the joints do not form independent intervals.
     #[error(
         "the motors {motors} with losses in their gears share the efforts of fewer joints, so the efforts that hold \
          still depend on each other, or a gear jams when its motor pushes along the load"

@@ -52,7 +52,7 @@ impl<'a> Follower<'a> {
     /// Moves the mechanism along the motion to another instant, s.
     ///
     /// # Errors
-    /// As [`Follower::new`].
+    /// See [`Follower::new`].
     pub fn go_to(&mut self, time: f64) -> Result<(), Error> {
         self.read(time)?;
         let Self { motion, ahead, .. } = self;

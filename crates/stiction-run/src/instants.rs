@@ -62,7 +62,7 @@ impl Instants {
         if !(step > 0.0 && step.is_finite()) {
             return Err(InstantsError::Step(step));
         }
-        // A step that divides the duration up to rounding divides it.
+        // A step that divides the duration within rounding counts as dividing it exactly.
         let steps = motion.duration / step;
         let divides = (steps - steps.round()).abs() < 1e-9 * steps.max(1.0);
         let whole = if divides { steps.round() } else { steps.floor() };

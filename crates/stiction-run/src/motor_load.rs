@@ -28,8 +28,8 @@ pub(crate) struct MotorLoad {
 /// to rounding.
 const STILL: f64 = 1e-9;
 
-/// Time at speeds of each order of magnitude. The speed from which on a motor counts as turning depends on the peak
-/// speed, which is known only at the end.
+/// Time at speeds of each order of magnitude. The least speed at which a motor counts as turning
+/// depends on the peak speed, which is known only at the end.
 #[derive(Clone, Debug, Default)]
 struct Speeds {
     last: Option<(f64, i32)>,
@@ -39,7 +39,7 @@ struct Speeds {
 
 impl Speeds {
     fn add(&mut self, time: f64, speed: f64) {
-        // Of zero the least order of all.
+        // A speed of zero gets the least order, `i32::MIN`.
         let order = speed.abs().log10().floor() as i32;
         if let Some((before, last)) = self.last {
             let half = 0.5 * (time - before);
@@ -98,7 +98,8 @@ impl MotorLoad {
         self.mean(&self.squares).sqrt()
     }
 
-    /// Fraction of the time in which the motor turns, that is, is faster than rounding of its peak speed.
+    /// Fraction of the time in which the motor turns, that is, in which its speed exceeds the
+    /// rounding error of the peak speed.
     pub(crate) fn duty(&self) -> f64 {
         self.speeds.part_above(STILL * self.speed.peak.abs())
     }
@@ -192,7 +193,7 @@ fn excess(ratio: f64) -> String {
 mod tests {
     use super::{MotorLoad, excess};
 
-    /// A motor that turns half of the time and keeps a rate of rounding in the other half.
+    /// The motor turns half of the time; in the other half its rate is a rounding error.
     #[test]
     fn rounding_is_standstill() {
         let mut load = MotorLoad::default();

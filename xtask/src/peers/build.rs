@@ -16,7 +16,7 @@ use std::process::{Command, Stdio};
 pub(crate) struct Programs {
     /// The program `stiction`.
     pub(crate) program: PathBuf,
-    /// Our side of the comparison.
+    /// Program that computes our side of the comparison.
     pub(crate) ours: PathBuf,
     /// Folder that contains our Python package.
     pub(crate) package: PathBuf,

@@ -60,7 +60,7 @@ fn caches() -> String {
     (0..8).map_while(cache).collect::<Vec<_>>().join(", ")
 }
 
-/// Load average over the last minute; this comparison contributes one.
+/// Load average over the last minute, to which this comparison contributes one.
 fn load() -> Value {
     let text = fs::read_to_string("/proc/loadavg").unwrap_or_default();
     text.split(' ').next().and_then(|word| word.parse::<f64>().ok()).into()

@@ -1,6 +1,6 @@
 //! `cargo xtask peers`: compares speed with other engines, see `peers/README.md`.
 //!
-//! Measures the commands that users type beside our recorded program; this part needs no other engine.
+//! Measures the commands that users type and our recorded program; this part needs no other engine.
 //! Then builds a harness for each engine and checks its forces against ours, and runs batches of a
 //! millisecond of all engines in rotation, so that a slow period of the machine affects all of
 //! them.

@@ -1,7 +1,7 @@
 //! Cost of a sample of the commands that users type, relative to our recorded program for one state.
 //!
-//! A command runs with few and with many samples; the difference of the times leaves out the start. The
-//! rounds alternate with batches of the program, as those of the engines do.
+//! A command runs with few and with many samples, so that the difference of the times does not
+//! contain its start. The rounds alternate with batches of the program, like those of the engines.
 
 use super::Trouble;
 use super::build::Programs;
@@ -13,18 +13,19 @@ use std::time::Instant;
 
 /// Number of rounds; the least time of each command counts.
 const ROUNDS: usize = 7;
-/// The program with which everything is compared, and the number of states in a batch.
+/// Recorded program with which all commands are compared; `BATCH` is the number of states in a
+/// batch.
 const PROGRAM: &str = "inverse_friction";
 const BATCH: usize = 20_000;
 
-/// A command in two lengths.
+/// Command that is run with two numbers of samples.
 struct Case {
     model: &'static str,
-    /// Key of its ratio.
+    /// Key of its ratio in the results.
     ratio: &'static str,
-    /// Motion instead of the default one: at rest.
+    /// Motion at rest that replaces the default motion; `None` for the default motion.
     motion: Option<&'static str>,
-    /// Times between samples.
+    /// Times between samples, as the command line gives them.
     steps: [&'static str; 2],
     writes_tables: bool,
 }

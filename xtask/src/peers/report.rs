@@ -37,8 +37,8 @@ fn ratios(result: &ModelResult) -> Vec<(String, f64)> {
     ratios
 }
 
-/// Ratios of our Python package: those measured in Python, and a batch to the loop in C or C++ over each
-/// engine's inverse dynamics for the same model.
+/// Ratios of our Python package: those measured in Python, and the time of a batch relative to that
+/// of a loop in C or C++ over each engine's inverse dynamics, for the same model.
 pub(crate) fn python_ratios(python: &Value, results: &[ModelResult]) -> Map<String, Value> {
     let mut ratios = python["ratios"].as_object().cloned().unwrap_or_default();
     let result = results.iter().find(|result| python["model"] == result.model);

@@ -26,7 +26,7 @@ pub(crate) fn covariance(
 ) -> DMatrix<f64> {
     let size = map.size();
     let mut sum = DMatrix::zeros(size, size);
-    // Residuals are smaller than errors by the degrees of freedom that the fit has used.
+    // The fit uses up degrees of freedom, which makes the residuals smaller than the errors.
     let used = (size as f64).min(0.5 * samples);
     let inflation = samples / (samples - used).max(1.0);
     for (channel, noise) in noise.iter().enumerate() {
@@ -42,7 +42,8 @@ pub(crate) fn covariance(
                 continue;
             }
             let scaled = map.columns(&rows.matrix, 0..rows.len());
-            // For each lag the rows that it smooths with: one product of tall matrices in all.
+            // The rows are first summed over all lags, so that one product of tall matrices
+            // suffices.
             let mut smoothed: DMatrix<f64> = DMatrix::zeros(rows.len(), size);
             each_pair(&rows.steps, lags, |i, k, lag| {
                 let taper = 1.0 - lag as f64 / lags as f64;
@@ -60,8 +61,9 @@ pub(crate) fn covariance(
     (&sum + sum.transpose()) * 0.5
 }
 
-/// Samples of residuals that count as one: the sum of their autocorrelation over that of noise which the filter
-/// alone has coloured, at least one; the mean over all efforts.
+/// Number of samples of the residuals that count as one independent sample: the sum of their
+/// autocorrelation, divided by that of noise which only the filter has correlated; at least one. It
+/// is the mean over all efforts.
 pub(super) fn colour(blocks: &[Block], values: &DVector<f64>) -> f64 {
     let channels = blocks.first().map_or(0, |block| block.channels.len());
     let each = (0..channels).map(|channel| {
@@ -77,7 +79,8 @@ pub(super) fn colour(blocks: &[Block], values: &DVector<f64>) -> f64 {
     finite.sum::<f64>() / channels.max(1) as f64
 }
 
-/// Autocovariance of the residuals of one effort in all blocks, by lag: as many lags as their colour needs.
+/// Autocovariance of the residuals of one effort in all blocks, by lag, up to twice the lag at
+/// which the residuals become uncorrelated.
 pub(super) fn autocovariance(steps: &[&[usize]], residuals: &[DVector<f64>]) -> Vec<f64> {
     let longest = residuals.iter().map(|r| r.len()).max().unwrap_or(0);
     let most = (longest / 4).clamp(LAGS, MOST_LAGS);
@@ -90,7 +93,7 @@ pub(super) fn autocovariance(steps: &[&[usize]], residuals: &[DVector<f64>]) -> 
     }
     let mut all: Vec<f64> = sums.iter().zip(&pairs).map(|(s, n)| s / f64::max(*n, 1.0)).collect();
     let first = all[0];
-    // Correlations of independent residuals scatter by the root of the number of pairs.
+    // The correlations of independent residuals scatter by the inverse root of the number of pairs.
     let is_independent = |lag: &usize| {
         all[*lag] < first * f64::max(INDEPENDENT, 2.0 / f64::max(pairs[*lag], 1.0).sqrt())
     };
@@ -99,10 +102,11 @@ pub(super) fn autocovariance(steps: &[&[usize]], residuals: &[DVector<f64>]) -> 
     all
 }
 
-/// Covariance of errors where some values lie at their bounds: that of a normal distribution without the part beyond.
-/// `at_bounds` are these coordinates, each with the distance beyond its bound of the value without it.
+/// Covariance of the errors if some values lie at their bounds: that of a normal distribution that
+/// is truncated at the bounds. `at_bounds` contains the coordinates at their bounds, each with the
+/// distance beyond the bound that it would have without it.
 ///
-/// One bound after the other, by the second moment about the bound.
+/// Treats one bound after the other, by the second moment about the bound.
 pub(super) fn bounded(
     mut covariance: DMatrix<f64>,
     at_bounds: impl IntoIterator<Item = (usize, f64)>,
@@ -120,7 +124,8 @@ pub(super) fn bounded(
     covariance
 }
 
-/// Density of the normal distribution over the probability beyond, at `x` >= 0, to one percent.
+/// Ratio of the density of the normal distribution at `x` >= 0 to the probability of larger values,
+/// accurate to one percent.
 ///
 /// Source: A. V. Boyd, *Inequalities for Mills' ratio*, Rep. Stat. Appl. Res. JUSE 6 (1959).
 fn inverse_mills(x: f64) -> f64 {
@@ -128,7 +133,7 @@ fn inverse_mills(x: f64) -> f64 {
     ((pi - 1.0) * x + (x * x + 2.0 * pi).sqrt()) / pi
 }
 
-/// Pairs of rows with their lag in steps, below `lags`.
+/// Passes each pair of rows whose lag in steps is below `lags` to `take`, with the lag.
 pub(super) fn each_pair(steps: &[usize], lags: usize, mut take: impl FnMut(usize, usize, usize)) {
     for i in 0..steps.len() {
         for k in i..steps.len() {
@@ -146,7 +151,8 @@ mod tests {
     use super::*;
     use stiction_core::random::Random;
 
-    /// Errors of the normal numbers that are not negative, by samples: the one at the bound and one that it drags along.
+    /// Compares the errors of a value at its bound, and of a value that is correlated with it, with
+    /// those of random numbers of which the first is not negative.
     #[test]
     fn values_at_their_bound_have_smaller_errors() {
         let mut random = Random::new(5);
@@ -154,11 +160,12 @@ mod tests {
         for beyond in [0.0, 1.0, 2.0] {
             let (mut sums, mut count) = ([0.0; 2], 0.0);
             for _ in 0..200_000 {
-                // Correlated by 0.8, with the mean -beyond of the first and zero of the second.
+                // The correlation is 0.8; the first number has the mean -beyond, the second the
+                // mean zero.
                 let (a, b) = (normal(), normal());
                 let (x, y) = (a - beyond, 0.8 * a + 0.6 * b);
                 if x >= 0.0 {
-                    // About the mode at the bound: x = 0, where y is that of a = beyond.
+                    // Errors about the mode, which lies at the bound: x = 0 and y = 0.8 beyond.
                     sums[0] += x * x;
                     sums[1] += (y - 0.8 * beyond).powi(2);
                     count += 1.0;
@@ -176,7 +183,7 @@ mod tests {
         }
     }
 
-    /// White residuals need few lags, residuals that change every hundred rows more than these.
+    /// White residuals need few lags; residuals that change every hundred rows need more.
     #[test]
     fn lags_follow_the_colour_of_the_residuals() {
         let lags = |residual: &mut dyn FnMut(usize) -> f64| {
@@ -187,7 +194,7 @@ mod tests {
         let mut random = Random::new(3);
         assert_eq!(lags(&mut |_| random.number()), LAGS);
         let slow = lags(&mut |k| if (k / 100) % 2 == 0 { 1.0 } else { -1.0 });
-        // Its autocorrelation falls linearly to zero at fifty rows; twice that is taken.
+        // The autocorrelation falls linearly to zero at fifty rows; the lags reach twice as far.
         assert!((90..=100).contains(&slow), "{slow}");
     }
 }

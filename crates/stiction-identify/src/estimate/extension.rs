@@ -88,7 +88,7 @@ impl Residuals<'_> {
     /// Tests a column that is added to the fit; `None` if the parameters explain the column, or if no row contains it.
     pub fn extension(&self, candidate: &Candidate) -> Option<Extension> {
         let (blocks, own) = (&self.design[..], candidate.channel);
-        // What the parameters explain of the column.
+        // Part of the column that the parameters explain.
         let mut product = DVector::zeros(self.problem.parameters.len());
         let (mut square, mut along) = (0.0, 0.0);
         for ((block, rows), signal) in blocks.iter().zip(&self.rows).zip(&candidate.signal) {

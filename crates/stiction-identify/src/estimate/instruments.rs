@@ -11,8 +11,8 @@ use crate::block::{Block, Rows};
 use nalgebra::{DMatrix, SymmetricEigen};
 use std::borrow::Cow;
 
-/// Eigenvalue of the instruments' normal matrix with unit diagonal, relative to the largest one, up to which a direction
-/// is round-off.
+/// Eigenvalue of the instruments' normal matrix with unit diagonal, relative to the largest one, up
+/// to which a direction counts as round-off.
 const NEGLIGIBLE: f64 = 1e-12;
 
 impl Problem<'_> {
@@ -41,7 +41,8 @@ impl Problem<'_> {
         let scale = own.diagonal().map(|d| if d > 0.0 { d.sqrt().recip() } else { 0.0 });
         let unit = DMatrix::from_fn(size, size, |i, k| own[(i, k)] * scale[i] * scale[k]);
         if !unit.iter().chain(&cross).all(|x| x.is_finite()) {
-            // The decomposition would not end; without design nothing is identified.
+            // The decomposition of numbers that are not finite would not end. Without a design no
+            // parameter is identified.
             return Some(DMatrix::zeros(size, size));
         }
         let eigen = SymmetricEigen::new((&unit + unit.transpose()) * 0.5);
@@ -57,8 +58,8 @@ impl Problem<'_> {
         Some(DMatrix::from_fn(size, size, |i, k| scale[i] * solution[(i, k)]))
     }
 
-    /// Blocks for the normal equations: with the explained part of the columns if there are instruments. Rows without
-    /// instruments do not count.
+    /// Returns the blocks for the normal equations. If there are instruments, the columns are the
+    /// part that the instruments explain, and rows without instruments do not count.
     pub(super) fn design(&self, projection: Option<&DMatrix<f64>>) -> Cow<'_, [Block]> {
         let Some(projection) = projection else { return Cow::Borrowed(self.blocks) };
         let mut blocks = self.blocks.to_vec();
@@ -71,7 +72,7 @@ impl Problem<'_> {
     }
 }
 
-/// Instruments of rows: their own columns without others.
+/// Returns the instruments of rows; without instruments the columns themselves.
 fn instruments(rows: &Rows) -> &DMatrix<f64> {
     rows.instruments.as_ref().unwrap_or(&rows.matrix)
 }

@@ -7,10 +7,12 @@ use super::{Estimate, Normal, Problem};
 use crate::block::{Block, Dwells};
 use nalgebra::{DMatrix, DVector};
 
-/// Standard deviations of an effort by which a bound may be exceeded: extremes of noise are no friction.
+/// Number of standard deviations by which an effort may exceed its bound, because extremes of noise
+/// are not due to friction.
 const SLACK: f64 = 2.0;
 
-/// Half-space `offset - direction . z <= 0` of free coordinates, with the weight of its violation in square.
+/// Half-space `offset - direction . z <= 0` of free coordinates; `weight` multiplies the square of
+/// a violation.
 #[derive(Clone, Debug)]
 pub(super) struct HalfSpace {
     offset: f64,
@@ -19,12 +21,13 @@ pub(super) struct HalfSpace {
 }
 
 impl HalfSpace {
-    /// Violation; zero inside.
+    /// Violation of the half-space; zero inside.
     fn violation(&self, z: &DVector<f64>) -> f64 {
         (self.offset - self.direction.dot(z)).max(0.0)
     }
 
-    /// Adds half the weighted square of the violation, and its derivatives, which are continuous up to the first.
+    /// Adds half the weighted square of the violation, and its derivatives. Value and gradient are
+    /// continuous.
     pub(super) fn add(
         &self,
         z: &DVector<f64>,
@@ -40,17 +43,17 @@ impl HalfSpace {
 }
 
 impl Dwells {
-    /// Coefficients of the parameters in both inequalities of all dwells, with the sign of the effort and the index of
-    /// its bound.
+    /// Coefficients of the parameters in the two inequalities of each dwell, with the sign of the
+    /// effort and the index of the bound.
     fn sides(&self) -> [(f64, usize, DMatrix<f64>); 2] {
-        // Efforts by friction at its positive limit exceed the greatest one, at its negative limit the least one
-        // falls below.
+        // With friction at its positive limit the effort must reach the greatest bound, with
+        // friction at its negative limit the least bound.
         [(1.0, 1), (-1.0, 0)].map(|(sign, bound)| (sign, bound, &self.limits + &self.matrix * sign))
     }
 }
 
 impl Normal {
-    /// Covariance of the pull of the violated half-spaces: each is one sample.
+    /// Covariance of the gradient of the violated half-spaces; each of them counts as one sample.
     pub(super) fn limit_errors(&self, z: &DVector<f64>) -> DMatrix<f64> {
         let mut sum = DMatrix::zeros(z.len(), z.len());
         for limit in self.limits.iter().filter(|limit| limit.violation(z) > 0.0) {
@@ -61,7 +64,7 @@ impl Normal {
 }
 
 impl Problem<'_> {
-    /// Half-spaces of all dwells, for the noise of each actuator.
+    /// Half-spaces of all dwells; `noise` is the noise of each actuator's effort.
     pub(super) fn limits(&self, map: &Map, shift: &DVector<f64>, noise: &[f64]) -> Vec<HalfSpace> {
         let offset = &map.base - shift;
         let mut all = Vec::new();
@@ -84,8 +87,9 @@ impl Problem<'_> {
         all
     }
 
-    /// Efforts at rest beyond the limits of an estimate without them, for each dwell of each block: the greatest one in
-    /// standard deviations of the limit, zero within all limits.
+    /// Largest excess of the efforts at rest over the limits that `estimate` yields, for each dwell
+    /// of each block, in standard deviations; zero within all limits. The estimate is one without
+    /// these limits.
     pub fn excesses(&self, estimate: &Estimate) -> Vec<Vec<f64>> {
         let at = DVector::from_column_slice(&estimate.values) - self.shift();
         let of_block = |block: &Block| {

@@ -107,7 +107,7 @@ impl Problem<'_> {
         groups.sort();
         let mut entries = vec![None; count];
         for (column, group) in groups.iter().enumerate() {
-            // Members of a group get one value: the scale of its first.
+            // All members of a group have one value; its scale is that of the first member.
             let factor = self.parameters[group[0]].scale.max(1e-300);
             group.iter().for_each(|&k| entries[k] = Some((column, factor)));
         }
@@ -120,7 +120,7 @@ pub(crate) fn transposed_product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<
     let mut sum = DMatrix::zeros(a.ncols(), b.ncols());
     for from in (0..a.nrows()).step_by(ROWS) {
         let count = ROWS.min(a.nrows() - from);
-        // Products of plain matrices are blocked; those with a transposed view are not.
+        // Products of plain matrices are computed in blocks, those with a transposed view are not.
         sum.gemm(1.0, &a.rows(from, count).transpose(), &b.rows(from, count), 1.0);
     }
     sum

@@ -8,9 +8,9 @@ use crate::parameter::Kind;
 use crate::physical::{self, BodyPrior};
 use nalgebra::{DMatrix, DVector};
 
-/// Relative error of the inertias of a model that intervals allow for.
+/// Relative error of the model's inertias for which the confidence intervals allow.
 pub(super) const PRIOR_ERROR: f64 = 0.3;
-/// Error of the factor of a formula that intervals allow for.
+/// Error of the factor of an effort term for which the confidence intervals allow.
 const TERM_ERROR: f64 = 0.5;
 /// Largest number of steps of Newton's method.
 const NEWTON_STEPS: usize = 60;
@@ -34,21 +34,23 @@ impl Problem<'_> {
             Kind::Mass(_) | Kind::Moment(..) | Kind::Inertia(..) => 0.0,
             Kind::Rotor(_) => strength.max(1e-2) / (p.scale * p.scale),
             Kind::Term(_) => 1.0 / (TERM_ERROR * TERM_ERROR),
-            // Declared coefficients are guesses: their order of magnitude counts, as one sample.
+            // Declared friction coefficients are guesses, of which only the order of magnitude
+            // counts, like one sample.
             _ => 1e-2 / (p.scale * p.scale),
         });
         each.collect()
     }
 
-    /// Minimises data term and prior, in free coordinates. Values beyond their bounds, of which zero is one for parameters that
-    /// must not be negative, are set to these and held there.
+    /// Minimises data term and prior, in free coordinates. A value beyond its bound is set to the
+    /// bound and held there. Zero is a bound for parameters that must not be negative.
     pub(crate) fn minimum(&self, map: &Map, data: &Normal, strength: f64) -> DVector<f64> {
         let size = map.size();
         let mut at_bound = vec![false; size];
         let mut z = self.start(map);
         let intervals: Vec<[f64; 2]> = (0..size).map(|k| self.interval(map, k)).collect();
         let within = |k: usize, z: f64| z.max(intervals[k][0]).min(intervals[k][1]);
-        // The farthest one beyond at a time: another one may be inside without it.
+        // In each pass only the value farthest beyond its bound is held, because others may then
+        // return inside their bounds.
         for _ in 0..=size {
             z = self.newton(map, data, strength, &at_bound, z);
             let beyond = |k: usize| self.parts(map, k, z[k] - within(k, z[k]));
@@ -71,7 +73,7 @@ impl Problem<'_> {
     /// Least and greatest value of a free coordinate, infinite without bounds.
     pub(super) fn interval(&self, map: &Map, column: usize) -> [f64; 2] {
         let first = &self.parameters[map.firsts[column]];
-        // The divergence of a body keeps its mass positive.
+        // The mass of a body needs no bound, because the divergence keeps it positive.
         let is_nonnegative = first.is_nonnegative() && first.body().is_none();
         let least = if is_nonnegative { 0.0 } else { f64::NEG_INFINITY };
         let own = self.options.bounds.iter().filter_map(|(k, bounds)| {
@@ -89,8 +91,8 @@ impl Problem<'_> {
         DVector::from_fn(map.size(), |column, _| prior[map.firsts[column]] / map.factor(column))
     }
 
-    /// Values for the computation of divergences: for a thin body, held parameters are those of its prior, whose
-    /// pseudo-inertia is positive definite.
+    /// Values for the computation of divergences. Held parameters of a body get the values of its
+    /// prior, whose pseudo-inertia is positive definite even for a thin body.
     fn thickened(&self, values: &DVector<f64>, priors: &[BodyPrior]) -> DVector<f64> {
         let mut thick = values.clone();
         for body in priors {
@@ -225,7 +227,7 @@ impl Problem<'_> {
             }
         }
         for (k, (precision, p)) in precision.iter().zip(self.parameters).enumerate() {
-            // A declared coefficient may be wrong by its own size.
+            // A declared friction coefficient may be wrong by the standard deviation of its prior.
             let error = match p.kind {
                 Kind::Rotor(_) => PRIOR_ERROR * p.scale,
                 Kind::Term(_) => TERM_ERROR,

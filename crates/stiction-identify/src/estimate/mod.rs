@@ -32,7 +32,7 @@ pub struct Options {
     pub held: Vec<bool>,
     /// Groups of indices of parameters that have one common value.
     pub tied: Vec<Vec<usize>>,
-    /// Parameters with a least and a greatest value, SI units; none of a body.
+    /// Parameters with a least and a greatest value, SI units. Parameters of bodies have no bounds.
     pub bounds: Vec<(usize, [f64; 2])>,
 }
 
@@ -71,7 +71,8 @@ pub struct Estimate {
     pub noise: Vec<f64>,
     /// Mean squared weighted residual of left-out blocks, relative to that of the fit.
     pub left_out_ratio: f64,
-    /// The same ratio for estimates without prior; infinite if the data alone do not determine the values.
+    /// Ratio `left_out_ratio` for estimates without prior; infinite if the data alone do not
+    /// determine the values.
     pub left_out_ratio_plain: f64,
     /// Number of independent samples in all rows.
     pub samples: f64,
@@ -84,13 +85,15 @@ const STRENGTHS: [f64; 13] =
     [1e-4, 1e-3, 1e-2, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1e3, 1e4];
 /// Largest strength of the prior with which the noise is estimated initially.
 const WEAK: f64 = 1.0;
-/// Part of the squares of left-out residuals by which strengths do not differ. A pull beyond what the model's errors
-/// warrant costs more: standard deviations that the errors of the model determine, not the data.
+/// Relative increase of the squared left-out residuals up to which strengths of the prior count as
+/// equally good. An unnecessarily strong prior costs more: its standard deviations follow from the
+/// errors of the model and not from the data.
 const LITTLE: f64 = 0.1;
 /// Residual, in standard deviations, beyond which a row loses weight (Huber).
 const HUBER: f64 = 2.5;
 
-/// Sums of one piece of the data: `sum w M^T M`, `sum w M^T y`, `sum w y^2`, rows; and bounds of efforts at rest.
+/// Sums over one piece of the data: `sum w M^T M`, `sum w M^T y`, `sum w y^2`, and the number of
+/// rows; also the half-spaces of the efforts at rest.
 #[derive(Clone, Debug)]
 pub(crate) struct Normal {
     pub(crate) matrix: DMatrix<f64>,
@@ -161,8 +164,8 @@ impl Problem<'_> {
                 all.fold((0.0, 0), |(s, n), rows| (s + rows.right.norm_squared(), n + rows.len()));
             *noise = (sum / count.max(1) as f64).sqrt().max(1e-300);
         }
-        // A strong pull with too large a noise reproduces this noise by its own error, so the noise comes from
-        // fits with a weak one first.
+        // If the noise is too large, a strong prior causes errors that confirm it. The noise is
+        // therefore estimated first with a weak prior.
         let mut strength = self.options.strength.map_or(WEAK, |own| own.min(WEAK));
         let mut values =
             DVector::from_iterator(self.parameters.len(), self.parameters.iter().map(|p| p.prior));
@@ -177,10 +180,11 @@ impl Problem<'_> {
             if round + 2 == ROUNDS {
                 let mut chosen = self.options.strength;
                 if compares {
-                    // That of a prior with the errors that intervals allow for.
+                    // Strength of a prior with the errors for which the confidence intervals allow.
                     let samples = colour(self.blocks, &(&values - &shift));
                     let own = samples / (PRIOR_ERROR * PRIOR_ERROR);
-                    // Instruments choose the columns of the fit; predictions are those of all columns.
+                    // The fit uses the columns that the instruments explain; predictions use the
+                    // complete columns.
                     let judged = projection.as_ref().map(|_| pieces_of(self.blocks));
                     let judged = judged.as_ref().unwrap_or(&pieces);
                     let (best, ratio, plain) =
@@ -239,8 +243,9 @@ impl Problem<'_> {
         Problem { options: &options, ..self.clone() }.solve_with(false)
     }
 
-    /// Values that the unknowns are measured from: the known efforts contain the model's inertias, so the unknown
-    /// inertial parameters are differences from these.
+    /// Values from which the unknowns are measured. The known efforts contain the inertias of the
+    /// model, so the unknown inertial parameters are differences from the model; all other values
+    /// are zero.
     fn shift(&self) -> DVector<f64> {
         let each = self.parameters.iter().map(|p| if p.body().is_some() { p.prior } else { 0.0 });
         DVector::from_iterator(self.parameters.len(), each)
@@ -254,9 +259,10 @@ impl Problem<'_> {
         total
     }
 
-    /// The strength next to that of the `prior` among those whose fits predict left-out pieces as well as the best
-    /// one, within two standard errors or [`LITTLE`]. Also the mean square of left-out residuals over that of the fit, for it and
-    /// for the weakest prior.
+    /// Chooses the strength of the prior. Among those whose fits predict left-out pieces as well as
+    /// the best one, within two standard errors or [`LITTLE`], it is the one closest to `prior`.
+    /// Also returns the mean square of left-out residuals relative to that of the fit, for the
+    /// chosen and for the weakest strength.
     fn chosen_strength(
         &self,
         map: &Map,
@@ -265,7 +271,7 @@ impl Problem<'_> {
     ) -> (f64, f64, f64) {
         let scored = |strength: f64| -> Vec<f64> {
             let folds = pieces.len().clamp(1, FOLDS);
-            // Pieces of all logs with the same place are left out together.
+            // Pieces at the same place in all logs are left out together.
             (0..folds)
                 .map(|fold| {
                     let mut rest = total.clone();
@@ -300,7 +306,7 @@ impl Problem<'_> {
                 let best = (0..all.len())
                     .min_by(|&a, &b| mean(&all[a].1).total_cmp(&mean(&all[b].1)))
                     .unwrap_or(0);
-                // Differences of the same pieces, not the scatter between pieces, decide.
+                // The differences of the same pieces decide, not the scatter between pieces.
                 let is_as_good = |k: usize| {
                     let d: Vec<f64> =
                         all[k].1.iter().zip(&all[best].1).map(|(a, b)| a - b).collect();
@@ -384,8 +390,8 @@ impl Problem<'_> {
     }
 }
 
-/// Computes the sums over each piece of all logs, in free coordinates; the right-hand side is that of the
-/// differences. Rows without instruments do not count.
+/// Computes the sums over each piece of all logs, in free coordinates. The right-hand side is that
+/// of the differences from `shift`. Rows without instruments do not count.
 fn pieces(
     blocks: &[Block],
     map: &Map,

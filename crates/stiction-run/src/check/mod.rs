@@ -222,7 +222,7 @@ fn examine_motion(
         not_searched: 0,
     };
     let actuation = actuation.unwrap_or_else(|| never.clone());
-    // At a singular pose they are undetermined even without redundancy.
+    // At a singular pose the efforts are undetermined even without redundancy.
     drives_unique &= actuation.singular_samples == 0;
     let mut findings = Findings {
         mobility,

@@ -33,7 +33,8 @@ pub(super) fn springs(mechanism: &Mechanism) -> Vec<Entry> {
     spring::tables(mechanism).into_iter().map(entry).collect()
 }
 
-/// Lists the springs that MJCF cannot express, or only without their preload or the range of their length.
+/// Lists the springs that MJCF cannot express, or can express only without their preload or their
+/// range of lengths.
 pub(super) fn own_springs(mechanism: &Mechanism) -> Vec<Entry> {
     let plain = |name: &str| {
         let mut springs = mechanism.springs().iter();
@@ -146,7 +147,8 @@ pub(super) fn angles(pose: Pose<f64>) -> [f64; 3] {
     let r = pose.rotation;
     let pitch = (-r.at(2, 0)).atan2(r.at(0, 0).hypot(r.at(1, 0)));
     let yaw = r.at(1, 0).atan2(r.at(0, 0));
-    // What the yaw leaves: exact even where the pitch is a quarter turn and the yaw any angle.
+    // Roll of the rotation that remains after the yaw. This is exact even at a pitch of a quarter
+    // turn, where the yaw is arbitrary.
     let (s, c) = yaw.sin_cos();
     let roll = (s * r.at(0, 2) - c * r.at(1, 2)).atan2(c * r.at(1, 1) - s * r.at(0, 1));
     [roll, pitch, yaw]

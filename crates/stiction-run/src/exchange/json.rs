@@ -15,8 +15,9 @@ use stiction_core::spatial::{Mat3, Pose};
 /// Version of the format, increased when the meaning of a key changes.
 const VERSION: u32 = 1;
 
-/// Describes the assembled mechanism as a JSON object. A pose relates two frames: it is that of the second in the first.
-/// A rotation is a list of rows; its columns are the axes of the second frame.
+/// Describes the assembled mechanism as a JSON object. A pose of two frames is the pose of the
+/// second frame in the first. A rotation is a list of rows; its columns are the axes of the second
+/// frame.
 pub fn json(home: &Home<'_>) -> Value {
     let mechanism = &home.model.mechanism;
     let name_of = |body: BodyId| mechanism.bodies()[body.0].name.as_str();
@@ -70,7 +71,7 @@ pub fn json(home: &Home<'_>) -> Value {
         "joints": joints.collect::<Vec<_>>(),
         "springs": mechanism.springs().iter().map(spring).collect::<Vec<_>>(),
     });
-    // Only mechanisms with such springs have these entries.
+    // Only mechanisms with springs on joints have these entries.
     if !mechanism.joint_springs().is_empty() {
         let each = mechanism.joint_springs().iter().map(|spring| {
             json!({

@@ -9,7 +9,7 @@ use std::io::{self, BufReader, BufWriter, Read, Seek, Write};
 use stiction_core::mechanism::Mechanism;
 use stiction_core::spatial::{Pose, Vec3};
 
-/// Topic of the joint states; the one that [`stiction_format`] reads among several.
+/// Topic of the joint states. [`stiction_format`] reads this topic if a log has several.
 const JOINT_STATES: &str = "/joint_states";
 /// Topic of the skeleton.
 const SCENE: &str = "/scene";
@@ -209,7 +209,8 @@ impl Scene {
         Ok(json!({ "entities": entities.collect::<Vec<_>>() }))
     }
 
-    /// A body whose joints are at `points` in the world. The ground consists of its joints only.
+    /// Returns the scene entity of a body whose joints are at `points` in the world. The ground
+    /// consists of its joints only.
     fn entity(&self, stamp: &Value, name: &str, points: &[Vec3<f64>], is_ground: bool) -> Value {
         let [thickness, size] = self.sizes;
         let sum = points.iter().fold(Vec3::zero(), |sum, point| sum + *point);

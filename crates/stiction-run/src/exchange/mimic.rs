@@ -67,7 +67,7 @@ pub(super) fn limits(
         .iter()
         .filter(|train| train.only_dof().is_some_and(|(own, dof)| (own.0, dof) == (joint, 0)))
         .collect();
-    // All motors of the joint together; one without a limit has none.
+    // The efforts of all motors of the joint add up. If one motor has no limit, the joint has none.
     let effort = trains
         .iter()
         .try_fold(0.0, |sum, train| Some(sum + train.limits.peak? * train.transmission().abs()));

@@ -129,7 +129,7 @@ fn write_joint(xml: &mut Xml, home: &Home<'_>, index: usize, bodies: &[String], 
     let angle = home.coordinates[index].first().copied().flatten().unwrap_or(0.0);
     let axes: &[(&str, [f64; 3])] = match joint.joint_type {
         JointType::Spherical | JointType::Fixed => &[],
-        // The second axis as it is in the home position.
+        // Second axis in the home position.
         JointType::Universal => {
             &[("axis", [0.0, 0.0, 1.0]), ("axis2", [angle.cos(), angle.sin(), 0.0])]
         }
@@ -139,14 +139,14 @@ fn write_joint(xml: &mut Xml, home: &Home<'_>, index: usize, bodies: &[String], 
         let tag: &'static str = if *tag == "axis" { "axis" } else { "axis2" };
         xml.open(tag, &[]);
         xml.text("xyz", &[], &numbers(axis));
-        // An effort of zero says that there is no motor.
+        // An effort limit of zero marks a degree of freedom without actuator.
         let (range, effort, rate) = match joint.joint_type {
             JointType::Revolute | JointType::Prismatic => mimic::limits(mechanism, index),
             _ => (None, None, None),
         };
         let effort = if joint.actuated[dof] { effort.unwrap_or(1e9) } else { 0.0 };
         xml.open("limit", &[]);
-        // The home position is the zero of the file.
+        // The limits are measured from the home position, which is the zero of the file.
         if let Some((lower, upper)) = range {
             xml.text("lower", &[], &numbers(&[lower - angle]));
             xml.text("upper", &[], &numbers(&[upper - angle]));

@@ -86,7 +86,7 @@ pub fn urdf(home: &Home<'_>) -> Result<Urdf, Unfit> {
 /// to its successor, false if it is reversed.
 fn tree(mechanism: &Mechanism) -> Vec<(usize, bool)> {
     let joints = mechanism.joints();
-    // Loops are closed preferably at balls and rigid connections, and not at motors.
+    // Loops are preferably closed at spherical and fixed joints, and not at joints with motors.
     let rank = |joint: &Joint| match joint.joint_type {
         JointType::Free => 4,
         JointType::Spherical => 3,
@@ -215,7 +215,7 @@ impl Writer<'_> {
             self.xml.empty("axis", &[("xyz", "0 0 1".into())]);
         }
         if matches!(word, "prismatic" | "revolute") {
-            // The format requires limits: such wide ones are none.
+            // The format requires limits. A missing limit becomes a very wide one.
             let (lower, upper) = range.unwrap_or((-WIDE, WIDE));
             let [effort, rate] = [effort, rate].map(|limit| limit.unwrap_or(WIDE));
             let limits =
@@ -331,7 +331,8 @@ impl Writer<'_> {
         entries.extend(extension::reversed(mechanism, self.reversed.iter().copied()));
         entries.extend(extension::coordinates(self.home));
         for Entry { kind, name, text } in entries {
-            // The coordinates of the file are those of the model.
+            // Coordinates in URDF equal those of the model, so the home coordinates are start
+            // coordinates.
             let kind = if kind == "coordinates" { "start" } else { kind };
             self.xml.text(extension::tag(kind), &[("name", name)], &text);
         }

@@ -130,7 +130,8 @@ fn ascend(
             length *= 0.5;
         }
         let Some((x, better, sweep)) = found else {
-            // Once more along the slope, then it is a maximum as far as differences tell.
+            // Restarts once along the gradient. If that also fails, the point is a maximum within
+            // the accuracy of finite differences.
             if inverse.take().is_some() {
                 continue;
             }

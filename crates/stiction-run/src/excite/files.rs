@@ -43,7 +43,7 @@ impl Excitation {
             if friction_only {
                 text += "estimate = \"friction\"\n";
             }
-            // `estimate` holds the inertias already.
+            // The key `estimate` already holds the inertias.
             let held: Vec<&String> = self
                 .held
                 .iter()

@@ -58,7 +58,8 @@ pub(super) fn add_setting(
         }
         return Ok(());
     }
-    // `leg*` names angles and lengths alike: the unit tells which are meant.
+    // A pattern such as `leg*` may match angles and lengths; the unit of the limit selects among
+    // them.
     let candidates = moving(mechanism, chosen);
     let named = candidates.iter().filter(|(name, ..)| fits(&setting.name, name));
     let mut misfit = None;

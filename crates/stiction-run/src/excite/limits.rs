@@ -48,7 +48,7 @@ pub(super) struct Limit {
     pub(super) of: Of,
 }
 
-/// Use of a limit by a motion.
+/// Utilisation of a limit by a motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Used {
     /// Name of the limited quantity, such as `leg1.P.speed`.
@@ -103,7 +103,8 @@ impl Limits {
                 let (low, high) = range.limits;
                 let (joint_id, middle) = (JointId(index), 0.5 * (low + high));
                 let own = Coordinate::Joint { joint: joint_id, dof };
-                // A coordinate counts full turns.
+                // Coordinates count full turns, so the range is shifted to the turn of the first
+                // position.
                 let of = match chosen.coordinates.iter().position(|known| *known == own) {
                     Some(k) => {
                         let turns = match chosen.is_angle[k] {

@@ -10,7 +10,7 @@ use stiction_core::kinematics::Target;
 use stiction_core::mechanism::{JointId, Mechanism};
 use stiction_core::spatial::Pose;
 
-/// Used fraction of the limit on the singularity index from which on the barrier acts.
+/// Used fraction of the limit on the singularity index above which the barrier acts.
 const NEAR: f64 = 0.5;
 /// Relative step of finite differences.
 const STEP: f64 = 1e-6;
@@ -148,7 +148,7 @@ impl Objective {
                 last = Some(reading.index);
                 each(&mut self.probe, k, &reading);
             }
-            // Back at the first position, in the same assembly mode?
+            // The period must end at the first position, in the same assembly mode.
             let rest = vec![0.0; grid.centre.len()];
             self.probe.at([&grid.centre, &rest, &rest], Some(1.0))?;
             let length = self.probe.mechanism().characteristic_length();
@@ -268,7 +268,8 @@ impl Objective {
         let columns: Vec<(usize, f64)> = self.leaders.iter().map(|&k| self.columns[k]).collect();
         let rated = self.rated.clone();
         let over = 1.0 / grid.len() as f64;
-        // The barrier of a mean square has the derivative of the mean, over what is left.
+        // For a mean square `m` the barrier `ln(1 - m)` has the derivative `-1/(1 - m)`; `left`
+        // contains `1 - m`.
         let left: Vec<f64> = sweep.greatest.iter().map(|part| 1.0 - part * part).collect();
         let own = |reading: &Reading| -> f64 {
             let rows = Self::rows(&weights, &columns, reading);
@@ -290,7 +291,8 @@ impl Objective {
                     let step = STEP * grid.reach[i] * omega.powi(order as i32);
                     let mut moved = motion.clone();
                     moved[order][i] += step;
-                    // The index changes with the position only, and matters near its limit only.
+                    // The singularity index depends on positions only, and the barrier contains it
+                    // near its limit only.
                     let is_near = reading.parts.last().is_some_and(|part| part.abs() > NEAR);
                     let is_kept = k % grid.stride > 0;
                     let known = (order > 0 || !is_near || is_kept).then_some(reading.index);
@@ -298,7 +300,7 @@ impl Objective {
                         failed = true;
                         return;
                     };
-                    // Friction that begins to act is a jump, not a slope.
+                    // A change between sliding and rest is a jump of the friction, not a slope.
                     if other.resting != reading.resting {
                         continue;
                     }

@@ -90,7 +90,7 @@ pub(super) fn noise_of(
     let largest = sweep.rms.iter().copied().fold(0.0, f64::max);
     let each = names.drives.iter().zip(&sweep.rms).map(|((name, unit), rms)| {
         if settings.noise.is_empty() {
-            // An idle actuator has the noise of a small part of the others.
+            // An actuator without effort gets the noise of a small fraction of the largest effort.
             return Ok(NOISE * rms.max(1e-3 * largest).max(1e-12));
         }
         let found = settings.noise.iter().find_map(|amount| match amount.unit.as_str() {
@@ -121,8 +121,8 @@ pub(super) fn scale_unknown(objective: &mut Objective, sweep: &Sweep) {
     }
 }
 
-/// Tries every payload of the model that is not in the plan, and notes for each confounded pair the one that separates
-/// it best.
+/// Tries every payload of the model that is not in the plan, and records for each confounded pair
+/// the payload that separates it best.
 pub(super) fn suggest_payloads(
     model: &ModelFile,
     settings: &ExciteSettings,

@@ -33,8 +33,8 @@ pub struct Confounded {
     pub coulomb: String,
     /// Correlation of the errors of both; -1 if only a combination of both is determined.
     pub correlation: f64,
-    /// Payload of the model that is not in the plan and separates the two best, and their correlation if the motion is
-    /// repeated with it.
+    /// Payload of the model that is not in the plan and separates the two parameters best, with
+    /// their correlation if the motion is repeated with this payload.
     pub with: Option<(String, f64)>,
 }
 
@@ -82,7 +82,7 @@ pub(super) fn expected(
             (combination.leader, expected)
         })
         .collect();
-    // In the order of the catalogue.
+    // Sorts by the order of the parameter catalogue.
     all.sort_by_key(|(leader, _)| *leader);
     Some(all.into_iter().map(|(_, expected)| expected).collect())
 }

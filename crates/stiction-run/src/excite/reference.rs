@@ -21,11 +21,12 @@ impl Sampled<'_> {
     pub(super) fn at(&self, time: f64, period: f64) -> (f64, [Vec<f64>; 3]) {
         let turns = time / period;
         if (turns - turns.round()).abs() < 1e-9 {
-            // Rest without rounding errors.
+            // Between two periods the motion is at rest, without rounding errors.
             let rest = vec![0.0; self.grid.centre.len()];
             return (time, [self.grid.centre.clone(), rest.clone(), rest]);
         }
-        // Phases of the first period, so that all periods have the same numbers up to the time's rounding.
+        // The phase refers to the first period, so that all periods have the same numbers up to the
+        // rounding of the time.
         let phase = time - period * turns.floor();
         let factors = self.series.factors(phase);
         let size = self.series.free();

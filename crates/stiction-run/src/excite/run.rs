@@ -116,7 +116,8 @@ pub fn excite(
         done += usize::from(!is_stopped);
         !is_stopped
     };
-    // The maxima near several random motions, in short, then the best of them on and on.
+    // Short searches start from several random motions; long searches continue from the best
+    // result.
     let each = settings.iterations.div_ceil(BARRIER.len());
     let weight = |k: usize| BARRIER[k] * base.rank() as f64;
     let mut now = Point { x: begun.x.clone(), sweep: begun.sweep.clone() };

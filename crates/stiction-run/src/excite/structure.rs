@@ -23,7 +23,7 @@ pub(super) fn structure(
         }
     }
     let mut rows: Vec<RowDVector<f64>> = Vec::new();
-    // Twice over the grid: enough rows for every parameter of a robot with few actuators.
+    // Two passes over the grid yield enough rows for every parameter of a robot with few actuators.
     for _ in 0..2 {
         let _ = objective.read(&grid, x, |probe, k, reading| {
             let [q, ..] = grid.motion(k, x);

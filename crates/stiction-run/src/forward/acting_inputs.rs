@@ -39,7 +39,7 @@ pub(super) struct Acting<'a> {
     forward: &'a Forward,
     job: &'a Job<'a>,
     sources: Vec<MotionSource<'a>>,
-    /// Motion of the whole mechanism, for prescribed actuators that have no signal of their own.
+    /// Motion of the whole mechanism, for prescribed actuators without their own signal.
     leader: Option<Guide<'a>>,
     /// Reference motions of the actuators that follow the motion.
     references: References<'a>,
@@ -209,8 +209,8 @@ impl<'a> Acting<'a> {
 
     /// Reference motions of all actuators at a time, s; zeros for actuators that follow no motion.
     pub(super) fn references_at(&mut self, time: f64) -> Result<&[Target<f64>], Error> {
-        // A continuous controller asks for them in any order: each result follows from the start of
-        // the step.
+        // A continuous controller requests references at times in any order, so each evaluation
+        // begins at the start of the step.
         if !self.reference_from.is_empty()
             && self.references.restore(&self.reference_from).is_none()
         {
@@ -260,7 +260,8 @@ impl<'a> Acting<'a> {
         }
     }
 
-    /// Sides of the switching functions of these formulas, followed by those of the formulas of loads.
+    /// Sides (true if positive) of the switching functions of the effort formulas, followed by
+    /// those of the load formulas.
     fn law_sides<'v>(&self, view: &View<'v>) -> &'v [bool] {
         let before = self.job.stops.len() + 2 * self.limited.len();
         view.sides().get(before..).unwrap_or_default()
@@ -278,7 +279,7 @@ impl<'a> Acting<'a> {
             Some([false, _]) => limit,
             Some([true, false]) => -limit,
             Some(_) => demand,
-            // Before the start.
+            // Before the start of the simulation the sides are unknown.
             None => demand.clamp(-limit, limit),
         }
     }
@@ -295,7 +296,8 @@ impl<'a> Acting<'a> {
         }
     }
 
-    /// Writes the efforts that signals and formulas give; `sides` are those of the switching functions of the formulas.
+    /// Writes the efforts that signals and formulas give. `sides` contains the side of each
+    /// switching function of the formulas, true if positive.
     fn given_at(&self, view: &View<'_>, mut sides: &[bool], efforts: &mut [f64]) {
         if let Feed::Given(drives) = self.job.drives {
             for (actuator, signal) in &drives.efforts {
@@ -364,7 +366,7 @@ impl Acting<'_> {
     /// Returns an error if a formula of an effort has a kink or a jump at the present state. Its derivatives then
     /// differ on both sides, so there is no linear model.
     pub(super) fn refuse_kinks(&mut self, simulation: &Simulation<'_>) -> Result<(), Error> {
-        // Differences from the kink that are rounding, in SI units.
+        // Distance from a kink, in SI units, that counts as a rounding error.
         const AT_KINK: f64 = 1e-9;
         let view = simulation.view();
         let mut values = Vec::new();
@@ -413,7 +415,7 @@ impl Inputs for Acting<'_> {
         self.demand(view, &mut demands);
         let reference = match self.references_at(view.time) {
             Ok(reference) => reference.to_vec(),
-            // Recorded by `demand`.
+            // The method `demand` has recorded the error.
             Err(_) => return,
         };
         let Some(controller) = &self.controller else { return };

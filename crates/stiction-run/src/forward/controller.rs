@@ -164,7 +164,8 @@ impl<'a> Controller<'a> {
         };
         let state = model.state().clone();
         let (bodies, actuators) = (model.bodies().clone(), model.mechanism().actuators());
-        // The tree of the state: simulations of friction may have shafts in addition.
+        // The state refers to the tree of the model without friction. With friction the tree may
+        // contain additional motor shafts.
         let forward = Forward::new(model.mechanism().without_friction(), &[]);
         let mut targets: Vec<Target<f64>> = actuators
             .map(|(joint, dof)| Target {

@@ -282,7 +282,7 @@ fn solve(slope: &DMatrix<f64>, a: &DVector<f64>, lambda: f64) -> Option<DVector<
 /// Motion that grows fastest, by inverse iteration near the highest eigenvalue.
 fn least_stable(slope: &DMatrix<f64>, highest: f64) -> DVector<f64> {
     let m = slope.nrows();
-    // Fixed and without symmetry, so that it has a part along every motion.
+    // A fixed start vector without symmetry has a component along every motion.
     let mut vector = DVector::from_fn(m, |k, _| 1.0 + 0.1 * k as f64);
     for _ in 0..20 {
         let Some(next) = solve(slope, &vector, highest * (1.0 + 1e-6) + 1e-12) else { break };

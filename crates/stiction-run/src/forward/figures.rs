@@ -146,7 +146,7 @@ impl Sink<Rows> for Curves {
                 self.errors[actuator].push(time, 1e3 * (position - reference));
             }
         }
-        // The friction of an interface that sticks is known.
+        // In a simulation the friction of a sticking interface is known.
         self.friction.add(time, rows.friction.chunks_exact(6).map(|row| (row[0], row[2], false)));
         let energy = &rows.energy;
         let drives = self.drives.len();

@@ -91,7 +91,8 @@ impl Job<'_> {
     /// Computes the effect of static friction at an equilibrium that was found without friction.
     ///
     /// # Errors
-    /// The same error as at the start of a simulation, if the mechanism cannot be assembled at the equilibrium.
+    /// Fails like the start of a simulation, if the mechanism cannot be assembled at the
+    /// equilibrium.
     pub fn holding(&self, found: &Equilibrium) -> Result<Holding, Error> {
         if !self.load.payloads.is_empty() {
             let (model, load) = self.with_payloads()?;
@@ -128,7 +129,8 @@ impl Job<'_> {
 
     /// Ranges of the efforts at a position of rest, found without friction.
     fn ranges(&self, state: &State<f64>) -> Result<Vec<HoldingRange>, Error> {
-        // The tree of that state: simulations of friction may have shafts in addition.
+        // The state refers to the tree of the model without friction. With friction the tree may
+        // contain additional motor shafts.
         let tree = Forward::new(self.model.mechanism.without_friction(), &[]);
         let forward = &tree;
         let mut bodies = Bodies::new(forward.topology());

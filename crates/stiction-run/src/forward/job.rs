@@ -33,7 +33,7 @@ pub struct Job<'a> {
     pub control_name: String,
     /// Control law of the caller; its efforts are added to the feed-forward efforts.
     pub law: Option<&'a ControlLaw>,
-    /// Indices of the actuators that follow the motion exactly, with whatever effort this requires.
+    /// Indices of the actuators whose motion is prescribed; their efforts follow from the motion.
     pub prescribed: Vec<usize>,
     /// Indices of the actuators that are locked at their start positions.
     pub locked: Vec<usize>,

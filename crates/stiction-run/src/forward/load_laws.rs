@@ -19,8 +19,9 @@ impl ActingLoads<'_> {
         format!("the load on `{}`", self.mechanism.bodies()[law.body.0].name)
     }
 
-    /// Appends the loads to a list; `sides` are those of the switching functions of the formulas. A formula without a
-    /// value appends NaN: the simulation then repeats the step with a shorter one, or ends if that does not help.
+    /// Appends the loads to a list. `sides` contains the side of each switching function of the
+    /// formulas, true if positive. A formula without a value appends NaN: the simulation then
+    /// repeats the step with a shorter one, or ends if that does not help.
     ///
     /// # Errors
     /// [`Error::NoLoad`] for the first formula without a value.
@@ -53,7 +54,8 @@ impl ActingLoads<'_> {
         }
     }
 
-    /// Describes a switching function in messages; `place` is its index among those of the loads.
+    /// Describes a switching function for messages; `place` is its index among those of the load
+    /// formulas.
     pub(super) fn switch_name(&self, mut place: usize) -> Option<String> {
         for law in &self.load.laws {
             if place < law.law.switches() {
@@ -70,7 +72,7 @@ impl ActingLoads<'_> {
         !has_time && self.load.signals().all(|signal| signal.is_constant())
     }
 
-    /// Time, s, until which a few samples from `time` on resolve the loads.
+    /// Time, s, up to which a few samples from `time` on resolve all loads.
     pub(super) fn seen_until(&self, time: f64) -> f64 {
         let laws = self.load.laws.iter().map(|law| law.law.resolved_until(time));
         let signals = self.load.signals().map(|signal| signal.resolved_until(time));

@@ -1,7 +1,8 @@
 //! Motors of the drive trains in a simulation.
 //!
-//! The effort of an actuator with a drive train is the torque of its motor times the transmission: the rotor, the
-//! friction of the motor and the loss of the gear belong to the mechanism on which this effort acts.
+//! The effort of an actuator with a drive train is the torque of its motor times the transmission.
+//! The rotor, the friction of the motor and the loss of the gear belong to the mechanism on which
+//! this effort acts.
 
 use crate::error::Error;
 use stiction_core::kinematics::{Bodies, Target};
@@ -11,13 +12,14 @@ use stiction_core::mechanism::{DriveTrain, GearInput, Mechanism, MotorMap, Share
 #[derive(Clone, Debug)]
 pub(super) struct Motors {
     trains: Vec<(DriveTrain, MotorMap)>,
-    /// Those of them that share efforts, and whose gears do not transmit them in the ratio of the shares.
+    /// Drive trains that share efforts and whose gears do not transmit them in the ratio of the
+    /// shares.
     shared: Vec<SharedMotors>,
 }
 
 /// Motion at the output of a motor's gear.
 struct OutputMotion {
-    /// Rate, rad/s or m/s; `None` at rest, where friction has any direction.
+    /// Rate, rad/s or m/s; `None` at rest, where friction may act in either direction.
     rate: Option<f64>,
     acceleration: f64,
     /// Angular acceleration of the body that carries the rotor, about its axis, rad/s^2.
@@ -70,8 +72,9 @@ impl Motors {
         }
     }
 
-    /// Adds to the efforts that a motion requires at the joints those that the motors require in addition: to
-    /// accelerate their rotors and, if `friction` is true, to overcome the friction of motors and gears.
+    /// Adds to the efforts that a motion requires at the joints the additional efforts of the
+    /// motors: to accelerate their rotors and, if `friction` is true, to overcome the friction of
+    /// motors and gears.
     ///
     /// # Errors
     /// [`Error::SharedMotors`] at this time, s, if motors with torques in the ratio of their shares cannot exert these
@@ -99,7 +102,7 @@ impl Motors {
             let more = train.transmission() * motor.torque - effort;
             map.terms.iter().for_each(|term| efforts[term.actuator] += term.part * more);
         }
-        // Without friction the efforts of the motors matter only together.
+        // Without friction only the total effort of motors that share efforts counts.
         for shared in self.shared.iter().filter(|_| friction) {
             let input = |&k: &usize| -> GearInput {
                 let (train, map) = &self.trains[k];

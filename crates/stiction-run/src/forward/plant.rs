@@ -37,7 +37,8 @@ struct Change {
     picked_up: bool,
 }
 
-/// Complete state of a plant as plain numbers. A copy continues bit for bit like the original.
+/// Complete state of a plant as plain numbers. A simulation that continues from a copy has bitwise
+/// equal results.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PlantState {
     /// State of the simulation, see [`Checkpoint::numbers`].
@@ -102,7 +103,7 @@ impl Plant {
     /// inputs.
     ///
     /// # Errors
-    /// The mechanism cannot be assembled, or has no accelerations there.
+    /// Fails if the mechanism cannot be assembled, or has no accelerations there.
     pub fn start(
         &self,
         job: &Job<'_>,

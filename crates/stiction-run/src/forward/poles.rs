@@ -48,7 +48,7 @@ fn between(value: &dyn Fn(f64) -> f64, left: (f64, f64), right: (f64, f64)) -> O
         }
         let found = value(middle);
         match found {
-            // Zero divided by zero, as in a sign function written as a quotient.
+            // A sign function written as a quotient is zero divided by zero here.
             found if found.is_nan() => break,
             found if found.is_infinite() => return Some(middle),
             0.0 => return None,

@@ -30,7 +30,8 @@ pub(super) fn state(job: &Job<'_>, forward: &Forward) -> Result<(State<f64>, Vec
             targets.push(Target { rate, ..target });
         }
         match forward.assemble_with_report(initial_poses, &coordinates, &targets) {
-            // The start is incomplete or singular.
+            // The motion does not determine the configuration, or the configuration is singular.
+            // The assembly below completes it.
             Err(ForwardError::Assembly(error))
                 if !matches!(error, AssemblyError::AngleRange { .. }) => {}
             other => {
@@ -73,7 +74,7 @@ fn angular(mut known: Vec<Known>) -> Vec<Known> {
         let (turned, rate) = (vector(|k| k.value), vector(|k| k.rate));
         let angle = turned.norm();
         let across = turned.cross(rate);
-        // The half angle keeps the digits of small angles.
+        // The half angle avoids cancellation at small angles.
         let half = (0.5 * angle).sin();
         let (once, twice) = if angle < 1e-4 {
             (0.5, 1.0 / 6.0)

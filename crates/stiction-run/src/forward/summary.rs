@@ -30,7 +30,8 @@ pub struct Summary {
     pub(super) loads: Vec<Size>,
     pub(super) closure: Size,
     pub(super) energy_error: Size,
-    /// Magnitudes of the energies of whose difference the energy error consists; they set the scale of rounding.
+    /// Magnitude of the energies whose difference is the energy error; it sets the scale of
+    /// rounding errors.
     energies: Size,
     ranges: Ranges,
 }

@@ -91,7 +91,7 @@ fn constant_part(
         .map(|column| Parameter {
             name: String::new(),
             unit: "",
-            // Kinds without a sign.
+            // Offsets may have either sign.
             kind: Kind::Offset(column),
             prior: 0.0,
             scale: (size / norm(column)).max(1e-300),

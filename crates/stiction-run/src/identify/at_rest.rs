@@ -1,14 +1,17 @@
-//! Efforts at rest: inequalities that bound a fit, as far as they agree with it.
+//! Efforts at rest: inequalities that bound the parameters of a fit. Dwells that contradict the fit
+//! are left out.
 
 use super::prepare::Prepared;
 use super::run::fitted_blocks;
 use stiction_identify::{Estimate, Options, Parameter, Problem};
 
-/// Standard deviations of a limit beyond which another force acts at rest.
+/// Excess of an effort at rest over its limit, in standard deviations, beyond which another force
+/// must act.
 const CONTRADICTS: f64 = 4.0;
 
-/// Bounds an estimate by the efforts at rest. Dwells that contradict the estimate do not count: there a brake holds, or
-/// friction at rest exceeds that of sliding. Returns the estimate and what to say.
+/// Bounds an estimate by the efforts at rest. Dwells that contradict the estimate are left out:
+/// there a brake holds, or static friction exceeds sliding friction. Returns the bounded estimate
+/// and cautions.
 pub(super) fn bounded(
     all: &mut [Prepared],
     parameters: &[Parameter],

@@ -130,7 +130,8 @@ pub(super) struct EffortColumn {
     pub(super) column: usize,
     /// Factor that converts its values to the effort at the joint.
     pub(super) factor: f64,
-    /// Drive train of a current whose torque constant the model lacks; the factor is that of 1 N m/A.
+    /// Drive train of a current whose torque constant the model lacks; `factor` is then that of 1 N
+    /// m/A.
     pub(super) unknown: Option<usize>,
 }
 
@@ -141,7 +142,7 @@ pub(super) fn chosen_efforts(
     log: &MeasuredLog,
 ) -> Result<(Vec<EffortColumn>, bool), Error> {
     let count = mechanism.actuators().count();
-    // Tables of inverse dynamics have the efforts of joints and of their motors.
+    // A table of inverse dynamics contains the efforts of the joints and of their motors.
     let (mut found, mut by_motors) = (vec![None; count], vec![None; count]);
     let mut twice = None;
     for (index, column) in log.log.columns.iter().enumerate() {

@@ -46,11 +46,12 @@ fn remaining(
     each.collect()
 }
 
-/// Filtered direction of motion below which a row is close to a reversal.
+/// Magnitude of the filtered direction of motion below which a row is close to a reversal.
 const CLOSE: f64 = 0.95;
 
-/// Standard deviation of a delay from the jumps of friction between samples, s: each is known to a sample, and the rows
-/// close to the reversals have that part of the information.
+/// Standard deviation of a delay due to the jumps of friction, s. The instant of each jump is known
+/// to within one sample. Only the rows close to reversals have this error; they contain a part of
+/// the information on the delay.
 fn jump_error(all: &[Prepared], channel: usize) -> f64 {
     let (mut close, mut total, mut count, mut sample) = (0.0, 0.0, 0.0, 0.0);
     for log in all.iter().filter(|log| !log.predict) {

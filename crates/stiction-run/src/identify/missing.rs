@@ -89,7 +89,7 @@ impl Fit<'_> {
             }
             for block in &mut blocks {
                 for (k, dwells) in block.dwells.iter_mut().enumerate() {
-                    // Of all effects, only a constant error of the effort acts at rest, too.
+                    // Of all effects, only a constant error of the effort also acts at rest.
                     let at_rest = effect == Effect::Offset && k == channel;
                     dwells.push_column(f64::from(u8::from(at_rest)));
                 }
@@ -110,7 +110,8 @@ impl Fit<'_> {
                 chosen.push((channel, effect, found.gain));
                 continue;
             }
-            // The new fit explains the residuals by its parameters: they had been held by the prior.
+            // The new fit explains the residuals by its parameters, which the prior had held back,
+            // so the effect is removed.
             for rows in blocks.iter_mut().flat_map(|block| &mut block.channels) {
                 rows.pop_column();
             }
@@ -189,8 +190,7 @@ impl Fit<'_> {
     }
 }
 
-/// A matrix with a last column of this value, without a copy of what it was.
-/// An effect in words, and its cure.
+/// Describes an effect in words, and its remedy.
 fn words(effect: Effect, (name, unit): (&str, &str), is_positive: bool) -> (String, String) {
     let term = |formula: &str| {
         format!(

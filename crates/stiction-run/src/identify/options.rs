@@ -1,4 +1,4 @@
-//! Options of identification: a TOML file beside the logs.
+//! Options of identification: a TOML file next to the logs.
 
 use super::IdentifyError as Error;
 use stiction_format::{
@@ -410,7 +410,7 @@ fn payloads(key: &str, load: Result<LoadCase, Diagnostics>) -> Result<Vec<Payloa
 mod tests {
     use super::*;
 
-    /// The options of a log are found by any of its paths, not by a part of a name.
+    /// The options of a log are found by the end of its path, not by a part of a name.
     #[test]
     fn logs_are_named_by_the_end_of_their_path() {
         let named = |file: &str| LogSettings { file: file.to_owned(), ..LogSettings::default() };

@@ -75,7 +75,7 @@ pub struct Prediction {
     pub error_percent: Vec<(String, Option<f64>)>,
     /// Root mean square of the residuals of each actuator, N or N m.
     pub residual: Vec<f64>,
-    /// The same errors for the unchanged model, percent.
+    /// Errors of the unchanged model, in the form of `error_percent`, percent.
     pub prior_percent: Vec<Option<f64>>,
 }
 
@@ -111,7 +111,7 @@ pub struct Identified {
     pub strength: f64,
     /// Mean squared residual of left-out blocks of the logs, relative to that of the fit.
     pub left_out: f64,
-    /// The same ratio for least squares without prior.
+    /// Ratio `left_out` for least squares without prior.
     pub left_out_plain: f64,
     /// Cut-off frequency of the filter of each log, Hz; `None` for tables of steady motions.
     pub cutoffs: Vec<Option<f64>>,
@@ -211,14 +211,14 @@ pub fn identify(
     let is_estimated = given.is_none();
     let mut said = Vec::new();
     if is_estimated {
-        // With the normal loads of the model.
+        // The first estimate uses the normal loads of the model.
         delays = delay::take_back(&mut all, &delays, |all, take| {
             let blocks = fitted_blocks(all);
             let problem = Problem { parameters: &parameters, blocks: &blocks, options: &options };
             take(&problem, &problem.solve_weakly());
         });
         if delays.iter().any(|[delay, _]| *delay != 0.0) {
-            // With those of the fit.
+            // The second estimate uses the normal loads of the fit.
             let fit = fitted(&mut all, &parameters, (&options, &groups), &mut said);
             delays = delay::take_back(&mut all, &delays, |all, take| {
                 let blocks = fitted_blocks(all);
@@ -229,7 +229,7 @@ pub fn identify(
             said.clear();
         }
         let known: Vec<f64> = delays.iter().map(|[delay, _]| *delay).collect();
-        // Both at once would take twice the memory.
+        // The old logs are released first, because both sets at once would take twice the memory.
         all.clear();
         all = prepare(Some(&known))?;
         for log in &mut all {
@@ -376,7 +376,8 @@ pub fn identify(
         is_wrong,
         &mut cautions,
     );
-    // The data determine values, if only those of another model.
+    // The data determine values, although only those of a model with further effects or with a
+    // given scale.
     let is_only_changed = verdict == FitVerdict::NotExcited && (is_excited || !by_prior.is_empty());
     let is_settled = is_settled && by_prior.is_empty();
     if is_only_changed || (!is_settled && verdict == FitVerdict::Identified) {
@@ -412,7 +413,8 @@ fn without_forces(log: &str, why: &str) -> IdentifyError {
     )
 }
 
-/// The fit, alternating with the normal loads that the values cause.
+/// Fits the logs and recomputes the normal loads for the fitted values, in turn, until they settle.
+/// The second result is true if the remaining change is small.
 fn fitted(
     all: &mut [Prepared],
     parameters: &[Parameter],
@@ -433,7 +435,7 @@ fn fitted(
             .filter(|log| !log.predict)
             .find_map(|log| log.linearise(&at, groups).err());
         if let Some(why) = failed {
-            // Half the coefficients: friction beyond a lock has no forces.
+            // Friction beyond jamming has no forces, so the coefficients are halved.
             for (value, p) in at.iter_mut().zip(parameters) {
                 if matches!(p.kind, Kind::Mu(_)) {
                     *value *= 0.5;

@@ -10,7 +10,8 @@ const CONFOUNDED: f64 = 0.95;
 /// Largest number of confounded pairs that are named.
 const NAMED: usize = 20;
 
-/// Cosine between measured and expected efforts beyond which a sign or a unit counts as certain.
+/// Magnitude of the cosine between measured and expected efforts above which a sign or a unit
+/// counts as certain.
 const AGREES: f64 = 0.5;
 
 /// Range of an angle, in turns, above which positions are probably not in radians, provided that the ratio of measured
@@ -19,7 +20,8 @@ const TURNS: f64 = 2.0;
 const IMPLAUSIBLE: f64 = 0.3;
 /// Error of the identified efforts relative to the measured ones, up to which their sign is not in doubt.
 const REPRODUCED: f64 = 0.1;
-/// The same bound for efforts whose friction opposes the motion.
+/// Error of the identified efforts, relative to the measured ones, up to which their sign is not in
+/// doubt if friction opposes the motion.
 const FOLLOWED: f64 = 0.5;
 
 /// Doubt about the sign or the unit of an effort, in words.
@@ -59,7 +61,7 @@ pub(super) fn wrong_efforts(
         let friction = [1.0, -1.0].map(|sign| friction_agreement(logs, channel, (sign, None)));
         let help = "give the column `factor = -1` in the options";
         let error = (left / mm).sqrt();
-        // Friction takes up power, whatever its size in the model.
+        // Friction dissipates power, whatever its size in the model.
         let opposes = friction_agreement(logs, channel, (1.0, Some(&frictionless)));
         let mut doubt = |text: String, has_wrong_sign| found.push(Doubt { text, has_wrong_sign });
         let is_reproduced = error < REPRODUCED && opposes > -AGREES;
@@ -202,7 +204,7 @@ pub(super) fn confounded(
             }
         }
     }
-    // Friction first: it is what a second log can cure.
+    // Pairs of friction parameters come first, because a second log can separate them.
     let is_friction = |k: usize| parameters[k].body().is_none();
     pairs.sort_by(|a, b| {
         let rank = |p: &(f64, usize, usize)| is_friction(p.1) && is_friction(p.2);
@@ -364,7 +366,8 @@ pub(super) fn fit_verdict(
     if identified == 0 {
         verdict = FitVerdict::NotExcited;
     }
-    // The actuator that the model reproduces worst; efforts that are mostly noise are no error of the model.
+    // Finds the actuator that the model reproduces worst. Efforts that are mostly noise do not
+    // count as errors of the model.
     let is_noise =
         |k: usize, residual: f64| residuals.noise.is_some_and(|noise| residual < 3.0 * noise[k]);
     let each = fits.iter().flat_map(|p| p.error_percent.iter().zip(&p.residual).enumerate());

@@ -10,10 +10,12 @@ use stiction_core::mechanism::Mechanism;
 use stiction_format::fits;
 use stiction_identify::{Choice, Kind, Options, Parameter};
 
-/// Chooses the parameters that the logs may determine; all logs measure efforts at the same place.
+/// Chooses the parameters that the logs may determine. All logs must measure efforts at the same
+/// place.
 ///
 /// # Errors
-/// Efforts in the logs that the model does not have, or currents that its motor friction would scale.
+/// Fails if the logs contain efforts that the model does not have, or currents whose scale would
+/// follow from the motor friction of the model.
 pub(super) fn choice(
     mechanism: &Mechanism,
     logs: &[MeasuredLog],
@@ -54,7 +56,7 @@ fn held_of(parameters: &[Parameter], settings: &IdentifySettings) -> Vec<bool> {
     let is_held = |p: &Parameter| {
         let is_inertia = p.body().is_some() || matches!(p.kind, Kind::Rotor(_));
         let is_friction = p.kind.is_friction();
-        // The model has no value for it.
+        // The model has no value at which to hold a torque constant.
         let is_unknown = matches!(p.kind, Kind::TorqueConstant(_));
         !is_unknown
             && ((settings.hold_inertia && is_inertia)
@@ -147,7 +149,8 @@ pub(super) fn options(
     })
 }
 
-/// Bounds of parameters; several bounds of one parameter, or of tied ones, hold together.
+/// Bounds of parameters. If one parameter or a group of tied ones has several bounds, all of them
+/// hold.
 fn bounds_of(
     parameters: &[Parameter],
     settings: &IdentifySettings,
@@ -267,7 +270,7 @@ pub(super) fn enough(
 mod tests {
     use super::*;
 
-    /// Members of a group count once, held ones not at all.
+    /// Parameters of a group count as one unknown, held parameters do not count.
     #[test]
     fn tied_parameters_are_one_unknown() {
         let parameter = |name: &str| Parameter {

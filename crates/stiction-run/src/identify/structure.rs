@@ -24,7 +24,7 @@ pub(super) fn structure(all: &[Prepared], parameters: &[Parameter], held: &[bool
     let at = differences(parameters, &priors);
     let mut random = Random::new(1);
     let mut rows: Vec<nalgebra::RowDVector<f64>> = Vec::new();
-    // Logs that only check the prediction determine nothing, neither do their payloads.
+    // Logs that only check the prediction determine no parameters, and neither do their payloads.
     let fits = || all.iter().filter(|log| !log.predict);
     let per_log = STRUCTURE_SAMPLES.div_ceil(fits().count().max(1));
     for log in fits() {

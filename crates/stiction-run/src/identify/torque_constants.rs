@@ -10,18 +10,20 @@ use nalgebra::DVector;
 use stiction_core::mechanism::Mechanism;
 use stiction_identify::{Kind, Parameter, Verdict};
 
-/// Cosine between currents and efforts of the model above which their product decides the first torque constant.
+/// Cosine between the measured currents and the efforts of the model above which the first torque
+/// constant follows from their product. Otherwise it follows from their magnitudes.
 const AGREES: f64 = 0.5;
 /// Largest number of partners of a torque constant that a message names.
 const NAMED: usize = 4;
-/// Largest relative standard deviation of a value that rests on the masses of the model.
+/// Largest relative standard deviation at which a value is useful although its scale depends on the
+/// masses of the model.
 const USEFUL: f64 = 0.5;
 
-/// Drive trains whose currents are logged without a known torque constant.
+/// Finds the drive trains whose currents are logged and whose torque constants are unknown.
 ///
 /// # Errors
-/// A joint that has friction beside that of its motor: the model's motor friction is not estimated there, and would fix
-/// the scale by a guess.
+/// Fails at a joint that has friction in addition to that of its motor. The identification does not
+/// estimate the motor friction there, and the value in the model, a guess, would fix the scale.
 pub(super) fn unknown(
     mechanism: &Mechanism,
     logs: &[MeasuredLog],
@@ -53,8 +55,8 @@ pub(super) fn unknown(
     Ok(all)
 }
 
-/// Chooses the first values of torque constants, with which the efforts have the size of those of the model. They
-/// become the priors and scales of the parameters.
+/// Chooses the first values of the torque constants, with which the measured efforts are as large
+/// as those of the model. The values become the priors and scales of the parameters.
 pub(super) fn start(parameters: &mut [Parameter], all: &mut [Prepared]) {
     let priors: Vec<f64> = parameters.iter().map(|p| p.prior).collect();
     let at = differences(parameters, &priors);
@@ -83,8 +85,9 @@ pub(super) fn start(parameters: &mut [Parameter], all: &mut [Prepared]) {
     all.iter_mut().for_each(|log| log.start_constants(&values));
 }
 
-/// Adds to a row of the regression, of efforts of an actuator, the entry of its unknown torque constant, in units of
-/// the parameter's scale: the effort that the priors `at` predict.
+/// Writes the entry of an unknown torque constant into a row of the regression for an actuator's
+/// effort, in units of the parameter's scale. The entry follows from the effort that the priors
+/// `at` predict.
 pub(super) fn complete(
     row: &mut nalgebra::RowDVector<f64>,
     (known, constant): (f64, Option<usize>),
@@ -96,10 +99,10 @@ pub(super) fn complete(
     row[k] = -predicted / parameters[k].scale;
 }
 
-/// Torque constants that only the prior determines, by index.
+/// Finds the indices of the torque constants that only the prior determines.
 ///
 /// # Errors
-/// Such a torque constant without a stated strength of the prior.
+/// Fails if there is such a torque constant and the options state no strength of the prior.
 pub(super) fn by_prior(
     parameters: &[Parameter],
     structure: &Structure,
@@ -134,7 +137,7 @@ pub(super) fn by_prior(
     ))
 }
 
-/// Parameters with which a torque constant forms combinations.
+/// Parameters that form combinations with a torque constant.
 fn partners(structure: &Structure, constant: usize) -> Vec<usize> {
     let mut all = Vec::new();
     for c in &structure.free.combinations {
@@ -148,7 +151,9 @@ fn partners(structure: &Structure, constant: usize) -> Vec<usize> {
     all
 }
 
-/// Moderates the verdicts on values whose scale rests on the inertias of the model, and says so.
+/// Sets the verdict to `FitsOnly` for the torque constants `open`, whose scale depends on the
+/// inertias of the model, and for other values that are precise enough but not excited. Returns a
+/// caution that names the torque constants.
 pub(super) fn judge(named: &mut [Named], open: &[usize], strength: f64) -> Option<String> {
     if open.is_empty() {
         return None;

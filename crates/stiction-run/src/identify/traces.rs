@@ -89,16 +89,18 @@ impl Traces {
             prepared.start_constants(&values);
             prepared.set_delays(&delays);
             let parameters = parameters_of(&prepared, settings);
-            // Efforts need the identified torque constant; the model has none.
+            // Currents become efforts by the identified torque constant, because the model has
+            // none.
             let prior = |(p, value): (&Parameter, &f64)| match p.kind {
                 Kind::TorqueConstant(_) => *value,
                 _ => p.prior,
             };
             let priors: Vec<f64> = parameters.iter().zip(&values).map(prior).collect();
-            // Without forces, the loads before remain, as in the fit.
+            // If the forces have no solution, the earlier loads remain, as in the fit.
             let _ = prepared.linearise(&priors, &[]);
             let before = prepared.predicted(&differences(&parameters, &priors));
-            // Columns at constant loads: those of an interface are its own friction.
+            // The loads are held constant, so that the columns of an interface contain its own
+            // friction only.
             let _ = prepared.linearise(&values, &[]);
             let at = differences(&parameters, &values);
             let after = prepared.predicted(&at);

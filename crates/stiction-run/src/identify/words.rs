@@ -141,7 +141,7 @@ impl Identified {
         )?;
         let shown = self.parameters.iter().filter(|p| match p.verdict {
             Verdict::Held => false,
-            // Inertias that stay with the model are many.
+            // Many inertias keep the values of the model and are not listed.
             Verdict::NotExcited => !p.is_inertia,
             _ => true,
         });
@@ -211,8 +211,9 @@ impl Identified {
         Ok(())
     }
 
-    /// Returns the text of the identified model; comments contain values and standard deviations. Its motion is rest at
-    /// the first instant of the default motion, where code for the model begins.
+    /// Returns the text of the identified model; comments contain values and standard deviations.
+    /// Its motion is rest at the first instant of the default motion, which exported code uses as
+    /// its start.
     ///
     /// # Errors
     /// A message if a model file cannot express the friction.

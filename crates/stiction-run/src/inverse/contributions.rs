@@ -134,8 +134,8 @@ impl ShareCurves {
         }
     }
 
-    /// Figure with a panel for each actuator and its largest contributions. An interface has its colour of
-    /// `colours` unless another one of the panel has it, too.
+    /// Figure with a panel for each actuator and its largest contributions. An interface has its
+    /// colour in `colours`, unless another interface of the panel has the same colour.
     pub(super) fn figure(
         self,
         names: &Names,
@@ -159,7 +159,8 @@ impl ShareCurves {
     }
 }
 
-/// Colours of some interfaces: their own ones, and free ones for those whose own one is taken by an earlier.
+/// Colours of some interfaces. Each keeps its own colour, or gets a free colour if an earlier
+/// interface has taken it.
 fn distinct(interfaces: &[usize], colours: &[usize]) -> Vec<usize> {
     let own = |interface: &usize| colours[*interface] % COLOURS.len();
     let mut taken = vec![ALL];
@@ -177,7 +178,8 @@ fn distinct(interfaces: &[usize], colours: &[usize]) -> Vec<usize> {
 mod tests {
     use super::*;
 
-    /// Interfaces keep the colour of their own plot, and no two of a panel have the same one.
+    /// Interfaces keep the colour of their own plot, and no two interfaces of a panel share a
+    /// colour.
     #[test]
     fn colours_of_a_panel_are_distinct() {
         assert_eq!(distinct(&[2, 0], &[0, 1, 2]), [2, 0]);

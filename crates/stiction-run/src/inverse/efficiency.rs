@@ -15,7 +15,8 @@ const ROUNDING: f64 = 1e-9;
 /// Largest number of actuators that are named.
 const NAMED: usize = 3;
 
-/// Result for one actuator at one pose, if the load back-drives it in the direction in which the load can.
+/// Result of back-driving one actuator at one pose, in the direction of motion in which the load
+/// can drive it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Backward {
     /// The load drives the actuator in neither direction of motion.

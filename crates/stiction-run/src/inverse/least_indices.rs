@@ -43,7 +43,8 @@ impl LeastIndices {
         self.postponed.push(Postponed { place, passed });
     }
 
-    /// Postpones the indices of a sample at the position of the last one, `before`, if those were postponed.
+    /// Postpones the indices of a sample whose position equals that of the previous sample,
+    /// `before`, if the indices of that sample were postponed.
     pub(super) fn repeat(&mut self, before: usize, place: usize) {
         if let Some(&Postponed { passed, place: last }) = self.postponed.last()
             && last == before
@@ -52,8 +53,9 @@ impl LeastIndices {
         }
     }
 
-    /// Computes the indices of all samples of the piece that may be less than the least of those before,
-    /// `known`, and updates it; those of the others remain NaN.
+    /// Computes the indices of all samples of the chunk that may be less than `known`, the least
+    /// indices of the earlier samples, and updates `known`. The indices of the other samples remain
+    /// NaN.
     pub(super) fn compute(
         &self,
         calculator: &mut SingularityDistances,
@@ -100,21 +102,23 @@ fn of(index: SingularityIndex, distances: &mut Distances) -> &mut f64 {
     }
 }
 
-/// Question about a function at a place.
+/// Question about the value of a function at one place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Question {
-    /// Its value, near the expected one if one is given.
+    /// Asks for the value, which is near the expected value if one is given.
     Value(Option<f64>),
-    /// This number as a lower bound; no answer if the value may be less.
+    /// Asks whether this number is a lower bound. The answer is the number, or `None` if the value
+    /// may be less.
     Exceeds(f64),
 }
 
-/// Fraction of the way from the least to the expected value up to which a lower bound is asked for: the expected value is
-/// an estimate.
+/// Place of the tested lower bound between the least value (0) and the expected value (1). It is
+/// less than one, because the expected value is an estimate.
 const ASKED: f64 = 0.98;
 
-/// Values of a function at all places where it may be less than `least`, which becomes the least value. It
-/// changes by at most the difference of `passed` between two places. `ask` answers questions about places.
+/// Computes a function at all places where it may be less than `least`, and updates `least` to its
+/// least value. Between two places the function changes by at most the difference of `passed`.
+/// `ask` answers questions about places.
 fn least(
     passed: &[f64],
     least: &mut f64,
@@ -125,7 +129,7 @@ fn least(
     if passed.is_empty() {
         return found;
     }
-    // From one value in the middle of the way, pieces far above the least value are left out.
+    // A first value in the middle excludes ranges whose values are far above the least value.
     let half = 0.5 * passed[passed.len() - 1];
     let middle = passed.partition_point(|p| *p < half);
     let value = compute(middle, Question::Value(None));
@@ -149,7 +153,7 @@ fn least(
             continue;
         }
         let (k, expected) = gap.next(passed);
-        // A lower bound above the least value costs less than the value.
+        // A lower bound above the least value is cheaper to compute than the value.
         let asked = *least + ASKED * (expected - *least);
         let is_useful = asked > *least * (1.0 + 2.0 * CERTAIN);
         let mut value = match is_useful {
@@ -171,7 +175,8 @@ fn least(
     found
 }
 
-/// Places without values, and the known values or lower bounds around them, of which one at least exists.
+/// Range of places without values, with the known values or lower bounds at its ends. At least one
+/// of them exists.
 #[derive(Clone, Debug)]
 struct Gap {
     from: Option<(usize, f64)>,
@@ -221,7 +226,7 @@ impl Gap {
 mod tests {
     use super::{Question, least};
 
-    /// Answers questions about known values.
+    /// Answers a question by a known value.
     fn answer(value: f64, question: Question) -> Option<f64> {
         match question {
             Question::Value(_) => Some(value),
@@ -229,7 +234,7 @@ mod tests {
         }
     }
 
-    /// The least value is among the computed ones, with its first place, and most values are not computed.
+    /// The least value is computed, at its first place, and most other values are not computed.
     #[test]
     fn the_least_value_is_always_computed() {
         let count = 256;
@@ -242,7 +247,8 @@ mod tests {
         ];
         for (number, function) in functions.into_iter().enumerate() {
             let values: Vec<f64> = (0..count).map(|k| function(f64::from(k) / 255.0)).collect();
-            // Ten times the change, as matrices change more than their singular values.
+            // The bound is ten times the change, because matrices change more than their singular
+            // values.
             let mut passed = vec![0.0];
             for pair in values.windows(2) {
                 passed.push(passed[passed.len() - 1] + 10.0 * (pair[1] - pair[0]).abs() + 1e-6);
@@ -258,14 +264,14 @@ mod tests {
             assert_eq!((found[first], known), (Some(expected), expected), "{number}");
             let computed = found.iter().flatten().count();
             assert!(computed < 100 && questions < 200, "{number}: {computed} {questions}");
-            // Where all is above a known value, one computation is enough to see it.
+            // If all values are above a known value, one computation suffices to show it.
             let mut below = expected - 12.0 * passed[passed.len() - 1];
             let found = least(&passed, &mut below, |k, question| answer(values[k], question));
             assert_eq!(found.iter().flatten().count(), 1, "{number}");
         }
     }
 
-    /// During a dwell one sample is computed, and all have its value.
+    /// During a dwell one sample is computed, and all samples get its value.
     #[test]
     fn a_dwell_is_computed_once() {
         let mut calls = 0;

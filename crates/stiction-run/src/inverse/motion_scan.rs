@@ -77,8 +77,8 @@ impl Work for Following {
 /// Constraint singularity index above which the constraints count as independent.
 const INDEPENDENT: f64 = 1e-8;
 
-/// Mobility at the present pose. If the fast singularity index proves the constraints independent, it is the number of
-/// actuators, which then equals that of prescribed coordinates.
+/// Mobility at the present pose. If the fast singularity index proves the constraints independent,
+/// the mobility is the number of actuators, which then equals the number of prescribed coordinates.
 fn mobility(solver: &InverseDynamics) -> usize {
     let mechanism = solver.mechanism();
     if is_determined(solver)

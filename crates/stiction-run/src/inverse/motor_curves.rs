@@ -58,7 +58,7 @@ fn panel(train: &DriveTrain, points: Vec<(f64, f64)>, rms: f64) -> Panel {
         points.iter().map(value).fold(0.0_f64, |most, x| most.max(x.abs()))
     };
     let limits = train.limits;
-    // Limits that are not given do not bound the drawing.
+    // Limits that are not declared do not affect the size of the panel.
     let reach = limits.speed.unwrap_or(0.0).max(1.05 * most(|p| p.0)).max(f64::MIN_POSITIVE);
     let height = limits.peak.or(limits.rated).unwrap_or(0.0).max(1.05 * most(|p| p.1));
     let mut lines = vec![Line { label: "motion".to_owned(), points, colour: 0, dashed: false }];

@@ -79,7 +79,7 @@ impl MotorSummary {
 
     /// Drive trains, each with the statistics of its motor and the energy lost in motor and gear, J.
     pub(super) fn loads(&self) -> impl Iterator<Item = (&DriveTrain, &MotorLoad, f64)> {
-        // Without losses their sum is rounding of either sign.
+        // Without losses the sum is a rounding error of either sign.
         let lost = |motor: &OneMotor| (motor.friction.value + motor.gear.value).max(0.0);
         let each = self.trains.iter().zip(&self.motors);
         each.map(move |(train, motor)| (train, &motor.load, lost(motor)))

@@ -37,7 +37,8 @@ pub(super) struct ChunkResults {
     has_failed: bool,
 }
 
-/// Inputs of the last sample with forces. A mechanism that stays where it is under the same loads has the same forces.
+/// Inputs of the last sample with forces. If the next sample has the same state and loads, it has
+/// the same forces.
 struct SolvedAt {
     state: State<f64>,
     loads: Vec<AppliedLoad<f64>>,
@@ -84,8 +85,8 @@ impl Work for Solving<'_> {
         sample: usize,
         time: f64,
     ) -> Result<(), Error> {
-        // Forces jump where a part is picked up or placed; the results include both sides.
         let postpones = self.job.indices == Indices::Least;
+        // Forces jump where a part is picked up or placed; the results include both sides.
         let sides = [Side::Before, Side::After];
         let jumps = self.job.load.jumps_at(time);
         for side in sides.into_iter().skip(usize::from(!jumps)) {

@@ -368,7 +368,8 @@ fn write_singular(
 fn write_unique(out: &mut impl Write, what: &str, verdict: &Verdict) -> fmt::Result {
     if let Some(coupling) = verdict.coupling.filter(|coupling| *coupling < 1.0) {
         return match coupling > 1e-9 {
-            // Rounded down, as a guaranteed bound; round-off alone takes no digit away.
+            // Rounded down, because the factor is a guaranteed bound. The factor
+            // 1 + 1e-12 prevents the loss of a digit by round-off.
             true => writeln!(
                 out,
                 "{what} are unique, even with up to {} times this friction",

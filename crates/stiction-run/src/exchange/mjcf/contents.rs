@@ -21,7 +21,8 @@ impl<'a> Writer<'a> {
         }
         self.xml.open("tendon", &[]);
         for (spring, sites) in springs.iter().zip(&self.sites.of_spring) {
-            // A preload moves the length without force; without a stiffness it is left out, see the notes.
+            // A preload is written as a change of the length at zero force. A preload without
+            // stiffness is left out; a note says so.
             let shift =
                 if spring.stiffness > 0.0 { spring.preload / spring.stiffness } else { 0.0 };
             self.xml.open(
@@ -159,7 +160,7 @@ impl<'a> Writer<'a> {
         self.xml.open("custom", &[]);
         for Entry { kind, name, text } in entries {
             let name = format!("{NAMESPACE}/{kind}/{name}");
-            // White space in attributes is not kept.
+            // XML does not preserve line breaks in attribute values.
             self.xml.empty("text", &[("name", name), ("data", text.replace('\n', ";;"))]);
         }
         self.xml.close();

@@ -44,7 +44,7 @@ impl Writer<'_> {
                 Closing::Weld | Closing::Part => "weld",
             };
             let [from, to] = sites.clone();
-            // The joint itself carries the other part under its own name.
+            // The MJCF joint of the further part already has the name of the joint.
             let suffix = if closing == Closing::Part { ".weld" } else { "" };
             let name = joint_names.take(&format!("{}{suffix}", self.joint(joint).name));
             let mut attributes = vec![("name", name), ("site1", from), ("site2", to)];

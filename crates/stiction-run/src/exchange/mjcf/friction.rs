@@ -1,4 +1,4 @@
-//! The part of friction that MJCF can express: damping that does not depend on the load.
+//! Friction that MJCF can express: damping that does not depend on the load.
 
 use stiction_core::friction::{Curve, InterfaceShape, JointFriction, Law, Thread, interfaces_of};
 use stiction_core::mechanism::Joint;

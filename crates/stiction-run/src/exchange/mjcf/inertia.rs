@@ -22,8 +22,8 @@ pub(super) fn accepted(body: &Body, length: f64, parts: usize) -> (Mat3<f64>, bo
     let floor = (SLACK * (largest + body.mass * length * length)).max(LEAST * parts as f64);
     let mut moments = given.map(|moment| moment.max(floor));
     let top = moments.imax();
-    // Deficit of the two other moments, shared equally: a planar model's single moment becomes the
-    // inertia of a lamina.
+    // Deficit of the sum of the two other moments, which share it equally: the single moment of a
+    // planar model becomes the inertia of a lamina.
     let lacks = moments[top] * (2.0 + SLACK) - moments.sum();
     if lacks > 0.0 {
         for k in (0..3).filter(|k| *k != top) {

@@ -13,7 +13,7 @@ pub(super) enum Kind {
     Ball,
 }
 
-/// One MJCF joint of the sequence that together replaces a joint of the mechanism.
+/// MJCF joint of the sequence that replaces a joint of the mechanism.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Step {
     pub(super) kind: Kind,
@@ -92,7 +92,8 @@ pub(super) fn steps(home: &Home<'_>, index: usize, reversed: bool) -> Vec<Step> 
         let axis = seen.rotation.columns[axis];
         let axis = if reversed { -axis } else { axis };
         let home = if kind == Kind::Ball { 0.0 } else { coordinate(dof) };
-        // The position of a slide has no meaning in MuJoCo: it marks the joint's origin at zero.
+        // MuJoCo ignores the position of a slide. The file gives the joint's origin at coordinate
+        // zero.
         let position = match kind {
             Kind::Slide => seen.position + axis * -home,
             _ => seen.position,

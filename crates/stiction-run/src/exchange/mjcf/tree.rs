@@ -152,7 +152,8 @@ fn depth_first(mechanism: &Mechanism, hanging: &[Vec<Hanging>]) -> Vec<Part> {
     // The last entry is processed next: parts nested in the ground precede free ones.
     next.sort_by_key(|part| !part.is_free);
     while let Some(part) = next.pop() {
-        // Seen from its child, a tree joint leads back to the parent.
+        // The joint that connects a body to its parent also appears at the body itself, where it
+        // leads back to the parent.
         if !part.is_further && std::mem::replace(&mut placed[part.body], true) {
             continue;
         }

@@ -14,7 +14,7 @@ pub(in crate::exchange) fn table(joint: &Joint) -> Result<Option<Table>, Unwrita
     }
     let places = interfaces_of(joint.joint_type);
     let of_place = |place: usize| joint.friction.iter().find(|interface| interface.place == place);
-    // A joint's only surface has no name.
+    // The only interface of a joint has no name.
     if let [interface] = &joint.friction[..]
         && places[interface.place].0.is_empty()
     {

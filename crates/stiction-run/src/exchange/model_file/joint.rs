@@ -36,7 +36,7 @@ pub(super) fn table(mechanism: &Mechanism, joint: &Joint) -> Result<Table, Unwri
     if let Some(start) = start(joint) {
         put("start", start);
     }
-    // The z axes of a written S joint are those of its bodies.
+    // In the file, the z axes of a spherical joint are those of its bodies.
     let is_tilted = joint.joint_type == JointType::Spherical
         && !joint.ranges.is_empty()
         && column(&axes, 2) != Vec3::new(0.0, 0.0, 1.0);
@@ -89,8 +89,8 @@ fn column(matrix: &Mat3<f64>, j: usize) -> Vec3<f64> {
     Vec3::from(std::array::from_fn(|i| matrix.at(i, j)))
 }
 
-/// Start coordinates of a joint for the assembly. Those of joints without axes refer to the rotated frames with which
-/// the joint is written.
+/// Start coordinates of a joint for the assembly. Spherical and free joints have no axes; they are
+/// written with rotated frames, to which their start coordinates refer.
 fn start(joint: &Joint) -> Option<Value> {
     let axes = joint.frame_j.rotation;
     let turned = |x: &[f64]| axes * Quaternion::from_coordinates(x).rotation() * axes.transpose();

@@ -8,7 +8,7 @@ use crate::identify::run::differences;
 use nalgebra::DVector;
 use stiction_identify::{Kind, Parameter};
 
-/// Largest ratio of a torque constant to that of the previous iteration, and inverse of the smallest one.
+/// Largest factor by which one iteration changes a torque constant, upwards or downwards.
 const STEP: f64 = 2.0;
 
 /// Unknown torque constant of the motor whose current is the effort of an actuator.
@@ -41,8 +41,10 @@ impl Prepared {
         self.constants.iter().map(|own| own.map(|own| (own.parameter, own.value)))
     }
 
-    /// Bounds of an effort whose middle is `effort`, without the part that the effort's unknown torque constant changes; then that
-    /// parameter and the column of this part: the bounds less the effort depend on the constant K as `effort K/K0`.
+    /// Separates from the bounds of an effort the part that is proportional to its unknown torque
+    /// constant K. Returns the bounds minus the mean effort `effort`, the index of the parameter K,
+    /// and the column of the separated part `effort K/K0`, where K0 is the present value. Without
+    /// an unknown torque constant the bounds stay unchanged.
     pub(super) fn scaled_by_constant(
         &self,
         channel: usize,
@@ -76,9 +78,10 @@ impl Prepared {
         result
     }
 
-    /// Computes the measured efforts with the torque constants among `values`, within a factor [`STEP`] of the present
-    /// ones. The column of a constant K is the derivative of the predicted current with respect to it, times K: the
-    /// effort that `values` predict, which contains no noise of the current.
+    /// Recomputes the measured efforts with the torque constants among `values`, each within a
+    /// factor [`STEP`] of its present value. The column of a constant K is K times the derivative
+    /// of the predicted current with respect to K. It follows from the effort that `values`
+    /// predict, and so contains no noise of the current.
     pub(in crate::identify) fn set_constants(&mut self, values: &[f64]) {
         self.release_constants();
         let unknowns = differences(self.regressor.parameters(), values);
@@ -99,7 +102,8 @@ impl Prepared {
         self.set_instruments();
     }
 
-    /// Computes the efforts with these torque constants, without a bound on their change and without columns.
+    /// Recomputes the measured efforts with the torque constants among `values`, without a bound on
+    /// their change and without columns for them.
     pub(in crate::identify) fn start_constants(&mut self, values: &[f64]) {
         self.release_constants();
         for channel in 0..self.constants.len() {

@@ -1,4 +1,4 @@
-//! Dwells: the efforts at standstill, which lie within limits.
+//! Dwells: intervals at standstill, in which the limits of static friction bound the efforts.
 //!
 //! Equation (I9) of the book's theory.
 
@@ -7,10 +7,11 @@ use super::motion::ROWS_PER_PERIOD;
 use nalgebra::{DMatrix, DVector};
 use stiction_identify::{Dwells, Kind};
 
-/// Normal loads at rest over those without friction: friction at rest changes the reactions of joints by about its
-/// coefficient, by an unknown amount.
+/// Factor on the normal loads computed without friction, which yields their largest value at rest.
+/// Static friction changes joint reactions by an unknown amount, relative to the loads about the
+/// friction coefficient.
 const LOADED: f64 = 1.2;
-/// Parts of a dwell whose mean efforts are compared.
+/// Largest number of parts of a dwell whose mean efforts are compared.
 const PARTS: usize = 8;
 
 /// Standstill of the mechanism.
@@ -31,12 +32,13 @@ impl Standstill {
     }
 }
 
-/// Distance of two rows, in usual distances, above which the log has a gap between them.
+/// Distance of two rows, in median distances, above which the log has a gap between them.
 const GAP: f64 = 1.5;
 
-/// Dwells among the rows at these times for which `is_resting` holds, from the filtered efforts and the position at each
-/// row. A period of the cut-off frequency at both ends is left out. A dwell ends at a gap in the log, during which the
-/// mechanism may have moved.
+/// Finds the dwells among the rows at `times`: intervals in which `is_resting` holds. `effort`
+/// returns the filtered effort of a row and an actuator, `position` the position at a row. A period
+/// of the cut-off frequency at both ends of a dwell is left out. A dwell ends at a gap in the log,
+/// during which the mechanism may have moved.
 pub(super) fn standstills(
     times: &[f64],
     is_resting: impl Fn(usize) -> bool,
@@ -55,7 +57,8 @@ pub(super) fn standstills(
         let length = (from..rows).take_while(|&k| is_resting(k) && follows(k)).count();
         if length > 2 * margin {
             let own: Vec<usize> = (from + margin..from + length - margin).collect();
-            // Means over a period at least, whose noise is less than that of a row.
+            // Each mean covers at least a period of the cut-off frequency, so it has less noise
+            // than a single row.
             let part = own.len().div_ceil(PARTS).max(margin.min(own.len()));
             let efforts = (0..actuators).map(|channel| {
                 let means = own.chunks_exact(part).map(|rows| {
@@ -82,10 +85,12 @@ pub(super) fn standstills(
 }
 
 impl Prepared {
-    /// Sets the bounds at rest, with the normal loads of these values. Returns the number of dwells without bounds, because
-    /// the model has no forces there or a formula may have any value at rest, and the number of all dwells.
+    /// Sets the bounds of the efforts at rest, with the normal loads for the parameter values
+    /// `values`. Returns the number of dwells without bounds and the number of all dwells. A dwell
+    /// has no bounds if the model has no forces there, or if a formula may have any value at rest.
     ///
-    /// A dwell may creep below the noise of the rates: sliding friction obeys the same limits.
+    /// A dwell may creep at a rate below the noise of the rates: sliding friction obeys the same
+    /// limits.
     pub(in crate::identify) fn set_dwells(&mut self, values: &[f64]) -> [usize; 2] {
         self.block.dwells.clear();
         let all = self.standstills.len();
@@ -97,7 +102,8 @@ impl Prepared {
         for dwell in &self.standstills {
             let rest = vec![0.0; dwell.position.len()];
             let motion: [&[f64]; 3] = [&dwell.position, &rest, &rest];
-            // The position of the dwell is within the noise of this state, so that the assembly mode is the log's.
+            // This state agrees with the position of the dwell within the noise, so that it selects
+            // the assembly mode of the log.
             let before = self.rests.partition_point(|(time, _)| *time <= dwell.start);
             let Some((_, state)) = before.checked_sub(1).map(|k| &self.rests[k]) else { continue };
             regressor.start_from(state);
@@ -111,7 +117,7 @@ impl Prepared {
                     limits.column_mut(k).scale_mut(LOADED * solved.loads[i].abs());
                 }
                 match p.kind {
-                    // The efforts are those without motion.
+                    // The columns are efforts without friction; `limits` contains the friction.
                     kind if kind.is_friction() => matrix.column_mut(k).fill(0.0),
                     // A formula may have any value at rest.
                     Kind::Term(_) => return [all; 2],
@@ -123,7 +129,8 @@ impl Prepared {
                 let known = columns.known[channel];
                 let bounds = [low - known + fixed[channel], high - known - fixed[channel]];
                 let mut columns = matrix.row(channel).into_owned();
-                // An unknown torque constant multiplies the effort, by its middle.
+                // An unknown torque constant scales the effort, represented by the middle of its
+                // bounds.
                 let (bounds, constant) =
                     self.scaled_by_constant(channel, bounds, 0.5 * (low + high));
                 if let Some((parameter, slope)) = constant {
@@ -154,7 +161,7 @@ fn stacked(rows: impl Iterator<Item = DVector<f64>>) -> DMatrix<f64> {
 mod tests {
     use super::*;
 
-    /// Of a dwell of 40 rows, 32 count; a short one does not.
+    /// A dwell of 40 rows loses four rows at each end; a dwell of 8 rows is too short.
     #[test]
     fn dwells_keep_off_the_motion() {
         let is_resting = |k: usize| (10..50).contains(&k) || (60..68).contains(&k);
@@ -163,11 +170,11 @@ mod tests {
         let find = |times: &[f64]| standstills(times, is_resting, effort, (1, |k| vec![k as f64]));
         let found = find(&times);
         assert_eq!(found.len(), 1);
-        // Means of the first and the last four rows.
+        // The least mean is that of the first four rows, the greatest that of the last four.
         assert_eq!(found[0].efforts, [[15.5, 43.5]]);
         assert_eq!(found[0].position, [29.5]);
         assert_eq!(found[0].start, times[14]);
-        // With a gap in the log it is two dwells.
+        // A gap in the log divides the dwell into two.
         let gap: Vec<f64> =
             times.iter().enumerate().map(|(k, t)| if k < 30 { *t } else { t + 5.0 }).collect();
         let places: Vec<f64> = find(&gap).iter().map(|dwell| dwell.position[0]).collect();

@@ -138,7 +138,7 @@ impl Prepared {
         let elapsed = |row: usize| (self.times[rows.steps[row]] - middle) / half.max(1e-300);
         let each =
             |signal: &dyn Fn(usize) -> f64| DVector::from_fn(rows.len(), |row, _| signal(row));
-        // Rows of steady motions have no time and one position.
+        // Drift needs times, which rows of steady motions do not have.
         let is_recorded = self.cutoff.is_some();
         let signal = match effect {
             Effect::Offset => each(&|_| 1.0),
@@ -156,7 +156,7 @@ impl Prepared {
                 each(&|row| self.effects[channel][row][place])
             }
         };
-        // A signal that does not change is that of an offset.
+        // A signal that does not change cannot be distinguished from an offset.
         let changes = || signal.max() - signal.min() > 1e-6 * signal.amax();
         (effect == Effect::Offset || (!signal.is_empty() && changes())).then_some(signal)
     }

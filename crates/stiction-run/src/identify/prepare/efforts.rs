@@ -22,7 +22,7 @@ pub(super) struct Efforts {
 }
 
 impl Efforts {
-    /// Filtered effort of an actuator at `delay`, s, after each of `times`, s.
+    /// Filtered effort of an actuator at each of the times `times + delay`, s.
     fn at(&self, channel: usize, times: &[f64], delay: f64) -> Vec<f64> {
         let later: Vec<f64> = times.iter().map(|time| time + delay).collect();
         let values = &self.raw[channel];

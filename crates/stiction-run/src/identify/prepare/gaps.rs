@@ -83,7 +83,7 @@ mod tests {
         let mut times: Vec<f64> = (0..100).map(|k| 0.01 * f64::from(k)).collect();
         times.extend((0..100).map(|k| 50.0 + 0.01 * f64::from(k)));
         assert!((rate(&times) - 100.0).abs() < 1e-6);
-        // Bursts of ten samples have the mean rate.
+        // The rate of samples in bursts of ten is the mean rate.
         let burst = |k: u32| 0.01 * f64::from(k / 10) + 1e-4 * f64::from(k % 10);
         let bursts: Vec<f64> = (0..1000).map(burst).collect();
         assert!((rate(&bursts) - 1000.0).abs() < 10.0, "{}", rate(&bursts));

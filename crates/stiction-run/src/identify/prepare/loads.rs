@@ -78,7 +78,7 @@ impl Prepared {
         let engine = self.regressor.engine_parameters(values);
         let mut solved = self.solved(&engine)?;
         let is_solved: Vec<bool> = solved.iter().map(Option::is_some).collect();
-        // A failed instant takes the loads of one next to it, without derivatives.
+        // A failed instant takes the loads of a neighbouring instant, without derivatives.
         let mut before = solved.iter().flatten().next().cloned();
         for found in &mut solved {
             match found {
@@ -89,7 +89,7 @@ impl Prepared {
         let solved: Vec<Solved> = solved.into_iter().flatten().collect();
         let actuators = self.block.channels.len();
         let count = mu.columns.len();
-        // Friction by the loads per unit of each coefficient, at these loads.
+        // Load-dependent friction per unit of each friction coefficient, at these loads.
         let columns: Vec<Vec<f64>> = mu
             .unit
             .iter()
@@ -117,8 +117,10 @@ impl Prepared {
             }
         }
         drop((columns, filtered));
-        // Friction of a joint changes the loads of others, and with them their friction. Inertia does, too, but by so little of its
-        // own effort that the columns of all bodies are not worth a solution each: the loads themselves follow it.
+        // Friction of a joint changes the normal loads of other joints, and thereby their friction.
+        // Inertia does so, too, but this effect is small compared with the inertia's own effort. It
+        // does not justify a solution for each column of all bodies; the next linearisation
+        // contains the changed loads.
         let changes_loads = |group: &&Vec<usize>| {
             matches!(parameters[group[0]].kind, Kind::Mu(_) | Kind::Coulomb(_) | Kind::Viscous(_))
         };
@@ -142,8 +144,9 @@ impl Prepared {
         Ok(())
     }
 
-    /// Derivatives of the friction by the loads with respect to groups of parameters, by way of the loads alone, at each instant;
-    /// the index is `group * actuators + channel`. Zero where loads have no derivative, as next to a lock.
+    /// Derivatives of the load-dependent friction with respect to groups of parameters, through the
+    /// normal loads alone, at each instant; the index is `group * actuators + channel`. Zero where
+    /// the loads have no derivative, such as near jamming.
     fn load_friction_slopes(
         &self,
         values: &[f64],

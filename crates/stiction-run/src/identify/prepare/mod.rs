@@ -62,20 +62,22 @@ pub(super) struct Prepared {
     pub(super) known: Vec<Vec<f64>>,
     /// Time between samples of the recording, s.
     pub(super) sample: f64,
-    /// Cut-off frequency, Hz; none for steady motions.
+    /// Cut-off frequency, Hz; `None` for steady motions.
     pub(super) cutoff: Option<f64>,
     /// Standard deviation of the white noise that remains in each filtered effort, N or N m; `None` for steady motions.
     pub(super) effort_noise: Option<Vec<f64>>,
     pub(super) cautions: Vec<String>,
-    /// Poses of all bodies in the world at some instants of a recorded motion; none of steady motions.
+    /// Poses of all bodies in the world at some instants of a recorded motion; empty for steady
+    /// motions.
     pub(super) poses: Vec<(f64, Vec<Pose<f64>>)>,
-    /// Efforts of the recording; none for steady motions.
+    /// Efforts of the recording before filtering; `None` for steady motions.
     efforts: Option<Efforts>,
-    /// Torque constant of each actuator whose current is measured without a known one.
+    /// Torque constant of each actuator whose current is measured and whose torque constant is
+    /// unknown.
     constants: Vec<Option<Constant>>,
     /// The log along its commanded motion, for instrumental variables.
     reference: Option<Box<Self>>,
-    /// Times at which the mechanism stands still.
+    /// Standstills of the mechanism.
     standstills: Vec<Standstill>,
     /// Time, s, and state of the mechanism at the beginning of each interval in which all actuators may rest.
     rests: Vec<(f64, State<f64>)>,
@@ -109,8 +111,9 @@ impl Prepared {
         self.by_model = self.predicted(at);
     }
 
-    /// Prepares a log. Reversals of friction are placed as in efforts with these delays after the positions, s; `None` for
-    /// delays that are still to be estimated.
+    /// Prepares a log. `delays` are the delays of the efforts relative to the positions, s, which
+    /// decide between which samples of the efforts friction reverses; `None` if they are still to
+    /// be estimated.
     pub(super) fn new(
         model: &ModelFile,
         log: &MeasuredLog,

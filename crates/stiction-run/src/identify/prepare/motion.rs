@@ -184,9 +184,9 @@ pub(super) fn steady(used: &Used<'_>, chosen: &[Chosen]) -> Motion {
     }
 }
 
-/// Computes the motion from filtered positions. A coordinate without a position column is integrated from its filtered
-/// rate, starting at its position in the model. Gaps are not interpolated: each piece between gaps is filtered on its
-/// own.
+/// Computes the motion from filtered positions. A coordinate without a position column is
+/// integrated from its filtered rate, starting at its position in the model. Gaps are not
+/// interpolated: each piece between gaps is filtered separately.
 pub(super) fn filtered(
     used: &Used<'_>,
     chosen: &[Chosen],
@@ -211,7 +211,8 @@ pub(super) fn filtered(
         cautions.extend(used.spikes_caution(name, &spikes));
     }
     let is_encoder = |k: usize| is_angle[k] && chosen[k].position.is_some();
-    // Across a gap a joint may move by more than half a turn.
+    // Angles are continued within spans only, because a joint may move by more than half a turn
+    // across a gap.
     let continued = |measured: &mut [Vec<f64>], spans: &[(f64, f64)]| -> Vec<usize> {
         let each = measured.iter_mut().enumerate().map(|(k, values)| {
             let spans = spans.iter().filter(|_| is_encoder(k));
@@ -224,7 +225,8 @@ pub(super) fn filtered(
     let (low, high) = (gaps::PERIODS / longest, 0.4 * rate);
     let cutoff = match filter {
         Some(cutoff) => cutoff,
-        // Exact positions of a model suggest the highest frequency that the samples carry.
+        // Noise-free positions of a model suggest the highest frequency that the samples carry, so
+        // the suggestion is limited.
         None => suggested(&used.times, &measured, stretches)
             .unwrap_or(0.1 * rate)
             .max(low)
@@ -245,7 +247,7 @@ pub(super) fn filtered(
     if let Some(caution) = gaps::caution(used, &all, cutoff) {
         cautions.push(caution);
     }
-    // Stretches of one piece follow each other.
+    // Angles also continue across the short gaps between the stretches of one piece.
     let joined = continued(&mut measured, &all);
     turns.iter_mut().zip(joined).for_each(|(turns, more)| *turns += more);
     for (chosen, turns) in chosen.iter().zip(turns).filter(|(_, turns)| *turns > 0) {
@@ -259,7 +261,8 @@ pub(super) fn filtered(
     let first = all[0];
     let pieces: Vec<(f64, f64)> =
         all.into_iter().filter(|piece| gaps::is_long(*piece, cutoff)).collect();
-    // A short last piece is left out; the position after a gap is not known.
+    // The position after a gap is unknown, so that a rate is integrated over the first piece only.
+    // A short last piece does not matter, because it is left out.
     let is_whole = pieces.len() == 1 && pieces[0] == first;
     let is_integrated = chosen.iter().position(|chosen| chosen.position.is_none());
     if let (Some(k), false) = (is_integrated, is_whole) {
@@ -363,7 +366,8 @@ mod tests {
     use stiction_core::mechanism::JointId;
     use stiction_format::{Log, LogColumn, LogRole, Rows};
 
-    /// Rows keep a period of the cut-off frequency from positions that the model cannot reach.
+    /// Rows keep a distance of one period of the cut-off frequency from positions that the model
+    /// cannot reach.
     #[test]
     fn surroundings_of_unreachable_positions_are_left_out() {
         let times: Vec<f64> = (0..=1000).map(|k| 0.01 * f64::from(k)).collect();
@@ -376,7 +380,8 @@ mod tests {
             rows: Vec::new(),
         };
         motion.set_pieces(&[(0.0, 10.0)]);
-        // Unreachable from 4 s to 5 s; what lies from there to 6.5 s is too short.
+        // Positions from 4 s to 5 s and at 6.5 s cannot be reached; the piece between them is too
+        // short.
         let is_reached = |t: &f64| !(4.0..=5.0).contains(t) && (t - 6.5).abs() > 1e-6;
         let reached: Vec<f64> = motion.times.iter().copied().filter(is_reached).collect();
         let all = motion.rows.len();
@@ -389,10 +394,10 @@ mod tests {
         assert_eq!(pieces.len(), 2);
     }
 
-    /// A log of one angle, with the rows for which `keep` holds.
+    /// Creates a log of one angle that contains the times for which `keep` holds.
     fn turning(keep: impl Fn(f64) -> bool) -> MeasuredLog {
         let times: Vec<f64> = (0..2000).map(|k| 2e-3 * f64::from(k)).filter(|t| keep(*t)).collect();
-        // It turns forth and back over several turns; the encoder counts within one.
+        // The angle swings over several turns; the encoder counts within one turn.
         let angle = |t: &f64| 9.0 * (1.7 * t).sin();
         let values = times.iter().map(|t| angle(t) - TAU * (angle(t) / TAU).round()).collect();
         let column = LogColumn { name: "axis".to_owned(), role: LogRole::Unused, values };
@@ -404,11 +409,12 @@ mod tests {
         MeasuredLog { name: "log".to_owned(), log, settings }
     }
 
-    /// The angle passes half a turn inside a gap that is short enough for one piece: no jump remains there.
+    /// The angle passes half a turn inside a gap that is short enough for one piece; the result has
+    /// no jump there.
     #[test]
     fn a_turn_within_a_short_gap_is_added() {
-        // It reaches half a turn at asin(pi/9)/1.7 s = 0.2098 s; the gap is ten samples long, a sixth of the period
-        // of the filter.
+        // The angle reaches half a turn at asin(pi/9)/1.7 s = 0.2098 s. The gap is ten samples
+        // long, a sixth of the period of the filter.
         let gap = 0.2..0.22;
         let log = turning(|t| !gap.contains(&t));
         let used = Used::of(&log).unwrap();

@@ -10,7 +10,8 @@ use stiction_format::{Drives, LogRole, ModelFile};
 use stiction_identify::Choice;
 
 impl MeasuredLog {
-    /// The log with the commanded positions in the place of the measured ones; `None` without any.
+    /// Returns the log with the commanded positions in place of the measured ones; `None` if it has
+    /// no commanded positions.
     fn commanded(&self) -> Option<Self> {
         let mut log = self.clone();
         let mut has_reference = false;
@@ -32,7 +33,7 @@ impl Prepared {
     /// Adds the instruments: columns of the model along the commanded motion of the log, which pass the same filter.
     ///
     /// # Errors
-    /// A log without commanded motion, or one that the model cannot follow everywhere.
+    /// Fails if the log has no commanded motion, or if the model cannot follow it everywhere.
     pub(in crate::identify) fn add_reference(
         &mut self,
         model: &ModelFile,

@@ -1,21 +1,22 @@
-//! Instants at reversals of friction: the columns change their sign between the same two samples as the measured
-//! efforts.
+//! Instants at reversals of friction, placed so that the columns change their sign between the same
+//! two samples as the measured efforts.
 //!
-//! A sampled signal does not tell where between two samples it jumps. Columns on a grid of their own would place the
-//! jumps elsewhere than the log, by the same error in every log of one motion: a bias that no standard deviation
-//! contains. Where efforts come later than positions by an unknown delay, the jumps lie at the reversals themselves: placed
-//! between samples they would pull the delay to a whole number of these.
+//! A sampled signal does not show where between two samples it jumps. On an independent time grid
+//! the columns would jump at other instants than the log, with the same error in all logs of one
+//! motion: a bias that the standard deviations do not contain. If the efforts lag behind the
+//! positions by an unknown delay, the jumps are placed at the reversals themselves. Jumps between
+//! samples would pull the estimated delay to a whole number of samples.
 
 use super::filter::{RowFilter, within};
 use super::motion::Motion;
 use stiction_core::kinematics::Target;
 use stiction_identify::Regressor;
 
-/// Distance of instants, relative to the step of the grid, below which they are one.
+/// Distance of two instants, relative to the step of the grid, below which they count as one.
 const SAME: f64 = 1e-3;
 
-/// Delay of the efforts that all channels have, s; `None` if it is unknown, or delays differ by more than a quarter of a
-/// sample.
+/// Common delay of the efforts of all channels, s; `None` if it is unknown, or if the delays differ
+/// by more than a quarter of a sample.
 pub(super) fn common_delay(delays: Option<&[f64]>, rate: f64) -> Option<f64> {
     let delays = delays?;
     let (low, high) = delays
@@ -24,8 +25,9 @@ pub(super) fn common_delay(delays: Option<&[f64]>, rate: f64) -> Option<f64> {
     (high - low <= 0.25 / rate).then_some(0.5 * (low + high))
 }
 
-/// Adds the samples of the efforts before and after each reversal of a joint to the instants of a motion, in the place of
-/// those between them; the reversal itself if the delay of the efforts is unknown.
+/// Replaces the instants of a motion near each reversal of a joint by the times of the two samples
+/// of the efforts before and after the reversal. If the delay of the efforts is unknown, two
+/// instants immediately before and after the reversal replace them.
 pub(super) fn refine(
     regressor: &Regressor,
     motion: &mut Motion,
@@ -72,14 +74,15 @@ pub(super) fn refine(
     insert(motion, &found);
 }
 
-/// Part of the way from one velocity to the other at which the motion reverses; `None` if it does not.
+/// Fraction of the way from one velocity to the other at which the motion reverses; `None` if it
+/// does not reverse.
 fn reversal(before: &[f64; 3], after: &[f64; 3]) -> Option<f64> {
     let dot = |a: &[f64; 3], b: &[f64; 3]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     if dot(before, after) >= 0.0 {
         return None;
     }
     let change = std::array::from_fn(|k| before[k] - after[k]);
-    // The least speed of a velocity that changes in proportion to the time.
+    // Instant of least speed if the velocity changes linearly with time.
     Some((dot(before, &change) / dot(&change, &change)).clamp(0.0, 1.0))
 }
 
@@ -88,7 +91,8 @@ fn insert(motion: &mut Motion, brackets: &[(f64, f64)]) {
     let times = std::mem::take(&mut motion.times);
     let targets = std::mem::take(&mut motion.targets);
     let mut all: Vec<(f64, Vec<Target<f64>>)> = Vec::with_capacity(times.len());
-    // The ends themselves remain, also those that rounding makes a little later or earlier.
+    // Instants within rounding of an end do not count as inside, so that the ends themselves
+    // remain.
     let is_within = |time: f64| {
         let next = brackets.partition_point(|(start, _)| *start < time);
         next.checked_sub(1).is_some_and(|k| {
@@ -114,11 +118,11 @@ fn insert(motion: &mut Motion, brackets: &[(f64, f64)]) {
     (motion.times, motion.targets) = all.into_iter().unzip();
 }
 
-/// Motion between two instants, by the polynomial of fifth degree through both.
+/// Interpolates the motion between two instants by the polynomial of fifth degree through both.
 fn between([start, end]: [f64; 2], [a, b]: [&Target<f64>; 2], time: f64) -> Target<f64> {
     let h = end - start;
     let u = (time - start) / h;
-    // In the unit of the interval.
+    // Rates and accelerations with the interval as the unit of time.
     let (v0, v1) = (a.rate * h, b.rate * h);
     let (a0, a1) = (a.acceleration * h * h, b.acceleration * h * h);
     let d = b.value - a.value;
@@ -132,7 +136,7 @@ fn between([start, end]: [f64; 2], [a, b]: [&Target<f64>; 2], time: f64) -> Targ
     }
 }
 
-/// Positions, rates and accelerations.
+/// Splits targets into positions, rates and accelerations.
 pub(super) fn split(targets: &[Target<f64>]) -> [Vec<f64>; 3] {
     [
         targets.iter().map(|t| t.value).collect(),
@@ -149,7 +153,8 @@ mod tests {
         Target { value: t.powi(5), rate: 5.0 * t.powi(4), acceleration: 20.0 * t.powi(3) }
     }
 
-    /// A polynomial of fifth degree is interpolated exactly; instants between the samples of a reversal give way.
+    /// A polynomial of fifth degree is interpolated exactly, and instants inside a bracket are
+    /// removed.
     #[test]
     fn instants_between_the_samples_of_a_reversal_give_way() {
         let times: Vec<f64> = (0..=10).map(|k| 0.1 * f64::from(k)).collect();

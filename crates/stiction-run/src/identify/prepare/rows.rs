@@ -20,8 +20,8 @@ const RESTING: f64 = 0.02;
 const HARMLESS: f64 = 0.05;
 /// Largest number of instants whose poses are kept, for the moving robot of the report.
 const SHOWN: usize = 600;
-/// Signals of each actuator beside its columns: known effort, two kinds of rest, direction, rate, and those of
-/// efforts that the model may lack.
+/// Number of signals of each actuator in addition to its columns: known effort, two kinds of rest,
+/// direction, rate, and those of efforts that the model may lack.
 const EXTRA: usize = 5 + effects::FILTERED.len();
 
 /// Columns of the model at the instants of the regressor, before filtering.
@@ -79,12 +79,13 @@ pub(super) fn computed(
     let (mut instants, mut unit_friction) = (Vec::new(), Vec::new());
     let mut poses = Vec::new();
     let stride = motion.times.len().div_ceil(SHOWN).max(1);
-    // For each actuator, rest of all friction in its effort, and of its own joint.
+    // For each actuator, the rest at all instants: of all friction in its effort, and of its own
+    // joint.
     let mut rests: Vec<[Vec<Rest>; 2]> = vec![Default::default(); actuators];
     let (mut rest_states, mut was_at_rest) = (Vec::new(), false);
     let mut signals = Vec::new();
     let mut states: Vec<Vec<State>> = vec![Vec::new(); actuators];
-    // Positions of the actuators, if these are the prescribed coordinates.
+    // Coordinate of each actuator, with true for an angle.
     let driven: Vec<(Coordinate, bool)> = regressor
         .mechanism()
         .actuators()
@@ -265,7 +266,8 @@ pub(super) fn assembled(
     let Computed { actuators, width, .. } = *computed;
     let grid: Vec<f64> = computed.instants.iter().map(|(time, _)| *time).collect();
     let is_filtered = matches!(motion.filter, RowFilter::LowPass(_));
-    // Without a filter, rows are instants, and those that the model cannot reach are missing.
+    // Without a filter each row is an instant; rows at instants that the model cannot reach are
+    // left out.
     let kept: Vec<usize> = (0..motion.rows.len())
         .filter(|&k| is_filtered || grid.binary_search_by(|t| t.total_cmp(&motion.rows[k])).is_ok())
         .collect();
@@ -276,7 +278,8 @@ pub(super) fn assembled(
         |k, out| out.copy_from_slice(&computed.signals[k]),
         &at,
     );
-    // All actuators rest, and with them the mechanism.
+    // The mechanism is at rest if all actuators are at rest. Rows with saturated efforts do not
+    // count.
     let is_resting = |k: usize| {
         is_filtered
             && (0..actuators).all(|channel| {
@@ -368,7 +371,7 @@ fn write_term(
 mod tests {
     use super::*;
 
-    /// A reversal is short; a dwell lasts.
+    /// A short interval within the noise is a reversal, a long one is a dwell.
     #[test]
     fn dwells_are_distinguished_from_reversals() {
         use Rest::{Resting as R, Sliding as S, Uncertain as U};

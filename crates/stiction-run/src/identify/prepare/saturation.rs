@@ -58,7 +58,8 @@ mod tests {
         assert_eq!(marked(&[1.0, 2.0, 1.0]), (None, 0));
     }
 
-    /// Efforts that are constant in pieces, and an effort that never leaves zero to one side.
+    /// A piecewise constant effort, and an effort that is often zero and never negative, are not
+    /// saturated.
     #[test]
     fn plateaus_and_zeros_are_not_saturated() {
         let plateaus = [[3.0; 8], [1.0; 8], [-1.0; 8]].concat();
@@ -67,7 +68,7 @@ mod tests {
         assert_eq!(marked(&zeros), (None, 0));
     }
 
-    /// A drive that is off at first.
+    /// A standstill at the beginning, with zero effort, does not hide saturation.
     #[test]
     fn a_standstill_hides_no_saturation() {
         let mut values = vec![0.0; 40];
@@ -75,7 +76,8 @@ mod tests {
         assert_eq!(marked(&values), (Some((42, 6)), 6));
     }
 
-    /// White noise of unit variance, by its third differences.
+    /// The third differences of a slow signal with white noise yield the standard deviation of the
+    /// noise.
     #[test]
     fn roughness_of_noise_on_a_slow_signal() {
         let mut random = stiction_core::random::Random::new(2);

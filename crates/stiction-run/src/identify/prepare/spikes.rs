@@ -82,17 +82,17 @@ fn distance(values: &[f64], stretch: &std::ops::Range<usize>, k: usize) -> (f64,
         count += 1;
     }
     if count < 2 * SIDE {
-        // Too few neighbours, at the ends of a stretch.
+        // A sample near the end of a stretch has too few neighbours.
         return (0.0, f64::INFINITY);
     }
     others.sort_unstable_by(f64::total_cmp);
     let middle = 0.5 * (others[SIDE - 1] + others[SIDE]);
-    // Without the lowest or without the highest, whichever lies farther out.
+    // The range leaves out the lowest or the highest neighbour, whichever lies farther out.
     let range = (others[count - 1] - others[1]).min(others[count - 2] - others[0]);
     ((values[k] - middle).abs(), range)
 }
 
-/// Robust standard deviation: from the median of the magnitudes.
+/// Robust standard deviation, computed from the median of the magnitudes.
 fn robust_deviation(mut magnitudes: Vec<f64>) -> f64 {
     if magnitudes.is_empty() {
         return 0.0;
@@ -130,7 +130,7 @@ mod tests {
     use super::*;
     use stiction_core::random::Random;
 
-    /// A swinging effort with steps of friction, and noise.
+    /// Creates an oscillating effort with steps of friction and noise.
     fn effort(noise: f64, seed: u64) -> (Vec<f64>, Vec<f64>) {
         let mut random = Random::new(seed);
         let times: Vec<f64> = (0..4000).map(|k| 0.002 * f64::from(k)).collect();
@@ -160,7 +160,8 @@ mod tests {
         assert_eq!(found(&times, &mut values), Spikes::default());
     }
 
-    /// One percent of spikes, some of them side by side: nearly all are found and no other sample.
+    /// One percent of the samples are spikes, some of them adjacent: nearly all of them are found,
+    /// and no other samples.
     #[test]
     fn spikes_are_replaced() {
         let (times, clean) = effort(0.05, 3);
@@ -175,7 +176,7 @@ mod tests {
         }
         let spikes = found(&times, &mut values);
         assert!(spikes.samples.iter().all(|k| bad.contains(k)));
-        // Those beside a step of friction of the same size may remain.
+        // Spikes beside a friction step of the same size may remain.
         assert!(spikes.samples.len() as f64 > 0.95 * bad.len() as f64);
         let kept = spikes.samples.iter().map(|&k| (values[k] - clean[k]).abs());
         assert!(kept.fold(0.0, f64::max) < 4.2, "no farther off than a step of friction");
