@@ -91,7 +91,7 @@ pub trait Sampled: Clone + Send + 'static {
 impl<T: Sampled> Request<T> {
     /// Starts the computation and returns its samples one by one, in the order of time.
     ///
-    /// The computation runs on a thread of its own, at most 64 samples ahead, so that memory is
+    /// The computation runs on a separate thread, at most 64 samples ahead, so that memory is
     /// bounded for any duration. It stops when the iterator is dropped. A computation that cannot
     /// continue ends with an error.
     ///

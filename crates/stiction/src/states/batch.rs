@@ -305,7 +305,8 @@ impl States {
             let mut unit = rest.clone();
             let mut at_rest = vec![0.0; count];
             for column in 0..=count {
-                // The first solution, at zero accelerations, contains the effect of weight.
+                // The first solution, at zero accelerations, gives the efforts that carry the
+                // weight.
                 if let Some(before) = column.checked_sub(1) {
                     unit[before] = 1.0;
                 }
