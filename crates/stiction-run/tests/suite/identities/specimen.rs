@@ -97,7 +97,7 @@ impl Specimen {
     }
 }
 
-/// For each body, ground included, true if these joints connect it.
+/// For each body, including the ground: true if these joints connect it to the ground.
 fn held(draft: &Draft, joints: &[usize]) -> Vec<bool> {
     let mut held = vec![false; draft.bodies.len() + 1];
     held[0] = true;
