@@ -84,7 +84,7 @@ pub(crate) fn copy(from: &[u8], to: &mut [u8]) -> Result<(), Error> {
 /// Frees an instance.
 ///
 /// # Safety
-/// As for [`with`]; the instance is not used again.
+/// The contract of [`with`]; the instance is not used again.
 pub(crate) unsafe fn free(instance: *mut c_void) {
     if !instance.is_null() {
         // SAFETY: it came from `Box::into_raw` in `instantiate`.

@@ -58,7 +58,7 @@ impl Fused {
 }
 
 impl Step {
-    /// Same step with its operands replaced by `to`.
+    /// Step with its operands replaced by `to`.
     pub(crate) fn map(self, to: impl Fn(Source) -> Source) -> Self {
         match self {
             Self::Add(a, b) => Self::Add(to(a), to(b)),

@@ -133,7 +133,7 @@ impl DerivativeProgram {
     /// NaN.
     ///
     /// # Panics
-    /// As [`InverseProgram::set`].
+    /// See [`InverseProgram::set`].
     #[must_use = "if it is false, forces and slopes are invalid"]
     pub fn run(
         &self,

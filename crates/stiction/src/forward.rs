@@ -34,7 +34,7 @@ pub type Forward = Request<Simulation>;
 /// Options of forward dynamics.
 #[derive(Clone, Debug)]
 pub struct Simulation {
-    /// The model with actuators on all locked joints.
+    /// Model with an additional actuator on each locked joint that has none.
     model: Arc<ModelFile>,
     /// Names of the parts of `model`. Locked joints are actuators, whose efforts hold them.
     names: Arc<Names>,

@@ -109,7 +109,8 @@ impl<T: Sampled> Request<T> {
     /// time. Stops at the first error that `receive` returns.
     ///
     /// # Errors
-    /// As [`Request::samples`]; the computation cannot continue; or the error of `receive`.
+    /// The errors of [`Request::samples`]; the computation cannot continue; or the error of
+    /// `receive`.
     pub fn each(
         &self,
         mut receive: impl FnMut(T::Sample) -> Result<(), Error>,
@@ -120,7 +121,7 @@ impl<T: Sampled> Request<T> {
     /// Computes all samples and keeps them in memory.
     ///
     /// # Errors
-    /// As [`Request::each`].
+    /// See [`Request::each`].
     pub fn collect(&self) -> Result<Vec<T::Sample>, Error> {
         let mut all = Vec::new();
         self.each(|sample| {

@@ -180,8 +180,8 @@ pub(super) fn rows(
     samples.iter().map(&mut row).collect()
 }
 
-/// The same positions in an order in which each is close to the next, and the last to the first: every second one
-/// forwards, then the others backwards. Samples repeat this list.
+/// Orders positions so that each is close to the next, and the last to the first, because samples
+/// repeat the list: every second one forwards, then the others backwards.
 pub(super) fn there_and_back(signal: &[Vec<Target<f64>>]) -> Vec<Vec<Target<f64>>> {
     let there = signal.iter().step_by(2);
     let mut back: Vec<_> = signal.iter().skip(1).step_by(2).collect();

@@ -171,8 +171,8 @@ fn along_the_plane(slope: f64, rho: f64) -> String {
     )
 }
 
-/// The same block on the same guide, pushed by a body that moves horizontally: a wedge, or a
-/// thread.
+/// The block of [`along_the_plane`] on the same guide, pushed by a body that moves horizontally: a
+/// wedge, or a thread.
 fn across_the_plane(slope: f64, rho: f64) -> String {
     let (sine, cosine) = slope.to_radians().sin_cos();
     let mu = rho.to_radians().tan();

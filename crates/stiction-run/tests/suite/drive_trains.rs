@@ -550,7 +550,7 @@ fn simulated_slide() {
     let model = with(&[&level, LIFT, train]);
     let effort = 3.0 * dry;
     let (motion, error) = after(&model, effort, (0.0, 0.0));
-    // m v' = F - dry - damping v.
+    // Equation of motion: m v' = F - dry - damping v.
     let (final_rate, time) = ((effort - dry) / damping, mass / damping);
     let rate = final_rate * (1.0 - (-1.0 / time).exp());
     assert!((motion.rate - rate).abs() < 1e-9 * rate, "{} {rate}", motion.rate);

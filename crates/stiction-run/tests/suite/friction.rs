@@ -283,7 +283,7 @@ fn a_wedge_at_rest_against_all_combinations_of_frictions() {
         let found = run(&text).unwrap();
         let at = |column: &str| found.inverse.column(column)[0];
         let (found_low, found_high) = (at("X.drive_low [N]"), at("X.drive_high [N]"));
-        // Where it can lock, other branches of the law also have solutions.
+        // If the mechanism can lock, other branches of the friction law also have solutions.
         if found.verdict.coupling.is_some() && found_low.is_finite() && found_high.is_finite() {
             let size = 1e-9 * (low.abs() + high.abs());
             assert!((found_low - low).abs() < size, "{tilt} {mu}: {found_low} {low}");

@@ -124,7 +124,7 @@ fn five_bar(geared: bool) -> ModelFile {
         }
         false => text.to_owned(),
     };
-    // Its motions prescribe the tool.
+    // The motions of the gallery model prescribe the tool, so they are removed.
     let (text, _) = text.split_once("[motions.circle]").unwrap();
     let gearing = match geared {
         true => {

@@ -97,7 +97,8 @@ fn rssr(rod: &str, friction: &str) -> String {
     )
 }
 
-/// A rod without mass is the limit of a light one, even with friction in its balls.
+/// Results for a massless rod are the limit of those for a light rod, also with friction in its
+/// balls.
 #[test]
 fn a_massless_rod_is_a_light_one() {
     let light = "mass = 1e-9\ncom = [0, 0, 0]\ninertia = [1e-11, 1e-11, 1e-11]";

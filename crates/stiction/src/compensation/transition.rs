@@ -8,7 +8,7 @@ pub enum Transition {
     /// Friction in the direction of the reference rate; at rest, in the direction of the reference
     /// acceleration. If that is also zero, the friction of the last motion is held.
     Sign,
-    /// As [`Self::Sign`], but the held friction decays at rest, by one percent per sample.
+    /// Like [`Self::Sign`], but the held friction decays at rest, by one percent per sample.
     Fade,
     /// Friction times tanh(v / w), where v is the reference rate of the actuator and w this part of its largest
     /// magnitude.

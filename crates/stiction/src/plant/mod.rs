@@ -267,7 +267,7 @@ impl Plant {
     /// velocities jump. Slip that begins at a change of the inputs is detected at the end of the next step.
     ///
     /// # Errors
-    /// As [`Self::advance`].
+    /// See [`Self::advance`].
     pub fn advance_to_event(&mut self, until: f64) -> Result<Vec<Event>, Error> {
         self.go(until, true)
     }

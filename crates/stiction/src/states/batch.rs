@@ -292,7 +292,7 @@ impl States {
     /// the load fixes to bodies, but no reflected inertia of rotors.
     ///
     /// # Errors
-    /// As [`Self::inverse_dynamics`]; the coordinates are not those of the actuators.
+    /// The errors of [`Self::inverse_dynamics`]; the coordinates are not those of the actuators.
     pub fn mass_matrix(&self, q: &[f64], workers: &Workers<'_>) -> Result<Rows, Error> {
         self.refuse_other_coordinates("a mass matrix")?;
         let batch = Batch { q, v: &[], a: &[] };

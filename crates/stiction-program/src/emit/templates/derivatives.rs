@@ -1,6 +1,6 @@
 
 impl State {
-    /// As [`State::ff`] without a direction, with the derivatives of the efforts with respect to
+    /// Like [`State::ff`] without a direction, with the derivatives of the efforts with respect to
     /// positions, rates and accelerations. They are exact and include the change of friction with
     /// the reactions. The derivatives exist only with [`Code::Done`]. If a joint slides too slowly
     /// for derivatives, the outcome is [`Code::Undetermined`].

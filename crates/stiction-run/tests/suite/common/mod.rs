@@ -168,7 +168,7 @@ fn sections(text: &str) -> (String, Vec<String>) {
     (head, tables)
 }
 
-/// The same model file with its tables in reverse order.
+/// Text of a model file with its tables in reverse order.
 pub(crate) fn in_reverse(text: &str) -> String {
     let (head, mut tables) = sections(text);
     // Entries of `place` are numbered by their order, so they keep it.

@@ -10,7 +10,7 @@ use stiction_core::spatial::{Mat3, Vec3};
 /// large ones first.
 pub(crate) fn shrink(identity: Identity, specimen: &Specimen) -> Specimen {
     let kind = |specimen: &Specimen| match verdict(identity, specimen) {
-        // The violation without its numbers.
+        // Message of the violation, without its numbers.
         Verdict::Broken(why) => {
             why.split(|c: char| c == ':' || c.is_ascii_digit()).next().map(str::to_owned)
         }
