@@ -1,4 +1,4 @@
-//! Descriptions of reaction components that statics does not determine.
+//! Descriptions of statically indeterminate reaction components.
 
 use crate::names::listed;
 

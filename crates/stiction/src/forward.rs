@@ -34,9 +34,10 @@ pub type Forward = Request<Simulation>;
 /// Options of forward dynamics.
 #[derive(Clone, Debug)]
 pub struct Simulation {
-    /// Model with an additional actuator on each locked joint that has none.
+    /// Model as simulated: without friction if it is off, and with actuators on all locked joints.
     model: Arc<ModelFile>,
-    /// Names of the parts of `model`. Locked joints are actuators, whose efforts hold them.
+    /// Names of the parts of `model`. The efforts of the actuators on locked joints hold these
+    /// joints.
     names: Arc<Names>,
     drives: Option<(Efforts, String)>,
     controller: Option<Option<(Control, String)>>,

@@ -128,7 +128,6 @@ fn the_regular_twin_dissipates_what_is_known() {
             assert!((1..7).all(|k| rms(k) <= rms(k - 1)));
             // These are all pins and balls. The guides of other legs contribute only to the
             // actuators of those legs.
-            // those legs.
             assert_eq!(ranked.as_array().unwrap().len(), 7);
         }
         assert!(told.text.contains("friction changes leg1.P by"), "{}", told.text);

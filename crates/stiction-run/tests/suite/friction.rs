@@ -97,7 +97,6 @@ fn other_solutions_are_reported() {
         assert!((coupling - 4.0 * mu).abs() < 1e-6, "{mu}: {coupling}");
         // The other solution, W / (1 - 4 mu), is found: the pads bind while the collar is pushed
         // down.
-        // - 4 mu).
         let others = found.verdict.other_solutions;
         if mu < 0.25 {
             assert_eq!(others, None, "{mu}");

@@ -192,7 +192,8 @@ fn locked_differential() {
     assert!((drives[0] + WEIGHT).abs() < 1e-13 && drives[1].abs() < 1e-13, "{drives:?}");
 }
 
-/// Two motors with unequal losses on a pendulum, and three on the two joints of the wrist.
+/// Models of a pendulum with two motors of unequal losses, and of the wrist with three motors on
+/// its two joints.
 fn shared() -> [ModelFile; 2] {
     let train = |name: &str, joints: &str, (forward, backward): (f64, f64), more: &str| {
         format!(

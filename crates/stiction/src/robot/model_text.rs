@@ -296,8 +296,8 @@ impl ModelText {
         }
     }
 
-    /// Content of a mesh file of the model. The mesh is searched as the robot file names it from
-    /// which the model was converted.
+    /// Content of a mesh file, found by its name in the robot file from which the model was
+    /// converted.
     fn mesh(&self, file: &str) -> Result<Vec<u8>, String> {
         match &self.folder {
             Some(folder) => self.import.bytes(folder, file, &self.files),

@@ -46,7 +46,6 @@ type Weakest = [Real; WIDTH * BODIES];
 /// Data of a state with its decomposed dense system. The dimensionless balance of all bodies is `A
 /// x = y`. It and its transpose are solved by recursion along the tree and by the dense system,
 /// which has one unknown for each free motion of the tree's joints and one row for each column.
-/// free motion of these joints, and one row for each column.
 struct Balance<'a> {
     /// Centres of mass, origins of the joints, free motions, and terms; the last two have six
     /// components each.

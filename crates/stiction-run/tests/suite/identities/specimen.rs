@@ -33,7 +33,7 @@ impl Specimen {
         Self { class, seed, prescribed: prescribed.collect(), loads: case.loads, draft }
     }
 
-    /// Random numbers for the changes that an identity makes, the same in every run.
+    /// Random numbers for the changes that an identity makes; they are equal in every run.
     pub(crate) fn random_changes(&self) -> Random {
         Random(self.seed + 1000)
     }
