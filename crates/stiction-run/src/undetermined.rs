@@ -13,8 +13,8 @@ pub(crate) fn open_components(flags: &[bool; 6]) -> Vec<&'static str> {
     open.map(|(component, _)| *component).collect()
 }
 
-/// Lists the joints for each set of indeterminate components, the largest group first: `fz mx my of
-/// A, B, C`.
+/// Lists the joints for each set of indeterminate components, the largest group first, for example
+/// `fz mx my of A, B, C`.
 pub(crate) fn by_components(undetermined: &[(&str, Vec<&'static str>)]) -> String {
     let mut groups: Vec<(String, Vec<&str>)> = Vec::new();
     for (name, components) in undetermined {

@@ -285,10 +285,11 @@ impl Forward {
         self
     }
 
-    /// Adds a condition that ends the simulation, such as `platform.z < 100 mm` or `d(leg1.P) > 0.5
-    /// m/s`. Conditions may contain coordinates, their rates and the time `t`. The instant is
-    /// located to the tolerance of the simulation; it is the last sample, and is recorded as an
-    /// event. If there are several conditions, the first that holds ends the simulation.
+    /// Adds a condition that ends the simulation, such as `platform.z < 100 mm` or
+    /// `d(leg1.P) > 0.5 m/s`. Conditions may contain coordinates, their rates and the time `t`. The
+    /// instant is located to the tolerance of the simulation; it is the last sample, and is
+    /// recorded as an event. If there are several conditions, the first that holds ends the
+    /// simulation.
     ///
     /// # Errors
     /// The condition is defective.

@@ -7,8 +7,8 @@ use stiction_format::did_you_mean;
 /// All names of a mechanism, each list in the order of the corresponding results.
 #[derive(Debug)]
 pub(crate) struct Names {
-    /// Short name (`leg1.P`) and full name of each actuator; the full name also contains the degree
-    /// of freedom if the joint has several.
+    /// Short name (`leg1.P`) and full name of each actuator; the full name ends in the name of the
+    /// degree of freedom if the joint has several.
     pub(crate) actuators: Vec<(String, String)>,
     /// Drive trains.
     pub(crate) motors: Vec<String>,
