@@ -1,4 +1,4 @@
-//! Forward dynamics, by name.
+//! Forward dynamics with access to inputs and results by name.
 
 mod inputs;
 mod run;

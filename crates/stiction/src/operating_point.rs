@@ -1,4 +1,4 @@
-//! Static equilibrium and linear models, by name.
+//! Static equilibrium and linear models with access by name.
 
 use crate::FrictionMode;
 use crate::error::Error;

@@ -217,7 +217,7 @@ mod tests {
             tall.panels = vec![tall.panels[0].clone(); panels];
             let svg = tall.svg();
             assert_eq!(svg.matches("time [s]").count(), 1, "{panels}");
-            // No vertical axis has this number.
+            // No tick of a vertical axis has this value.
             assert_eq!(svg.matches(">0.8</text>").count(), numbered, "{panels}");
         }
     }

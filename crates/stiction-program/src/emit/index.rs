@@ -1,4 +1,4 @@
-//! Numbers of the singularity index in templates.
+//! Values for the templates of the singularity index.
 
 use super::{Precision, SourceOptions, answers};
 use crate::feedforward::{Feedforward, INDEX_PASSES, Term};

@@ -287,11 +287,11 @@ impl RecordingSource<'_> {
 /// Options of the compiled routines.
 #[derive(Clone, Copy, Debug)]
 struct Detail {
-    /// With fused operations.
+    /// True if operations are fused.
     fuse: bool,
-    /// With the whole wrench of each joint in place of its force.
+    /// True if the results contain the complete wrench of each joint instead of its force.
     wrenches: bool,
-    /// With the positions for the singularity index.
+    /// True if the results contain the positions for the singularity index.
     places: bool,
 }
 

@@ -1,4 +1,4 @@
-//! Results of a simulation, by name.
+//! Results of a simulation with access by name.
 
 use crate::error::Error;
 use crate::inverse::{BodyPose, Reaction};

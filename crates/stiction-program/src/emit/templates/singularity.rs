@@ -43,9 +43,10 @@ type Pair = [Real; WIDTH * (BODIES + 1)];
 type Amounts = [Real; 2 * room(COLUMNS)];
 type Weakest = [Real; WIDTH * BODIES];
 
-/// Data of a state with its decomposed dense system. The dimensionless balance of all bodies is `A
-/// x = y`. It and its transpose are solved by recursion along the tree and by the dense system,
-/// which has one unknown for each free motion of the tree's joints and one row for each column.
+/// Data of a state with its decomposed dense system. The system `A x = y`, where A is the
+/// dimensionless balance of all bodies, and its transpose are solved by recursion along the tree
+/// and by the dense system, which has one unknown for each free motion of the tree's joints and one
+/// row for each column.
 struct Balance<'a> {
     /// Centres of mass, origins of the joints, free motions, and terms; the last two have six
     /// components each.
