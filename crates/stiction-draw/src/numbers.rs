@@ -45,7 +45,8 @@ pub fn fixed(x: f64, decimals: usize) -> String {
 pub fn exact(out: &mut String, x: f64) {
     let mut buffer = zmij::Buffer::new();
     let text = buffer.format(x);
-    // Positive powers of ten are written without their sign; looking for it takes as long as the digits.
+    // Only powers of ten from 1e16 on have a plus sign, which is omitted. It is not searched in
+    // smaller numbers, because the search takes as long as formatting the digits.
     if x.abs() >= PLAIN
         && let Some((digits, power)) = text.split_once('+')
     {

@@ -1,4 +1,4 @@
-//! From C to Rust: pointers become references, errors and panics become statuses.
+//! Boundary between C and Rust: converts pointers to references, and errors and panics to statuses.
 
 #![allow(unsafe_code)]
 
@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use std::slice;
 use stiction::Error;
 
-/// Creates an instance; null, with a message, if that is not possible.
+/// Creates an instance; logs a message and returns null if that is not possible.
 pub(crate) fn instantiate(
     logger: Logger,
     make: impl FnOnce() -> Result<Instance, Error>,
@@ -27,7 +27,7 @@ pub(crate) fn instantiate(
     std::ptr::null_mut()
 }
 
-/// Calls a function with an instance and returns the status.
+/// Calls a function with an instance, and returns the status.
 ///
 /// # Safety
 /// `instance` is null, or was returned by [`instantiate`], was not freed, and is not in use by another call: the
@@ -66,7 +66,7 @@ fn defect(panic: &(dyn Any + Send)) -> String {
     format!("a defect of the library, version {version}: {text}; please report it")
 }
 
-/// Copies a state into the caller's bytes.
+/// Copies a serialised state into the caller's memory.
 pub(crate) fn copy(from: &[u8], to: &mut [u8]) -> Result<(), Error> {
     let room = to.len();
     match to.get_mut(..from.len()) {
@@ -84,7 +84,7 @@ pub(crate) fn copy(from: &[u8], to: &mut [u8]) -> Result<(), Error> {
 /// Frees an instance.
 ///
 /// # Safety
-/// As for [`with`]; the instance is not used again.
+/// The contract of [`with`]; the instance is not used again.
 pub(crate) unsafe fn free(instance: *mut c_void) {
     if !instance.is_null() {
         // SAFETY: it came from `Box::into_raw` in `instantiate`.
@@ -93,7 +93,7 @@ pub(crate) unsafe fn free(instance: *mut c_void) {
     }
 }
 
-/// Array of the caller; empty if there are no elements.
+/// Array of the caller; empty if `count` is zero.
 ///
 /// # Safety
 /// `first` points to `count` values that do not change during the call, or is null.
@@ -106,7 +106,8 @@ pub(crate) unsafe fn array<'a, T>(first: *const T, count: usize) -> Result<&'a [
     }
 }
 
-/// Array of numbers that the caller wants filled, zero at first: its memory need not be initialised.
+/// Array of the caller for results. It is set to zero first, because the caller's memory need not
+/// be initialised.
 ///
 /// # Safety
 /// `first` points to `count` values that nothing else uses during the call, or is null.
@@ -122,7 +123,7 @@ pub(crate) unsafe fn array_mut<'a, T>(first: *mut T, count: usize) -> Result<&'a
     }
 }
 
-/// Writes a result, if the caller wants it.
+/// Writes a result to `place`; does nothing for a null pointer.
 ///
 /// # Safety
 /// `place` is null, or points to a value that may be written.
@@ -150,7 +151,7 @@ pub(crate) fn missing(what: &str) -> Error {
     Error::input(format!("{what} is missing: the pointer is null"))
 }
 
-/// Stores a state at the caller's pointer, in the memory of the one that is there.
+/// Stores a state at the caller's pointer, and reuses the memory of a state that is already there.
 ///
 /// # Safety
 /// `place` is null, or points to null or to a state of this library.
@@ -169,7 +170,7 @@ pub(crate) unsafe fn give(place: *mut *mut c_void, saved: Saved) -> Result<(), E
     Ok(())
 }
 
-/// State of the caller.
+/// State to which the caller points.
 ///
 /// # Safety
 /// `state` is null or a state of this library that is not freed.
@@ -178,7 +179,7 @@ pub(crate) unsafe fn state<'a>(state: *mut c_void) -> Result<&'a Saved, Error> {
     unsafe { state.cast::<Saved>().as_ref() }.ok_or_else(|| missing("the state"))
 }
 
-/// Frees a state and clears its place.
+/// Frees a state, and sets the caller's pointer to null.
 ///
 /// # Safety
 /// `place` is null, or points to null or to a state of this library, which is not used again.
@@ -195,10 +196,11 @@ pub(crate) unsafe fn free_state(place: *mut *mut c_void) {
     }
 }
 
-/// Path of a `file` URI, as FMI 2.0 gives that of the resources; other texts are paths.
+/// Path of a `file` URI, in which FMI 2.0 gives the folder of the resources; any other text is
+/// itself a path.
 pub(crate) fn path_of(uri: &str) -> PathBuf {
     let Some(rest) = uri.strip_prefix("file:") else { return PathBuf::from(uri) };
-    // `file:/a`, `file:///a` and `file://localhost/a` are the same.
+    // `file:/a`, `file:///a` and `file://localhost/a` denote the same path.
     let rest = match rest.strip_prefix("//") {
         Some(after) => after.find('/').map_or(after, |slash| &after[slash..]),
         None => rest,
@@ -213,7 +215,7 @@ pub(crate) fn path_of(uri: &str) -> PathBuf {
         k += if coded.is_some() { 3 } else { 1 };
     }
     let path = String::from_utf8_lossy(&plain).into_owned();
-    // `file:///C:/a` is `C:/a`.
+    // `file:///C:/a` denotes the path `C:/a`.
     let is_drive = path.len() > 2 && path.starts_with('/') && path.as_bytes()[2] == b':';
     PathBuf::from(if is_drive { path[1..].to_owned() } else { path })
 }

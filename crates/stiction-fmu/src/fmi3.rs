@@ -1,11 +1,11 @@
 //! Functions of FMI 3.0, with the names and types of the standard.
 //!
 //! # Safety
-//! Pointers must be what the standard says: instances and states of this library that are not freed, and
-//! arrays and texts of the stated length.
+//! Pointers must be valid as the standard requires: instances and states of this library that are
+//! not freed, and arrays and texts of the stated length.
 
-// The names are those of the standard, which also documents the functions. Every function has the same contract,
-// stated above, and hands it to `boundary`.
+// The standard defines the names and documents the functions. Every function has the safety
+// contract stated above, and passes its pointers on to `boundary`.
 #![allow(unsafe_code, non_snake_case, missing_docs, clippy::missing_safety_doc)]
 #![allow(clippy::too_many_arguments)]
 

@@ -1,10 +1,11 @@
-//! An instance of a unit: its variables, its phase, and steps. No pointers.
+//! Instance of a unit: its variables, its phase, and its steps, without raw pointers.
 
 use crate::logger::{Logger, Status};
 use std::path::Path;
 use stiction::{Error, Unit, UnitState};
 
-/// Steps begin at the instance's time up to this part of their length.
+/// Largest difference between the start of a step and the time of the instance that counts as
+/// rounding, as a fraction of the step.
 const SAME: f64 = 1e-6;
 
 /// Phase of an instance.
@@ -27,7 +28,7 @@ pub(crate) struct Instance {
     fresh: UnitState,
     phase: Phase,
     logger: Logger,
-    /// True if all messages are wanted, not only errors.
+    /// True if the importer receives all messages, false if only errors.
     pub(crate) logging: bool,
     /// True if the importer handles events.
     events: bool,
@@ -46,9 +47,9 @@ pub(crate) struct Saved {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct StepEnd {
     pub(crate) time: f64,
-    /// The step ended before its time, at an event.
+    /// True if the step ended early, at an event.
     pub(crate) early: bool,
-    /// The importer should enter event mode.
+    /// True if the importer should enter event mode.
     pub(crate) event: bool,
 }
 
@@ -89,7 +90,7 @@ impl Instance {
         self.phase
     }
 
-    /// Marks the instance after a panic.
+    /// Records that a panic has left the instance in an unknown state.
     pub(crate) fn break_down(&mut self) {
         self.phase = Phase::Broken;
     }
@@ -98,7 +99,7 @@ impl Instance {
         self.unit.time()
     }
 
-    /// Moves to a phase from one of others.
+    /// Changes to the phase `to`; fails unless the present phase is in `from`.
     pub(crate) fn go(&mut self, from: &[Phase], to: Phase) -> Result<(), Error> {
         self.expect(from)?;
         self.phase = to;
@@ -124,7 +125,7 @@ impl Instance {
         self.unit.set_start_time(time)
     }
 
-    /// Ends the initialisation: starts the simulation.
+    /// Ends the initialisation and starts the simulation.
     pub(crate) fn exit_initialization(&mut self) -> Result<(), Error> {
         self.expect(&[Phase::Initializing])?;
         self.unit.run()?;
@@ -172,7 +173,7 @@ impl Instance {
         }
         let now = self.unit.time();
         let rounding = SAME * size + 4.0 * f64::EPSILON * now.abs();
-        // The comparison fails for NaN, too.
+        // The comparison is also false for NaN.
         let begins_now = (time - now).abs() <= rounding;
         if !begins_now {
             return Err(Error::input(format!(
@@ -207,7 +208,7 @@ impl Instance {
         self.phase = saved.phase;
     }
 
-    /// A state as bytes: the phase, then the state of the unit.
+    /// Serialises a state: the phase, then the state of the unit.
     pub(crate) fn write(&self, saved: &Saved) -> Vec<u8> {
         let mut bytes = vec![saved.phase as u8];
         bytes.extend(self.unit.write_state(&saved.state));

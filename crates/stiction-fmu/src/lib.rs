@@ -4,10 +4,11 @@
 //! The model is read from the folder `resources` of the unit, so one library serves all models. Facts of the
 //! interface follow the specifications FMI 2.0.5 and 3.0.2 of the Modelica Association.
 //!
-//! Everything belongs to an instance (module `instance`): there are no global variables, and instances on
-//! different threads are independent. The module `boundary` turns pointers into references, and errors and
-//! panics into the statuses of the standard: a call that is not possible returns *Error* with a message for the
-//! importer's logger, and after a panic an instance returns *Fatal* for good.
+//! All data belong to an instance (module `instance`): there are no global variables, and instances
+//! on different threads are independent. The module `boundary` converts pointers to references, and
+//! errors and panics to the statuses of the standard. A call that is not possible returns *Error*
+//! with a message for the importer's logger. After a panic, all further calls of the instance
+//! return *Fatal*.
 
 mod boundary;
 pub mod fmi2;

@@ -20,7 +20,7 @@ pub(crate) enum Status {
     Fatal = 4,
 }
 
-/// Function of the importer that receives messages; none if the importer gave none.
+/// Callback of the importer that receives messages; may be absent.
 #[derive(Debug)]
 pub(crate) enum Logger {
     Two { function: Option<Logger2>, environment: *mut c_void, name: CString },
@@ -28,7 +28,7 @@ pub(crate) enum Logger {
 }
 
 impl Logger {
-    /// Passes a message on.
+    /// Sends a message to the importer.
     pub(crate) fn say(&self, status: Status, category: &str, message: &str) {
         let (category, message) = (c_string(category), c_string(message));
         match self {
@@ -57,13 +57,13 @@ impl Logger {
         }
     }
 
-    /// No logger.
+    /// Logger without a callback, which discards messages.
     pub(crate) fn none() -> Self {
         Self::Three { function: None, environment: ptr::null_mut() }
     }
 }
 
-/// Text for C, without zeros.
+/// Converts text to a C string, without its zero characters.
 pub(crate) fn c_string(text: &str) -> CString {
     let bytes: Vec<u8> = text.bytes().filter(|byte| *byte != 0).collect();
     CString::new(bytes).unwrap_or_default()

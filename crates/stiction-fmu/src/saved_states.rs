@@ -1,6 +1,7 @@
-//! Functions of both versions of the standard that save, restore and serialise states. They differ by their names.
+//! Functions that save, restore and serialise states. Both versions of the standard have them,
+//! under different names.
 
-/// Defines these functions.
+/// Defines these functions under the given names.
 macro_rules! state_functions {
     ($get:ident $set:ident $free:ident $size:ident $serialize:ident $deserialize:ident) => {
         #[unsafe(no_mangle)]

@@ -1,4 +1,5 @@
-//! Exported functions of the WebAssembly module: texts in UTF-8 through the module's memory.
+//! Exported functions of the WebAssembly module, which exchange UTF-8 texts through the module's
+//! memory.
 //!
 //! The page writes a request to the buffer that [`request`] returns, calls [`respond`], and reads the answer
 //! from the buffer at [`response`]. Both buffers belong to the module until the next call.
@@ -16,11 +17,11 @@ mod exported {
 
     #[link(wasm_import_module = "page")]
     unsafe extern "C" {
-        /// Reports progress to the page: the part done, and all.
+        /// Reports progress to the page: the amount of work done, and the total amount.
         safe fn progress(done: u32, of: u32);
     }
 
-    /// Makes room for a request of this length, bytes; returns its address.
+    /// Allocates the buffer of a request of `length` bytes; returns its address.
     #[unsafe(no_mangle)]
     extern "C" fn request(length: usize) -> *mut u8 {
         REQUEST.with_borrow_mut(|bytes| {

@@ -1,14 +1,14 @@
 //! Answers to the requests of the page.
 //!
-//! A request is a JSON object with `command` and, but for `gallery`, the `name` and the `text` of a model and
-//! `changes` of single values (`"mu = 0.2"`). The answer is `{"ok": …}` or `{"error": …}`, the latter as
-//! [`stiction::Error::to_json`] gives it.
+//! A request is a JSON object with `command`. All commands except `gallery` also need the `name`
+//! and the `text` of a model, and accept `changes` of single values (`"mu = 0.2"`). The answer is
+//! `{"ok": …}`, or `{"error": …}` with the content of [`stiction::Error::to_json`].
 
 use crate::values::numeric_values;
 use serde_json::{Value, json};
 use stiction::{Error, FrictionMode, ModelParts, ModelText, Robot};
 
-/// Receives the part of a computation that is done, and the whole.
+/// Progress callback: the amount of work done, and the total amount.
 pub(crate) type Progress<'a> = &'a mut dyn FnMut(u32, u32);
 
 /// Answers a request.
@@ -40,7 +40,7 @@ fn result(request: &Value, progress: Progress<'_>) -> Result<Value, Error> {
     }
 }
 
-/// A text among the values of a request; `None` if it is absent or empty.
+/// Text of a key of a request; `None` if it is absent or empty.
 fn text_of<'a>(request: &'a Value, key: &str) -> Option<&'a str> {
     request[key].as_str().filter(|text| !text.is_empty())
 }
@@ -88,7 +88,7 @@ fn check(robot: &Robot, request: &Value, progress: Progress<'_>) -> Result<Value
         check = check.motion(motion)?;
     }
     let found = check.run_with(|_phase, done, of| goes_on(progress, done, of))?;
-    // A motion that the robot cannot follow is an answer of the check, not its failure.
+    // If the robot cannot follow the motion, the check still has results; only the page is missing.
     let page = check.job().and_then(|job| Ok(stiction::run::draw_view(&job)?.html)).ok();
     Ok(json!({ "text": found.as_text(), "summary": found.to_json(), "page": page }))
 }
@@ -137,7 +137,7 @@ fn forward(robot: &Robot, request: &Value, progress: Progress<'_>) -> Result<Val
     )
 }
 
-/// Reports progress; the page stops a computation by ending its worker.
+/// Reports progress, and returns true: a page stops a computation by terminating its worker.
 fn goes_on(progress: Progress<'_>, done: usize, of: usize) -> bool {
     let part = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
     progress(part(done), part(of));

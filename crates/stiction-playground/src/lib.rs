@@ -1,7 +1,8 @@
 //! Stiction in a browser: the engine answers requests in JSON, and a page around it sends them.
 //!
-//! [`answer`] is the whole interface; compiled to WebAssembly, `abi` passes its texts through the module's
-//! memory. [`page()`] is the page: gallery, editor, sliders, and the reports of the library.
+//! [`answer`] is the whole interface. In the WebAssembly module, `abi` passes its texts through the
+//! module's memory. [`page()`] is the page: gallery, editor, sliders, and the reports of the
+//! library.
 
 mod abi;
 mod answers;

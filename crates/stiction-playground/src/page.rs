@@ -28,14 +28,15 @@ const SCRIPT: &str = concat!(
 pub enum Engine<'a> {
     /// In the file [`ENGINE`] beside the page, on the same server.
     Beside,
-    /// In the page itself, which then opens from disk.
+    /// In the page itself, which can then be opened as a file.
     Inside(&'a [u8]),
 }
 
 /// The whole page.
 ///
-/// Its policy allows only its own script and that of the reports, by their digests, the worker, which is made
-/// from a text of the page, and the module.
+/// The content security policy of the page permits only its own script and that of the reports,
+/// identified by their digests, the worker, which the page creates from a text that it contains,
+/// and the module.
 ///
 /// # Errors
 /// The module cannot be compressed.
@@ -54,7 +55,7 @@ pub fn page(engine: Engine<'_>) -> io::Result<String> {
         source_of(SCRIPT),
         source_of(VIEWER),
     );
-    // Data blocks, which no browser runs.
+    // Data blocks, which browsers do not execute.
     let data = format!(
         "<script type=\"text/plain\" id=\"worker\">{WORKER}</script>\n\
          <script type=\"text/plain\" id=\"module\">{module}</script>\n"

@@ -1,7 +1,7 @@
 //! Writes the playground: `playground-pages ENGINE FOLDER`, with the compiled module and the folder.
 //!
-//! The folder receives `index.html` with the module beside it, for any web server, and
-//! `stiction-playground.html`, which contains the module and opens from disk.
+//! The folder receives `index.html` with the module as a separate file, for any web server, and
+//! `stiction-playground.html`, which contains the module and can be opened as a file.
 
 use std::env::args_os;
 use std::fs::{copy, create_dir_all, read, write};

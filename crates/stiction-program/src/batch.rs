@@ -68,7 +68,7 @@ impl InverseProgram {
     /// states have been passed on.
     ///
     /// # Panics
-    /// As [`Self::set_bodies`].
+    /// See [`Self::set_bodies`].
     pub fn run_all(
         &self,
         solver: &mut InverseDynamics,

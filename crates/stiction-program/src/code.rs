@@ -58,7 +58,7 @@ impl Fused {
 }
 
 impl Step {
-    /// Same step with its operands replaced by `to`.
+    /// Step with its operands replaced by `to`.
     pub(crate) fn map(self, to: impl Fn(Source) -> Source) -> Self {
         match self {
             Self::Add(a, b) => Self::Add(to(a), to(b)),
@@ -197,8 +197,8 @@ impl Slots {
     }
 }
 
-/// Pairs of operations that become one step: a product with the only sum that reads it, at the same level; and, as a
-/// quotient, a reciprocal with the only product that reads it.
+/// Pairs of operations that become one step: a product and the only sum that reads it, if both have
+/// the same level; and a reciprocal and the only product that reads it, as a quotient.
 fn pairs(
     ops: &[Op],
     needed: &[bool],
@@ -312,7 +312,7 @@ pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots, fuse: boo
             let mut of = |node: Node| source(node, &mut code, &mut constants);
             let pair = with[k].map(|other| (other, cut[other as usize]));
             let step = match (*op, pair) {
-                // The other operation of the pair includes this one.
+                // This operation is part of the step of the other operation of its pair.
                 (Op::Mul(..), Some((_, Op::Add(..) | Op::Sub(..)))) | (Op::Div(..), Some(_)) => {
                     continue;
                 }
@@ -353,7 +353,7 @@ pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots, fuse: boo
                 code.stores.push((Source::Step(place), u32::MAX - node));
             }
         }
-        // Slots are assigned last: until then, operands are found as steps.
+        // Results receive their slots last, because until then operands refer to them as steps.
         for (_, slot) in &mut code.stores {
             if *slot > u32::MAX / 2 {
                 *slot = slots.made(u32::MAX - *slot);

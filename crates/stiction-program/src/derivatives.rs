@@ -40,7 +40,7 @@ use stiction_core::kinematics::{State, Target};
 /// let mut jacobian = [0.0; 2];
 /// assert!(program.run(&mut memory, solver.state(), &signal[0], &[]));
 /// program.jacobian(&mut memory, &mut jacobian);
-/// // The moment that holds it level is m g l, and the inertia about the pivot m l^2.
+/// // By the mass: g l. By the acceleration: the inertia m l^2 about the pivot.
 /// assert!((jacobian[0] - 9.81 * 0.5).abs() < 1e-14);
 /// assert!((jacobian[1] - 2.0 * 0.5 * 0.5).abs() < 1e-14);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -133,7 +133,7 @@ impl DerivativeProgram {
     /// NaN.
     ///
     /// # Panics
-    /// As [`InverseProgram::set`].
+    /// See [`InverseProgram::set`].
     #[must_use = "if it is false, forces and slopes are invalid"]
     pub fn run(
         &self,

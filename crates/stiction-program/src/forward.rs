@@ -74,7 +74,7 @@ const LAST: usize = 4;
 /// let mut holds = [false];
 /// program.set(&mut memory, 0, solver.state(), &signal[0], &[], &[0.0]);
 /// program.run(&mut memory, &mut holds);
-/// // Let go where it is level: g / l.
+/// // Released in the horizontal position, it falls with g / l.
 /// assert!(holds[0] && (program.acceleration(&memory, 0, 0) + 9.81 / 0.5).abs() < 1e-12);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -70,7 +70,7 @@ impl Op {
         all.into_iter().flatten()
     }
 
-    /// Same operation with its operands replaced by `to`.
+    /// Operation with its operands replaced by `to`.
     pub(crate) fn map(self, to: impl Fn(Node) -> Node) -> Self {
         match self {
             Self::Constant(_) | Self::Input(_) => self,

@@ -23,7 +23,7 @@
 //! let angle = Coordinate::Joint { joint: JointId(0), dof: 0 };
 //! let at = |value| vec![Target { value, rate: 0.0, acceleration: 0.0 }];
 //! let solver = InverseDynamics::new(pendulum, &[], &[angle], &at(0.0), Settings::default())?;
-//! // Positions amid those that are meant.
+//! // Positions within the intended range of motion.
 //! let signal: Vec<_> = (0..10).map(|k| at(0.1 * f64::from(k))).collect();
 //! let program = InverseProgram::record(&solver, &signal, &[])?;
 //!

@@ -195,7 +195,8 @@ impl InputLayout {
         &self.free
     }
 
-    /// Passes all inputs in order, from motions of the floating bodies and coordinates of the tree.
+    /// Calls `write` with all inputs in their order, from motions of the floating bodies and
+    /// coordinates of the tree.
     #[inline]
     pub(crate) fn visit(
         &self,

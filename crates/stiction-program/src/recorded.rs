@@ -6,7 +6,7 @@ use std::cell::{Cell, RefCell};
 use stiction_core::scalar::Scalar;
 
 thread_local! {
-    // Scalars are `Copy`, so they cannot own the graph.
+    // Scalars must be `Copy`, so they cannot own the graph.
     static GRAPH: RefCell<Graph> = RefCell::default();
     // `true` during a recording that will be differentiated.
     static WITH_SLOPES: Cell<bool> = const { Cell::new(false) };

@@ -80,7 +80,7 @@ fn value_of(
         Op::Call(function, a, b) => {
             let (a, b) = (of(a), of(b));
             let x = function.of(a.x, b.x);
-            // Slopes by finite differences, with steps as wide as the errors.
+            // Slopes by finite differences; the step is as large as the error.
             let step = a.error.max(a.x.abs() * 1e-8).max(1e-12);
             let other = b.error.max(b.x.abs() * 1e-8).max(1e-12);
             let by_first = (function.of(a.x + step, b.x) - x).abs() / step;
@@ -171,7 +171,7 @@ pub(crate) fn merge(graph: &Graph, samples: &[Vec<f64>]) -> Merged {
             .iter()
             .enumerate()
             .map(|(sample, inputs)| {
-                // Random, but equal for equal nodes.
+                // Random choice that is the same for equal nodes.
                 let chance = |of: Node, _| match goes_both_ways(of) {
                     true => mixed(u64::from(new_of[of as usize]), sample as u64) & 1 == 0,
                     false => is_positive(of),

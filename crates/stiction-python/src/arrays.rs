@@ -6,7 +6,7 @@ use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 
-/// Copy of the numbers of an array argument; other threads may change the array meanwhile.
+/// Copy of the numbers of an array argument, because other threads may change the array meanwhile.
 pub(crate) struct Numbers {
     pub(crate) values: Vec<f64>,
     /// True if the argument is a single row (an array of one dimension).
@@ -52,7 +52,7 @@ pub(crate) fn numbers(name: &str, value: &Bound<'_, PyAny>, names: &[String]) ->
 /// Shape and numbers of an array; `None` if its numbers are not contiguous and aligned in memory,
 /// or another function is writing to them.
 fn copied(array: &Bound<'_, PyArrayDyn<f64>>) -> Option<(Vec<usize>, Vec<f64>)> {
-    // A slice of an array in the order of columns would be one, too.
+    // `as_slice` also accepts arrays in column-major order, whose numbers are in another order.
     if !array.is_c_contiguous() {
         return None;
     }

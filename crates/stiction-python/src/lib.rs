@@ -1,8 +1,8 @@
 //! Native part of the Python package `stiction`: conversions between Python and the library, no mechanics.
 //!
-//! The package's Python files (`python/stiction`) give names, documentation and types to what this module
-//! returns. Every function releases the interpreter's lock while it computes, passes signals on, and raises an
-//! exception of the package for every failure, panics included.
+//! The package's Python files (`python/stiction`) add names, documentation and types to the results
+//! of this module. Every function releases the interpreter's lock while it computes, checks for
+//! signals, and raises an exception of the package for every failure, including panics.
 
 mod arrays;
 mod failure;

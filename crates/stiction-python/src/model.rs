@@ -18,7 +18,8 @@ use stiction::{
     Conversion, Diagnostics, Error, Import, Measured, Method, ModelParts, ModelText, Robot,
 };
 
-/// Name, text, folder, changes, cut-off frequency of the filter (Hz), remarks of the conversion.
+/// Name, text, folder, changes, cut-off frequency of the filter (Hz), and remarks of the
+/// conversion.
 type Parts = (String, String, Option<PathBuf>, Vec<String>, Option<f64>, Vec<String>);
 /// Time (s), kind, place and detail of an event.
 type Event = (f64, &'static str, String, String);
@@ -45,7 +46,7 @@ fn load(
 
 #[pymethods]
 impl NativeModel {
-    /// Reads a model from a file, the built-in models or a text.
+    /// Reads a model from a file, from the built-in models, or from its text, as `source` suggests.
     #[staticmethod]
     fn find(py: Python<'_>, source: &str) -> PyResult<Self> {
         load(py, || ModelText::find(source))
@@ -85,7 +86,7 @@ impl NativeModel {
             .text()
             .ok_or_else(|| input(py, "the model has no text", "load it from a file or a text"))?;
         let ModelParts { name, text, folder, changes, filter } = text.parts();
-        // A worker process may have another current folder.
+        // A worker process may have another working directory.
         let absolute = |folder: PathBuf| std::path::absolute(&folder).unwrap_or(folder);
         let folder = folder.map(|folder| match folder.as_os_str().is_empty() {
             true => std::env::current_dir().unwrap_or(folder),
@@ -399,8 +400,8 @@ impl NativeModel {
     }
 }
 
-/// Efforts that a Python function of the caller returns for the measured state. An exception of
-/// this function stops the simulation.
+/// Calls a Python function of the caller with the measured state; returns the efforts. An exception
+/// of this function stops the simulation.
 fn called_law(law: &Py<PyAny>, measured: &Measured<'_>, watch: &Watch) -> Result<Vec<f64>, Error> {
     let efforts = Python::attach(|py| {
         let array = |numbers: &[f64]| numbers.to_vec().into_pyarray(py);
@@ -421,7 +422,7 @@ fn called_law(law: &Py<PyAny>, measured: &Measured<'_>, watch: &Watch) -> Result
     })
 }
 
-/// Adds one option, given by name, text and number, to the request of a simulation.
+/// Adds an option to the request of a simulation, from its name, text and number.
 fn called(request: Forward, option: &str, text: &str, number: f64) -> Result<Forward, Error> {
     match option {
         "motion" => request.motion(text),

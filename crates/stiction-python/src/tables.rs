@@ -21,7 +21,7 @@ pub(crate) fn results(py: Python<'_>, tabulated: Tabulated) -> PyResult<Results<
     Ok((tables.collect::<PyResult<_>>()?, summary.to_string(), text))
 }
 
-/// Kind, message and JSON of the error with which a simulation ended.
+/// Error that ended a simulation; `None` if it reached its end.
 pub(crate) fn ending(ended: &Result<(), Error>) -> Option<&Error> {
     ended.as_ref().err()
 }

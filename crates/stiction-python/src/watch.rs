@@ -30,7 +30,8 @@ impl Watch {
         Self { progress, state: Mutex::new(state) }
     }
 
-    /// Returns whether the computation continues; `done` of `of` samples are complete.
+    /// Reports that `done` of `of` samples are complete; returns false if the computation must
+    /// stop.
     pub(crate) fn goes_on(&self, done: usize, of: usize) -> bool {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         if state.raised.is_some() {
@@ -42,7 +43,7 @@ impl Watch {
         }
         state.last = Instant::now();
         state.reported = Some((done, of));
-        // The function may itself use this package: nothing is locked while it runs.
+        // The function may itself use this package, so nothing is locked while it runs.
         drop(state);
         let outcome = Python::attach(|py| {
             py.check_signals()?;

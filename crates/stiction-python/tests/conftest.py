@@ -25,7 +25,7 @@ def pendulum():
 
 @pytest.fixture(scope="session")
 def cli():
-    """Runs the command line, whose program STICTION names; `cargo xtask test` sets it."""
+    """Function that runs the command line. The variable STICTION names its program; `cargo xtask test` sets it."""
     program = os.environ.get("STICTION")
     if program is None:
         pytest.skip("STICTION does not name the program `stiction`")

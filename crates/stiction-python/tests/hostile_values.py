@@ -8,7 +8,7 @@ import numpy as np
 
 
 class Angry:
-    """Raises whatever it is asked."""
+    """Value whose conversions raise exceptions."""
 
     def __fspath__(self):
         raise RuntimeError("no path")

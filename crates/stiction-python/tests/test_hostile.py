@@ -1,4 +1,4 @@
-"""Input that nobody should give: exceptions with names, never a panic."""
+"""Invalid input raises an exception of the package, never a panic."""
 
 import itertools
 
@@ -96,7 +96,7 @@ def test_extreme_numbers_have_a_status(m):
 
 @pytest.mark.parametrize("value", hostile_values(), ids=lambda value: repr(value)[:30])
 def test_options_of_any_type(m, value):
-    """Each option gets each value: an exception of the package or of Python's own types, or a result."""
+    """Every value for every option gives a result, an exception of the package, or a `TypeError`."""
     home = m.home()
     calls = [lambda: stiction.load(value), lambda: stiction.Model(value), lambda: m.with_(value)]
     calls += [lambda: m.with_(mu=value), lambda: m.with_({"platform.mass": value})]
@@ -121,7 +121,7 @@ def test_options_of_any_type(m, value):
         except stiction.Error as error:
             assert str(error)
         except TypeError as error:
-            # The function for progress takes other arguments.
+            # A callable value that is used as the progress function may take other arguments.
             assert callable(value) and "argument" in str(error), error
 
 

@@ -35,7 +35,7 @@ def test_python_threads_share_a_model(m):
 def test_processes(m, method):
     if method not in multiprocessing.get_all_start_methods():
         pytest.skip(f"this system has no {method}")
-    expected = row(m)  # Threads have run before the fork.
+    expected = row(m)  # Threads must have run before the fork.
     context = multiprocessing.get_context(method)
     with ProcessPoolExecutor(2, mp_context=context) as pool:
         assert set(pool.map(row, [m] * 4)) == {expected}
@@ -77,7 +77,7 @@ def test_other_threads_run_meanwhile(m):
     duration = time.perf_counter() - start
     done.set()
     thread.join()
-    # At least a tenth of the ticks that the time allows, on a busy machine.
+    # Even on a busy machine, the other thread runs at least a tenth of its possible ticks.
     assert duration < 0.05 or ticks > 0.1 * duration / 0.002, (ticks, duration)
 
 

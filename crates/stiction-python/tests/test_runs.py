@@ -1,4 +1,4 @@
-"""Runs by name: the numbers of the command line, closed forms, events."""
+"""Runs: comparison with the command line and with closed forms; events."""
 
 import csv
 import json
@@ -78,7 +78,7 @@ def test_contributions_of_friction_sum_to_its_share_of_an_effort(m):
     r = m.inverse(step=0.1)
     for name in m.actuators:
         total = sum(r.contribution[name].values())
-        # The part of friction in an effort, rounded once for each joint.
+        # The contributions add up to the effect of friction, with a rounding error for each joint.
         np.testing.assert_allclose(
             total, r.effort[name] - r.effort_frictionless[name], atol=1e-9 * abs(r.efforts).max()
         )
@@ -177,10 +177,10 @@ def test_a_control_law_of_python_acts_like_the_same_formula(pendulum):
 
     r = pendulum.forward(controller=law, period=1e-3, **options)
     exact = pendulum.forward(drives={"pivot": "-3 N m/rad*pivot - 0.4 N m s/rad*d(pivot)"}, **options)
-    # Held for a period, efforts lag behind by half of it: about 0.5 ms times the largest rate.
+    # Efforts that are held for a period lag by half of it: about 0.5 ms times the largest rate.
     np.testing.assert_allclose(r.joint["pivot"].position, exact.joint["pivot"].position, atol=2e-3)
     assert len(calls) >= 1000 and calls == sorted(calls)
-    # The effort at a sample is the one computed there.
+    # The effort of a sample is that which the law returns for its state.
     q, v = r.joint["pivot"].position, r.joint["pivot"].rate
     np.testing.assert_allclose(r.effort["pivot"], -3.0 * q - 0.4 * v, atol=1e-6)
 
@@ -211,7 +211,7 @@ def test_failures_of_control_laws(pendulum):
     for period in (0.0, -1.0, 1e-12, float("nan"), "text"):
         with pytest.raises(stiction.InputError, match="period"):
             call(lambda state: [0.0], period=period)
-    # A law may itself compute.
+    # A control law may call functions of the package.
     weight = call(lambda state: pendulum.inverse_dynamics(state.q, friction=False).efforts)
     assert np.isfinite(weight.effort["pivot"]).all()
 

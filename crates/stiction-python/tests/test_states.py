@@ -21,7 +21,7 @@ def test_shapes_and_names(m):
     one = m.inverse_dynamics(q[3], v[3], a[3], reactions=True)
     assert one.efforts.shape == (3,) and one.reactions.shape == (len(m.joints), 6)
     assert one.effort["leg1.P"].shape == ()
-    # Each row starts from the row before it: rounding only.
+    # Each row starts from the previous row, so results differ by rounding only.
     np.testing.assert_allclose(one.efforts, r.efforts[3], rtol=1e-10)
     with pytest.raises(stiction.InputError, match="reactions"):
         m.inverse_dynamics(q).reaction
@@ -34,7 +34,7 @@ def test_efforts_are_those_of_a_run(m):
     s = m.inverse_dynamics(q, v, a, load="none").check()
     moving = (abs(v) > 1e-9).all(axis=1)
     assert moving.sum() > 50
-    # Coordinates of the actuators follow from those of the platform by an inversion.
+    # Actuator coordinates are computed from those of the platform, and the batch inverts this relation.
     np.testing.assert_allclose(s.efforts[moving], r.efforts[moving], atol=1e-9 * abs(r.efforts).max())
     k = m.kinematics(q, v, a).check()
     np.testing.assert_allclose(k.position["platform"], r.position["platform"], atol=1e-10)
@@ -126,7 +126,7 @@ def test_rows_without_an_answer_have_a_status(m):
     with pytest.raises(stiction.ComputationError, match="row 1") as raised:
         r.check()
     assert raised.value.details["rows"] == 4
-    # A failed row does not change the row after it beyond rounding.
+    # A failed row changes the next row by rounding at most.
     alone = m.inverse_dynamics(q[5], v[5], a[5])
     np.testing.assert_allclose(alone.efforts, r.efforts[5], rtol=1e-10)
 

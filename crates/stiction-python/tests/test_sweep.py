@@ -1,4 +1,4 @@
-"""Studies of many designs: pure, in any pieces, in any process."""
+"""Studies of many designs: results do not depend on the division into pieces or on the process."""
 
 import functools
 import os
@@ -115,7 +115,7 @@ def by_dask(row, table, expected):
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
         pieces = dask.dataframe.from_pandas(table, npartitions=16)
         rows = pieces.map_partitions(row, meta=expected.iloc[:0])
-        client.run(lambda: __import__("stiction"))  # Start-up apart.
+        client.run(lambda: __import__("stiction"))  # Excludes start-up from the duration.
         begun = time.perf_counter()
         return rows.compute(), time.perf_counter() - begun
 
@@ -130,7 +130,7 @@ def by_ray(row, table, expected):
         remote = ray.remote(lambda piece: row(piece))  # Ray accepts functions only.
         size = -(-len(table) // 16)
         pieces = [table.iloc[k : k + size] for k in range(0, len(table), size)]
-        ray.get([remote.remote(piece.iloc[:1]) for piece in pieces[:2]])  # Start-up apart.
+        ray.get([remote.remote(piece.iloc[:1]) for piece in pieces[:2]])  # Excludes start-up from the duration.
         begun = time.perf_counter()
         rows = pandas.concat(ray.get([remote.remote(piece) for piece in pieces]))
         return rows, time.perf_counter() - begun

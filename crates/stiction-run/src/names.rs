@@ -1,9 +1,9 @@
-//! Names of actuators, joints and friction interfaces in columns and messages.
+//! Names of the parts of a mechanism in columns and messages.
 
 use stiction_core::mechanism::{Gearing, Mechanism};
 use stiction_format::ModelFile;
 
-/// Names of actuators, joints and friction interfaces in columns and messages.
+/// Names of actuators, bodies, joints, friction interfaces and gearings in columns and messages.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Names {
     /// Name and unit of the effort of each actuator.
@@ -16,8 +16,8 @@ pub(crate) struct Names {
     pub(crate) interfaces: Vec<(String, usize)>,
     /// Name of each gearing, and unit of its effort.
     pub(crate) gearings: Vec<(String, &'static str)>,
-    /// Names of the friction interfaces whose law has an internal state; inverse dynamics computes only their steady
-    /// sliding.
+    /// Names of the friction interfaces whose law has an internal state, of which inverse dynamics
+    /// computes only steady sliding.
     pub(crate) steady: Vec<String>,
 }
 

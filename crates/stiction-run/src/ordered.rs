@@ -1,14 +1,14 @@
-//! Parallel execution of independent pieces of work, with results in the order of the pieces.
+//! Parallel execution of independent pieces of work; results arrive in the order of the pieces.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
-/// Takes pieces of work from `next` until it returns `None`, computes each by `work` on one of `threads` threads, and
-/// passes the results to `receive` on the caller's thread, in the order of the pieces. Stops early if `receive` returns
-/// false or an error.
+/// Takes pieces of work from `next` until it returns `None`, computes each with `work` on one of
+/// `threads` threads, and passes the results to `receive` on the caller's thread, in the order of
+/// the pieces. Ends early if `receive` returns false or an error.
 ///
-/// For each thread at most one finished result waits for earlier ones, which bounds the memory.
+/// At most one finished result per thread waits for earlier ones, which bounds the memory.
 ///
 /// # Errors
 /// The error of `receive`.
@@ -27,7 +27,7 @@ pub fn in_order<I: Send, T: Send, E>(
         return Ok(());
     }
     let board = Board::new(threads);
-    // The pieces and the number of those taken.
+    // Number of pieces taken so far, and the source of the pieces.
     let pieces = Mutex::new((0, next));
     std::thread::scope(|scope| {
         for _ in 0..threads {
@@ -68,12 +68,13 @@ struct Board<T> {
 
 struct State<T> {
     done: BTreeMap<usize, T>,
-    /// Number of pieces that are in progress or wait for their turn.
+    /// Number of pieces that are in progress, or finished and waiting for `receive`.
     under_way: usize,
     workers: usize,
 }
 
-/// Locks a mutex, even if another thread panicked while it held the lock; no thread leaves partial changes behind.
+/// Locks a mutex even if another thread panicked while it held the lock: no thread leaves partial
+/// changes.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -136,7 +137,7 @@ struct Closing<'b, T>(&'b Board<T>);
 
 impl<T> Drop for Closing<'_, T> {
     fn drop(&mut self) {
-        // The lock ensures that no thread starts to wait in between.
+        // While the lock is held, no thread can begin to wait and miss the notification.
         let _state = lock(&self.0.state);
         self.0.is_closed.store(true, Ordering::Relaxed);
         self.0.changed.notify_all();

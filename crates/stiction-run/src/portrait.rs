@@ -1,17 +1,17 @@
-//! Pictures of a mechanism for pages: the instant of its motion that is easiest to see, in the best view.
+//! Pictures of a mechanism for pages: its motion at the most legible instant, in the best view.
 
 use crate::report::animation::Animation;
 use crate::{Error, Job};
 use stiction_core::dynamics::InverseDynamics;
 use stiction_draw::drawing::{Detail, Drawing, Surface, Trail, View};
 
-/// Thickness of the picture, relative to its length, below which a mechanism looks like a line, so that another instant
-/// is tried.
+/// Thickness of the picture, relative to its length, below which the mechanism looks like a line.
+/// Other instants are then compared.
 const THIN: f64 = 0.1;
 /// Number of instants that are compared.
 const COMPARED: usize = 12;
 
-/// Pictures of a mechanism at the instant of its motion that is easiest to see, with the paths of its bodies.
+/// Pictures of a mechanism at the most legible instant of its motion, with the paths of its bodies.
 pub struct Portrait {
     /// The mechanism at the start of the motion.
     pub start: InverseDynamics,
@@ -25,7 +25,7 @@ pub struct Portrait {
 }
 
 impl Portrait {
-    /// Follows the motion of a job and chooses the instant that is easiest to see.
+    /// Follows the motion of a job and selects the most legible instant.
     ///
     /// # Errors
     /// See [`enum@Error`].
@@ -72,12 +72,13 @@ impl Portrait {
         drawing.svg(&drawing.best_view(), Detail::Full, surface)
     }
 
-    /// Draws the mechanism in the best view, to be included in a page.
+    /// Draws the mechanism in the best view, for inclusion in a page.
     pub fn inline_svg(&self) -> String {
         self.svg(Surface::Inline)
     }
 
-    /// Markup of the moving robot, for a page with the script of the viewer; `None` for a single position.
+    /// Markup of the animated robot, for a page with the script of the viewer; `None` for a single
+    /// position.
     pub(crate) fn moving(&self, caption: &str) -> Option<String> {
         Some(self.motion.as_ref()?.figure(caption, None))
     }

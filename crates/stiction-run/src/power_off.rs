@@ -7,7 +7,7 @@ use stiction_core::mechanism::{DriveTrain, Motor, MotorMap, SharedMotors};
 use stiction_core::spatial::Vec3;
 use stiction_draw::numbers::number;
 
-/// Fraction of the largest joint force or moment below which an effort is a rounding error.
+/// Fraction of the largest joint force or moment up to which an effort counts as a rounding error.
 const ROUNDING: f64 = 1e-13;
 
 /// Means that hold the shaft of one motor at rest with power off.
@@ -23,8 +23,8 @@ pub(crate) enum PowerOff {
     Undecided,
 }
 
-/// Determines for each drive train the means that hold its motor with power off, given the forces of the mechanism at
-/// rest.
+/// Determines for each drive train how its motor is held with power off, from the forces of the
+/// mechanism at rest.
 pub(crate) fn of(
     (trains, maps, shared): (&[DriveTrain], &[MotorMap], &[SharedMotors]),
     forces: &Forces,
@@ -46,14 +46,15 @@ pub(crate) fn of(
         } else if is_nothing(at(bounds), error / train.transmission().abs()) {
             PowerOff::Unloaded
         } else if holds((effort, effort)) || forces.efforts.len() == 1 {
-            // Joints without friction are one possible state of all of them.
+            // The state without friction in the joints is possible for all motors at the same time.
             PowerOff::Held
         } else {
             PowerOff::Undecided
         }
     });
     let mut found: Vec<PowerOff> = each.collect();
-    // On one degree of freedom the gear that holds best may hold for the others.
+    // If several motors share one degree of freedom, the gear with the greatest holding effort may
+    // hold it for all.
     for shared in shared {
         let [actuator] = shared.actuators[..] else { continue };
         let (effort, bounds) = (forces.efforts[actuator], forces.effort_bounds[actuator]);
@@ -78,7 +79,7 @@ pub(crate) fn of(
     found
 }
 
-/// True if no torque but rounding errors can act on the motor at rest.
+/// True if no torque other than rounding errors can act on the motor at rest.
 fn is_nothing(motor: Motor, error: f64) -> bool {
     let (low, high) = motor.torque_bounds;
     low.abs().max(high.abs()) <= error

@@ -8,7 +8,7 @@ use stiction_core::mechanism::{JointId, Mechanism, RangeOf};
 use stiction_core::spatial::Vec3;
 use stiction_draw::numbers::number;
 
-/// Largest number of excursions that are stored for each range; further ones are counted only.
+/// Largest number of excursions that are stored for each range; further ones are only counted.
 const KEPT: usize = 1000;
 /// Excess over a range, as a fraction of its width, that counts as rounding.
 const ROUNDING: f64 = 1e-9;
@@ -92,7 +92,7 @@ pub(crate) struct Watched {
     pub(crate) limits: (f64, f64),
     least: f64,
     greatest: f64,
-    /// Full turns added to an angle; they are chosen so that the first value is closest to the range.
+    /// Full turns added to an angle, chosen so that its first value is closest to the range.
     turns: Option<f64>,
     last: Option<(f64, ValueAndRate)>,
     pub(crate) excursions: Vec<Excursion>,
@@ -176,12 +176,13 @@ impl Watched {
         let Some((before, (old, Some(old_rate)))) = self.last else { return };
         let (value, Some(rate)) = now else { return };
         let (h, rise) = (time - before, value - old);
-        // old + u rise + u (1 - u) (a (1 - u) + b u), with the part u of the step: roots of its derivative.
+        // The cubic is old + u rise + u (1 - u) (a (1 - u) + b u), with the fraction u of the step;
+        // its extremes are the roots of the derivative.
         let (a, b) = (old_rate * h - rise, rise - rate * h);
         let at = |u: f64| old + u * rise + u * (1.0 - u) * (a * (1.0 - u) + b * u);
         let (c2, c1, c0) = (3.0 * (a - b), 2.0 * (b - 2.0 * a), rise + a);
         let root = (c1 * c1 - 4.0 * c2 * c0).max(0.0).sqrt();
-        // The stable form of both roots.
+        // Numerically stable computation of both roots.
         let q = -0.5 * (c1 + root.copysign(c1));
         let extremes = [q / c2, c0 / q].into_iter().filter(|u| *u > 0.0 && *u < 1.0);
         let beyond = |u: f64| (least - at(u)).max(at(u) - greatest);
@@ -226,7 +227,7 @@ impl Watched {
         if at(low) * at(high) > 0.0 {
             return None;
         }
-        // Bisection to the last digit of the part of the step.
+        // Bisection of the fraction of the step, to the last digit.
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
             if at(low) * at(middle) <= 0.0 { high = middle } else { low = middle }
@@ -380,7 +381,8 @@ mod tests {
         assert!(caution.starts_with("J exceeds its range of -28.65 deg to 28.65 deg by 28.65 deg"));
     }
 
-    /// A peak between two samples: q = 1 - (t - 0.05)^2 exceeds 0.9999 within 10 ms around 50 ms.
+    /// With q = 1 - (t - 0.05)^2, the peak between two samples exceeds 0.9999 within 10 ms around
+    /// 50 ms.
     #[test]
     fn excursions_between_samples_are_seen() {
         let mut joint = watched((0.0, 0.9999));
@@ -394,7 +396,7 @@ mod tests {
         assert!(only.above && only.returns && joint.count == 1);
     }
 
-    /// A range beyond half a turn holds for angles that are counted from -180 to 180 deg.
+    /// A range beyond half a turn also applies to angles that are counted from -180 to 180 deg.
     #[test]
     fn angles_count_from_the_turn_of_the_range() {
         let mut joint = watched((3.0, 4.0));

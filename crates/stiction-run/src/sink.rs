@@ -4,7 +4,8 @@ use crate::SinkError;
 
 /// Receiver of the records of a run in the order of time, for example tables, a summary or curves.
 ///
-/// A run takes a closure. To feed several sinks, the closure passes each record to all of them.
+/// A run passes its records to a closure. To feed several sinks, the closure passes each record to
+/// all of them.
 pub trait Sink<Record> {
     /// Receives one record.
     ///

@@ -86,7 +86,7 @@ impl Comparison {
         self.without.add(time, without);
         self.difference.add(time, with - without);
         let ratio = ((with - without) / without).abs();
-        // The ratio is meaningless where the frictionless value passes zero.
+        // A frictionless value near zero gives no meaningful ratio.
         if ratio.is_finite() && self.greatest.is_none_or(|(greatest, _)| ratio > greatest) {
             self.greatest = Some((ratio, time));
         }

@@ -98,7 +98,8 @@ impl<W: io::Write> Tables<W> {
         rows: impl IntoIterator<Item = &'r [f64]>,
     ) -> io::Result<()> {
         for (table, row) in self.tables.iter_mut().zip(rows) {
-            // Numbers need no quotes, and a writer that looks for them takes most of the time.
+            // Numbers need no quotes; a CSV writer that searches for characters to quote would take
+            // most of the time.
             self.line.clear();
             exact(&mut self.line, time);
             for value in row {

@@ -1,4 +1,4 @@
-//! Descriptions of reaction components that statics does not determine.
+//! Descriptions of statically indeterminate reaction components.
 
 use crate::names::listed;
 
@@ -6,13 +6,15 @@ use crate::names::listed;
 const LISTED: usize = 6;
 const COMPONENTS: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
 
-/// Names the undetermined components of a reaction; `flags` are true for determined components.
+/// Names of the statically indeterminate components of a reaction; `flags` are true for determined
+/// components.
 pub(crate) fn open_components(flags: &[bool; 6]) -> Vec<&'static str> {
     let open = COMPONENTS.iter().zip(flags).filter(|(_, determined)| !**determined);
     open.map(|(component, _)| *component).collect()
 }
 
-/// Lists the joints for each set of undetermined components, the largest group first: `fz mx my of A, B, C`.
+/// Lists the joints for each set of indeterminate components, the largest group first, for example
+/// `fz mx my of A, B, C`.
 pub(crate) fn by_components(undetermined: &[(&str, Vec<&'static str>)]) -> String {
     let mut groups: Vec<(String, Vec<&str>)> = Vec::new();
     for (name, components) in undetermined {

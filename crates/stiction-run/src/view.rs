@@ -1,4 +1,5 @@
-//! View of a mechanism along a motion, without forces: a page with the moving robot, and an animated picture.
+//! View of a mechanism along a motion, without forces: a page with the animated robot, and an
+//! animated picture.
 
 use crate::bodies::poses_in_world;
 use crate::report::animation::Animation;
@@ -37,7 +38,7 @@ pub fn draw_view(job: &Job<'_>) -> Result<View, Error> {
         if k > 0 {
             follower.go_to(time)?;
         }
-        // The last frame shows what the first one does, if the motion is periodic.
+        // Frames are spaced as for a periodic motion, whose last instant equals the first.
         if k * FRAMES >= frames.len() * count && frames.len() < FRAMES {
             let solver = &follower.solver;
             frames.push(poses_in_world(solver.bodies(), solver.parameters().origin).collect());

@@ -14,7 +14,8 @@ use stiction_run::inverse::Phase;
 /// Check of a robot along a motion; see [`Robot::check_along`].
 pub type Check = Request<Examination>;
 
-/// Options that only a check has: none.
+/// Options specific to a [`Check`]. A check has only the options of all requests, so this type is
+/// empty.
 #[derive(Clone, Debug)]
 pub struct Examination;
 
@@ -110,7 +111,7 @@ impl Report {
         self.findings.mobility.redundant_constraints
     }
 
-    /// Components of reactions that statics does not determine, as `JOINT.COMPONENT`, for example
+    /// Statically indeterminate components of the reactions, as `JOINT.COMPONENT`, for example
     /// `pin.fz`.
     pub fn undetermined_reactions(&self) -> Vec<String> {
         let open = self.findings.undetermined.iter();
@@ -160,7 +161,7 @@ impl Report {
     }
 }
 
-/// Value for a kind of singularity that the mechanism does not have.
+/// Value for a kind of singularity that cannot occur in the mechanism.
 const NEVER: Singularity = Singularity { index: f64::INFINITY, time: 0.0, is_met: false };
 
 impl fmt::Display for Report {

@@ -12,7 +12,7 @@ use stiction_run::exchange::{
 pub enum Conversion {
     /// Plain numbers as JSON.
     Json,
-    /// A model file without formulas, parameters and legs.
+    /// A model file of Stiction without formulas, parameters and legs.
     Model,
     /// The format of MuJoCo.
     Mjcf,

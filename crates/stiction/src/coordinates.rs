@@ -1,11 +1,12 @@
-//! Independent coordinates by their names.
+//! Look-up of independent coordinates by name.
 
 use crate::error::Error;
 use crate::robot::Robot;
 use stiction_core::kinematics::Coordinate as Which;
 use stiction_run::exchange::Home;
 
-/// Returns name, coordinate and home value for each coordinate of a state: those with these names, or all actuators.
+/// Returns name, coordinate and home value for each coordinate of a state: the coordinates with the
+/// given names, or those of all actuators.
 pub(crate) fn named(
     robot: &Robot,
     home: &Home<'_>,

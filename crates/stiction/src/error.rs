@@ -4,7 +4,8 @@ use serde_json::{Value, json};
 use std::fmt;
 use stiction_format::Diagnostics;
 
-/// Reason why there is no result: a message with its place, the relevant numbers, and a suggestion.
+/// Reason why a computation has no result: a message with its place, the relevant numbers, and a
+/// suggestion.
 ///
 /// `Display` and `Debug` both print the message with its suggestion and, if it concerns a model
 /// file, the underlined place, so that a program whose `main` returns this error prints it

@@ -39,7 +39,7 @@ pub struct Export {
     vectors: usize,
 }
 
-/// Recorded program of a robot, with all data from which its files are written.
+/// Recorded program of a robot, with all data that its source files require.
 pub(crate) struct Recorded {
     pub(crate) program: Feedforward,
     pub(crate) solver: InverseDynamics,

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use stiction_format::{Contents, Store, not_text};
 
-/// Called while a long recording is read, with its name, the number of bytes read, and its length in bytes.
+/// Progress callback during the reading of a long recording: its name, the number of bytes read,
+/// and its length in bytes.
 pub type ReadProgress = dyn Fn(&str, u64, u64) + Send + Sync;
 
 /// Largest file that is read as a whole, bytes.
@@ -23,8 +24,8 @@ pub(crate) struct Files {
     read: Arc<Mutex<Vec<PathBuf>>>,
     /// Paths of the files that models and options name, as written there.
     named: Arc<Mutex<Vec<PathBuf>>>,
-    /// Packed files: the path by which each is named, and its actual path; no other file can be read. `None` to read
-    /// any file on disk.
+    /// Packed files, each by the path that names it and its actual path; other files cannot be
+    /// read. `None` if any file on disk may be read.
     packed: Option<Arc<Vec<(PathBuf, PathBuf)>>>,
     progress: Option<Arc<ReadProgress>>,
 }
@@ -40,7 +41,8 @@ impl Files {
         Self { progress, ..Self::default() }
     }
 
-    /// Gives access to packed files only: the path by which each is named, and its actual path.
+    /// Creates a reader that reads only packed files, each given by the path that names it and its
+    /// actual path.
     pub(crate) fn packed(places: Vec<(PathBuf, PathBuf)>) -> Self {
         Self { packed: Some(Arc::new(places)), ..Self::default() }
     }
@@ -63,7 +65,7 @@ impl Files {
     fn note(&self, path: &Path) {
         if let Ok(path) = path.canonicalize() {
             let mut read = self.read.lock().unwrap_or_else(PoisonError::into_inner);
-            // A study may read the same file in every row.
+            // Each row of a study may read the same file.
             if !read.contains(&path) {
                 read.push(path);
             }
@@ -191,7 +193,8 @@ fn bounded(from: impl Read, limit: u64) -> Result<String, String> {
     let mut bytes = Vec::new();
     let mut from = from.take(limit + 1);
     let mut checked = 0;
-    // Read piece by piece, so that content that is not text is rejected at once, however long it is.
+    // The text is read piece by piece, so that content that is not text is rejected early, however
+    // long it is.
     loop {
         let piece = (&mut from).take(PIECE).read_to_end(&mut bytes).map_err(|e| describe(&e))?;
         if piece == 0 {
@@ -277,7 +280,7 @@ impl Store for StoredFile {
 mod tests {
     use super::*;
 
-    /// Counts the bytes taken from an endless source.
+    /// Endless source of one byte value, which counts the bytes that were read.
     struct Endless(u8, u64);
 
     impl Read for &mut Endless {

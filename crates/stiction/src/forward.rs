@@ -1,4 +1,4 @@
-//! Forward dynamics, by name.
+//! Forward dynamics with access to inputs and results by name.
 
 mod inputs;
 mod run;
@@ -34,9 +34,10 @@ pub type Forward = Request<Simulation>;
 /// Options of forward dynamics.
 #[derive(Clone, Debug)]
 pub struct Simulation {
-    /// The model with actuators on all locked joints.
+    /// Model as simulated: without friction if it is off, and with actuators on all locked joints.
     model: Arc<ModelFile>,
-    /// Names of the parts of `model`. Locked joints are actuators, whose efforts hold them.
+    /// Names of the parts of `model`. The efforts of the actuators on locked joints hold these
+    /// joints.
     names: Arc<Names>,
     drives: Option<(Efforts, String)>,
     controller: Option<Option<(Control, String)>>,
@@ -241,7 +242,7 @@ impl Forward {
             let motion = self.robot.parse_state(&values)?;
             let each = motion.coordinates.iter().zip(motion.at(motion.start));
             let known = each.map(|(&(coordinate, _), target)| {
-                // With rates apart a constant gives a position only.
+                // If rates are given separately, a constant specifies a position only.
                 let rate = (target.rate != 0.0).then_some(target.rate);
                 Known { coordinate, value: Some(target.value), rate }
             });
@@ -249,7 +250,8 @@ impl Forward {
         }
         let mut given: Vec<Coordinate> = Vec::new();
         for (name, rate) in rates {
-            // The rate times `t` has the unit of the coordinate.
+            // The rate times `t` has the unit of the coordinate, so it can be parsed as an
+            // assignment.
             let motion = self.robot.parse_state(&format!("{name} = ({rate})*t"))?;
             let target = motion.at(motion.start).next();
             let known = self.known(&name)?;
@@ -264,7 +266,7 @@ impl Forward {
         Ok(self)
     }
 
-    /// Starts at a later time of the motion, s.
+    /// Sets the start to a later time of the motion, s.
     pub(crate) fn begin_at(mut self, time: f64) -> Result<Self, Error> {
         let Some((motion, _)) = &mut self.motion else { return Err(self.robot.motion_missing()) };
         let end = motion.start + motion.duration;
@@ -283,9 +285,10 @@ impl Forward {
         self
     }
 
-    /// Ends the simulation as soon as a condition holds, such as `platform.z < 100 mm` or `d(leg1.P) > 0.5 m/s`.
-    /// Conditions may contain coordinates, their rates and the time `t`. The instant is located to the tolerance of
-    /// the simulation; it is the last sample, and is recorded as an event. Of several conditions, each can end the
+    /// Adds a condition that ends the simulation, such as `platform.z < 100 mm` or
+    /// `d(leg1.P) > 0.5 m/s`. Conditions may contain coordinates, their rates and the time `t`. The
+    /// instant is located to the tolerance of the simulation; it is the last sample, and is
+    /// recorded as an event. If there are several conditions, the first that holds ends the
     /// simulation.
     ///
     /// # Errors
@@ -309,7 +312,8 @@ impl Forward {
         self
     }
 
-    /// Sets the relative error of an integration step; that of a Moreau time step is a thousand times as large.
+    /// Sets the tolerance of the relative error of an integration step; for a Moreau time step it
+    /// is a thousand times as large.
     ///
     /// # Errors
     /// The tolerance is not between 1e-14 and 1e-2.
@@ -378,7 +382,8 @@ impl Forward {
 }
 
 impl Forward {
-    /// Names an option of this request that a plant does not support; `None` if there is no such option.
+    /// Name of an option of this request that a plant does not support; `None` if a plant supports
+    /// all of them.
     pub(crate) fn unfit_for_plant(&self) -> Option<&'static str> {
         let task = &self.task;
         match () {

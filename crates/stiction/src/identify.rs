@@ -59,7 +59,7 @@ impl Robot {
     /// friction as a function of speed.
     ///
     /// # Errors
-    /// As [`Self::identify`].
+    /// See [`Self::identify`].
     pub fn identify_traces(
         &self,
         logs: &[MeasuredLog],

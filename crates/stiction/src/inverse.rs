@@ -1,4 +1,4 @@
-//! Inverse dynamics along a motion, by name.
+//! Inverse dynamics along a motion with access to results by name.
 
 use crate::error::Error;
 use crate::names::Names;

@@ -7,8 +7,8 @@ use stiction_format::did_you_mean;
 /// All names of a mechanism, each list in the order of the corresponding results.
 #[derive(Debug)]
 pub(crate) struct Names {
-    /// Short name (`leg1.P`) and full name of each actuator; the full name ends in the degree of freedom if the joint
-    /// has several.
+    /// Short name (`leg1.P`) and full name of each actuator; the full name ends in the name of the
+    /// degree of freedom if the joint has several.
     pub(crate) actuators: Vec<(String, String)>,
     /// Drive trains.
     pub(crate) motors: Vec<String>,
@@ -111,7 +111,7 @@ fn find_interface(name: &str, interfaces: &[String]) -> Result<usize, Error> {
     find("friction interface", name, interfaces)
 }
 
-/// Index of a name in a list, or an error that suggests the nearest ones.
+/// Index of a name in a list; the error for an unknown name suggests the nearest known ones.
 pub(crate) fn find<'a>(
     what: &str,
     name: &str,

@@ -1,4 +1,4 @@
-//! Static equilibrium and linear models, by name.
+//! Static equilibrium and linear models with access by name.
 
 use crate::FrictionMode;
 use crate::error::Error;
@@ -139,8 +139,8 @@ impl Rests {
     /// No equilibrium is found; the error gives the reason.
     pub fn run(&self) -> Result<Equilibrium, Error> {
         let mut found = self.forward.plan()?.job().equilibrium(self.nearest)?;
-        // The search is without friction; the efforts that friction permits at rest are computed with the frictional
-        // model.
+        // The equilibrium is computed without friction; the efforts that friction permits at rest
+        // are computed with the model with friction.
         let rubs = self.forward.clone().friction(true).plan()?;
         let mechanism = &rubs.job().model.mechanism;
         let has_friction = mechanism.joints().iter().any(|joint| !joint.friction.is_empty())

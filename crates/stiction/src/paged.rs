@@ -33,7 +33,7 @@ impl Inverse {
     /// ```
     ///
     /// # Errors
-    /// As [`Inverse::record`].
+    /// See [`Inverse::record`].
     pub fn report(
         &self,
         progress: impl FnMut(Phase, usize, usize) -> bool,

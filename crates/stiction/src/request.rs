@@ -91,7 +91,7 @@ pub trait Sampled: Clone + Send + 'static {
 impl<T: Sampled> Request<T> {
     /// Starts the computation and returns its samples one by one, in the order of time.
     ///
-    /// The computation runs on a thread of its own, at most 64 samples ahead, so that memory is
+    /// The computation runs on a separate thread, at most 64 samples ahead, so that memory is
     /// bounded for any duration. It stops when the iterator is dropped. A computation that cannot
     /// continue ends with an error.
     ///
@@ -109,7 +109,8 @@ impl<T: Sampled> Request<T> {
     /// time. Stops at the first error that `receive` returns.
     ///
     /// # Errors
-    /// As [`Request::samples`]; the computation cannot continue; or the error of `receive`.
+    /// The errors of [`Request::samples`]; the computation cannot continue; or the error of
+    /// `receive`.
     pub fn each(
         &self,
         mut receive: impl FnMut(T::Sample) -> Result<(), Error>,
@@ -120,7 +121,7 @@ impl<T: Sampled> Request<T> {
     /// Computes all samples and keeps them in memory.
     ///
     /// # Errors
-    /// As [`Request::each`].
+    /// See [`Request::each`].
     pub fn collect(&self) -> Result<Vec<T::Sample>, Error> {
         let mut all = Vec::new();
         self.each(|sample| {

@@ -1,4 +1,4 @@
-//! A computation on a thread of its own whose results arrive one by one.
+//! Computation on a separate thread whose results arrive one by one.
 
 use crate::error::Error;
 use std::sync::Arc;
@@ -10,12 +10,13 @@ use stiction_run::SinkError;
 /// Maximum number of samples that are ready but not yet received; the computation pauses when there are so many.
 const WAITING: usize = 64;
 
-/// Iterator over the samples of a computation, which is ahead by at most [`WAITING`] samples.
+/// Iterator over the samples of a computation on another thread, which is ahead by at most
+/// [`WAITING`] samples.
 ///
 /// After the last sample, the stream contains the result of the whole computation. Dropping the stream stops the
 /// computation.
 pub(crate) struct Stream<T, R> {
-    /// `None` once the computation has been asked to stop.
+    /// Receiving end; `None` after the computation was asked to stop.
     receiver: Option<Receiver<T>>,
     worker: Option<JoinHandle<Result<R, Error>>>,
     stopped: Arc<AtomicBool>,
@@ -34,14 +35,14 @@ impl<T> Sender<T> {
         self.sender.send(sample).map_err(|_| "the caller receives no more samples".into())
     }
 
-    /// Tests if the caller has dropped the stream.
+    /// True if the caller has dropped the stream.
     pub(crate) fn is_stopped(&self) -> bool {
         self.stopped.load(Ordering::Relaxed)
     }
 }
 
 impl<T: Send + 'static, R: Send + 'static> Stream<T, R> {
-    /// Starts a computation on a thread of its own.
+    /// Starts a computation on a separate thread.
     pub(crate) fn start(
         compute: impl FnOnce(&Sender<T>) -> Result<R, Error> + Send + 'static,
     ) -> Result<Self, Error> {
@@ -99,7 +100,8 @@ impl<T, R> Drop for Stream<T, R> {
     fn drop(&mut self) {
         self.stopped.store(true, Ordering::Relaxed);
         self.receiver = None;
-        // Waits for the thread, so that no computation outlives its stream; its outcome is no longer needed.
+        // Joins the thread, so that no computation outlives its stream; its outcome is no longer
+        // needed.
         if let Some(worker) = self.worker.take() {
             let _ = worker.join();
         }

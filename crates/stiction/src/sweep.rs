@@ -114,7 +114,8 @@ impl Sweep {
         self
     }
 
-    /// Checks everything that does not depend on the varied values, and compiles what all rows share.
+    /// Checks all settings that do not depend on the varied values, and compiles the data that all
+    /// rows share.
     ///
     /// # Errors
     /// The motion, the load, an objective or a key is unknown or defective.

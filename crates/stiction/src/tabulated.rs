@@ -43,7 +43,7 @@ impl Inverse {
     /// ```
     ///
     /// # Errors
-    /// As [`Inverse::record`].
+    /// See [`Inverse::record`].
     pub fn tabulate(
         &self,
         progress: impl FnMut(Phase, usize, usize) -> bool,

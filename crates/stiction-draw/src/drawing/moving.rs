@@ -1,4 +1,5 @@
-//! Moving picture of a mechanism as one SVG file: a sequence of frames that CSS shows one after the other.
+//! Animated picture of a mechanism as one SVG file: a sequence of frames that CSS shows one after
+//! the other.
 
 use super::labels::{Area, view_box};
 use super::sheet::{Sheet, sheet};

@@ -1,5 +1,5 @@
-//! Description of a mechanism for the moving picture of a page: shapes of its bodies and joints, in the axes of the
-//! bodies.
+//! Description of a mechanism for the animated picture of a page: shapes of its bodies and joints,
+//! in the axes of the bodies.
 
 use super::Drawing;
 use super::sheet::thickness;

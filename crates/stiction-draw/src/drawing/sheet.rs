@@ -476,8 +476,8 @@ pub(super) fn sheet(area: &Area) -> String {
     corners("sheet", &[[x, y], [right, y], [right, bottom], [x, bottom]], true)
 }
 
-/// Width class of the line of a body: if one body slides in another, the body with the guide is
-/// thicker.
+/// CSS class of the line width of a body: if one body slides in another, the one with the guide is
+/// drawn thicker.
 pub(super) fn thickness(mechanism: &Mechanism, joints: &[usize], body: usize) -> &'static str {
     let slides = |joint: &&usize| {
         let kind = mechanism.joints()[**joint].joint_type;

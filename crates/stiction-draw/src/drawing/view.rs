@@ -175,7 +175,7 @@ fn clearance(view: &View, places: &[Vec3<f64>]) -> f64 {
     let mut sum = 0.0;
     let mut count = 0.0;
     let mut size = 0.0_f64;
-    // Of hundreds of joints, only a subset is compared.
+    // If there are hundreds of joints, only a subset is compared.
     let stride = places.len().div_ceil(60).max(1);
     let some: Vec<Vec3<f64>> = places.iter().step_by(stride).copied().collect();
     for (k, a) in some.iter().enumerate() {

@@ -69,7 +69,7 @@ impl Bars {
         let right = WIDTH - 12.0 - LETTER * letters as f64;
         let at = |x: f64| left + (right - left) * ((x - low) / (high - low)).clamp(0.0, 1.0);
         let foot = ROW * self.bars.len() as f64 + 8.0;
-        // Bars that do not begin at zero need its place named.
+        // Intervals need a label at zero, because they do not begin there.
         let are_intervals = self.bars.iter().any(|bar| bar.ends.0 != 0.0 && bar.ends.1 != 0.0);
         let height = if are_intervals { foot + 16.0 } else { foot };
         let mut drawn = format!(

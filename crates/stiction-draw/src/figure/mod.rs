@@ -128,7 +128,8 @@ impl Panel {
     /// Removes the lines whose values are all zero, up to rounding errors of the greatest line.
     #[must_use]
     pub fn without_zeros(mut self) -> Self {
-        // As far above rounding as the axis of a constant, and invisible in any picture.
+        // Far above rounding errors, and invisible in a picture; equal to the limit below which an
+        // axis shows a constant.
         const ROUNDING: f64 = 1e-9;
         let size = |line: &Line| {
             let values = line.points.iter().map(|point| point.1.abs()).filter(|y| y.is_finite());
@@ -216,7 +217,7 @@ mod tests {
             tall.panels = vec![tall.panels[0].clone(); panels];
             let svg = tall.svg();
             assert_eq!(svg.matches("time [s]").count(), 1, "{panels}");
-            // No vertical axis has this number.
+            // No tick of a vertical axis has this value.
             assert_eq!(svg.matches(">0.8</text>").count(), numbered, "{panels}");
         }
     }

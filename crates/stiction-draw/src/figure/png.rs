@@ -1,4 +1,4 @@
-//! Figures as PNG, rendered by kuva; this library is used only here.
+//! Figures as PNG, rendered by the library kuva, which no other module uses.
 
 use super::{COLOURS, Figure, Line};
 use crate::xml::is_of_xml;

@@ -274,7 +274,7 @@ impl<'a> Renderer<'a> {
         for band in &panel.bands {
             self.band(band, &y, bottom);
         }
-        // What a page needs to read a value.
+        // Data attributes from which the script of a page computes the values at the pointer.
         let is_page = self.form == Form::Page;
         if is_page {
             let _ = write!(

@@ -1,7 +1,8 @@
 //! Frame of all pages: self-contained, light or dark according to the reader's preference, black on white in print.
 //!
-//! The content security policy of a page permits only its own styles and, if it shows a moving robot, the scripts of
-//! [`crate::viewer`], identified by their digests. Markup smuggled in through a name or a title therefore cannot run.
+//! The content security policy of a page permits only its own styles and, if it shows an animated
+//! robot, the scripts of [`crate::viewer`], identified by their digests. Markup that is injected
+//! through a name or a title therefore cannot run.
 
 use crate::drawing::{BRANCHES, BRANCHES_ON_DARK, tones};
 use crate::figure::{COLOURS, COLOURS_ON_DARK};
@@ -53,8 +54,8 @@ pub fn page(title: &str, style: &str, inner: &str) -> String {
     frame(title, style, inner, &[])
 }
 
-/// Complete page with the script of [`crate::viewer`], and that of its shaded view if the robot has meshes: the only
-/// scripts that it may run.
+/// Complete page with the script of [`crate::viewer`] and, if the robot has meshes, that of its
+/// shaded view. The page may run no other script.
 pub fn page_with_viewer(title: &str, style: &str, inner: &str) -> String {
     let scripts = [viewer::SCRIPT, viewer::SHADED];
     let count = if viewer::has_meshes(inner) { 2 } else { 1 };
@@ -189,7 +190,7 @@ mod tests {
     #[test]
     fn contrast_is_that_of_the_definition() {
         assert!((contrast("#000000", "#ffffff") - 21.0).abs() < 1e-12);
-        // A pair often quoted as the lightest grey that is legible on white.
+        // This pair is often quoted as the lightest legible grey on white.
         assert!((contrast("#767676", "#ffffff") - 4.54).abs() < 0.005);
     }
 }

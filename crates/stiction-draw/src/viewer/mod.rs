@@ -1,4 +1,5 @@
-//! The moving robot of a page: a canvas that the reader can orbit, play and query, drawn by a script of this crate.
+//! Animated robot of a page: a canvas that the reader can orbit, play and query, drawn by a script
+//! of this crate.
 
 use crate::xml::escape;
 use base64::prelude::{BASE64_STANDARD, Engine};
@@ -8,7 +9,7 @@ use serde_json::{Value, json};
 use std::io::Write as _;
 use std::sync::Arc;
 
-/// The script; the only one that a page with a moving robot may run.
+/// Script of the animated robot. A page with a robot but without meshes may run no other script.
 pub const SCRIPT: &str = concat!(
     "\n\"use strict\";\n(() => {\n",
     include_str!("data.js"),
@@ -24,11 +25,13 @@ pub const SCRIPT: &str = concat!(
     "})();\n"
 );
 
-/// The script of the shaded view, which draws meshes by three.js; empty in a program that was built without it. A page
-/// with meshes may run it, too. `cargo xtask viewer` bundles it, and `STICTION_SHADED` names it during a build.
+/// Script of the shaded view, which draws meshes with three.js; empty in a program that was built
+/// without it. Pages with meshes may also run this script. `cargo xtask viewer` bundles it, and
+/// `STICTION_SHADED` names the bundle during a build.
 pub const SHADED: &str = include_str!(concat!(env!("OUT_DIR"), "/shaded.js"));
 
-/// Begin of the markup of a moving robot with meshes. Texts of users are escaped and do not contain it.
+/// Start of the markup of an animated robot with meshes. Texts of users are escaped, so they cannot
+/// contain it.
 const WITH_MESHES: &str = "<figure class=\"robot\" id=\"robot\" data-meshes=\"\">";
 
 /// True for markup with a robot whose meshes the shaded view draws.
@@ -36,10 +39,10 @@ pub(crate) fn has_meshes(inner: &str) -> bool {
     inner.contains(WITH_MESHES)
 }
 
-/// Style sheet of the moving robot.
+/// Style sheet of the animated robot.
 pub const STYLE: &str = include_str!("style.css");
 
-/// Samples of a run for the moving picture.
+/// Samples of a run for the animated picture.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Film {
     /// Times of the samples in the film, s.
@@ -132,7 +135,7 @@ pub struct Ghost {
     pub twists: Vec<[[f64; 3]; 2]>,
 }
 
-/// Actuator of the moving picture.
+/// Actuator of the animated picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Actuator {
     /// Name in the columns of the tables.
@@ -190,8 +193,8 @@ impl Shot {
     }
 }
 
-/// Markup of the moving robot of a run, over which a reader can lay one of the others at the same time; `still`
-/// is its picture without a script and in print.
+/// Markup of the animated robot of a run. The reader can overlay the robot of one of the other runs
+/// at the same time. `still` is the picture that is shown without scripts and in print.
 pub fn robot(run: &Shot, others: &[Shot], still: &str, caption: &str) -> String {
     let mut data = run.data();
     let mut caption = caption.to_owned();

@@ -1,5 +1,6 @@
-//! Functions of FMI 3.0 for what this unit does not have: variables of other types, clocks, derivatives, model
-//! exchange. Importers expect the symbols; calls are refused with a message.
+//! Functions of FMI 3.0 for features that this unit does not have: variables of other types,
+//! clocks, derivatives, model exchange. Importers expect the symbols; calls are rejected with a
+//! message.
 
 use super::{Handle, Text};
 use crate::boundary::with;
@@ -8,7 +9,7 @@ use stiction::Error;
 
 type References = *const u32;
 
-/// Functions for types of which there are no variables.
+/// Defines functions for types that no variable of the unit has.
 macro_rules! no_variables {
     ($($name:ident($values:ty);)*) => {$(
         #[unsafe(no_mangle)]
@@ -52,7 +53,7 @@ no_variables! {
     fmi3SetString(*const Text);
 }
 
-/// Functions that the description does not declare as capabilities.
+/// Defines functions for capabilities that the model description does not declare.
 macro_rules! refused {
     ($($name:ident($($argument:ty),*);)*) => {$(
         #[unsafe(no_mangle)]

@@ -226,7 +226,7 @@ impl C<'_> {
         substitute(OWN_MATH, &values)
     }
 
-    /// Tests if the code contains sines and cosines.
+    /// True if the code contains sines and cosines.
     fn turns(&self) -> bool {
         let is = |s: &Statement| matches!(s, Statement::SineCosine { .. });
         let listings = Listings::new(self.program, self.options.functions);

@@ -1,4 +1,4 @@
-//! Numbers of the singularity index in templates.
+//! Values for the templates of the singularity index.
 
 use super::{Precision, SourceOptions, answers};
 use crate::feedforward::{Feedforward, INDEX_PASSES, Term};
@@ -6,11 +6,12 @@ use crate::feedforward::{Feedforward, INDEX_PASSES, Term};
 /// Square of the sine of the angle between a vector and its next iterate at convergence, in double and in single
 /// precision.
 const ALIGNED: [f64; 2] = [1e-8, 1e-5];
-/// Part of the square of a vector below which the rest is rounding errors.
+/// Fraction of the square of a vector up to which its remainder after orthogonalisation is a
+/// rounding error.
 const PARALLEL: [f64; 2] = [1e-24, 1e-10];
-/// Index up to which a position counts as singular.
+/// Index up to which a position is treated as singular.
 const LEAST_INDEX: [f64; 2] = [1e-10, 1e-5];
-/// Determinant from which on a position counts as regular without a test of the index.
+/// Relative determinant from which a position is treated as regular without computing the index.
 const SMALL_DETERMINANT: f64 = 1e-3;
 
 /// Values of a template; `brackets` enclose lists within lists.

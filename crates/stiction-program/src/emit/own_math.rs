@@ -64,7 +64,7 @@ mod tests {
     fn the_parts_of_a_quarter_turn_add_up() {
         let [first, second, third] = quarter_turn();
         assert_eq!(first + second, core::f64::consts::FRAC_PI_2);
-        // sin(x) near a half turn is the remainder of pi: an independent value of its next digits.
+        // For x near pi, sin(x) is pi - x: independent digits of pi beyond those of the double.
         let low = (core::f64::consts::PI).sin() / 2.0;
         let found = second - (core::f64::consts::FRAC_PI_2 - first) + third;
         assert!((found - low).abs() < 1e-30, "{found} {low}");

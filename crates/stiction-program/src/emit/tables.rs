@@ -12,7 +12,7 @@ pub(crate) struct Kind {
     pub(crate) field: &'static str,
     pub(crate) unit: &'static str,
     pub(crate) about: &'static str,
-    /// Values in the model, each with the part to which it belongs.
+    /// Values in the model, each with the name of the part to which it belongs.
     pub(crate) values: Vec<(String, f64)>,
 }
 

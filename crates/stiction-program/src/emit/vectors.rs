@@ -6,8 +6,8 @@ use stiction_core::kinematics::Target;
 use stiction_core::random::Random;
 use stiction_core::statics::Constraints;
 
-/// Least singularity index of a test state, since rounding errors grow near singular positions; half of the index at
-/// home if that is less.
+/// Least singularity index of a test state, since rounding errors grow near singular positions;
+/// half of the index at home if that is smaller.
 const CLEAR: f64 = 0.05;
 /// Least sliding speed of a test state, relative to the largest: near zero, the sign of the speed is uncertain.
 const SLIDES: f64 = 1e-3;
@@ -95,8 +95,8 @@ impl TestVector {
     }
 }
 
-/// Smaller one of the type 1 and type 2 singularity indices at the present position. Near either,
-/// assembly modes are near each other.
+/// Smaller one of the type 1 and type 2 singularity indices at the present position. Near a
+/// singular position of either type, different assembly modes are close to each other.
 fn index(solver: &InverseDynamics) -> f64 {
     let (statics, spins) = (solver.statics(), solver.idle_axes().len());
     let of_legs = Constraints::new(&statics).leg_distance(spins);

@@ -15,7 +15,7 @@ pub(crate) enum Operand {
     Local(usize),
     /// Place in the workspace.
     Work(usize),
-    /// Number.
+    /// Constant.
     Number(f64),
 }
 

@@ -274,7 +274,8 @@ impl Emit for Assembler {
     }
 
     fn finish(mut self: Box<Self>) -> Vec<u8> {
-        // The caller may contain code without VEX prefixes.
+        // The caller may use instructions without VEX prefixes, which are slow unless the upper
+        // halves of the registers are zero.
         const VZEROUPPER_RET: [u8; 4] = [0xC5, 0xF8, 0x77, 0xC3];
         self.bytes.extend(VZEROUPPER_RET);
         self.bytes

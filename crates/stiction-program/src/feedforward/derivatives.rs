@@ -18,7 +18,8 @@ use stiction_core::kinematics::Target;
 /// prescribed coordinates, with their own slots.
 #[derive(Clone, Debug)]
 pub(crate) struct Derivatives {
-    /// Preparation at a state, then the slopes along a direction. Results: the guard; a slope for each actuator.
+    /// Preparation at a state, then slopes along a direction. Their results: the guard, and a slope
+    /// for each actuator.
     pub(crate) routines: [Routine; 2],
     /// Joints whose wrenches are inputs.
     pub(crate) joints: Vec<usize>,

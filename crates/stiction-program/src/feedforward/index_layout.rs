@@ -1,11 +1,13 @@
 //! Data of the singularity index of the actuation in source code.
 //!
 //! The index is the smallest singular value of the dimensionless balance A of all bodies, see
-//! [`Distances::actuation`](stiction_core::statics::Distances). With the bodies in a spanning tree, `A x = y` is
-//! solved by recursion along the tree, and by a dense system whose size is the number of free motions of the tree's
-//! joints; so is the transposed system. In joints of the tree, the resisted forces and moments, about the joint's
-//! origin, are an orthonormal basis of all but the free motions: the wrench itself stands for the unknowns. All other
-//! unknowns (those of joints that close loops, and of gearings) are columns of the dense system.
+//! [`Distances::actuation`](stiction_core::statics::Distances). With the bodies in a spanning tree,
+//! `A x = y` and its transpose are solved by recursion along the tree and by a dense system whose
+//! size is the number of free motions of the tree's joints. In a joint of the tree, the unit
+//! wrenches of the constraints, about the joint's origin, are orthonormal and span all directions
+//! except those of the free motions; the wrench of the joint itself therefore replaces its
+//! unknowns. All other unknowns (those of joints that close loops, and of gearings) are columns of
+//! the dense system.
 //!
 //! Equation (P8) of the book's theory.
 
@@ -94,7 +96,8 @@ fn unknowns(index: usize, joint: &Joint) -> Vec<Source> {
             Constraint::Thread | Constraint::Normal => others.push(source),
         }
     }
-    // Three orthonormal wrenches of a kind may be turned together: world axes need fewer operations.
+    // Three orthonormal forces, or moments, span all directions, so those along world axes can
+    // replace them; these need fewer operations.
     if forces.len() == 3 {
         forces = (0..3).map(|axis| Source::Force(index, axis)).collect();
     }
@@ -199,7 +202,7 @@ impl IndexLayout {
         self.columns.saturating_sub(self.motions.len())
     }
 
-    /// Count of numbers that the iteration keeps in memory at the same time.
+    /// Number of values that the iteration keeps in memory at the same time.
     pub(crate) fn numbers(&self) -> usize {
         let (bodies, motions, columns) = (self.outer.len(), self.motions.len(), self.columns);
         let null = self.redundant() * (6 * bodies + columns) + self.spins * 6 * bodies;

@@ -139,7 +139,8 @@ impl Feedforward {
             let Outcome { shortfall: None, .. } = self.run(&mut memory, &q, &v, &a) else {
                 return true;
             };
-            // From these coordinates: another assembly mode has other forces.
+            // The solver continues from these coordinates, because another assembly mode has other
+            // forces.
             let known = [&state.coordinates, &state.rates, &state.accelerations];
             if !solver.return_to(known.map(Vec::as_slice), targets) {
                 return true;
@@ -179,8 +180,8 @@ pub(super) fn rows(
     samples.iter().map(&mut row).collect()
 }
 
-/// The same positions in an order in which each is close to the next, and the last to the first: every second one
-/// forwards, then the others backwards. Samples repeat this list.
+/// Orders positions so that each is close to the next, and the last to the first, because samples
+/// repeat the list: every second one forwards, then the others backwards.
 pub(super) fn there_and_back(signal: &[Vec<Target<f64>>]) -> Vec<Vec<Target<f64>>> {
     let there = signal.iter().step_by(2);
     let mut back: Vec<_> = signal.iter().skip(1).step_by(2).collect();
@@ -188,7 +189,7 @@ pub(super) fn there_and_back(signal: &[Vec<Target<f64>>]) -> Vec<Vec<Target<f64>
     there.chain(back).cloned().collect()
 }
 
-/// Exactly `N` items; missing ones are empty.
+/// Converts to an array of `N` items; missing ones are empty.
 fn array<T: Default, const N: usize>(items: Vec<T>) -> [T; N] {
     let mut items = items.into_iter();
     core::array::from_fn(|_| items.next().unwrap_or_default())
@@ -223,7 +224,7 @@ impl RecordingSource<'_> {
         let rows: Vec<Vec<f64>> = samples
             .iter()
             .map(|Sample { state, targets, .. }| {
-                // The loops are not closed where corrections are needed.
+                // Corrections act on open loops, so samples are offset from closed ones.
                 let mut off = || 0.02 * length.min(1.0) * random.number();
                 let mut row: Vec<f64> = state.coordinates.iter().map(|q| q + off()).collect();
                 row.extend(targets.iter().map(|target| target.value + off()));
@@ -286,11 +287,11 @@ impl RecordingSource<'_> {
 /// Options of the compiled routines.
 #[derive(Clone, Copy, Debug)]
 struct Detail {
-    /// With fused operations.
+    /// True if operations are fused.
     fuse: bool,
-    /// With the whole wrench of each joint in place of its force.
+    /// True if the results contain the complete wrench of each joint instead of its force.
     wrenches: bool,
-    /// With the positions for the singularity index.
+    /// True if the results contain the positions for the singularity index.
     places: bool,
 }
 
@@ -314,7 +315,8 @@ impl Routines {
         let correction = Routine { parts, results: slots.places(next)? };
         let position_slots = slots.count();
 
-        // Supports that have passed each other carry no load.
+        // The guard fails if the supports of an interface no longer overlap, because they then
+        // carry no load.
         let mut graph = stages.graph.clone();
         let none = graph.number(0.0);
         let [ideal_guard, mut guard, _] = stages.guards;

@@ -137,7 +137,8 @@ impl InverseProgram {
     /// [`Self::coordinates`].
     ///
     /// # Panics
-    /// As [`Self::set`], and if the number of motions differs from that of [`Self::bodies`].
+    /// In the cases of [`Self::set`], and if the number of motions differs from that of
+    /// [`Self::bodies`].
     pub fn set_bodies(
         &self,
         memory: &mut Memory,
@@ -158,9 +159,9 @@ impl InverseProgram {
     /// state. An empty slice changes nothing.
     ///
     /// # Panics
-    /// As [`Self::set_bodies`], and if the states outnumber the lanes. Bodies, points and axes of
-    /// loads are checked only with debug assertions, because the check takes noticeable time for
-    /// many states.
+    /// In the cases of [`Self::set_bodies`], and if the states outnumber the lanes. Bodies, points
+    /// and axes of loads are checked only with debug assertions, because the check takes noticeable
+    /// time for many states.
     pub fn set_lanes(&self, memory: &mut Memory, states: &[StateOfMotion<'_>]) {
         match memory.lanes {
             1 => self.set_all::<1>(memory, states),

@@ -137,8 +137,8 @@ impl InverseProgram {
         let (ideal, ideal_guard) = (own.places(&recorded.ideal)?, own.place(recorded.guards[0])?);
         let (ideal_drives, ideal_reactions) = ideal.split_at(counts.drives);
         slots.reserve(own.count() - slots.count());
-        // Each stage computes its own results and the values that later stages need and that are
-        // known by then.
+        // Each stage computes its own results, and those values for later stages that do not depend
+        // on later inputs.
         let is_late = |input| input >= inputs;
         let shared = early(ops, &recorded.slopes, |input| recorded.slope_inputs.contains(&input));
         let prepared = match recorded.slopes[..] {

@@ -1,4 +1,4 @@
-"""Driving forces, joint reactions and load-dependent joint friction of closed-chain mechanisms.
+"""Actuator efforts, joint reactions and load-dependent joint friction of closed-chain mechanisms.
 
 All numbers are in SI units and radians; texts may carry units (``"30 deg"``, ``"128.48 mm"``).
 

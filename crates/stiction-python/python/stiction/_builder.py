@@ -15,7 +15,7 @@ from ._model import Model
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 _DOTTED = re.compile(r"[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)*")
-#: Depth of nested values.
+#: Largest depth of nested values.
 _DEEPEST = 8
 
 
@@ -23,7 +23,7 @@ class Builder:
     """Describes a model step by step, with the keys of the model file.
 
     A value is a text with units (``"2 kg"``), a number without a unit, a list of values, a mapping, or a pair of
-    numbers and their unit: ``(2.0, "kg")``, ``([0, 0, 0.1], "m")``. A trailing underscore of a key is dropped.
+    numbers and their unit: ``(2.0, "kg")``, ``([0, 0, 0.1], "m")``. A trailing underscore of a key is removed.
 
     >>> import stiction
     >>> b = stiction.Builder("pendulum", gravity=([0, -9.81, 0], "m/s^2"))
@@ -46,27 +46,27 @@ class Builder:
         return self
 
     def body(self, name: str, /, **keys: Any) -> Builder:
-        """Add a body: ``mass``, ``com``, ``inertia`` and other keys of ``[bodies.NAME]``."""
+        """Add a body with ``mass``, ``com``, ``inertia`` and other keys of ``[bodies.NAME]``."""
         return self._table("bodies", name, keys)
 
     def joint(self, name: str, type: str, from_: str, to: str, /, **keys: Any) -> Builder:
-        """Add a joint from one body to another: keys of ``[joints.NAME]``."""
+        """Add a joint from one body to another, with keys of ``[joints.NAME]``."""
         return self._table("joints", name, {"type": type, "from": from_, "to": to, **keys})
 
     def actuator(self, name: str, /, **keys: Any) -> Builder:
-        """Add a motor with its gear: keys of ``[actuators.NAME]``."""
+        """Add a motor and its gear, with keys of ``[actuators.NAME]``."""
         return self._table("actuators", name, keys)
 
     def spring(self, name: str, /, **keys: Any) -> Builder:
-        """Add a spring: keys of ``[springs.NAME]``."""
+        """Add a spring with keys of ``[springs.NAME]``."""
         return self._table("springs", name, keys)
 
     def motion(self, name: str, /, keys: Mapping[str, Any] | None = None, **more: Any) -> Builder:
-        """Add a motion: signals of coordinates; names with dots, such as ``"platform.x"``, in a mapping."""
+        """Add a motion: signals of coordinates. Names with dots, such as ``"platform.x"``, are given in a mapping."""
         return self._table("motions", name, {**(keys or {}), **more})
 
     def load(self, name: str, /, keys: Mapping[str, Any] | None = None, **more: Any) -> Builder:
-        """Add a load: keys of ``[loads.NAME]``."""
+        """Add a load with keys of ``[loads.NAME]``."""
         return self._table("loads", name, {**(keys or {}), **more})
 
     @property
@@ -80,10 +80,10 @@ class Builder:
         return "\n".join(lines) + "\n"
 
     def build(self) -> Model:
-        """Read the model.
+        """Read the described model.
 
         Raises:
-            ModelError: the description is defective; the text names all places.
+            ModelError: the description is defective; the text lists all defects with their places.
         """
         return Model(_native.Model.parse(self.text))
 
@@ -98,7 +98,7 @@ def _key(key: object) -> str:
 
 
 def _toml(key: str, value: Any, depth: int = 0) -> str:
-    """A value as TOML."""
+    """Format a value as TOML."""
     if depth > _DEEPEST:
         raise InputError(f"`{key}` is nested too deeply", f"at most {_DEEPEST} levels")
     if isinstance(value, np.ndarray):
@@ -119,7 +119,7 @@ def _toml(key: str, value: Any, depth: int = 0) -> str:
 
 
 def _with_unit(key: str, value: Any, unit: str, depth: int) -> str:
-    """Numbers with their unit as TOML."""
+    """Format numbers with their unit as TOML."""
     if depth > _DEEPEST:
         raise InputError(f"`{key}` is nested too deeply", f"at most {_DEEPEST} levels")
     if isinstance(value, np.ndarray):

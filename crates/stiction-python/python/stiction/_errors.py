@@ -1,4 +1,4 @@
-"""Exceptions of the package, and the reading of arguments."""
+"""Exceptions of the package, and checks of arguments."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ __all__ = [
 
 
 class Error(Exception):
-    """Reason why there is no result.
+    """Reason why a computation has no result.
 
     ``str(error)`` is the text that the command line prints: the message with its place, and a suggestion.
 
@@ -75,7 +75,7 @@ class UnknownNameError(InputError, KeyError):
 
 
 class ModelError(InputError):
-    """A model, motion or load is defective. The text names every place, as the command line does.
+    """A model, motion or load is defective. The text lists every defect with its place, as the command line does.
 
     Attributes:
         diagnostics: one dictionary for each message: severity, code, message, line and column.
@@ -89,7 +89,7 @@ class ModelError(InputError):
 
 
 class ComputationError(Error):
-    """The question has no answer: a singular position, a mechanism that jams, a loop that cannot close."""
+    """The problem has no solution: a singular position, a mechanism that jams, a loop that cannot close."""
 
 
 class InterruptedRun(Error):
@@ -117,7 +117,7 @@ _KINDS: dict[str, type[Error]] = {
 def _from_native(
     kind: str, message: str, help: str | None, option: str | None, details: str
 ) -> Error:
-    """Make the exception for an error of the native module."""
+    """Create the exception for an error of the native module."""
     content = json.loads(details)
     numbers = content.get("details")
     if kind == "model":
@@ -126,7 +126,7 @@ def _from_native(
 
 
 def _floats(name: str, value: object) -> NDArray[np.float64]:
-    """Convert an argument to an array of floating-point numbers, or raise an exception with its name."""
+    """Convert an argument to an array of floating-point numbers; an exception contains the argument's name."""
     try:
         array = np.asarray(value)
     except Exception as error:
@@ -140,7 +140,7 @@ def _floats(name: str, value: object) -> NDArray[np.float64]:
 
 
 def _text(name: str, value: object) -> str:
-    """Check that an argument is a text, or raise an exception with its name."""
+    """Check that an argument is a text; an exception contains the argument's name."""
     if not isinstance(value, str):
         raise InputError(f"`{name}` is a {type(value).__name__}, not a text", "give a str")
     try:
@@ -167,7 +167,7 @@ def _texts(name: str, values: object) -> list[str]:
 
 
 def _number(name: str, value: object) -> float:
-    """Check that an argument is a finite number, or raise an exception with its name."""
+    """Check that an argument is a finite number; an exception contains the argument's name."""
     try:
         number = float(value)  # type: ignore[arg-type]
     except Exception as error:
@@ -180,7 +180,7 @@ def _number(name: str, value: object) -> float:
 
 
 def _count(name: str, value: object) -> int:
-    """Check that an argument is a positive whole number, or raise an exception with its name."""
+    """Check that an argument is a whole number from 1 to 1024; an exception contains the argument's name."""
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
         raise InputError(f"`{name}` is {value!r:.60}, not a whole number", "give a number such as 4")
     if not 1 <= value <= 1024:

@@ -44,7 +44,7 @@ class ControlState(NamedTuple):
 
 ControlLaw = Callable[[ControlState], ArrayLike | Mapping[str, float]]
 
-#: Largest number of compiled variants that a model keeps.
+#: Largest number of compiled robots that a model stores.
 _MOST_STATES = 16
 
 
@@ -66,15 +66,15 @@ def load(
 ) -> Model:
     """Read a model: a file, a built-in model or the text of a model.
 
-    A text of several lines, or with an equals sign, is a model; a name with a folder or an extension, or of an
-    existing file, is a file; anything else is a built-in model. A :class:`pathlib.Path` is always a file. Files of
-    other programs, URDF, MJCF and SDF, are converted; :attr:`Model.notes` lists what differs.
+    A text of several lines or with an equals sign is the text of a model; a name with a folder or an extension, or of
+    an existing file, is a file; anything else is the name of a built-in model. A :class:`pathlib.Path` is always a
+    file. Files of other programs, URDF, MJCF and SDF, are converted; :attr:`Model.notes` lists the differences.
 
     Args:
         source: file, name or text.
         literal: keep every joint of a file of another program, instead of recognising hinges and balls. With
             this argument or the next one, ``source`` is a file.
-        package_path: folder or folders in which packages and models are looked for (``package://``).
+        package_path: folder or folders in which packages and models are searched (``package://``).
 
     Raises:
         ModelError: the model is defective; the error lists all defects, each with its place.
@@ -99,7 +99,7 @@ def load(
     if isinstance(source, (bytes, bytearray)):
         raise InputError("`source` is bytes, not a text", "decode it: `source.decode()`")
     if isinstance(source, str) and "\n" not in source and not _is_text(source):
-        # A file name that is no valid text, as `os.listdir` returns it.
+        # `os.listdir` may return file names that are not valid text.
         return _read(lambda: _native.Model.file(source))
     text = _text("source", source)
     return _read(lambda: _native.Model.find(text))
@@ -121,15 +121,15 @@ def _read(make: Callable[[], _native.Model]) -> Model:
 
 
 class Model:
-    """A robot. Make one by :func:`stiction.load`; it does not change.
+    """A robot, created by :func:`stiction.load`. It is immutable.
 
     **States.** ``q`` is a row of independent coordinates, m and rad: those of the actuators in the order of
-    :attr:`actuators`, unless other ``coordinates`` are named. Angles of joints are those of the model file.
-    Loops are closed from the home position, :meth:`home`, which is that of the first instant of the default
-    motion, or the one of other ``motion`` and ``at``: it is the initial guess and determines the assembly
-    mode. A row is reached from the row before it along the straight line of the coordinates, in short steps, so
-    all rows are in the assembly mode of the home position. Each piece of 256 rows begins at the home position;
-    therefore results do not depend on the number of threads.
+    :attr:`actuators`, unless ``coordinates`` names others. Angles of joints are counted as in the model file.
+    The home position, :meth:`home`, is the position at the first instant of the default motion, or at the time
+    ``at`` of another ``motion``. It is the initial guess for closing the loops, and determines the assembly mode.
+    Each row is reached from the previous row along a straight line in the coordinates, in short steps, so all rows
+    are in the assembly mode of the home position. Each piece of 256 rows begins at the home position, so results do
+    not depend on the number of threads.
 
     >>> import stiction
     >>> m = stiction.load("3rps")
@@ -160,12 +160,12 @@ class Model:
 
     @property
     def warnings(self) -> list[str]:
-        """Warnings about the model, each with its place. They never change numbers."""
+        """Warnings about the model, each with its place. They do not affect results."""
         return self._native.warnings
 
     @property
     def notes(self) -> list[str]:
-        """Remarks on the conversion of a URDF, MJCF or SDF file: what differs from it, with its lines."""
+        """Remarks on the conversion of a URDF, MJCF or SDF file: the differences from the file, with its lines."""
         return self._native.notes
 
     @property
@@ -236,9 +236,9 @@ class Model:
     def with_(self, changes: Mapping[str, object] | None = None, /, **parameters: object) -> Model:
         """Return the robot with values of its model changed, as ``--set`` of the command line does.
 
-        A name is that of a parameter, or the path of a key such as ``"bodies.platform.mass"`` in ``changes``.
-        A value is a text with units, or a number: of a parameter in its SI unit or radians, of a key without
-        a unit.
+        A name is the name of a parameter or, in ``changes``, also the path of a key such as
+        ``"bodies.platform.mass"``. A value is a text with units, or a number: in the SI unit or radians for a
+        parameter, without a unit for a key.
 
         >>> import stiction
         >>> m = stiction.load("3rps").with_({"platform.mass": "0.7 kg"}, base_radius=0.5)
@@ -272,7 +272,7 @@ class Model:
         )
 
     def drawing(self) -> str:
-        """Drawing of the robot as SVG, in light or dark colours by the reader's preference.
+        """Draw the robot as SVG, in light or dark colours according to the reader's preference.
 
         >>> import stiction
         >>> stiction.load("five-bar").drawing().startswith("<svg")
@@ -281,8 +281,8 @@ class Model:
         return self._native.drawing()
 
     def convert(self, to: str) -> str:
-        """The robot at its home position in the format of another program: ``"mjcf"`` (MuJoCo), ``"sdf"``, ``"json"``
-        (plain numbers), ``"toml"`` (a model file without formulas).
+        """Convert the robot at its home position to another format: ``"mjcf"`` (MuJoCo), ``"sdf"``, ``"json"`` (plain
+        numbers), ``"toml"`` (a model file without formulas).
 
         >>> import stiction
         >>> "<mujoco" in stiction.load("3rps").convert("mjcf")
@@ -311,7 +311,7 @@ class Model:
         friction_margin: bool = False,
         progress: Progress | None = None,
     ) -> InverseResults:
-        """Inverse dynamics along a motion: efforts, reactions and friction by name.
+        """Compute inverse dynamics along a motion: efforts, reactions and friction by name.
 
         Args:
             motion: name of a motion of the model, name of a file (CSV or TOML), or assignments such as
@@ -321,7 +321,7 @@ class Model:
             step: time between samples, s.
             threads: number of threads; all cores by default. Results do not depend on it.
             friction_margin: compute the friction margin to jamming, in ``summary``.
-            progress: called now and then with the work done and all work.
+            progress: called at intervals with the amount of work done and the total amount.
 
         Raises:
             InputError: an option cannot be used.
@@ -364,38 +364,38 @@ class Model:
         tolerance: float | None = None,
         progress: Progress | None = None,
     ) -> ForwardResults:
-        """Simulate: the motion under efforts, controllers, loads and locks, with joints that stick and slip.
+        """Simulate the motion under efforts, controllers, loads and locks, with joints that stick and slip.
 
         Without options the robot follows its default motion under a computed-torque controller that does not
         know the friction. Ctrl-C stops a simulation.
 
         Args:
-            until: end, s.
-            step: time between samples, s; it does not change the steps of integration.
+            until: end time, s.
+            step: time between samples, s; the integration steps do not depend on it.
             motion: motion that a controller follows, and whose first instant is the start.
             load: name of a load, or assignments.
             start: ``"motion"``, ``"rest"``, or assignments such as ``"A = 60 deg; d(B) = 2 rad/s"``.
-            at: coordinates at the start, m or rad, at rest unless ``rate`` names them.
+            at: coordinates at the start, m or rad; their rates are zero unless given in ``rate``.
             rate: rates at the start, m/s or rad/s.
             drives: efforts by actuator, N or N m or texts with units, which may be formulas over measured
                 coordinates such as ``"-200 N m/rad*A"``; or a text: assignments, the name of a file,
                 ``"inverse"`` or ``"none"``.
             controller: ``"pd"``, ``"pid"``, ``"computed-torque"``, ``"computed-torque+friction"``, the name of
                 a TOML file, assignments, or ``"none"``; or a function of a :class:`ControlState` that returns the
-                efforts of all actuators, N and N m, as an array in their order or by name. They are added to
+                efforts of all actuators, N or N m, as an array in their order or by name. They are added to
                 ``drives`` and held until the next call. An exception of the function stops the simulation.
-            period: time between calls of such a function, s.
+            period: time between calls of a controller function, s.
             prescribe: actuators that follow the motion exactly.
-            hold: joints locked at their positions at the start.
+            hold: joints that are locked at their start positions.
             stop: conditions such as ``"platform.z < 100 mm"`` that end the simulation.
-            friction: switches joint friction. Default: as the model says.
+            friction: switches joint friction on or off. Default: as the model says.
             method: ``"automatic"``, ``"event-driven"`` or ``"time-stepping"``.
-            tolerance: relative error of a step, 1e-14 to 1e-2.
-            progress: called now and then with the samples done and all samples.
+            tolerance: relative error of an integration step, 1e-14 to 1e-2.
+            progress: called at intervals with the number of samples done and the number of all samples.
 
         Raises:
             InputError: options contradict each other.
-            ComputationError: the robot cannot start or go on; ``error.result`` has the samples before.
+            ComputationError: the robot cannot start or continue; ``error.result`` contains the earlier samples.
 
         >>> import stiction
         >>> m = stiction.load("five-bar")
@@ -449,7 +449,7 @@ class Model:
         return results
 
     def _drives(self, drives: str | Mapping[str, float | str]) -> str:
-        """Assignments of efforts."""
+        """Convert efforts to assignments."""
         if isinstance(drives, str):
             return _text("drives", drives)
         if not isinstance(drives, Mapping):
@@ -474,7 +474,7 @@ class Model:
         step: float | None = None,
         progress: Progress | None = None,
     ) -> Report:
-        """Mobility, redundant constraints and singular positions along a motion.
+        """Determine mobility, redundant constraints and singular positions along a motion.
 
         >>> import stiction
         >>> print(stiction.load("five-bar").check()["mobility"]["instantaneous"])
@@ -493,10 +493,10 @@ class Model:
         options: str | os.PathLike[str] | None = None,
         filter: float | None = None,
     ) -> Report:
-        """Inertia and friction from logs of positions and efforts, as ``stiction identify``.
+        """Identify inertia and friction from logs of positions and efforts, as ``stiction identify`` does.
 
         ``options`` is a TOML file that describes the logs, ``filter`` the cut-off frequency in Hz. The report has the
-        keys of ``identify.json``, and under ``model`` the text of the identified model, ``None`` if the fit failed.
+        keys of ``identify.json``, and ``model`` with the text of the identified model, or ``None`` if the fit failed.
 
         >>> import stiction
         >>> stiction.load("five-bar").identify("no-such-log.csv")  # doctest: +ELLIPSIS
@@ -514,7 +514,7 @@ class Model:
     def breakaway(
         self, motion: str | None = None, *, load: str | None = None, at: float | None = None
     ) -> Report:
-        """Static friction of the robot at rest, at a time of a motion: the efforts at which it begins to move.
+        """Compute static friction of the robot at rest at one time of a motion: the efforts at which motion begins.
 
         >>> import stiction
         >>> report = stiction.load("3rps").breakaway()
@@ -573,7 +573,7 @@ class Model:
         motion: str | None = None,
         at: float | None = None,
     ) -> Floats:
-        """Coordinates of the home position, m and rad, shape (k,): initial guess and assembly mode of ``q``."""
+        """Coordinates of the home position, m and rad, shape (k,); it determines the assembly mode of all states."""
         return self._compiled(coordinates, motion, None, None, at).home
 
     def inverse_dynamics(
@@ -592,7 +592,7 @@ class Model:
         derivatives: bool = False,
         threads: int | None = 1,
     ) -> InverseDynamics:
-        """Efforts for positions, rates and accelerations of the coordinates.
+        """Compute efforts for given positions, rates and accelerations of the coordinates.
 
         Args:
             q: coordinates, m and rad, shape (n, k) for n states or (k,) for one; see the class.
@@ -605,13 +605,13 @@ class Model:
             coordinates: names of other coordinates, such as ``["platform.x", "platform.y"]``: joint coordinates,
                 and coordinates that the motion prescribes.
             motion: motion whose instant ``at``, s, is the home position.
-            reactions, frictions: compute these, too.
-            derivatives: compute those of the efforts with respect to ``q``, ``v`` and ``a``, too: see
+            reactions, frictions: also compute reactions of joints, frictions of friction interfaces.
+            derivatives: also compute derivatives of the efforts with respect to ``q``, ``v`` and ``a``, see
                 :class:`Derivatives`. Not for ``friction="one-pass"``, nor for mechanisms with gearings of joints.
             threads: number of threads; ``None`` for all cores.
 
         Raises:
-            InputError: a wrong shape or type. Rows without an answer are no exception: see ``status``.
+            InputError: an argument has a wrong shape or type. Rows without a result raise no exception: see ``status``.
 
         >>> import numpy as np, stiction
         >>> m = stiction.load("3rps")
@@ -641,9 +641,9 @@ class Model:
         at: float | None = None,
         threads: int | None = 1,
     ) -> BodyMotions:
-        """Poses, velocities and accelerations of all bodies; quaternions in the order w, x, y, z.
+        """Compute poses, velocities and accelerations of all bodies; quaternions are in the order w, x, y, z.
 
-        Arguments as of :meth:`inverse_dynamics`.
+        The arguments are those of :meth:`inverse_dynamics`.
 
         >>> import stiction
         >>> m = stiction.load("3rps")
@@ -664,7 +664,7 @@ class Model:
         at: float | None = None,
         threads: int | None = 1,
     ) -> Jacobians:
-        """Jacobians of all bodies: velocities of their origins and angular velocities for unit rates of ``q``.
+        """Compute Jacobians of all bodies: velocities of their origins and angular velocities for unit rates of ``q``.
 
         >>> import stiction
         >>> m = stiction.load("3rps")
@@ -684,8 +684,8 @@ class Model:
         at: float | None = None,
         threads: int | None = 1,
     ) -> MassMatrices:
-        """Mass matrices with respect to the actuators, payloads of the load included, without the reflected
-        inertia of rotors.
+        """Compute mass matrices with respect to the actuators. They include payloads of the load, but not the
+        reflected inertia of rotors.
 
         >>> import numpy as np, stiction
         >>> m = stiction.load("3rps")
@@ -699,7 +699,7 @@ class Model:
 
 
 def _again(parts: tuple[str, str, str | None, list[str], float | None, list[str]]) -> Model:
-    """Make a model of its parts: unpickling."""
+    """Create a model from its parts, for unpickling."""
     return Model(_native.Model.from_parts(parts))
 
 
@@ -725,7 +725,7 @@ def _progress(value: Progress | None) -> Progress | None:
 
 
 def _law(law: ControlLaw, actuators: list[str]) -> Callable[..., list[float]]:
-    """The control law as the native module calls it."""
+    """Wrap a control law in a function that the native module calls; check the returned efforts."""
 
     def efforts(
         time: float, q: Floats, v: Floats, reference: tuple[Floats, Floats, Floats]
@@ -749,7 +749,7 @@ def _law(law: ControlLaw, actuators: list[str]) -> Callable[..., list[float]]:
 
 
 def _value(name: str, value: object) -> str:
-    """Text of a changed value."""
+    """Format a changed value as the text of a model file."""
     if isinstance(value, str):
         return _text(name, value)
     if isinstance(value, (bool, np.bool_)):

@@ -29,7 +29,7 @@ _RawResults = tuple[list[_RawTable], str, str]
 
 
 class ByName(Mapping[str, _Value], Generic[_Value]):
-    """Values by name, in the order of the model. An unknown name is answered with similar ones."""
+    """Values by name, in the order of the model. The error for an unknown name suggests similar ones."""
 
     def __init__(self, what: str, values: dict[str, _Value]) -> None:
         self._what = what
@@ -52,7 +52,7 @@ class ByName(Mapping[str, _Value], Generic[_Value]):
 
 
 def _unknown(what: str, name: object, known: Mapping[str, object]) -> UnknownNameError:
-    """The exception for an unknown name."""
+    """Create the exception for an unknown name, with similar known names."""
     text = name if isinstance(name, str) else repr(name)
     near = difflib.get_close_matches(text, known, n=3, cutoff=0.5)
     if near:
@@ -67,7 +67,7 @@ def _unknown(what: str, name: object, known: Mapping[str, object]) -> UnknownNam
 class Table:
     """A table of a run: the columns of a CSV file of the command line, with the same numbers.
 
-    ``table["leg1.P.drive [N]"]`` or ``table["leg1.P.drive"]`` is a column, an array of shape (n,).
+    ``table["leg1.P.drive [N]"]`` or ``table["leg1.P.drive"]`` returns a column, an array of shape (n,).
 
     Attributes:
         name: name of the file without its extension.
@@ -103,7 +103,7 @@ class Table:
         return int(self._values.shape[1])
 
     def to_pandas(self) -> pandas.DataFrame:
-        """The table as a pandas DataFrame."""
+        """Convert the table to a pandas DataFrame."""
         try:
             import pandas
         except ImportError as error:
@@ -111,7 +111,7 @@ class Table:
         return pandas.DataFrame(dict(zip(self.columns, self._values, strict=True)))
 
     def to_polars(self) -> polars.DataFrame:
-        """The table as a polars DataFrame."""
+        """Convert the table to a polars DataFrame."""
         try:
             import polars
         except ImportError as error:
@@ -119,7 +119,7 @@ class Table:
         return polars.DataFrame(dict(zip(self.columns, self._values, strict=True)))
 
     def to_arrow(self) -> pyarrow.Table:
-        """The table as a pyarrow Table. The metadata of a field contain the unit of its column."""
+        """Convert the table to a pyarrow Table. The metadata of a field contain the unit of its column."""
         try:
             import pyarrow
         except ImportError as error:
@@ -136,7 +136,7 @@ class Table:
 
 
 def _unit(header: str) -> str:
-    """The unit in the square brackets of a header."""
+    """Unit in the square brackets of a header."""
     _, bracket, rest = header.rpartition(" [")
     return rest.removesuffix("]") if bracket else ""
 
@@ -168,7 +168,7 @@ class JointFriction(NamedTuple):
     power: Floats
     """Dissipated power, W."""
     flag: Bools
-    """Inverse dynamics: statics determines the normal load. Simulations: the interface sticks."""
+    """Inverse dynamics: true if statics determines the normal load. Simulations: true while the interface sticks."""
 
 
 class Results:
@@ -201,7 +201,7 @@ class Results:
 
     @property
     def cautions(self) -> list[str]:
-        """Doubts about the results, one sentence each."""
+        """Cautions about the results, one sentence each."""
         return list(self.summary.get("cautions", []))
 
     def __len__(self) -> int:
@@ -211,7 +211,7 @@ class Results:
         return self.tables[name or self._main]
 
     def _named(self, what: str, table: str, quantity: str) -> ByName[Floats]:
-        """All columns ``NAME.quantity`` of a table."""
+        """Columns ``NAME.quantity`` of a table by ``NAME``."""
         found = self.tables.get(table)
         end = f".{quantity}"
         values = {}
@@ -230,7 +230,7 @@ class Results:
         make: Callable[[Floats], _Value],
         before: int = 0,
     ) -> ByName[_Value]:
-        """Consecutive columns of each name, which begin with ``NAME.first``, or ``before`` columns earlier."""
+        """Blocks of consecutive columns by ``NAME``. A block begins ``before`` columns before ``NAME.first``."""
         found = self._table(table)
         end = f".{first}"
         heads = [header.rpartition(" [")[0] or header for header in found.columns]
@@ -258,7 +258,7 @@ class Results:
 
     @property
     def reaction_determined(self) -> ByName[Bools]:
-        """True where statics determines all components of a joint's reaction, shape (n,)."""
+        """True at samples at which statics determines all components of a joint's reaction, shape (n,)."""
         return self._blocks("joint", "reactions", "fx", lambda values: values[6] != 0.0)
 
     @property
@@ -283,22 +283,22 @@ class Results:
         return self._blocks("body", "bodies", "qw", lambda values: values[:4].T)
 
     def to_pandas(self, table: str | None = None) -> pandas.DataFrame:
-        """A table as a pandas DataFrame; without a name the main one."""
+        """Convert a table to a pandas DataFrame; the main table if no name is given."""
         return self._table(None if table is None else _text("table", table)).to_pandas()
 
     def to_polars(self, table: str | None = None) -> polars.DataFrame:
-        """A table as a polars DataFrame; without a name the main one."""
+        """Convert a table to a polars DataFrame; the main table if no name is given."""
         return self._table(None if table is None else _text("table", table)).to_polars()
 
     def to_arrow(self, table: str | None = None) -> pyarrow.Table:
-        """A table as a pyarrow Table; without a name the main one."""
+        """Convert a table to a pyarrow Table; the main table if no name is given."""
         return self._table(None if table is None else _text("table", table)).to_arrow()
 
     def to_parquet(self, folder: str | os.PathLike[str]) -> list[Path]:
-        """Writes all tables into a folder, one Parquet file each, and returns their paths.
+        """Write each table to a Parquet file in a folder; return the paths.
 
         The metadata of each file contain the summary of the run as JSON, those of its fields the units.
-        A file appears complete or not at all.
+        Each file is written under a temporary name and then renamed, so that no incomplete file appears.
         """
         tables = {name: table.to_arrow() for name, table in self.tables.items()}
         import pyarrow.parquet
@@ -329,7 +329,7 @@ def _stacked(columns: Mapping[str, Floats], rows: int) -> Floats:
 class InverseResults(Results):
     """Inverse dynamics along a motion; see :meth:`stiction.Model.inverse`.
 
-    All numbers are those of the CSV files of the command line, in SI units and radians, world axes.
+    The numbers equal those in the CSV files of the command line, in SI units and radians, along world axes.
 
     >>> import stiction
     >>> r = stiction.load("3rps").inverse()
@@ -360,7 +360,7 @@ class InverseResults(Results):
 
     @property
     def friction(self) -> ByName[JointFriction]:
-        """Friction of each friction interface; ``flag``: statics determines the normal load."""
+        """Friction of each friction interface; ``flag`` is true if statics determines the normal load."""
         return self._blocks("friction interface", "friction", "speed", _friction(3))
 
     @property
@@ -388,7 +388,7 @@ class InverseResults(Results):
 
     @property
     def closure_error(self) -> Floats:
-        """Largest loop-closure error, m, shape (n,); angles times the characteristic length."""
+        """Largest loop-closure error, m, shape (n,); angles are multiplied by the characteristic length."""
         return self._table()["closure"]
 
     @property
@@ -418,7 +418,7 @@ class InverseResults(Results):
 
 
 def _friction(power: int) -> Callable[[Floats], JointFriction]:
-    """Columns of a friction interface: the power has this place, and a flag follows."""
+    """Create a reader of the columns of a friction interface; ``power`` is the place of the power, before the flag."""
 
     def make(values: Floats) -> JointFriction:
         flag = values[power + 1] != 0.0
@@ -433,7 +433,7 @@ class Event(NamedTuple):
     time: float
     """s"""
     event: str
-    """Kind, one word, such as ``sticks``, ``slides``, ``stop``."""
+    """Kind as one word, such as ``sticks``, ``slides``, ``stop``."""
     at: str
     """Friction interface, joint or condition; may be empty."""
     detail: str
@@ -476,7 +476,7 @@ class ForwardResults(Results):
 
     @property
     def friction(self) -> ByName[JointFriction]:
-        """Friction of each friction interface, shafts of motors included; ``flag``: it sticks."""
+        """Friction of each friction interface, including shafts of motors; ``flag`` is true while it sticks."""
         return self._blocks("friction interface", "friction", "speed", _friction(4))
 
     @property
@@ -486,12 +486,12 @@ class ForwardResults(Results):
 
     @property
     def work(self) -> ByName[Floats]:
-        """Work of each actuator, and of the loads (``loads``), since the start, J, shape (n,)."""
+        """Work of each actuator since the start, and of all loads (name ``loads``), J, shape (n,)."""
         return self._named("actuator", "energy", "work")
 
     @property
     def dissipated(self) -> ByName[Floats]:
-        """Energy dissipated in each friction interface, and in dampers (``dampers``), J, shape (n,)."""
+        """Energy dissipated since the start in each friction interface, and in dampers (``dampers``), J, shape (n,)."""
         return self._named("friction interface", "energy", "dissipated")
 
     @property
@@ -506,12 +506,12 @@ class ForwardResults(Results):
 
     @property
     def energy_error(self) -> Floats:
-        """Energy that the balance has lost to numerical errors since the start, J, shape (n,)."""
+        """Error of the energy balance since the start, J, shape (n,); due to numerical errors."""
         return self._table("energy")["error"]
 
 
 class Report(Mapping[str, Any]):
-    """A report: a mapping with the keys of the command line's JSON. ``print(report)`` gives its text.
+    """Report as a mapping with the keys of the command line's JSON. ``print(report)`` prints its text.
 
     >>> import stiction
     >>> report = stiction.load("five-bar").check()

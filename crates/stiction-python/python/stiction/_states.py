@@ -41,7 +41,7 @@ class Status(IntEnum):
 
     @property
     def reason(self) -> str:
-        """The outcome in words."""
+        """Explanation of the outcome."""
         return _OUTCOMES[self.value][1]
 
 
@@ -66,7 +66,7 @@ class _Rows:
         return not self.status.any()
 
     def check(self) -> Any:
-        """Return these results, or raise :class:`ComputationError` if a row has none."""
+        """Return these results; raise :class:`ComputationError` if a row has no results."""
         if self.ok:
             return self
         rows = np.flatnonzero(self.status)
@@ -116,13 +116,13 @@ class InverseDynamics(_Rows):
 
     Attributes:
         efforts: forces, N, and torques, N m, shape (n, actuators), or (actuators,) for a single state.
-        efforts_frictionless: the same without friction.
+        efforts_frictionless: efforts without friction, in the same shape.
         reactions: force, N, and moment about the joint's origin, N m, world axes,
-            shape (n, joints, 6) or (joints, 6); ``None`` unless asked.
+            shape (n, joints, 6) or (joints, 6); ``None`` unless requested.
         frictions: sliding speed, m/s, normal load, N, friction force, N, dissipated power, W,
-            shape (n, interfaces, 4) or (interfaces, 4); ``None`` unless asked.
+            shape (n, interfaces, 4) or (interfaces, 4); ``None`` unless requested.
         power_residual: residual of the power balance, W, shape (n,) or ().
-        derivatives: derivatives of ``efforts``; ``None`` unless asked.
+        derivatives: derivatives of ``efforts``; ``None`` unless requested.
     """
 
     __slots__ = (
@@ -184,8 +184,8 @@ class InverseDynamics(_Rows):
 class BodyMotions(_Rows):
     """Poses and motions of all bodies; see :meth:`stiction.Model.kinematics`.
 
-    Bodies are in the order of ``Model.bodies``, the ground first. World axes. Rows whose ``status`` is not 0
-    are NaN.
+    Bodies are in the order of ``Model.bodies``, the ground first. Vectors are along world axes. Rows whose
+    ``status`` is not 0 are NaN.
 
     Attributes:
         positions: position of each body's origin, m, shape (n, bodies, 3) or (bodies, 3).
@@ -254,7 +254,7 @@ class MassMatrices(_Rows):
 
 
 class _Names:
-    """Names of a model."""
+    """Names of the actuators, joints, friction interfaces and bodies of a model."""
 
     __slots__ = ("actuators", "bodies", "interfaces", "joints")
 
@@ -266,7 +266,7 @@ class _Names:
 
 
 def _by_name(what: str, names: list[str], values: Floats, axes: int) -> ByName[Floats]:
-    """Slices of an array along the first of its last ``axes`` axes."""
+    """Slices of an array by name; the first of its last ``axes`` axes runs over ``names``."""
     moved = np.moveaxis(values, -axes, 0)
     found: Mapping[str, Floats] = dict(zip(names, moved, strict=True))
     return ByName(what, dict(found))

@@ -25,30 +25,30 @@ def sweep(
 ) -> Any:
     """Statistics of inverse dynamics for many designs, as ``stiction sweep`` computes them.
 
-    The function is pure: rows depend on the model, their design and the options alone, to the last bit, so the rows
-    of a large table may be computed in any pieces, in any process. Model, function and tables can be pickled.
+    The function is pure: a row depends only on the model, its design and the options, to the last bit. A large table
+    may therefore be divided in any way, and computed in any process. Model, function and tables can be pickled.
 
     Args:
         model: the robot.
-        table: the designs: a mapping of keys to values, one for each design, or a table of pandas or polars. A key
-            is the path of a key of the model or the name of a parameter, with the unit of its numbers: ``"mu"``,
-            ``"tool.mass [kg]"``, ``"motion.platform.z [mm]"``. Values are numbers or texts (``"20 mm"``); ``None``
+        table: the designs: a mapping of keys to lists of values, one for each design, or a pandas or polars table. A
+            key is the path of a key of the model or the name of a parameter, with the unit of its numbers:
+            ``"mu"``, ``"tool.mass [kg]"``, ``"motion.platform.z [mm]"``. Values are numbers or texts (``"20 mm"``); ``None``
             keeps the value of the model.
-        objectives: what is measured, such as ``"peak(leg1.P.effort)"``, ``"min(distance.actuation)"``.
+        objectives: statistics to compute, such as ``"peak(leg1.P.effort)"``, ``"min(distance.actuation)"``.
         motion: name of a motion of the model, a file, or assignments. Default: that of the model.
         load: name of a load of the model, or assignments.
         friction: as in :meth:`Model.inverse`.
         step: time between samples, s.
         threads: number of threads.
-        progress: called now and then with the designs done and all designs.
+        progress: called at intervals with the number of designs done and the number of all designs.
 
     Returns:
-        A table of the kind of ``table``, with the columns of the designs, one for each objective with its unit, NaN
-        where a design has no value, and ``status``: ``"ok"``, or why there are no results. A pandas table keeps its
-        index. For a mapping, a dictionary of arrays.
+        A table of the same kind as ``table`` (a dictionary of arrays for a mapping; a pandas table keeps its index). It
+        has the columns of the designs, one column for each objective with its unit, NaN if a design has no value, and
+        the column ``status``: ``"ok"``, or the reason why there are no results.
 
     Raises:
-        InputError: an unknown key, objective or motion, or a table that is none.
+        InputError: a key, objective or motion is unknown, or ``table`` is not a table of designs.
 
     >>> import stiction
     >>> rows = stiction.sweep(stiction.load("five-bar"), {"crank [mm]": [200, 220]}, "peak(left_motor.effort)")
@@ -83,7 +83,7 @@ def sweep(
 
 
 def _kind(table: object) -> str:
-    """Library of a table."""
+    """Name of the library from which a table comes."""
     return type(table).__module__.split(".")[0]
 
 
@@ -108,7 +108,7 @@ def _columns(table: Any) -> tuple[list[str], list[Any]]:
 
 
 def _cells(name: str, values: list[Any]) -> list[float] | list[str]:
-    """Values of a key as numbers, or as texts if one is none."""
+    """Values of a key as numbers, or as texts if some value is not a number."""
 
     def is_number(value: object) -> bool:
         return isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)

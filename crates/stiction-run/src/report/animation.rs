@@ -1,7 +1,8 @@
-//! Samples of a run for the moving robot of its report.
+//! Samples of a run for the animated robot of its report.
 //!
-//! For a long run, evenly spaced samples are stored, and in addition those at which the quantities in the report's
-//! tables have extremes. The page thus stays small and still contains all peaks.
+//! For a long run, only some evenly spaced samples are stored, and in addition those at which the
+//! quantities in the report's tables have extremes. The page thus remains small and contains all
+//! peaks.
 
 use crate::bodies::poses_in_world;
 use crate::dofs::{Dof, actuated, dofs_of};
@@ -16,7 +17,7 @@ use stiction_draw::drawing::{Detail, Drawing, Surface, Trail};
 use stiction_draw::viewer::{Actuator, Film, Ghost, Mesh, MeshFile, Shot, robot};
 use stiction_format::{MeshFormat, ModelFile};
 
-/// Largest size of the samples in a page, bytes of its text, so that the page can be sent by e-mail.
+/// Largest size of the samples in a page, bytes of text, so that the page can be sent by e-mail.
 const ROOM: usize = 2_000_000;
 /// Largest number of evenly spaced samples.
 const MOST: usize = 3000;
@@ -56,8 +57,8 @@ pub struct Reel {
 /// Largest number of runs in one page.
 pub(crate) const MOST_RUNS: usize = 8;
 
-/// Markup of the moving robot of the first of several runs, over which a reader can show the robots of the others. Each
-/// run has a label. Empty without runs.
+/// Markup of the animated robot of the first of several runs; a reader can overlay the robot of
+/// another run. Each run has a label. Empty without runs.
 pub(crate) fn together(runs: Vec<(String, Reel)>, caption: &str) -> String {
     let labelled = |(label, reel): (String, Reel)| (Shot { label, ..reel.shot }, reel.still);
     let mut runs = runs.into_iter().take(MOST_RUNS).map(labelled);
@@ -66,7 +67,7 @@ pub(crate) fn together(runs: Vec<(String, Reel)>, caption: &str) -> String {
     robot(&first, &others, &still, caption)
 }
 
-/// Collector of the samples of a run for the moving robot.
+/// Collector of the samples of a run for the animated robot.
 #[derive(Clone, Debug)]
 pub(crate) struct Animation {
     mechanism: Mechanism,
@@ -87,7 +88,7 @@ pub(crate) struct Animation {
     last: Option<Arc<Frame>>,
     poses: Vec<Pose<f64>>,
     tracked: Vec<f64>,
-    /// Number of columns for each actuator, and number of columns for singularity indices.
+    /// Number of columns of each actuator, and number of columns of singularity indices.
     quantities: usize,
     whole: usize,
 }
@@ -206,8 +207,8 @@ impl Animation {
         self.count += 1;
     }
 
-    /// Collects the quantities whose extremes are stored: efforts, magnitudes of reactions, normal loads, frictions and
-    /// their powers, singularity indices.
+    /// Collects the values whose extremes are stored: efforts, magnitudes of reactions, normal
+    /// loads, friction forces and their powers, singularity indices.
     fn track(&mut self, values: &[f64]) {
         let (drives, quantities) = (self.names.drives.len(), self.quantities);
         self.tracked.clear();
@@ -224,8 +225,8 @@ impl Animation {
         self.tracked.extend_from_slice(&values[values.len() - self.whole..]);
     }
 
-    /// Markup of the moving robot with a still picture; `ghost` is the least-constrained motion at a sample, if shown.
-    /// Empty without samples.
+    /// Markup of the animated robot with a still picture; `ghost` is the least-constrained motion
+    /// at one sample, if it is shown. Empty without samples.
     pub(crate) fn figure(&self, caption: &str, ghost: Option<Ghost>) -> String {
         let Some(mut reel) = self.reel(1) else { return String::new() };
         reel.shot.film.ghost = ghost;
@@ -247,8 +248,8 @@ impl Animation {
         Some(Reel { shot: Shot { label: String::new(), scene: drawing.scene(), film }, still })
     }
 
-    /// Returns the stored samples; columns of loads that never act are left out. A page of several runs gets fewer
-    /// samples of each.
+    /// Returns the stored samples, without the columns of loads that never act. In a page of
+    /// several runs, each run has fewer samples.
     pub(crate) fn film(&self, runs: usize) -> Film {
         let sparse = self.even.len().div_ceil((self.most / runs).max(2)).max(1);
         let even = self.even.iter().step_by(sparse);
@@ -292,7 +293,7 @@ impl Animation {
 
 /// The loaded meshes of a model.
 fn meshes_of(model: &ModelFile) -> Vec<Mesh> {
-    // Visuals of one file share its content.
+    // Visuals that refer to the same file share its content.
     let mut files: Vec<(*const stiction_format::Mesh, Arc<MeshFile>)> = Vec::new();
     let mut meshes = Vec::new();
     for visual in &model.visuals {

@@ -17,7 +17,7 @@ impl Finding {
         Self { class: "good", statement: statement.into(), meaning: meaning.into() }
     }
 
-    /// Creates a verdict to consider when the results are used.
+    /// Creates a verdict that the user should consider when using the results.
     pub(crate) fn open(statement: impl Into<String>, meaning: impl Into<String>) -> Self {
         Self { class: "open", statement: statement.into(), meaning: meaning.into() }
     }

@@ -67,7 +67,7 @@ pub(crate) fn table_of(head: &[(&str, Column)], rows: &[Vec<String>]) -> String 
         return String::new();
     }
     let head: Vec<_> = head.iter().map(|(name, column)| (escape(name), *column)).collect();
-    // Where it is wider than the page, it scrolls, also by keys.
+    // A table that is wider than the page scrolls, also by keyboard.
     format!(
         "<div class=\"wide\" tabindex=\"0\" role=\"group\" aria-label=\"table\">{}</div>\n",
         page::table(&head, rows)
@@ -89,7 +89,7 @@ pub(crate) fn text(text: &str) -> String {
     escape(text)
 }
 
-/// Cell with a time, s: a link that moves the robot to this time.
+/// Cell with a time, s, as a link that shows the robot at this time.
 pub(crate) fn instant(time: f64) -> String {
     if !time.is_finite() {
         return text("-");
@@ -118,7 +118,7 @@ pub(crate) fn page(title: &str, inner: &str) -> String {
     page::page(title, STYLE, inner)
 }
 
-/// Whole page with a moving robot.
+/// Whole page with an animated robot.
 pub(crate) fn page_with_robot(title: &str, inner: &str) -> String {
     page::page_with_viewer(title, &format!("{STYLE}{}", stiction_draw::viewer::STYLE), inner)
 }

@@ -43,7 +43,7 @@ pub(crate) fn reactions(names: &[String], reactions: &Reactions, length: f64) ->
     };
     let row = |&k: &usize| {
         let (force, moment) = &reactions.0[k];
-        // Values as small as rounding errors become zero.
+        // Moments up to the rounding error of the force become zero.
         let moment = of(moment, 1e-12 * force.peak * length);
         let cells = of(force, 0.0).into_iter().chain(moment);
         std::iter::once(text(&names[k])).chain(cells).collect()

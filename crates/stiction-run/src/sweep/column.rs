@@ -30,7 +30,8 @@ impl Column {
         }
     }
 
-    /// Finds the column of the same table that says whether statics determines the value of this column, if it exists.
+    /// Finds the column of the same table that states if statics determines the value of this
+    /// column; `None` if there is none.
     pub(super) fn determined(&self, known: &[Self]) -> Option<Self> {
         let owners = self.name.match_indices('.').map(|(at, _)| &self.name[..at]);
         let flag = |owner: &str| {
@@ -46,11 +47,11 @@ impl Column {
     }
 }
 
-/// Lists all columns of a job. If columns of several tables have the same name, the one that the name alone refers to
-/// comes first.
+/// Lists all columns of a job. Of several columns with the same name, the first is the one to which
+/// the name without a table refers.
 pub(super) fn columns(job: &Job<'_>, rows: &Rows) -> Vec<Column> {
     let mut all = Vec::new();
-    // Columns of equal names are found in this order.
+    // Order of precedence of columns with equal names.
     let order = ["inverse", "joints", "reactions", "friction", "bodies", "motors", "contributions"];
     let has = Rows::of_job(job);
     for table in order {

@@ -20,7 +20,7 @@ pub struct Design {
 enum Plan {
     Grid,
     LatinHypercube(Vec<LatinHypercube>),
-    /// For each dimension its Sobol sequence, and the digital shift that is applied to it.
+    /// Sobol sequence of each dimension, with its digital shift.
     Sobol(Vec<(Sobol, u64)>),
 }
 
@@ -29,7 +29,7 @@ const MOST_ROWS: u64 = 1 << 40;
 /// Largest number of coordinates of a Latin hypercube, whose permutations are stored in memory.
 const MOST_COORDINATES: u64 = 1 << 28;
 
-/// Reason for which variations do not make up a design.
+/// Reason why variations cannot be combined to a design.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum DesignError {

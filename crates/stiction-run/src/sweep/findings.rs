@@ -86,8 +86,8 @@ impl Findings {
         }
     }
 
-    /// Designs with the least or the greatest value of an objective, each once, with its row and what it is the
-    /// extreme of; at most as many as a page shows.
+    /// Designs with the least or greatest value of an objective, each once: its row, its settings,
+    /// and the objectives of which it is an extreme. At most as many as a report page shows.
     pub fn extreme_designs(&self) -> Vec<(u64, &[Setting], String)> {
         let mut all: Vec<(u64, &[Setting], String)> = Vec::new();
         for (objective, extremes) in self.objectives.iter().zip(&self.extremes) {
@@ -104,7 +104,8 @@ impl Findings {
         all
     }
 
-    /// Reason why no row has results, and true if all values cannot be used; `None` if some row has results.
+    /// Reason why no design has results, and true if this is always due to unusable values; `None`
+    /// if some design has results.
     pub fn failure(&self) -> Option<(bool, String)> {
         let (row, reason) = self.remarks.first()?;
         (self.rows > 0 && self.failed == self.rows).then(|| {

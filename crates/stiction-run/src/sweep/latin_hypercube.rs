@@ -38,7 +38,7 @@ impl LatinHypercube {
         let interval = self.intervals.get(point as usize).copied().unwrap_or(0);
         let coordinate =
             (f64::from(interval) + unit(places.next_u64())) / self.intervals.len() as f64;
-        // Rounding may lead to the next interval.
+        // Rounding may yield 1, which belongs to no interval.
         coordinate.min(1.0 - f64::EPSILON)
     }
 }
@@ -50,7 +50,8 @@ pub(super) fn unit(bits: u64) -> f64 {
 
 /// Random integer less than `bound`; all integers have the same probability.
 fn below(random: &mut ChaCha8Rng, bound: u64) -> u64 {
-    // Numbers beyond the last whole multiple of the bound would favour small results.
+    // Numbers beyond the last whole multiple of the bound are rejected, because they would favour
+    // small results.
     let limit = u64::MAX - u64::MAX % bound;
     loop {
         let number = random.next_u64();

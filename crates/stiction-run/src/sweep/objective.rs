@@ -25,7 +25,7 @@ pub struct Objectives {
 struct Item {
     header: String,
     column: Column,
-    /// Column that tells whether statics determines the value at a sample.
+    /// Column that states if statics determines the value at a sample.
     determined: Option<Column>,
     is_determined: bool,
     statistic: Statistic,
@@ -148,7 +148,7 @@ impl Reader<'_> {
             Some((table, rest)) => (Some(table.trim().trim_end_matches(".csv")), rest),
             None => (None, written),
         };
-        // A unit in brackets is that of the column.
+        // A unit in brackets must be that of the column.
         let (name, unit) = split(rest);
         let is_meant = |column: &&Column| {
             column.name == name && table.is_none_or(|table| table == column.table())

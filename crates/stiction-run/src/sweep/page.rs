@@ -9,8 +9,9 @@ use crate::report::repeat;
 use serde_json::Value;
 use stiction_draw::xml::escape;
 
-/// Writes the report of a study: counts, extremes of the objectives, the moving robots of `reels` laid over each
-/// other, each with its label, pictures, the first designs, and the options to repeat it.
+/// Writes the report of a study: counts, extremes of the objectives, the animated robots of `reels`
+/// (each with its label) overlaid on each other, pictures, the first designs, and the options that
+/// repeat the study.
 pub fn draw_report(
     title: &str,
     (findings, pictures): (&Findings, &Pictures),

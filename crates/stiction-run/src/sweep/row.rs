@@ -17,7 +17,8 @@ pub struct Row {
 pub enum Status {
     /// The design has results.
     Computed {
-        /// Reasons to interpret the results with care: exceeded limits, results that are not unique.
+        /// Reasons to use the results with care, such as exceeded limits or results that are not
+        /// unique.
         doubts: Vec<String>,
     },
     /// The design has no results.
@@ -44,12 +45,12 @@ impl Row {
 }
 
 impl Status {
-    /// Returns whether the design has no results.
+    /// True if the design has no results.
     pub fn is_failed(&self) -> bool {
         matches!(self, Self::Failed { .. })
     }
 
-    /// Returns whether the design has results without doubts.
+    /// True if the design has results without doubts.
     pub fn is_ok(&self) -> bool {
         matches!(self, Self::Computed { doubts } if doubts.is_empty())
     }

@@ -85,8 +85,9 @@ mod tests {
         }
     }
 
-    /// Any 2^k points that begin at a multiple of 2^k have exactly one in each of 2^k equal intervals, in
-    /// every dimension: the property of Sobol's sequence, which a wrong direction number breaks.
+    /// In every dimension, 2^k points that begin at a multiple of 2^k have exactly one point in
+    /// each of 2^k equal intervals. A wrong direction number would violate this property of Sobol's
+    /// sequence.
     #[test]
     fn every_dimension_is_evenly_filled() {
         for dimension in 0..MOST_DIMENSIONS {
@@ -122,8 +123,8 @@ mod tests {
         assert_eq!(polynomials.len(), count);
     }
 
-    /// Pairs of dimensions: 4^k points have one in each square of side 2^-k for many pairs; what is required of
-    /// all is that no square of side 1/4 among 4096 points stays empty.
+    /// For pairs of dimensions, 4096 points leave no square of side 1/4 empty. (For many pairs, 4^k
+    /// points have even one in each square of side 2^-k.)
     #[test]
     fn pairs_of_dimensions_leave_no_hole() {
         let all: Vec<Sobol> = (0..MOST_DIMENSIONS).map(Sobol::new).collect();

@@ -1,4 +1,4 @@
-//! Statistics of a sampled series, of which objectives consist.
+//! Statistics of a sampled series, the functions of objectives.
 
 use crate::statistics::{Integral, Size};
 
@@ -61,7 +61,7 @@ pub(super) struct Statistic {
     last: f64,
     size: Size,
     integral: Integral,
-    /// True once a sample was not a number; no statistic then has a value.
+    /// True after a sample that was not a number; no statistic then has a value.
     is_lost: bool,
 }
 
@@ -103,7 +103,7 @@ impl Statistic {
             Function::Final => self.last,
             Function::Work => self.integral.value,
         };
-        // The sum turns a negative zero into zero.
+        // Adding zero turns a negative zero into a positive one.
         (self.count > 0 && !self.is_lost && !value.is_nan()).then_some(value + 0.0)
     }
 }
@@ -140,7 +140,7 @@ mod tests {
         }
     }
 
-    /// A bound without limit is a result; the difference of two such bounds is none.
+    /// An infinite value has a peak and a minimum, but infinities of both signs have no mean.
     #[test]
     fn infinite_samples_have_a_peak_and_no_mean() {
         let value = |function| {

@@ -75,7 +75,8 @@ pub struct Record {
 }
 
 impl Record {
-    /// Parses a line with the given numbers of keys and objectives; `None` if it is no such row.
+    /// Parses a line with the given numbers of keys and objectives; `None` if the line is not a
+    /// complete row.
     pub fn parse(line: &str, keys: usize, objectives: usize) -> Option<Self> {
         let fields = fields(line).filter(|fields| fields.len() == keys + objectives + 2)?;
         let mut cells = fields.iter().map(String::as_str);

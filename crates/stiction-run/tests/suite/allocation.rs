@@ -1,4 +1,5 @@
-//! Kernels of the gallery's robots allocate nothing after set-up, along their whole motions.
+//! Absence of allocations in the kernels after set-up, along the whole motions of the gallery's
+//! robots.
 
 use crate::common::*;
 use crate::counting::allocations;

@@ -1,5 +1,5 @@
-//! `bodies.csv`, read like another program would: positions, velocities and accelerations are
-//! consistent, and with the reactions they satisfy the balance of every body.
+//! `bodies.csv`, read as another program would read it: positions, velocities and accelerations are
+//! consistent, and together with the reactions they satisfy the equations of motion of every body.
 
 use crate::common::{Csv, default_job, files, job, model, model_of, regular, tables};
 use stiction_core::dynamics::FrictionMode;

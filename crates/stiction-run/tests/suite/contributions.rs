@@ -9,7 +9,7 @@ use stiction_format::{LoadCase, ModelFile};
 use stiction_run::inverse::{Backward, Summary, write_summary};
 use stiction_run::{Job, Sink};
 
-/// Table of contributions of a run, its summary as JSON and as text.
+/// Tables of a run and its summary, as JSON and as text.
 struct Told {
     shares: Csv,
     inverse: Csv,
@@ -34,7 +34,7 @@ fn tell(job: &Job<'_>) -> Told {
     let run = Run::of(job).unwrap();
     Told {
         shares: files(job, table).get("contributions.csv").map_or_else(
-            // Without friction there is no such table.
+            // Without friction, a run has no table of contributions.
             || Csv::parse(b"time [s]\n"),
             |file| Csv::parse(file),
         ),
@@ -126,8 +126,8 @@ fn the_regular_twin_dissipates_what_is_known() {
             let rms = |k: usize| ranked[k]["rms"].as_f64().unwrap();
             assert_eq!(ranked[0]["interface"], format!("leg{leg}.P"));
             assert!((1..7).all(|k| rms(k) <= rms(k - 1)));
-            // All pins and balls; the guides of other legs contribute only to the actuators of
-            // those legs.
+            // These are all pins and balls. The guides of other legs contribute only to the
+            // actuators of those legs.
             assert_eq!(ranked.as_array().unwrap().len(), 7);
         }
         assert!(told.text.contains("friction changes leg1.P by"), "{}", told.text);
@@ -170,8 +170,8 @@ fn along_the_plane(slope: f64, rho: f64) -> String {
     )
 }
 
-/// The same block on the same guide, pushed by a body that moves horizontally: a wedge, or a
-/// thread.
+/// The block of [`along_the_plane`] on the same guide, pushed by a body that moves horizontally: a
+/// wedge, or a thread.
 fn across_the_plane(slope: f64, rho: f64) -> String {
     let (sine, cosine) = slope.to_radians().sin_cos();
     let mu = rho.to_radians().tan();

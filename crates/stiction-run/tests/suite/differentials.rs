@@ -13,7 +13,8 @@ use stiction_run::Sink;
 use stiction_run::exchange::{Instant, model_file};
 use stiction_run::inverse::{Sample, Summary};
 
-/// A wrist: pitch about y, then roll about x; a hand of 1.5 kg at 80 mm on the axis of roll, round about it.
+/// Wrist: pitch about y, then roll about x. The hand of 1.5 kg has its centre of mass on the roll
+/// axis at 80 mm, and is rotationally symmetric about this axis.
 pub(crate) const WRIST: &str = "
 gravity = [0, 0, -9.81]
 [bodies.cradle]
@@ -72,9 +73,10 @@ fn motion(t: f64) -> [[f64; 3]; 2] {
     ]
 }
 
-/// Efforts of pitch and roll. The hand is round about its axis of roll, so roll does not act on pitch.
+/// Efforts of pitch and roll. The hand is rotationally symmetric about the roll axis, so pitch and
+/// roll are decoupled.
 fn efforts([pitch, roll]: [[f64; 3]; 2]) -> [f64; 2] {
-    // The weight hangs at the end of the hand, which pitch lowers.
+    // The weight acts at the centre of mass of the hand, which positive pitch lowers.
     [PITCH * pitch[2] - WEIGHT * pitch[0].cos(), ROLL * roll[2]]
 }
 
@@ -100,7 +102,8 @@ fn wrist_differential() {
         assert!((at("pitch.drive [N m]") - tau_p).abs() < 1e-12, "{t}");
         assert!((at("roll.drive [N m]") - tau_r).abs() < 1e-12, "{t}");
         for (name, sign) in [("left", 2.0), ("right", -2.0)] {
-            // Both efforts at the gears: pitch takes their sum, roll twice their difference.
+            // Both motors drive both joints: pitch receives the sum of their efforts, roll twice
+            // the difference.
             let effort = 0.5 * (tau_p + tau_r / sign);
             let rate = pitch[1] + sign * roll[1];
             let acceleration = pitch[2] + sign * roll[2];
@@ -121,7 +124,7 @@ fn wrist_differential() {
             assert!((found - n * rate).abs() < 1e-10);
             assert!(of("gear_loss [W]") >= -1e-12 && of("motor_friction [W]") >= 0.0);
         }
-        // The outputs of both motors are the power of both joints.
+        // The output powers of both motors add up to the power of both joints.
         let output: f64 = ["left", "right"]
             .iter()
             .map(|name| motors.column(&format!("{name}.output [W]"))[k])
@@ -130,13 +133,13 @@ fn wrist_differential() {
         assert!(motors.column("residual [W]")[k].abs() < 1e-12);
     }
     assert!(checked > 200, "{checked}");
-    // Written as a model file and read again, it is the same mechanism.
+    // The mechanism does not change when it is written as a model file and read again.
     let again = model_of("again", &model_file(&model.mechanism, "", Instant::default()).unwrap());
     assert_eq!(again.mechanism.drive_trains(), model.mechanism.drive_trains());
 }
 
-/// Motors with shafts of their own and gearings are the same differential; so the friction of its motors and the losses of
-/// their gears can be simulated: the torques of inverse dynamics cause the motion.
+/// Separate motor shafts with gearings are equivalent to the differential. Therefore its motor
+/// friction and gear losses can be simulated: the torques of inverse dynamics cause the motion.
 #[test]
 fn differential_by_shafts() {
     let numbers = "ratio = 25\nrotor_inertia = 4e-6\nefficiency = 0.85\nbackward_efficiency = 0.8\n\
@@ -181,7 +184,8 @@ fn differential_by_shafts() {
     simulation.advance(0.3, &mut efforts).unwrap();
     assert!(relative_error(&simulation) < 1e-8, "{}", relative_error(&simulation));
 
-    // Without shafts and gearings in the model, the torques at the joints: their sum, and twice their difference.
+    // Without shafts and gearings in the model, the joint torques are the sum of the motor torques
+    // and twice their difference.
     let (left, right) = (25.0 * torque("left"), 25.0 * torque("right"));
     let mut efforts = ConstantEfforts(vec![left + right, 2.0 * (left - right)]);
     let model = Forward::new(direct.mechanism.clone(), &[]);
@@ -207,8 +211,9 @@ fn differential_by_shafts() {
     }
 }
 
-/// Two motors with dry friction and geared pairs of joints, against closed forms: from rest, each joint accelerates as the
-/// forces of both motors less their losses tell, and it stays at rest while both motors hold.
+/// Two motors with dry friction drive two joints together by belts, compared with closed forms:
+/// each joint accelerates according to the motor forces minus losses, and stays at rest while the
+/// friction of both motors holds.
 #[test]
 fn simulated_belt_with_losses() {
     let (bridge, carriage, lead, inertia) = (3.0, 0.8, 0.04, 2e-5);
@@ -234,7 +239,7 @@ fn simulated_belt_with_losses() {
     let forward = Forward::new(model.mechanism.clone(), &[]);
     let coordinates = [0, 1].map(|joint| Coordinate::Joint { joint: JointId(joint), dof: 0 });
     let masses = [bridge + carriage, carriage];
-    // Forces of both motors at their belts, N, and rates of x and y.
+    // Motor forces at the belts, N, and rates of x and y, m/s.
     let cases: [([f64; 2], [f64; 2]); 5] = [
         ([40.0, 30.0], [0.3, 0.1]),
         ([40.0, -30.0], [0.1, 0.4]),
@@ -250,7 +255,7 @@ fn simulated_belt_with_losses() {
         let mut inputs = ConstantEfforts(efforts.to_vec());
         let simulation = forward.start(0.0, state, Settings::default(), &mut inputs).unwrap();
         let [x, y] = [0, 1].map(|joint| simulation.joint_motion(JointId(joint), 0).acceleration);
-        // Forces of the belts on bridge and carriage, from their accelerations.
+        // Belt forces on bridge and carriage, from their accelerations.
         let belts = [0.5 * (masses[0] * x + masses[1] * y), 0.5 * (masses[0] * x - masses[1] * y)];
         for (k, sign) in [1.0, -1.0].into_iter().enumerate() {
             let (rate, acceleration) = (rates[0] + sign * rates[1], x + sign * y);
@@ -336,7 +341,7 @@ fn belt_of_two_slides() {
     assert!(relative_error(&simulation) < 1e-12);
 }
 
-/// A nut and a ball-spline nut move a shaft: the first motor both turns and lifts it.
+/// A screw nut and a ball-spline nut move a shaft: the motor of the spline nut turns and lifts it.
 #[test]
 fn turning_and_sliding_together() {
     let text = "gravity = [0, 0, -9.81]\n\
@@ -354,7 +359,8 @@ fn turning_and_sliding_together() {
         let (turn, slide) = (-2.0 * TAU * TAU * sin, -0.05 * TAU * TAU * cos);
         let (torque, force) = (0.003 * turn, 2.0 * (slide + 9.81));
         let nut = 2e-4 * 2.0 * (screw * slide - turn) + force / screw / 2.0;
-        // The nut turns the shaft back, so the spline holds against it.
+        // The reaction of the screw nut turns the shaft backwards; the spline nut carries this
+        // torque.
         let spline = 1e-4 * 3.0 * turn + (torque + force / screw) / 3.0;
         let at = |name: &str| inverse.column(&format!("{name}.motor_torque [N m]"))[k];
         assert!((at("nut") - nut).abs() < 1e-12, "{t}: {} {nut}", at("nut"));
@@ -385,7 +391,8 @@ fn more_motors_than_joints() {
             let sum: f64 = efforts.iter().zip(&parts).map(|(e, part)| e * part[joint]).sum();
             assert!((sum - tau).abs() < 1e-12);
         }
-        // Stationary against the one distribution that no joint feels: the null vector of the parts.
+        // Optimality of the distribution: the weighted efforts are orthogonal to the null vector,
+        // along which efforts change no joint effort.
         let null = [-1.5, 1.0, 1.0];
         let slope: f64 =
             efforts.iter().zip(&shares).zip(null).map(|((e, share), x)| e / share * x).sum();
@@ -411,7 +418,7 @@ fn what_differentials_refuse() {
     );
     let message = errors(&[WRIST, &both, &train("b", "pitch = 2, roll = 2")]);
     assert!(message.contains("move only some combinations of `pitch`, `roll`"), "{message}");
-    // A motor without share does not drive.
+    // A motor with zero share drives no joint.
     let idle = train("b", "pitch = 2, roll = -1") + "share = 0\n";
     let message = errors(&[WRIST, &both, &idle]);
     assert!(message.contains("move only some combinations"), "{message}");

@@ -1,4 +1,4 @@
-//! Pictures of mechanisms and the page of findings, read back like another program would.
+//! Pictures of mechanisms and the page of a check, read back as another program would read them.
 
 use crate::common::*;
 use roxmltree::{Document, Node, ParsingOptions};
@@ -33,7 +33,7 @@ fn page(model: &ModelFile) -> Page {
     let job = default_job(model, FrictionMode::Off);
     let findings = examine(&job, |_, _, _| true).unwrap();
     let page = draw_page(&job, &findings).unwrap();
-    // The one script that the page may run is not XML.
+    // The page may contain one script, whose text is not XML.
     let script = format!("<script>{SCRIPT}</script>\n");
     assert!(page.html.contains(&script));
     Page { html: page.html.replace(&script, ""), ..page }
@@ -387,7 +387,8 @@ fn pages_are_well_formed_and_complete() {
             assert!(heading(text), "{name}: {text}");
         }
         for word in ["NaN", "inf ", "http:", "https:"] {
-            // The SVG namespace is not an address that is loaded. Samples are in Base64, of any letters.
+            // The SVG namespace is an identifier that browsers do not load. Samples are excluded,
+            // because their Base64 text may contain any letters.
             let own = page.html.replace("http://www.w3.org/2000/svg", "");
             let (before, data) = own.split_once("<script").unwrap_or((&own, "</script>"));
             let own = format!("{before}{}", data.split_once("</script>").unwrap().1);

@@ -79,7 +79,7 @@ fn swing(t: f64) -> [f64; 3] {
     [1.2 * sin, 1.2 * TAU * cos, -1.2 * TAU * TAU * sin]
 }
 
-/// Torque of a gear's input for its output.
+/// Torque at the input of a gear for a given torque at its output.
 fn input(output: f64, n: f64, rate: f64, (forward, backward): (f64, f64)) -> f64 {
     if output * rate > 0.0 { output / (n * forward) } else { backward * output / n }
 }
@@ -101,7 +101,7 @@ fn geared_pendulum() {
             let [q, rate, acceleration] = swing(t);
             let drive = (0.05 + 2.0 * 0.3 * 0.3) * acceleration + 2.0 * 9.81 * 0.3 * q.sin();
             let speed = ratio * rate;
-            // At reversals both directions are possible.
+            // The directions before and after a reversal give two torques.
             if rate.abs() < 1e-9 {
                 let [low, high] = ["low", "high"]
                     .map(|end| inverse.column(&format!("motor.motor_torque_{end} [N m]"))[k]);
@@ -166,7 +166,7 @@ fn ball_screw_axis() {
             let (sin, cos) = (TAU * t / 2.0).sin_cos();
             let (rate, acceleration) = (0.1 * TAU / 2.0 * cos, -0.1 * (TAU / 2.0).powi(2) * sin);
             let force = 40.0 * (9.81 + acceleration);
-            // At the reversal at 0.5 s the rate is rounding.
+            // At the reversal at 0.5 s, the computed rate is a rounding error.
             if rate.abs() < 1e-9 {
                 continue;
             }
@@ -179,8 +179,9 @@ fn ball_screw_axis() {
     }
 }
 
-/// A worm of 20 degrees pressure angle lifts a pendulum's weight. Its efficiencies are those of a wedge; at
-/// the threshold of self-locking the torque that holds the load from below passes zero.
+/// A worm gear with a pressure angle of 20 degrees lifts the weight of a pendulum. Its efficiencies
+/// are those of a wedge; at the threshold of self-locking, the torque that keeps the load from
+/// sinking changes its sign.
 #[test]
 fn worm_hoist() {
     let lead_angle = 6f64.to_radians();
@@ -209,7 +210,7 @@ fn worm_hoist() {
             let found = inverse.column("worm.motor_torque [N m]")[k];
             assert!((found - expected).abs() < 1e-12, "{found} {expected}");
         }
-        // Held at 30 degrees.
+        // Pendulum at rest at 30 degrees.
         let still = with(&[PENDULUM, "[motions.m]\nduration = 0\npivot = \"30 deg\"\n", &train]);
         let job = job_of(&still);
         let weight = 2.0 * 9.81 * 0.3 * 0.5 / 40.0;
@@ -227,7 +228,8 @@ fn worm_hoist() {
     }
 }
 
-/// With the ratio one and a fixed housing, a rotor's inertia is that of the link that it drives.
+/// For ratio one and a fixed housing, a rotor is equivalent to an additional moment of inertia of
+/// the driven link.
 #[test]
 fn rotors_are_inertias_of_their_links() {
     let text = gallery::get("five-bar").unwrap();
@@ -287,7 +289,7 @@ fn with_inertia(
     model_of("heavier", &document.to_string()).mechanism
 }
 
-/// At rest, all friction opposes motion in either direction: that of the joint, the gear and the motor.
+/// At rest, the friction of joint, gear and motor opposes the onset of motion in either direction.
 #[test]
 fn torques_that_hold() {
     let joint =
@@ -315,7 +317,8 @@ fn torques_that_hold() {
     assert!((brake + high).abs() < 1e-12, "{brake} {high}");
 }
 
-/// A pin along gravity carries the weight without effort. The rounding error that remains needs no brake.
+/// A hinge with its axis along gravity carries the weight without torque. The remaining rounding
+/// error requires no brake.
 #[test]
 fn rounding_errors_need_no_brake() {
     let model = with(&["
@@ -467,7 +470,8 @@ fn what_is_refused() {
     assert!(message.contains("translates: give the `lead`"), "{message}");
 }
 
-/// All legs of a hexapod, one of them with another motor; written and read again.
+/// Motors on all legs of a hexapod, one of them of another type; the model is written and read
+/// again.
 #[test]
 fn motors_of_legs() {
     let text = gallery::get("gough").unwrap();
@@ -491,7 +495,7 @@ fn motors_of_legs() {
     let mut expected = tables(&job);
     job.run(|sample| expected.add(sample), |_, _, _| true).unwrap();
     let expected = Csv::parse(&files(&job, expected)["inverse.csv"]);
-    // The joints feel what they did.
+    // Rigid motors do not change the joint efforts.
     for (name, column) in expected.columns() {
         assert_eq!(inverse.column(name), column, "{name}");
     }
@@ -504,7 +508,7 @@ fn motors_of_legs() {
                 let torque = at("motor_torque [N m]")[k];
                 let gear = input(*drive, n, rate, (0.9, 2.0 - 1.0 / 0.9));
                 let friction = 0.01 * rate.signum() + 1e-5 * n * rate;
-                // What remains accelerates the rotor.
+                // The rest of the torque accelerates the rotor.
                 let rotor = motors.column(&format!("leg{leg}.P.rotor [W]"))[k];
                 assert!((torque - gear - friction - rotor / (n * rate)).abs() < 1e-9);
             }
@@ -546,16 +550,17 @@ fn simulated_slide() {
     let model = with(&[&level, LIFT, train]);
     let effort = 3.0 * dry;
     let (motion, error) = after(&model, effort, (0.0, 0.0));
-    // m v' = F - dry - damping v.
+    // Equation of motion: m v' = F - dry - damping v.
     let (final_rate, time) = ((effort - dry) / damping, mass / damping);
     let rate = final_rate * (1.0 - (-1.0 / time).exp());
     assert!((motion.rate - rate).abs() < 1e-9 * rate, "{} {rate}", motion.rate);
     assert!((motion.value - (final_rate - rate * time)).abs() < 1e-9, "{}", motion.value);
     assert!(error < 1e-9, "{error}");
-    // It holds up to the friction of the motor, and not beyond.
+    // The motor friction holds efforts up to its limit, and no greater ones.
     assert_eq!(after(&model, dry * (1.0 - 1e-9), (0.0, 0.0)).0.rate, 0.0);
     assert!(after(&model, dry * (1.0 + 1e-6), (0.0, 0.0)).0.rate > 0.0);
-    // It stops and stays at rest; without viscous friction after v^2 m / (2 dry).
+    // The slide decelerates, stops and stays at rest; without viscous friction it stops after the
+    // distance v^2 m / (2 dry).
     let dry_only = train.replace(", viscous = 1e-4", "");
     let model = with(&[&level, LIFT, &dry_only]);
     let (motion, error) = after(&model, 0.0, (0.0, 0.5));
@@ -586,8 +591,9 @@ fn joint_and_motor_hold_together() {
     }
 }
 
-/// Simulations of closed chains: motors that carry out a motion need the torques of inverse dynamics, wherever
-/// loops are cut; released, the mechanism keeps its energy.
+/// Simulations of closed chains. Motors with prescribed motion need the torques of inverse
+/// dynamics, for every choice of the cut joints; without efforts, the energy of the mechanism is
+/// conserved.
 #[test]
 fn simulated_hexapod() {
     use stiction_core::topology::TreeRule;
@@ -600,7 +606,7 @@ fn simulated_hexapod() {
             let joint = &plain.mechanism.joints()[joint.0];
             let kind =
                 if joint.joint_type.dofs()[dof].translates() { "lead = 0.02" } else { "ratio = 5" };
-            // Half of the rotors spin on a body, of whose inertia they are a third.
+            // Every second rotor spins on a body and has a third of the inertia of this body.
             let carrier = &plain.mechanism.bodies()[joint.successor.0];
             let axis = Vec3::new(0.48, 0.6, 0.64);
             let (inertia, spin) = match k % 2 {
@@ -611,7 +617,7 @@ fn simulated_hexapod() {
                 }
                 _ => (1e-4, String::new()),
             };
-            // Each motor moves its joint, or also the next one.
+            // Each motor moves its joint; if `together` is true, also the next one.
             let next =
                 plain.mechanism.actuators().nth(k + 1).or(plain.mechanism.actuators().next());
             let next = &plain.mechanism.joints()[next.unwrap().0.0].name;
@@ -664,7 +670,7 @@ fn simulated_hexapod() {
                     "{name} {rule:?} m{k}: {found} {expected}"
                 );
             }
-            // The torques of inverse dynamics cause the motion, its friction included.
+            // The torques of inverse dynamics, friction included, cause the motion.
             let efforts = simulation.instant().drives.clone();
             let unled = Forward::with_tree(mechanism.clone(), rule, &[]);
             let mut efforts = ConstantEfforts(efforts);
@@ -674,7 +680,7 @@ fn simulated_hexapod() {
                 let found = driven.joint_motion(*joint, *dof).acceleration;
                 assert!((found - expected.acceleration).abs() < 1e-8, "{name} {rule:?}: {found}");
             }
-            // The same reactions in the joints.
+            // Without efforts, the energy balance closes.
             let free = Forward::with_tree(mechanism, rule, &[]);
             let mut none = ConstantEfforts(Vec::new());
             let mut simulation = free.start(0.0, state, Settings::default(), &mut none).unwrap();
@@ -691,7 +697,7 @@ static NO_LOAD: stiction_format::LoadCase = stiction_format::LoadCase {
     payloads: Vec::new(),
 };
 
-/// All actuators follow given motions.
+/// Inputs with a prescribed motion of each actuator.
 struct Led(Vec<Target<f64>>);
 
 impl stiction_core::forward::Inputs for Led {

@@ -1,4 +1,4 @@
-//! Springs on joints, gas springs and bushings of model files: written and read back, and reported.
+//! Joint springs, gas springs and bushings of model files: file round trip and reports.
 
 use crate::common::{job, model_of};
 use crate::drive_trains::with;
@@ -70,7 +70,8 @@ fn springs_of_all_kinds_are_written_and_read_back() {
         springs
     };
     for (read, known) in by_name(&read).iter().zip(&by_name(&known)) {
-        // The stiffness of a gas spring is computed from its progression, the shortest length from its stroke.
+        // The stiffness of a gas spring follows from its progression, and its shortest length from
+        // its stroke, so both are rounded.
         assert!((read.stiffness / known.stiffness - 1.0).abs() < 1e-14, "{read:?}");
         assert_eq!(read.preload, known.preload);
         assert_eq!(read.lengths.map(|l| l.1), known.lengths.map(|l| l.1));
@@ -85,7 +86,8 @@ fn springs_of_all_kinds_are_written_and_read_back() {
     assert!((turned.trace() - 3.0).abs() < 1e-15);
 }
 
-/// The report says where the gas spring leaves its stroke: its length is 400 mm at an angle by the law of cosines.
+/// The summary reports the time at which the gas spring leaves its stroke. By the law of cosines,
+/// its length is then 400 mm.
 #[test]
 fn the_stroke_of_a_gas_spring_is_watched() {
     let model = with(&[LID, OPEN]);
@@ -101,7 +103,7 @@ fn the_stroke_of_a_gas_spring_is_watched() {
     let range = &summary["ranges"][0];
     assert_eq!(range["name"], "strut.length");
     let from = range["excursions"][0]["from"].as_f64().unwrap();
-    // A straight line between samples of 10 ms.
+    // The report interpolates linearly between samples of 10 ms.
     assert!((from - crossed).abs() < 1e-4, "{from} {crossed}");
     let caution = summary["cautions"][0].as_str().unwrap();
     assert!(
@@ -110,7 +112,7 @@ fn the_stroke_of_a_gas_spring_is_watched() {
     );
 }
 
-/// At rest the friction of the hinge opposes the torque that gravity and springs leave.
+/// At rest, the friction of the hinge opposes the sum of the gravity and spring torques.
 #[test]
 fn breakaway_includes_springs() {
     let closed = "[motions.m]\nduration = 0\nhinge = \"30 deg\"\n";
@@ -123,7 +125,8 @@ fn breakaway_includes_springs() {
             .map(|bound| bound.as_f64().unwrap_or_else(|| panic!("{found:#}")))
     };
     let [low, high] = bounds(LID);
-    // The coil is a couple: one more newton metre shifts the interval, and the hinge's reaction stays.
+    // The coil spring exerts a couple: 1 N m more shifts the interval and does not change the
+    // reaction of the hinge.
     let [lower, higher] = bounds(&LID.replace("preload = \"0.4 N m\"", "preload = \"1.4 N m\""));
     assert!((low - lower - 1.0).abs() < 1e-12 && (high - higher - 1.0).abs() < 1e-12);
     assert!(high - low > 0.1);

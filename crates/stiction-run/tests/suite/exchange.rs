@@ -1,4 +1,4 @@
-//! Exported mechanisms, read back like another program would.
+//! Exported mechanisms, read back as another program would read them.
 
 use crate::common::{default_job, model};
 use serde_json::Value;
@@ -33,7 +33,7 @@ fn apart(a: Pose<f64>, b: Pose<f64>) -> f64 {
     (a.position - b.position).norm() + turn.norm()
 }
 
-/// The numbers of the description alone close every loop: the frames of each joint agree with its
+/// The numbers of the description alone close every loop: the frames of each joint match its
 /// coordinates.
 #[test]
 fn a_description_is_an_assembled_mechanism() {

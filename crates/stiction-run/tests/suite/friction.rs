@@ -72,7 +72,7 @@ fn a_collar_locks_at_the_computed_offset() {
                 assert!((drive / expected - 1.0).abs() < 1e-9 / below, "{mu}: {drive} {expected}");
             }
         }
-        // Among them coefficients that bisection hits exactly.
+        // These include coefficients that bisection reaches exactly.
         for mu in [0.25, 0.26, 1.0 / 3.0, 0.375, 0.4, 0.5, 1.0, 2.0] {
             match run(&collar(mu, rod, "0.1 m/s*t")) {
                 Err(Error::Forces { error: InverseError::Locked { joint, percent }, .. }) => {
@@ -95,8 +95,8 @@ fn other_solutions_are_reported() {
         assert!((drive - WEIGHT / (1.0 + 4.0 * mu)).abs() < 1e-6, "{mu}: {drive}");
         let coupling = found.verdict.coupling.unwrap();
         assert!((coupling - 4.0 * mu).abs() < 1e-6, "{mu}: {coupling}");
-        // The other solution is found: pads that bind while the collar is pushed down, with W / (1
-        // - 4 mu).
+        // The other solution, W / (1 - 4 mu), is found: the pads bind while the collar is pushed
+        // down.
         let others = found.verdict.other_solutions;
         if mu < 0.25 {
             assert_eq!(others, None, "{mu}");
@@ -282,7 +282,7 @@ fn a_wedge_at_rest_against_all_combinations_of_frictions() {
         let found = run(&text).unwrap();
         let at = |column: &str| found.inverse.column(column)[0];
         let (found_low, found_high) = (at("X.drive_low [N]"), at("X.drive_high [N]"));
-        // Where it can lock, other branches of the law also have solutions.
+        // If the mechanism can lock, other branches of the friction law also have solutions.
         if found.verdict.coupling.is_some() && found_low.is_finite() && found_high.is_finite() {
             let size = 1e-9 * (low.abs() + high.abs());
             assert!((found_low - low).abs() < size, "{tilt} {mu}: {found_low} {low}");

@@ -15,8 +15,8 @@ fn powers_balance_and_loops_close() {
             for friction in MODES {
                 let run = Run::of(&job(&model, motion, load, friction)).unwrap();
                 let what = format!("{name} {motion} {load} {friction:?}");
-                // Decoupled friction comes from reactions that it then changes; its power is still
-                // exactly the power that the actuators must supply.
+                // Decoupled friction follows from the frictionless reactions, which it then
+                // changes; the actuators still supply exactly its power.
                 assert!(run.power_residual <= 1e-12, "{what}: {:e}", run.power_residual);
                 assert!(run.closure <= 1e-12, "{what}: {:e}", run.closure);
                 assert!(run.verdict.passed_singularities.is_empty(), "{what}");
@@ -99,8 +99,8 @@ fn poses_around(job: &Job<'_>, t: f64) -> Vec<[Pose<f64>; 9]> {
     poses
 }
 
-/// From `reactions.csv` and the positions of the bodies: no velocities, accelerations or forces
-/// except those in the table.
+/// Equilibrium computed from `reactions.csv` and the positions of the bodies only, without
+/// velocities, accelerations and forces other than those in the table.
 #[test]
 fn every_body_is_in_equilibrium_from_the_written_reactions() {
     for name in regular() {
@@ -229,14 +229,14 @@ fn the_missing_moment_of_the_printed_robot_is_reported() {
     }
 }
 
-/// Six locked actuators do not hold the platform: its weight moves it, and it sinks while no leg
-/// changes its length.
+/// Six locked actuators do not hold the platform: under its weight it sinks, while all legs keep
+/// their lengths.
 #[test]
 fn a_griffis_duffy_platform_falls_with_its_legs_locked() {
     let model = model("griffis-duffy");
     for friction in MODES {
         match Run::of(&default_job(&model, friction)) {
-            // At the three instants at the top of the curve, nothing is missing.
+            // The three samples at the top of the curve have a solution.
             Err(Error::CannotCarry(missing)) => {
                 assert_eq!((missing.samples, missing.of, missing.unit), (98, 101, "N m"));
                 let first = missing.first.to_string();
@@ -257,7 +257,8 @@ fn a_griffis_duffy_platform_falls_with_its_legs_locked() {
     }
 }
 
-/// In every pose: a platform with a singular architecture, by exactly one motion.
+/// The platform has a singular architecture: in every pose it has exactly one instantaneous motion
+/// with locked actuators.
 #[test]
 fn a_griffis_duffy_platform_is_singular_everywhere() {
     let model = model("griffis-duffy");

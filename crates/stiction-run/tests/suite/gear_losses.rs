@@ -38,7 +38,8 @@ impl Hoist {
         Self { model: with(&[&slide, LIFT, &train]), rotor, eta, dry }
     }
 
-    /// Accelerations under an effort of the motor that the laws allow while it moves with this sign.
+    /// Accelerations that the laws allow for an effort of the motor while it moves in the direction
+    /// `sense`.
     fn accelerations(&self, effort: f64, sense: f64) -> Vec<f64> {
         let load = MASS * GRAVITY + sense * self.dry[0];
         let (forward, backward) = self.eta;
@@ -74,7 +75,7 @@ fn started<'a>(
 const PAIRS: [(f64, f64); 7] =
     [(0.8, 0.7), (0.4, -0.2), (0.5, 0.0), (0.9, 1.0), (1.0, 0.6), (0.3, 0.9), (0.6, -1.5)];
 
-/// Accelerations while the motor drives, brakes, and is driven.
+/// Accelerations while the motor drives, brakes, or is back-driven.
 #[test]
 fn accelerations_of_a_hoist() {
     let mut cases = [0; 2];
@@ -93,7 +94,8 @@ fn accelerations_of_a_hoist() {
                         (a - expected[0]).abs() < 1e-12 * size,
                         "{eta:?} {effort}: {a} {expected:?}"
                     );
-                    // The joint feels what the gear transmits less its own friction.
+                    // The reaction of the joint equals the force that the gear transmits minus the
+                    // joint friction.
                     let (force, _) = simulation.instant().reactions()[0];
                     assert!(
                         (force.z - MASS * (a + GRAVITY)).abs() < 1e-11 * (effort.abs() + 400.0)
@@ -107,8 +109,8 @@ fn accelerations_of_a_hoist() {
     assert!(cases.iter().all(|count| *count > 50), "{cases:?}");
 }
 
-/// It stays at rest for efforts between those of both directions, and for no others. With negative backward
-/// efficiency it holds the load without a motor.
+/// The hoist stays at rest for efforts between the onsets of upward and downward motion, and for no
+/// others. With negative backward efficiency, it holds the load without a motor effort.
 #[test]
 fn rest_of_a_hoist() {
     for eta in PAIRS {
@@ -116,8 +118,8 @@ fn rest_of_a_hoist() {
             let hoist = Hoist::new(100.0, eta, dry);
             let forward = hoist.forward();
             let weight = MASS * GRAVITY;
-            // Motion begins upward, and downward. The guide may press a self-locking gear: between both values for
-            // downward motion it can hold as well as move.
+            // Onset of motion upward, then downward. The guide friction may load a self-locking
+            // gear: for efforts between both values of `low`, the hoist can hold as well as move.
             let high = (weight + dry[0]) / eta.0 + dry[1];
             let low = [-1.0, 1.0].map(|sense| (weight + sense * dry[0]) * eta.1 - dry[1]);
             let low = [low[0].max(low[1]), low[0].min(low[1])];
@@ -171,8 +173,9 @@ fn runs_of_a_hoist() {
     }
 }
 
-/// A light rotor behind a self-locking gear that moves down: no acceleration satisfies the laws, and the hoist
-/// stops at once; under a lowering torque two do, and both are reported.
+/// A light rotor with a self-locking gear that moves down: no acceleration satisfies the laws, and
+/// the hoist stops at once. Under a lowering torque, two accelerations satisfy them, and both are
+/// reported.
 #[test]
 fn self_locking_gears_jam() {
     let hoist = Hoist::new(2.0, (0.3, -0.5), [0.0; 2]);

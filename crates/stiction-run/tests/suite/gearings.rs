@@ -1,4 +1,5 @@
-//! Rigid gearings of joints, against closed forms, equivalent mechanisms and the ungeared mechanism in the same motion.
+//! Rigid gearings of joints, against closed forms, equivalent mechanisms and the mechanism without
+//! gearings in the same motion.
 
 use crate::common::{files, job, model_of, tables};
 use crate::drive_trains::relative_error;
@@ -66,7 +67,8 @@ fn arm_motion() -> [(&'static str, Target<f64>); 2] {
     [("a", a), ("b", at((0.3 - 5.0 * a.value) / 2.0, -2.5 * a.rate, -2.5 * a.acceleration))]
 }
 
-/// The gearing exerts the effort that an actuator of the second joint would, and the first takes its reaction.
+/// The gearing exerts the same effort on the second joint as an actuator of that joint would; the
+/// actuator of the first joint carries the reaction.
 #[test]
 fn geared_arm() {
     let geared = arm(GEARED).mechanism;
@@ -122,7 +124,7 @@ fn five_bar(geared: bool) -> ModelFile {
         }
         false => text.to_owned(),
     };
-    // Its motions prescribe the tool.
+    // The motions of the gallery model prescribe the tool, so they are removed.
     let (text, _) = text.split_once("[motions.circle]").unwrap();
     let gearing = match geared {
         true => {
@@ -140,7 +142,7 @@ fn five_bar_motion() -> [(&'static str, Target<f64>); 2] {
     [("left_motor", left), ("right_motor", right)]
 }
 
-/// A closed loop, for every tree; sparse and dense.
+/// Geared five-bar: results for every spanning tree, by the sparse and the dense solver.
 #[test]
 fn geared_five_bar() {
     let mut expected = solved(&five_bar(false).mechanism, &five_bar_motion(), TreeRule::Structure);
@@ -174,17 +176,18 @@ fn two_motors_on_geared_joints() {
     let one = one.solve(&[]).unwrap().clone();
     let mut solver = solved(&text, &five_bar_motion()[..1], TreeRule::Structure);
     let found = solver.solve(&[]).unwrap().clone();
-    // Power on the only motion: left - right / 0.8.
+    // The effort on the single degree of freedom is left - right / 0.8.
     let (left, right) = (found.efforts[0], found.efforts[1]);
     assert!((left - right / 0.8 - one.efforts[0]).abs() < 1e-9);
-    // Stationary: along the gearing's coefficients (1, 0.8) the efforts may be exchanged.
+    // Least squares: efforts are orthogonal to the coefficients (1, 0.8), along which they can be
+    // redistributed.
     assert!((left + 0.8 * right).abs() < 1e-9, "{left} {right}");
     let statics = solver.statics();
     assert_eq!(statics.determined_gearings(), [false]);
     assert_eq!(statics.determined_drives(), [false, false]);
 }
 
-/// A gearing of rotation and translation of a cylindrical joint is a screw.
+/// A gearing between rotation and translation of a cylindrical joint is equivalent to a screw.
 #[test]
 fn a_geared_cylinder_is_a_screw() {
     let body = "gravity = [1, 2, -9.81]\n[bodies.nut]\nmass = 3\ncom = [0.1, 0.02, 0.05]\n\
@@ -211,7 +214,7 @@ fn a_geared_cylinder_is_a_screw() {
     let found = solver.solve(&[]).unwrap().clone();
     assert!((found.efforts[0] - expected.efforts[0]).abs() < 1e-12, "{found:?} {expected:?}");
     assert_same_reactions(&found, &expected, 1e-11, "screw");
-    // The force of the flanks along the axis.
+    // The effort of the gearing equals the axial force of the flanks of the screw.
     let axis = solver.bodies().frame_j[0].rotation.columns[2];
     let force = found.reactions[0].0.dot(axis);
     assert!((found.gearings[0] + force).abs() < 1e-11, "{} {force}", found.gearings[0]);
@@ -228,7 +231,8 @@ fn a_geared_cylinder_is_a_screw() {
     assert!((a.value - b.value).abs() < 1e-9 && (a.rate - b.rate).abs() < 1e-9, "{a:?} {b:?}");
 }
 
-/// Motion of the first joint after 0.2 s under constant efforts, and the relative energy error; the gearings hold.
+/// Motion of the first joint after 0.2 s under constant efforts, with the relative energy error,
+/// and the efforts of the gearings. Checks that the gearing equations hold.
 fn released(
     mechanism: &Mechanism,
     start: &[(&str, Target<f64>)],
@@ -258,8 +262,8 @@ fn begun<'a>(
     model.start(0.0, state, forward::Settings::default(), inputs).unwrap()
 }
 
-/// Efforts of inverse dynamics cause the motion in forward dynamics, with the same efforts of the gearing and the same
-/// reactions, for every tree; energy is balanced.
+/// The efforts of inverse dynamics cause the motion in forward dynamics, with the same efforts of
+/// the gearing and the same reactions, for every spanning tree. The energy balance closes.
 #[test]
 fn forward_against_inverse() {
     let cases = [
@@ -290,8 +294,8 @@ fn forward_against_inverse() {
     }
 }
 
-/// Two flywheels: with a gearing a = n b the second has the inertia J / n^2 on the first; friction of the second holds up
-/// to n times its torque.
+/// Two flywheels with a gearing a = n b: the second adds J / n^2 to the inertia of the first.
+/// Friction of the second holds the first up to the friction torque divided by n.
 #[test]
 fn geared_flywheels() {
     let n = 4.0;
@@ -316,7 +320,7 @@ fn geared_flywheels() {
     let lambda = -0.8 * (0.5 / inertia / n) / n;
     assert!((gearing[0] - lambda).abs() < 1e-12, "{gearing:?} {lambda}");
 
-    // 2 N m of friction at the slow wheel are 0.5 N m at the fast one.
+    // 2 N m of friction at the slow wheel correspond to 0.5 N m at the fast one.
     let dry = "friction = { mu = 0.2, radius = \"50 mm\", preload = 200 }";
     let model = model_of("wheels", &wheels(dry));
     let held = released(&model.mechanism, &start, &[0.5 * (1.0 - 1e-9)], TreeRule::Structure);
@@ -349,7 +353,7 @@ fn one_motor_for_two_fingers() {
         -1.0 / ratio,
     );
     let model = model_of("gripper", &text);
-    // left = right = force / mass: both fingers pull with the force of the tendon.
+    // The tendon force accelerates both fingers: left'' = force / left, right'' = force / right.
     let start =
         [("left", at(0.01, 0.0, 0.0)), ("right", at(0.02, 0.0, 0.0)), ("shaft", at(6.0, 0.0, 0.0))];
     let (drive, friction) = (0.05, 2.0 * 0.001);
@@ -370,7 +374,8 @@ fn one_motor_for_two_fingers() {
     assert!(matches!(refused, InverseError::CannotCarry { .. }), "{refused}");
 }
 
-/// A gear with losses transmits the effort of its motor, not that of the gearing beside it.
+/// The loss of a gear follows from the effort that it transmits from its motor, not from the effort
+/// of a gearing on the same joint.
 #[test]
 fn gear_losses_beside_gearings() {
     let text = "gravity = [0, 0, 0]\n\
@@ -389,7 +394,8 @@ fn gear_losses_beside_gearings() {
     assert!(error < 1e-10, "{error}");
 }
 
-/// Tables and summaries contain the effort of the gearing; the model is written and read again.
+/// Tables and summaries contain the effort of the gearing, also after the model was written and
+/// read again.
 #[test]
 fn results_of_runs() {
     let model = arm(&format!(

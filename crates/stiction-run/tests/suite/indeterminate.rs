@@ -15,7 +15,8 @@ type Reactions = Vec<[f64; 6]>;
 struct Answers {
     /// Reactions reported by the library.
     ours: Reactions,
-    /// Reactions from the Moore-Penrose pseudoinverse of the equations in the given units.
+    /// Reactions of least norm, from the Moore-Penrose pseudoinverse of the equations in the given
+    /// units.
     shortest: Reactions,
     determined: Vec<[bool; 6]>,
 }

@@ -1,4 +1,4 @@
-//! MuJoCo's XML, interpreted as by MuJoCo.
+//! Export to MuJoCo's XML, read with MuJoCo's conventions.
 
 use crate::common::{default_job, model, model_of};
 use roxmltree::{Document, Node};
@@ -105,7 +105,7 @@ impl<'a> World<'a> {
                         let position = anchor - turn * anchor;
                         here = here * Pose { rotation: turn, position };
                     }
-                    // Balls and free bodies keep their pose.
+                    // Joints of balls and free bodies are not moved.
                     _ => {}
                 }
             }
@@ -189,8 +189,8 @@ fn every_model_is_a_tree_and_equalities() {
     }
 }
 
-/// Coordinates are those of the model: for any values, the frames of each joint agree with our
-/// formulas.
+/// Joint coordinates have the same meaning as in the model: for any values, the frames of each
+/// joint agree with the formulas of the kernel.
 #[test]
 fn joints_move_as_ours() {
     let mut tried = std::collections::BTreeSet::new();
@@ -322,7 +322,7 @@ fn viscous_friction_is_damping() {
     }
     // Two balls close loops.
     assert!(notes[0].starts_with("friction at 2 of 6 friction interfaces"), "{notes:?}");
-    // The export omits a coefficient, but keeps the viscous part.
+    // The export omits the coefficient of friction but keeps the viscous part.
     let translational = crate::common::model("3upu");
     let Mjcf { text, notes } = mjcf(&home(&translational)).unwrap();
     let document = Document::parse(&text).unwrap();
@@ -331,8 +331,8 @@ fn viscous_friction_is_damping() {
     assert!(notes[0].starts_with("friction at 15 of 15 friction interfaces"), "{notes:?}");
 }
 
-/// The parts of a split body sum up to its mass and inertia; motors are in our order; springs end
-/// at their points.
+/// The parts of a split body add up to its mass and inertia; motors are in the order of the model;
+/// springs end at their points.
 #[test]
 fn parts_motors_and_springs() {
     let model = model_of("zoo", ZOO);

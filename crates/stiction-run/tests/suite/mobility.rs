@@ -44,7 +44,7 @@ fn motions_of_bodies_in_words() {
     assert_eq!(lasting, ["x", "y", "z"].map(|k| format!("rotation about {k} through (0, 0, 0) m")));
 }
 
-/// Gruebler count, instantaneous mobility, finite mobility, redundant constraints.
+/// For each robot: Gruebler count, instantaneous mobility, finite mobility, redundant constraints.
 #[test]
 fn of_the_gallery() {
     let known = [

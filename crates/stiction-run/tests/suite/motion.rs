@@ -97,7 +97,8 @@ fn rssr(rod: &str, friction: &str) -> String {
     )
 }
 
-/// A rod without mass is the limit of a light one, even with friction in its balls.
+/// Results for a massless rod are the limit of those for a light rod, also with friction in its
+/// balls.
 #[test]
 fn a_massless_rod_is_a_light_one() {
     let light = "mass = 1e-9\ncom = [0, 0, 0]\ninertia = [1e-11, 1e-11, 1e-11]";
@@ -115,7 +116,7 @@ fn a_massless_rod_is_a_light_one() {
     }
 }
 
-/// A slider drives its crank through both dead centres, where it cannot.
+/// A slider drives its crank through both dead centres, at which it cannot transmit torque.
 #[test]
 fn passed_singular_positions_are_reported() {
     let text = gallery::get("slider-crank").unwrap();
@@ -134,8 +135,8 @@ fn passed_singular_positions_are_reported() {
     assert!(near(&passed[0], 1.0) && near(&passed[1], 2.0), "{passed:?}");
 }
 
-/// A parallelogram that turns steadily in the horizontal plane has forces but no powers; it is
-/// computed at any speed.
+/// A parallelogram that rotates steadily in the horizontal plane needs forces but no power; it can
+/// be computed at any speed.
 #[test]
 fn steady_rotation_is_not_noise() {
     for speed in [1.0, 50.0, 1e3, 1e4] {
@@ -174,8 +175,8 @@ A="1 rad + {speed} rad/s*t"
     }
 }
 
-/// Motions with kinks are followed wherever the samples fall: on the kink, on both sides of it, or
-/// far away. The derivatives at the kink are the right-hand ones.
+/// The solver follows motions with kinks for any samples: on the kink, on both sides of it, or far
+/// from it. The derivatives at the kink are the right-hand ones.
 #[test]
 fn kinks_are_followed() {
     let slider = gallery::get("slider-crank").unwrap();
@@ -197,7 +198,7 @@ fn kinks_are_followed() {
             };
             job.run(look, |_, _, _| true).unwrap_or_else(|error| panic!("{step}: {error}"));
             for (time, speed) in speeds {
-                // At the kink itself, rounding decides the side.
+                // At the kink, rounding determines on which side the sample lies.
                 let expected = if time < 0.15 { rate[0] } else { rate[1] };
                 let is_there = (time - 0.15).abs() < 1e-9;
                 assert!(
@@ -206,7 +207,7 @@ fn kinks_are_followed() {
                 );
             }
         }
-        // Loops also follow.
+        // Closed loops are followed as well.
         let text = slider.replacen("A = \"10 rad/s*t\"", "A = \"1 rad*abs(sin(10*t))\"", 1);
         let model = model_of("kink", &text);
         let job = Job { step: Some(step), ..default_job(&model, FrictionMode::Off) };
@@ -255,8 +256,8 @@ fn reachable_positions_are_reported() {
     }
 }
 
-/// Sixteen parallelograms in a row along a motion in coarse samples, which any elimination chosen at
-/// one position carries to the others with a loss of digits. The torque is that of one pendulum.
+/// Sixteen parallelograms in a row, followed in coarse samples: an order of elimination chosen at
+/// one position loses digits at the others. The torque is that of one pendulum.
 #[test]
 fn a_long_linkage_is_followed_in_coarse_steps() {
     let count = 16;

@@ -25,7 +25,7 @@ fn part() -> Body {
     }
 }
 
-/// A part that is always carried has the effect of a heavier body, with and without friction.
+/// A permanent payload is equivalent to a heavier body, with and without friction.
 #[test]
 fn a_payload_equals_a_heavier_body() {
     for (name, body, motion) in [
@@ -48,7 +48,7 @@ fn a_payload_equals_a_heavier_body() {
                 let expected = expected.inverse.column(name);
                 let scale = expected.iter().fold(1.0_f64, |most, x| most.max(x.abs()));
                 for (a, b) in column.iter().zip(expected) {
-                    // Round-off, and where friction is iterated its tolerance.
+                    // Tolerance for rounding, and for the convergence of iterated friction.
                     assert!((a - b).abs() < 1e-9 * scale, "{name}: {a} {b}");
                 }
             }
@@ -57,8 +57,8 @@ fn a_payload_equals_a_heavier_body() {
     }
 }
 
-/// At an instant at which a part is picked up or placed, there are two rows: the values before and
-/// after.
+/// The table has two rows for the instant at which a part is picked up or placed: the values before
+/// and after.
 #[test]
 fn forces_jump_where_a_part_is_picked_up() {
     let body = format!("body = \"platform\"\n{PART}");

@@ -1,5 +1,5 @@
-//! A motion without duration is a single pose: all results are available, and none is a ratio of
-//! zeros.
+//! Motion of zero duration, i.e. a single pose: all results are available, and none is undefined as
+//! a ratio of zeros.
 
 use crate::common::tables;
 use stiction_format::{LoadCase, ModelFile, Source, gallery, read};

@@ -1,5 +1,5 @@
-//! Prescribed and locked joints of motors that move several joints, and the efforts that inverse dynamics finds for motors
-//! with unequal losses, in simulations.
+//! Simulations of motors that drive several joints: prescribed and locked joints, and efforts that
+//! inverse dynamics finds for motors with unequal losses.
 
 use crate::common::{Csv, files, job, model_of, tables};
 use crate::differentials::{PITCH, ROLL, WEIGHT, WRIST};
@@ -17,7 +17,7 @@ const ROTOR: f64 = 4e-6;
 const ETA: (f64, f64) = (0.85, 0.6);
 const DRY: f64 = 0.003;
 
-/// The wrist with two lossy motors on pitch and twice the roll.
+/// Wrist with two motors with losses, which act on pitch and, in opposite directions, on roll.
 fn wrist(joints: &str) -> ModelFile {
     let train = |name: &str, sign: &str| {
         format!(
@@ -73,8 +73,8 @@ const COORDINATES: [Coordinate; 2] = [
     Coordinate::Joint { joint: JointId(1), dof: 0 },
 ];
 
-/// Both joints prescribed: the motors need the torques that inverse dynamics finds, with dry friction in a joint and in
-/// both motors.
+/// With both joints prescribed, the motors need the torques of inverse dynamics, also with dry
+/// friction in a joint and in both motors.
 #[test]
 fn prescribed_differential() {
     let dry = "[joints.roll.friction]\nmu = 0.2\nradius = 0.01\nbending_span = 0.05\n";
@@ -98,7 +98,7 @@ fn prescribed_differential() {
             let at = |csv: &Csv, name: &str| csv.column(name)[k];
             let names = ["left", "right"];
             let speeds = names.map(|name| at(&found, &format!("{name}.motor_speed [rad/s]")));
-            // Inverse dynamics has no friction in what is at rest at that very instant.
+            // Inverse dynamics assumes no friction at interfaces whose rate is zero at the sample.
             let roll = at(&found, "roll.rate [rad/s]");
             if speeds.into_iter().chain([roll]).any(|speed| speed.abs() < 1e-6) {
                 continue;
@@ -121,7 +121,8 @@ fn prescribed_differential() {
     }
 }
 
-/// Roll prescribed with a constant rate, pitch under an effort: the equations of both motors hold, and the energy balance.
+/// With roll prescribed at a constant rate and pitch under an effort, the equations of both motors
+/// and the energy balance hold.
 #[test]
 fn half_prescribed_differential() {
     let model = wrist("");
@@ -139,7 +140,7 @@ fn half_prescribed_differential() {
         assert!(r.abs() < 1e-15, "{r}");
         let pitch = PITCH * p - WEIGHT * 0.2_f64.cos();
         let roll = simulation.instant().drives[1];
-        // Nothing but the motors accelerates roll.
+        // Only the motors act on roll.
         for sign in [1.0, -1.0] {
             let (rate, acceleration) = (rates[0] + sign * 2.0 * rates[1], p);
             let output = 0.5 * pitch;
@@ -159,8 +160,9 @@ fn half_prescribed_differential() {
     assert_eq!(ROLL, 0.002);
 }
 
-/// Pitch locked under the weight of the hand. Roll begins to move where one motor drives and the other is driven, with the
-/// friction of both; below it stays. The whole wrist locked needs no effort beyond the weight.
+/// With pitch locked under the weight of the hand, roll begins to move at the effort at which one
+/// motor drives and the other is back-driven, including the friction of both; below this effort it
+/// stays at rest. If both joints are locked, only the weight has to be held.
 #[test]
 fn locked_differential() {
     let model = wrist("");
@@ -190,7 +192,8 @@ fn locked_differential() {
     assert!((drives[0] + WEIGHT).abs() < 1e-13 && drives[1].abs() < 1e-13, "{drives:?}");
 }
 
-/// Two motors with unequal losses on a pendulum, and three on the two joints of the wrist.
+/// Models of a pendulum with two motors of unequal losses, and of the wrist with three motors on
+/// its two joints.
 fn shared() -> [ModelFile; 2] {
     let train = |name: &str, joints: &str, (forward, backward): (f64, f64), more: &str| {
         format!(
@@ -252,7 +255,7 @@ fn efforts_of_inverse_dynamics() {
         }
     }
 
-    // A worm that its motor cannot turn, because that has no share: no torques make the motion.
+    // A motor with zero share cannot turn its self-locking worm gear: no torques cause the motion.
     let stuck = with(&[
         PENDULUM,
         SWING,
@@ -276,7 +279,8 @@ fn efforts_of_inverse_dynamics() {
     );
 }
 
-/// Efforts that hold the hanging pendulum by the friction of its motors; those of the wrist depend on each other.
+/// Efforts at which the motor friction holds the hanging pendulum. For the wrist, they depend on
+/// each other and are reported as unknown.
 #[test]
 fn holding_efforts_of_shared_motors() {
     let load = LoadCase::default();
@@ -297,8 +301,8 @@ fn holding_efforts_of_shared_motors() {
     assert!(unknown.contains("`a`, `b`, `c` with losses in their gears share"), "{unknown}");
 }
 
-/// A motor with a gear on pitch, and one without loss on pitch and roll: the gear transmits what the first motor exerts, not
-/// all that acts on pitch.
+/// One motor with a lossy gear on pitch, one lossless motor on pitch and roll: the gear transmits
+/// only the effort of the first motor, not all efforts on pitch.
 #[test]
 fn geared_motor_beside_a_free_one() {
     let model = with(&[
@@ -321,7 +325,8 @@ fn geared_motor_beside_a_free_one() {
     }
 }
 
-/// Two motors with unequal gears on every joint of a loop: as with a body that a fixed joint divides.
+/// Two motors with unequal gears on every joint of a loop give the same results as the loop with
+/// one body divided by a fixed joint.
 #[test]
 fn loop_of_shared_joints() {
     let body = |name: &str| {
@@ -382,13 +387,13 @@ fn loop_of_shared_joints() {
     assert!((a.value - b.value).abs() < 1e-10 && (a.rate - b.rate).abs() < 1e-9, "{a:?} {b:?}");
     assert!((a.acceleration - b.acceleration).abs() < 1e-8 * a.acceleration.abs(), "{a:?} {b:?}");
     for (a, b) in of_a.iter().zip(&of_b) {
-        // In the plane, where reactions are determined.
+        // Reactions are statically determinate only in the plane of the loop.
         assert!((a.0.x - b.0.x).abs() < 1e-7 && (a.0.y - b.0.y).abs() < 1e-7, "{a:?} {b:?}");
     }
 }
 
-/// Two motors with unequal gears on each leg of a hexapod. It assembles as without motors, and the efforts of inverse
-/// dynamics cause the motion.
+/// Two motors with unequal gears on each leg of a hexapod: the hexapod assembles as without motors,
+/// and the efforts of inverse dynamics cause the motion.
 #[test]
 fn hexapod_with_two_motors_on_each_leg() {
     let mut text = gallery::get("gough").unwrap().to_owned();

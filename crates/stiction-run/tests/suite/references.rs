@@ -11,8 +11,8 @@ fn reference(file: &str) -> Csv {
     Csv::parse(lines.join("\n").as_bytes())
 }
 
-/// Compares every column of the reference that the tables have in the same axes; tests of the core
-/// compare the others.
+/// Compares the columns of the reference that the tables contain in the same axes; the tests of the
+/// core compare the others.
 #[test]
 fn symmetric_3rps() {
     let model = model("3rps");

@@ -49,8 +49,8 @@ fn reports_are_legible() {
     }
 }
 
-/// Plays, steps by keys, clicks a joint and reads the number of the table, drags, follows a link, and
-/// prints, as a person does.
+/// Simulates a user: plays, steps by keys, clicks a joint and compares its values with the table,
+/// drags, follows a link, and prints.
 #[cfg(unix)]
 #[test]
 fn a_person_uses_a_report() {
@@ -70,7 +70,7 @@ fn a_person_uses_a_report() {
     person.click(pause);
     person.wait_for("document.querySelector('button[aria-label=play]') !== null");
 
-    // The slider by keyboard: sample by sample, and to the ends.
+    // The slider responds to keys: one sample at a time, and to both ends.
     person.value("document.querySelector('#robot input[type=range]').focus()");
     person.press("Home", 36);
     assert_eq!(person.value(time), 0.0);
@@ -82,7 +82,7 @@ fn a_person_uses_a_report() {
     person.press("ArrowLeft", 37);
     assert_eq!(person.value(time), 0.99);
 
-    // A joint is where the pointer changes.
+    // Searches a joint: the shape of the pointer changes there.
     let (x, y) = person.centre("canvas");
     let mut found = None;
     'search: for row in -12..12 {
@@ -108,7 +108,7 @@ fn a_person_uses_a_report() {
     }
     assert!(person.value("document.querySelectorAll('.joint-curve').length").as_u64() > Some(0));
 
-    // What is visible, as files.
+    // The picture and the values can be saved as files.
     person.value(
         "window.kept = []; URL.createObjectURL = (make => blob => { blob.text().then(text => kept.push(text)); \
          return make.call(URL, blob); })(URL.createObjectURL)",
@@ -133,7 +133,7 @@ fn a_person_uses_a_report() {
     let value: f64 = row[column].parse().unwrap();
     assert_eq!(value, run.reactions.column(&format!("{name}.fx [N]"))[sample]);
 
-    // The least constrained motion is shown at its own sample.
+    // Selecting the least constrained motion moves to its sample.
     person.value("document.querySelectorAll('.controls input[type=checkbox]').forEach(box => box.parentElement.textContent === 'least constrained motion' && box.click())");
     let least = &run.summary["verdicts"]["distance_actuation"];
     person.wait_for(&format!("{time} === {}", least["time"]));
@@ -143,7 +143,7 @@ fn a_person_uses_a_report() {
     person.press("End", 35);
     person.press("ArrowLeft", 37);
 
-    // The view, the joint and the time are in the link, and a new page begins with them.
+    // The link contains view, joint and time, and a page that is opened with it begins with them.
     person.drag((x - 300.0, y + 150.0), (x - 200.0, y + 120.0));
     let link = person.value("location.hash");
     let link = link.as_str().unwrap().to_owned();
@@ -156,13 +156,13 @@ fn a_person_uses_a_report() {
     person.point_at((1.0, 1.0));
     assert_ne!(drawn, before);
 
-    // A time in a table leads there.
+    // A time in a table is a link to this time.
     let peak = run.summary["drives"]["leg1.P"]["with_friction"]["peak_time"].as_f64().unwrap();
     let peak_link = person.centre("td a[href^=\"#t=\"]");
     person.click(peak_link);
     person.wait_for(&format!("{time} === {peak:?}"));
 
-    // The keys of the picture.
+    // The picture responds to keys.
     person.value("document.querySelector('canvas').focus()");
     let before = person.value(picture);
     person.press("ArrowLeft", 37);
@@ -182,7 +182,8 @@ fn a_person_uses_a_report() {
     assert!(person.noise.is_empty(), "{:?}", person.noise);
 }
 
-/// Points at a plot and reads its curve, enlarges it by a key, and takes that back.
+/// Simulates a user who points at a plot to read its curve, enlarges the plot by a key, and
+/// restores it.
 #[cfg(unix)]
 #[test]
 fn a_person_reads_a_plot() {
@@ -202,7 +203,8 @@ fn a_person_reads_a_plot() {
     person.point_at((place[0].as_f64().unwrap(), place[1].as_f64().unwrap()));
     let said = person.value(hint);
     let said = said.as_str().unwrap().replace('−', "-");
-    // The page and the tables have the same records: compare with the values of the moving robot at that time.
+    // Page and tables contain the same records, so the value is compared with that of the animated
+    // robot at the same time.
     let words: Vec<&str> = said.split(' ').collect();
     assert_eq!(&words[..3], ["t", "≈", "0.25"], "{said}");
     let shown: Vec<f64> = words.iter().skip(3).filter_map(|word| word.parse().ok()).collect();
@@ -214,7 +216,8 @@ fn a_person_reads_a_plot() {
     let range = person.value(&format!(
         "(() => {{ const g = {plot}.querySelector('g.panel'); return g.getAttribute('data-high') - g.getAttribute('data-low'); }})()"
     ));
-    // A tenth of a pixel of 160 and the pixel of the pointer of 600, on a curve with slopes below ten ranges.
+    // Tolerance: a tenth of a pixel of 160 vertically, and one pixel of 600 horizontally, on a
+    // curve with slopes below ten ranges.
     let near = 0.02 * range.as_f64().unwrap();
     assert!(!shown.is_empty(), "{said}");
     assert!(shown.iter().any(|value| (value - drive).abs() < near), "{said}, but {drive}");
@@ -224,7 +227,7 @@ fn a_person_reads_a_plot() {
     person.value(&format!("{plot}.parentElement.focus()"));
     person.press("+", 187);
     let after = person.value(&width).as_f64().unwrap();
-    // Of the width beside the scroll bar.
+    // The width without the scroll bar is the reference.
     assert!((after / before - 1.5).abs() < 0.05, "{before} {after}");
     assert!(person.value("document.documentElement.scrollWidth").as_u64() <= Some(1000));
     person.press("Escape", 27);
@@ -232,7 +235,8 @@ fn a_person_reads_a_plot() {
     assert!(person.noise.is_empty(), "{:?}", person.noise);
 }
 
-/// A reader who asks for less motion gets no turning views, and the motion once.
+/// If the reader's settings ask for reduced motion, views change without a transition, and the
+/// motion is played once.
 #[cfg(unix)]
 #[test]
 fn reduced_motion_is_respected() {
@@ -241,7 +245,7 @@ fn reduced_motion_is_respected() {
     let calm = json!({ "features": [{ "name": "prefers-reduced-motion", "value": "reduce" }] });
     person.call("Emulation.setEmulatedMedia", calm);
     let picture = "document.querySelector('canvas').toDataURL()";
-    // The view is there at once: no later frame differs.
+    // The view changes at once: a later frame shows the same picture.
     let views = person.value(&format!(
         "(() => {{ document.querySelector('[aria-label=\"view: top\"]').click(); return {picture}; }})()"
     ));
@@ -257,13 +261,14 @@ fn reduced_motion_is_respected() {
     ));
 }
 
-/// The script takes few milliseconds for a picture of a robot of 13 bodies and 18 joints, in the median while playing.
+/// The script draws a picture of a robot of 13 bodies and 18 joints in a few milliseconds (median
+/// while playing).
 #[cfg(unix)]
 #[test]
 fn pictures_are_drawn_fast() {
     let Some(browser) = Browser::find() else { return };
     let mut person = browser.open("fast", &report_of("gough").html, 1200);
-    // What the callbacks of the script take in frames of a page that plays, as far as they draw a new sample.
+    // Records the time that animation callbacks take in frames in which they draw a new sample.
     person.value(
         "(() => { window.took = []; const ask = window.requestAnimationFrame.bind(window); \
          const time = () => document.getElementById('robot').dataset.time; \
@@ -299,7 +304,7 @@ fn hostile() -> ModelFile {
     let source = stiction_format::Source::new("x.toml", text);
     match stiction_format::read(&source, &|_| Err("no files".into())) {
         Ok(model) => model,
-        // Names with such letters are refused; then titles alone remain.
+        // If such names are rejected, only the titles contain markup.
         Err(_) => {
             let plain = text
                 .replace("\"<b onclick=hacked()>\"", "\"bob\"")
@@ -310,14 +315,14 @@ fn hostile() -> ModelFile {
     }
 }
 
-/// Names and titles of the user's files remain text.
+/// Names and titles from the user's files are shown as text, not interpreted as markup.
 #[test]
 fn hostile_names_stay_text() {
     let model = hostile();
     let load = LoadCase::default();
     let job = Job::new(&model, ("m", model.motion("m").unwrap()), ("none", &load));
     let html = report(&job).html;
-    // Its own script, and the data.
+    // The page contains its own script and the data.
     assert_eq!(html.matches("<script").count(), 2);
     assert_eq!(html.matches("</script").count(), 2);
     for markup in ["<img", "<b onclick", "<svg onload"] {
@@ -330,7 +335,7 @@ fn hostile_names_stay_text() {
         assert_eq!(person.value("document.images.length"), 0);
         assert_eq!(person.value("document.documentElement.classList.contains('live')"), true);
         assert!(person.noise.is_empty(), "{:?}", person.noise);
-        // The policy stops what markup could not: even injected script does not run.
+        // The content security policy also blocks scripts that are injected later.
         person.value(
             "(() => { const s = document.createElement('script'); s.textContent = 'window.hacked = 1'; \
              document.body.append(s); })()",
@@ -339,8 +344,8 @@ fn hostile_names_stay_text() {
     }
 }
 
-/// A page with meshes contains them, and a script that draws them; without the shaded view it says so. Names and
-/// contents of their files remain data.
+/// A page with meshes contains the meshes and a script that draws them; a build without the shaded
+/// view states that it is missing. Names and contents of mesh files are not interpreted as markup.
 #[test]
 fn meshes_are_part_of_the_page() {
     let name = "</script><img src=x onerror=window.hacked=1>.obj";
@@ -354,7 +359,7 @@ fn meshes_are_part_of_the_page() {
     assert_eq!(model.visuals.len(), 2);
     let cube =
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 1 3 4\nf 2 3 4\n# </script>\n";
-    // An STL that is not complete.
+    // STL file without its last line.
     let flat = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 0 0 0\nvertex 0 0 0\nendloop\nendfacet\n";
     model.load_meshes(&|file| Ok(if file == name { cube } else { flat }.as_bytes().to_vec()));
     assert!(model.visuals.iter().all(|visual| visual.mesh.is_some()), "{:?}", model.warnings);
@@ -372,7 +377,8 @@ fn meshes_are_part_of_the_page() {
     if let Some(browser) = Browser::find() {
         let mut person = browser.open("meshes", &html, 1000);
         person.wait_for("document.querySelector('canvas.shaded') !== null");
-        // Without its last line, no reader of the page finds a facet; the other mesh is drawn.
+        // Without its last line, the file contains no facet for the viewer; the other mesh is
+        // drawn.
         let remark = person.value("document.querySelector('.kept').textContent");
         assert_eq!(remark, " The mesh bad.stl cannot be shown: it has no extent.");
         let painted = "(() => { const c = document.createElement('canvas'), from = document.querySelector('canvas.shaded'); \
@@ -383,13 +389,13 @@ fn meshes_are_part_of_the_page() {
         let count = person.value(painted).as_u64().unwrap();
         assert!(count > 300, "{count} pixels");
         assert_eq!(person.value("typeof window.hacked"), "undefined");
-        // Reading the picture back is slow, as the driver says.
+        // Reading the picture back is slow, about which the graphics driver warns.
         person.noise.retain(|noise| !noise.contains("GL Driver Message"));
         assert!(person.noise.is_empty(), "{:?}", person.noise);
     }
 }
 
-/// A report of a long run is small, and has the samples of all peaks in its tables.
+/// The report of a long run is small, and contains the samples of all peaks in its tables.
 #[test]
 fn long_runs_are_thinned_and_keep_their_peaks() {
     let model = model("slider-crank");

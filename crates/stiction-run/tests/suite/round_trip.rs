@@ -1,4 +1,4 @@
-//! Models written in other formats and read again are the same mechanisms.
+//! Models that are written in other formats and read again are equivalent to the original.
 
 use crate::common::{default_job, model, model_of};
 use stiction_core::dynamics::{FrictionMode, InverseDynamics, Settings};
@@ -15,7 +15,7 @@ enum Format {
     Urdf,
 }
 
-/// The model in a format and back.
+/// Converts a model to a format and back.
 fn round_trip(original: &ModelFile, format: Format) -> ModelFile {
     let job = default_job(original, FrictionMode::Off);
     let home = Home::of(&job).unwrap();
@@ -48,7 +48,7 @@ fn joint(mechanism: &Mechanism, name: &str) -> JointId {
     JointId(found.unwrap_or_else(|| panic!("no joint {name}")))
 }
 
-/// A coordinate of one mechanism in another one, by names.
+/// Coordinate of `to` that corresponds by name to a coordinate of `from`.
 fn same(coordinate: Coordinate, from: &Mechanism, to: &Mechanism) -> Coordinate {
     let there = |id: BodyId| body(to, &from.bodies()[id.0].name);
     match coordinate {
@@ -123,7 +123,8 @@ fn the_gallery_returns_from_each_format() {
     let (mut compared, mut frictions) = (0, 0);
     for name in gallery::names() {
         let original = model(name);
-        // Coordinates of bodies refer to the ground's frame, which is that of the world afterwards.
+        // The conversion makes the ground's frame the world frame, so a model with another base has
+        // other body coordinates.
         if original.mechanism.base() != Pose::identity() {
             continue;
         }
@@ -140,7 +141,8 @@ fn the_gallery_returns_from_each_format() {
                     let own = found.efforts.iter().find(|(other, ..)| other == name);
                     let (_, a, b) = own.unwrap_or_else(|| panic!("no motor {name}"));
                     assert!((a - effort).abs() < 1e-10 * size, "{}: {a} {effort}", what(name));
-                    // Reactions that are not unique are shared in another way among more joints.
+                    // Redundant reactions are distributed differently if the format needs
+                    // additional joints.
                     if expected.is_determined && found.is_determined {
                         // Coupled friction amplifies rounding.
                         let good = (b - frictional).abs() < 1e-8 * size;
@@ -150,7 +152,8 @@ fn the_gallery_returns_from_each_format() {
                     }
                 }
                 for (name, force, moment) in &expected.reactions {
-                    // What a format has in parts may be determined in the whole only.
+                    // If the format divides a joint, only the whole reaction may be determined, not
+                    // the parts; the joint is then skipped.
                     let own = found.reactions.iter().find(|(other, ..)| other == name);
                     let Some((_, f, m)) = own else { continue };
                     let size = force.norm() + moment.norm() + size;
@@ -161,7 +164,7 @@ fn the_gallery_returns_from_each_format() {
             }
         }
     }
-    // Hundreds of joints in each format.
+    // Several hundred joints are compared in all formats together.
     assert!(compared > 500 && frictions > 50, "{compared} {frictions}");
 }
 

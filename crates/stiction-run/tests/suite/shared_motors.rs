@@ -1,4 +1,5 @@
-//! Simulations of motors that share the efforts of joints, with losses of their own, against closed forms.
+//! Simulations of motors that share the effort of a joint and have different losses, against closed
+//! forms.
 
 use crate::drive_trains::{LIFT, SLIDE, relative_error, with};
 use stiction_core::forward::{ConstantEfforts, Forward, ForwardError, Settings, Simulation};
@@ -42,9 +43,9 @@ impl Drive {
         )
     }
 
-    /// Effort of the gear on the slide when the motor is about to move in the direction `sense`. If several efforts are
-    /// possible, it is the one closest to that of a gear without losses. `None` for a self-locking gear that its motor
-    /// cannot turn.
+    /// Effort of the gear on the slide when the motor is about to move in the direction `sense`. If
+    /// several efforts are possible, the one closest to that of a lossless gear is returned. `None`
+    /// for a self-locking gear that its motor cannot turn.
     fn holds(&self, effort: f64, sense: f64) -> Option<f64> {
         let input = (self.share * effort - sense * self.dry) * sense;
         let factor = if input >= 0.0 { self.eta.0 } else { 1.0 / self.eta.1 };
@@ -60,7 +61,8 @@ fn hoist(drives: &[Drive], guide: f64) -> ModelFile {
     with(&[&slide, LIFT, &trains])
 }
 
-/// Accelerations that all laws allow while the slide moves at `rate`: each gear is tried driving and driven.
+/// Accelerations that satisfy all laws while the slide moves at `rate`; each gear is assumed to
+/// drive and to be back-driven in turn.
 fn accelerations(drives: &[Drive], guide: f64, effort: f64, rate: f64) -> Vec<f64> {
     let sense = rate.signum();
     let mut found: Vec<f64> = Vec::new();
@@ -104,8 +106,9 @@ fn acceleration(simulation: &Simulation<'_>) -> f64 {
     simulation.joint_motion(JointId(0), 0).acceleration
 }
 
-/// Pairs and one triple of motors: unequal losses; equal losses with unequal rotors and frictions, so that one gear may be
-/// driven while the other drives; a motor without a share; a lossless gear beside a bad one.
+/// Pairs of motors and one triple: unequal losses; equal losses with unequal rotors and frictions,
+/// so that one gear may drive while the other is back-driven; a motor with zero share; a lossless
+/// gear with a lossy one.
 fn sets() -> Vec<Vec<Drive>> {
     vec![
         vec![Drive::new(0.5, 90.0, (0.9, 0.85), 10.0), Drive::new(0.5, 30.0, (0.6, 0.3), 25.0)],
@@ -122,7 +125,7 @@ fn sets() -> Vec<Vec<Drive>> {
 
 const EFFORTS: [f64; 9] = [-9000.0, -900.0, -300.0, 0.0, 150.0, 392.4, 500.0, 900.0, 3000.0];
 
-/// Accelerations up and down, while each gear drives or is driven.
+/// Accelerations in both directions, with each gear driving or back-driven.
 #[test]
 fn accelerations_with_unequal_losses() {
     let (mut mixed, mut alike) = (0, 0);
@@ -152,7 +155,8 @@ fn accelerations_with_unequal_losses() {
                         0 => alike += 1,
                         _ => mixed += 1,
                     }
-                    // The slide feels what the gears exert less the friction of the guide.
+                    // The reaction of the slide equals the sum of the gear efforts minus the
+                    // friction of the guide.
                     let (force, _) = simulation.instant().reactions()[0];
                     assert!((force.z - MASS * (a + 9.81)).abs() < 1e-11 * (effort.abs() + WEIGHT));
                 }
@@ -162,8 +166,8 @@ fn accelerations_with_unequal_losses() {
     assert!(mixed > 20 && alike > 20, "{mixed} {alike}");
 }
 
-/// The slide stays at rest for efforts between the onsets of motion, and for no others; each motor holds at most its own
-/// part.
+/// The slide stays at rest for efforts between the onsets of motion, and for no others. At an
+/// onset, the friction of every motor is at its limit.
 #[test]
 fn rest_with_unequal_losses() {
     for drives in sets() {
@@ -225,8 +229,8 @@ fn runs_with_unequal_losses() {
     }
 }
 
-/// With power off a self-locking worm holds the slide, whatever the gear beside it, at rest and after motion. `breakaway`
-/// says so, and names brakes where no gear locks itself.
+/// With power off, a self-locking worm gear holds the slide at rest, whatever the other gear is,
+/// and stops its motion. `breakaway` reports this, and requires brakes if no gear is self-locking.
 #[test]
 fn one_worm_holds_for_both() {
     use crate::common::job;
@@ -256,7 +260,7 @@ fn one_worm_holds_for_both() {
         assert_eq!(held["held"], true, "{held}");
     }
 
-    // Without the worm the motors need brakes that share the least holding effort.
+    // Without the worm gear, the motors need brakes that share the least holding effort.
     let drives =
         [Drive::new(0.25, 90.0, (0.8, 0.7), 10.0), Drive::new(0.75, 90.0, (0.95, 0.95), 0.0)];
     // 0.25 U + 10 N = 0.7 a, 0.75 U = 0.95 b, a + b = the weight.

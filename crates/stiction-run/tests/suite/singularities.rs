@@ -30,7 +30,8 @@ fn dead_centres_are_located_between_samples() {
     for ((time, gained), expected) in crossings.iter().zip([170.0 / 360.0, 350.0 / 360.0]) {
         // The index is V-shaped; the search may stop at 1e-7 from its minimum.
         assert!((time - expected).abs() < 1e-7, "{time} {expected}");
-        // With the slider locked, the crank can turn, and nothing carries the moment of its weight.
+        // With the slider locked, the crank can turn, and no joint carries the moment of its
+        // weight.
         assert_eq!(gained.load, "a moment about z", "{gained:?}");
     }
     assert_eq!(found.actuation.singular_samples, 0);
@@ -126,7 +127,7 @@ fn singular_architectures_are_distinguished() {
             assert!(rank.kept.unwrap() > 1e-4, "{name}");
             assert!(rank.dropped.is_none_or(|dropped| dropped < 1e-6), "{name}");
         }
-        // The mechanism has moved far.
+        // The search for architecture singularities has moved the mechanism far from its pose.
         assert!(found.architecture.reach > 0.3, "{name}: {}", found.architecture.reach);
     }
 }

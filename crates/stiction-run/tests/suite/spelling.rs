@@ -1,5 +1,4 @@
-//! Equivalent descriptions in other words, another order or other units give the same actuator
-//! forces.
+//! Equivalent model files, with other notation, order or units, give the same actuator forces.
 
 use crate::common::*;
 use stiction_core::dynamics::FrictionMode;

@@ -1,4 +1,4 @@
-//! Spinning rotors against a model with the rotors as bodies.
+//! Rotors that spin on links, compared with a model that contains the rotors as bodies.
 
 use crate::drive_trains::relative_error;
 use stiction_core::dynamics::{InverseDynamics, Settings};
@@ -10,7 +10,7 @@ use stiction_core::mechanism::{
 };
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// A rotor that turns with a joint of the arm, on a link.
+/// Rotor that is mounted on a link and geared to a joint of the arm.
 struct Rotor {
     joint: usize,
     link: usize,
@@ -36,7 +36,7 @@ fn rotors() -> [Rotor; 3] {
             mass: 1.2,
             inertia: [8e-4, 5e-4],
         },
-        // On a link that is none of its joint's.
+        // Mounted on a link that its joint does not connect.
         Rotor {
             joint: 2,
             link: 1,
@@ -46,7 +46,7 @@ fn rotors() -> [Rotor; 3] {
             mass: 0.7,
             inertia: [2e-3, 4e-3],
         },
-        // On the link that its joint moves.
+        // Mounted on a link that its joint moves.
         Rotor {
             joint: 0,
             link: 3,
@@ -63,7 +63,7 @@ fn turned(axis: Vec3<f64>) -> Mat3<f64> {
     Mat3::between(Vec3::unit(2), axis)
 }
 
-/// A spatial arm of three links with its rotors as bodies, or with rotors that spin on its links.
+/// Spatial arm of three links. Its rotors are separate bodies, or spin on the links.
 fn arm(as_bodies: bool) -> Mechanism {
     let axes = [Vec3::new(0.1, 0.0, 1.0), Vec3::new(0.2, 1.0, 0.1), Vec3::new(1.0, -0.3, 0.4)];
     let at = [Vec3::zero(), Vec3::new(0.1, 0.0, 0.4), Vec3::new(0.3, 0.1, 0.0)];
@@ -74,7 +74,8 @@ fn arm(as_bodies: bool) -> Mechanism {
         let mut com = Vec3::new(0.1, 0.02 * size, 0.1);
         let mut inertia = Mat3::diagonal(Vec3::new(0.05, 0.06, 0.04));
         for rotor in rotors().iter().filter(|rotor| rotor.link == k && !as_bodies) {
-            // One rigid body with the rotor at rest on it, by the parallel axis theorem.
+            // The link with the rotor at rest on it is one rigid body, by the parallel axis
+            // theorem.
             let [along, across] = rotor.inertia;
             let r = turned(rotor.axis);
             let own = r * Mat3::diagonal(Vec3::new(across, across, along)) * r.transpose();
@@ -133,7 +134,8 @@ fn solved(mechanism: Mechanism, targets: &[Target<f64>]) -> InverseDynamics {
     solver
 }
 
-/// Efforts, torques of motors and reactions in inverse dynamics; the dense system has the same demand.
+/// Inverse dynamics gives the same efforts, motor torques and reactions; the dense system has the
+/// same right-hand side.
 #[test]
 fn rotors_as_bodies() {
     let mut all = targets();
@@ -177,7 +179,8 @@ fn rotors_as_bodies() {
     assert!(rows.amax() < 1e-11, "{}", rows.amax());
 }
 
-/// Torques of the motors cause the motion that they are computed for; left alone, the arm keeps its energy.
+/// The motor torques of inverse dynamics cause the motion; without efforts, the energy of the arm
+/// is conserved.
 #[test]
 fn rotors_in_simulations() {
     let mut inverse = solved(arm(false), &targets());
@@ -199,7 +202,7 @@ fn rotors_in_simulations() {
         assert!((found - target.acceleration).abs() < 1e-10, "{joint}: {found}");
     }
     for (joint, expected) in inverse.forces().reactions.iter().enumerate() {
-        // The complete wrench of a joint includes its effort.
+        // The complete wrench of a joint includes the effort of its actuator.
         let (force, moment) = simulation.instant().reactions()[joint];
         let (f, m) = *expected;
         assert!((force - f).norm() < 1e-10 && (moment - m).norm() < 1e-10, "{joint}");

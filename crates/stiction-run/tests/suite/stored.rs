@@ -1,4 +1,4 @@
-//! Motions and efforts recorded in files that are read piece by piece.
+//! Motions and efforts from recordings that are read piece by piece.
 
 use crate::common::*;
 use std::fmt::Write;
@@ -9,7 +9,7 @@ use stiction_format::{Contents, Drives, LoadCase, ModelFile, Motion, Source, Sto
 use stiction_run::forward::{self, Ending, Feed, Start};
 use stiction_run::{Error, Job};
 
-/// A file that is overwritten after a given number of bytes was read.
+/// File whose content changes after a given number of bytes was read.
 #[derive(Debug)]
 struct Spoilt {
     bytes: Mutex<Vec<u8>>,
@@ -43,7 +43,8 @@ fn stored(text: &str) -> Contents {
 /// Number of samples for three windows.
 const COUNT: usize = 13_000;
 
-/// The crank of a four-bar linkage, or a force on it, every millisecond.
+/// Recording of the crank of a four-bar linkage, or of a force on it, with a sample every
+/// millisecond.
 fn recording(column: &str, value: impl Fn(f64) -> f64) -> String {
     let mut text = format!("time [s], {column}\n");
     for k in 0..COUNT {
@@ -97,7 +98,8 @@ fn forces_are_the_same_on_several_threads() {
 fn a_file_that_is_overwritten_stops_the_motion() {
     let (model, text) = (model("four-bar"), turning());
     for threads in [1, 4] {
-        // The file is read once completely, then before its first, second and third window.
+        // The file is read once completely, then in windows. It changes before the first, second
+        // and third window.
         for part in [1.0, 1.01, 1.5] {
             let after = (part * text.len() as f64) as usize;
             let error = follow(&model, &motion(&model, &spoilt(&text, after)), threads);
@@ -150,7 +152,7 @@ fn overwritten_files_are_reported() {
         assert!(matches!(ending, Ending::Reached), "{ending:?}");
         assert_eq!(samples, 13);
     }
-    // The first pass, and one or two windows behind it.
+    // The content changes after the first complete pass and a further quarter of the text.
     let after = |text: &str| text.len() + text.len() / 4;
     let spoilt_turns = motion(&model, &spoilt(&turning, after(&turning)));
     let spoilt_pushes = drives(&model, &spoilt(&pushing, after(&pushing)));

@@ -81,8 +81,8 @@ fn a_mirrored_motion_backwards_swaps_legs_and_turns_friction_round() {
     }
 }
 
-/// Friction along P is a force along the leg that its own actuator carries: it changes that
-/// actuator force and no reaction.
+/// Friction of a slide acts along the leg and is carried by the actuator of this leg: it changes
+/// the force of this actuator and no reaction.
 #[test]
 fn friction_of_slides_changes_no_reaction() {
     let slide = "friction = { mu = 0.12, viscous = \"0.02 N s/m\" }\n\n[legs.joints.S]";

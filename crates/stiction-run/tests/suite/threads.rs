@@ -26,14 +26,15 @@ fn run(job: &Job<'_>, threads: usize) -> Result<(Vec<Vec<u8>>, Verdict), Error> 
     Ok((files, verdict))
 }
 
-/// A gallery model with its default motion in a given number of samples.
+/// Job of a gallery model with its default motion in a given number of samples.
 fn finely<'a>(model: &'a ModelFile, friction: FrictionMode, samples: usize) -> Job<'a> {
     let job = default_job(model, friction);
     let step = job.motion.duration / (samples - 1) as f64;
     Job { step: Some(step), ..job }
 }
 
-/// Robots with and without redundant constraints, interfaces at rest, turning cranks: byte by byte.
+/// For robots with and without redundant constraints, with interfaces at rest and with turning
+/// cranks, all results are equal byte by byte.
 #[test]
 fn bytes_do_not_depend_on_the_number_of_threads() {
     for (name, samples) in
@@ -51,7 +52,8 @@ fn bytes_do_not_depend_on_the_number_of_threads() {
     }
 }
 
-/// Errors too: the first in time is reported, whatever thread finds an error first.
+/// Errors do not depend on the threads: the first in time is reported, whichever thread finds one
+/// first.
 #[test]
 fn errors_do_not_depend_on_the_number_of_threads() {
     let model = model("zhang2018");

@@ -16,7 +16,8 @@ use stiction_run::check::{Findings, examine};
 struct Said {
     counts: Vec<usize>,
     gruebler: i64,
-    /// For each body, its motions, and those possible to first order only.
+    /// For each body, the number of its motions, and the number of those that are only
+    /// instantaneous.
     motions: BTreeMap<String, (usize, usize)>,
     /// Determined components of each joint's reaction.
     determined: BTreeMap<String, [bool; 6]>,
@@ -173,7 +174,7 @@ fn base() {
     }
 }
 
-/// The complete report except for names.
+/// Compares the complete report; only names may differ.
 #[test]
 fn names() {
     for name in gallery::names() {
@@ -187,7 +188,7 @@ fn names() {
             examine(&job, |_, _, _| true).unwrap()
         };
         let (old, mut new) = (report(&model), report(&renamed));
-        // Texts name bodies and joints: in the new report by their new names.
+        // Texts contain names of bodies and joints, which are the new ones in the new report.
         let old_name = |name: &mut String| {
             let known = renamed.mechanism.body_id(name).unwrap();
             name.clone_from(&model.mechanism.bodies()[known.0].name);

@@ -1,5 +1,5 @@
-//! Samples along a motion start from those before, and the singularity indices of a run without tables are
-//! computed only where they may be least. Neither changes results or verdicts.
+//! Warm starts: each sample along a motion starts from the previous ones, and a run without tables
+//! computes singularity indices only where they may be least. Neither changes results or verdicts.
 
 use crate::common::*;
 use serde_json::Value;
@@ -19,8 +19,8 @@ fn run(job: &Job<'_>) -> (Vec<Sample>, Value, f64) {
     (samples, summary.json(job, &verdict), verdict.rest_speed)
 }
 
-/// The kernel alone, from the home position of each sample, without any knowledge of other samples: efforts
-/// with and without friction.
+/// The efforts, with and without friction, are those of the kernel for each sample alone, from the
+/// home position and without data of other samples.
 #[test]
 fn efforts_are_those_of_the_kernel() {
     let mut compared = 0;
@@ -63,9 +63,9 @@ fn efforts_are_those_of_the_kernel() {
     assert!(compared > 100, "{compared}");
 }
 
-/// The greatest bound on the coupling is that of a run that computes the least bound of every sample, whatever is
-/// accepted in between. Samples so dense that extrapolated normal loads need no Newton step have the efforts of the
-/// kernel.
+/// The greatest bound on the friction coupling equals that of a run that computes the least bound
+/// at every sample, although a run without tables accepts greater bounds in between. In samples so
+/// dense that extrapolated normal loads need no Newton step, the efforts equal those of the kernel.
 #[test]
 fn dense_samples_agree_with_the_kernel_and_with_tables() {
     for (name, step) in [("3rps", 2e-4), ("slider-crank", 1e-3), ("gough", 4e-3)] {
@@ -76,7 +76,7 @@ fn dense_samples_agree_with_the_kernel_and_with_tables() {
         let [(samples, all, rest_speed), (others, least, _)] = [run(&all), run(&least_job)];
         let of = |summary: &Value| summary["verdicts"]["friction_coupling"].as_f64().unwrap();
         let (expected, found) = (of(&all), of(&least));
-        // Bounds from both sides meet at 1e-13.
+        // Lower and upper bounds agree to 1e-13.
         assert!((found - expected).abs() <= 1e-12 * expected, "{name}: {found} {expected}");
         for (sample, other) in samples.iter().zip(&others) {
             let [exact, bound] = [sample, other].map(|sample| sample.coupling.unwrap());
@@ -98,7 +98,8 @@ fn dense_samples_agree_with_the_kernel_and_with_tables() {
     }
 }
 
-/// A dwell is solved once in each piece: its samples are equal, and are those of a mechanism that rests there.
+/// A dwell is solved once in each piece: its samples are equal to each other and to those of a
+/// mechanism at rest.
 #[test]
 fn samples_of_a_dwell_are_those_of_rest() {
     let still = "\n[motions.still]\nduration = \"1 s\"\nplatform.z = \"home_height\"\n\
@@ -127,7 +128,7 @@ fn samples_of_a_dwell_are_those_of_rest() {
             }
             assert_eq!(sample.forces.bounds, expected.bounds, "{k}");
             if k > 0 {
-                // Pieces start anew, so that only round-off distinguishes them.
+                // Each piece begins with a new solution, so pieces differ by rounding.
                 let same = sample.forces.efforts == samples[k - 1].forces.efforts;
                 assert!(same || k % 256 == 0, "{k}");
             }
@@ -137,7 +138,7 @@ fn samples_of_a_dwell_are_those_of_rest() {
     }
 }
 
-/// The least indices and their instants are those of a run that computes all of them.
+/// The least indices and their instants equal those of a run that computes all indices.
 #[test]
 fn the_least_indices_are_those_of_all_samples() {
     let (mut left_out, mut total) = (0, 0);
@@ -153,7 +154,8 @@ fn the_least_indices_are_those_of_all_samples() {
                     |value: &Value| Some((value["least"].as_f64()?, value["time"].as_f64()));
                 match (numbers(expected), numbers(found)) {
                     (Some((expected, at)), Some((found, time))) => {
-                        // Values are certain to 1e-9, so that close instants can change places.
+                        // Values are accurate to 1e-9, so instants of nearly equal indices may be
+                        // exchanged.
                         let error = (found - expected).abs() / expected.max(f64::MIN_POSITIVE);
                         assert!(error < 1e-9, "{name} {motion} {key}: {found} {expected}");
                         assert!(error > 0.0 || time == at, "{name} {motion} {key}");
@@ -165,6 +167,6 @@ fn the_least_indices_are_those_of_all_samples() {
             left_out += samples.iter().filter(|sample| sample.distances.actuation.is_nan()).count();
         }
     }
-    // Otherwise the test shows nothing.
+    // The test is meaningful only if many indices are left out.
     assert!(left_out * 100 > total, "{left_out} of {total}");
 }

@@ -73,7 +73,8 @@ pub(super) struct Model {
 }
 
 impl Model {
-    /// Closes the loops at positions `q`, approached from home in straight steps.
+    /// Creates the model and closes its loops at positions `q`, reached from the home position in
+    /// small steps on a straight line.
     pub(super) fn at(program: &Arc<Feedforward>, q: &[f64]) -> Result<Self, Error> {
         const STEPS: u32 = 200;
         let memory = program.memory();
@@ -140,7 +141,8 @@ impl Model {
 /// efforts.
 pub(super) type Instant = (Vec<Target<f64>>, Vec<f64>);
 
-/// Direction of a reference motion: the sign of its rate, or, at rest, of its acceleration.
+/// Direction of a reference motion: the sign of its rate or, if the rate is zero, of its
+/// acceleration.
 fn direction(reference: &Target<f64>) -> f64 {
     let sign = |x: f64| if x == 0.0 { 0.0 } else { x.signum() };
     if reference.rate == 0.0 { sign(reference.acceleration) } else { sign(reference.rate) }
@@ -177,7 +179,7 @@ pub(super) struct Controller {
     pub(super) transition: Transition,
     /// Largest rate of each actuator along the reference, rad/s or m/s.
     pub(super) fastest: Vec<f64>,
-    /// Factor of friction that is held at rest.
+    /// Factor applied to the friction contribution that is held at rest, see [`Transition`].
     pub(super) held: f64,
     /// Position gain ω², 1/s^2, and rate gain 2 ζ ω, 1/s, per effective mass; ω is the natural frequency, ζ the
     /// damping ratio.

@@ -21,7 +21,7 @@ use stiction_core::kinematics::Target;
 use stiction_core::random::Random;
 use stiction_program::{Feedforward, Tunable};
 
-/// Number of instants of the motion at which friction is evaluated to fit constant friction.
+/// Number of instants of the motion at which friction is evaluated to fit the constant friction.
 const FITTED: u32 = 2000;
 /// Maximum number of controller samples in one simulation.
 const MOST_SAMPLES: f64 = 1e7;
@@ -242,7 +242,7 @@ impl Compensation {
             let names = labels.actuators.iter().map(|(name, _)| name);
             LawResult::new((law, transition), &records, &run, names)
         };
-        // Without friction, there is nothing to choose.
+        // Without friction compensation, the transition has no effect, so one is enough.
         let pairs = self.laws.iter().flat_map(|law| {
             let count = if law.has_friction() { self.transitions.len() } else { 1 };
             self.transitions.iter().take(count).map(|transition| (*law, *transition))
@@ -269,7 +269,7 @@ impl Compensation {
         })
     }
 
-    /// Random friction coefficients as the controller knows them.
+    /// Friction coefficients as the controller knows them, with random errors.
     fn believed(&self, tunables: &[(Tunable, Vec<f64>)]) -> Vec<f64> {
         let mut random = Random::new(self.seed);
         // Discards the first numbers, which are similar for neighbouring seeds.

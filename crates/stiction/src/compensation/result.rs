@@ -126,7 +126,7 @@ impl LawResult {
 }
 
 impl LawResult {
-    /// Name of the law, with its transition if there are several.
+    /// Name of the law; with its transition if `several` is true and the law compensates friction.
     fn label(&self, several: bool) -> String {
         match several && self.law.has_friction() {
             true => format!("{}, {}", self.law.name(), self.transition),
@@ -149,7 +149,7 @@ impl Compared {
         !own.law.has_friction() || Some(own.transition) == first
     }
 
-    /// Resolution, noise and delay of the sensors in words; `None` if they are exact.
+    /// Resolution, noise and delay of the sensors as text; `None` for exact sensors without delay.
     fn sensors(&self) -> Option<String> {
         let is_exact = self.resolution == 0.0 && self.noise == 0.0 && self.delay == 0.0;
         (!is_exact).then(|| {

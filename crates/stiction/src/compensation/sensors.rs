@@ -21,7 +21,7 @@ impl Imperfections {
     }
 }
 
-/// Measurements of the recent past.
+/// Simulated sensors with their recent measurements.
 #[derive(Clone, Debug)]
 pub(super) struct Sensors {
     imperfections: Imperfections,

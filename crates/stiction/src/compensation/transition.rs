@@ -1,28 +1,29 @@
-//! Friction of a controller where its reference reverses or rests.
+//! Friction compensation of a controller at reversals and at rest of its reference.
 
 use std::fmt;
 
 /// Compensation of friction near reversals and at rest of the reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Transition {
-    /// The direction of the reference rate; at rest, that of the reference acceleration, or else the friction of the
-    /// last motion is held.
+    /// Friction in the direction of the reference rate; at rest, in the direction of the reference
+    /// acceleration. If that is also zero, the friction of the last motion is held.
     Sign,
-    /// As [`Self::Sign`], but the held friction decays at rest, by one percent in each sample.
+    /// Like [`Self::Sign`], but the held friction decays at rest, by one percent per sample.
     Fade,
     /// Friction times tanh(v / w), where v is the reference rate of the actuator and w this part of its largest
     /// magnitude.
     Tanh(f64),
 }
 
-/// Factor of the friction for each sample at rest with [`Transition::Fade`]; that of the exported code by default.
+/// Factor by which [`Transition::Fade`] multiplies the held friction in each sample at rest; equals
+/// the default of the exported code.
 const FADE: f64 = 0.99;
 
 impl Transition {
-    /// Reads a name: `sign`, `fade`, or the width of the tanh in percent, such as `5%`.
+    /// Parses `sign`, `fade`, or the width of the tanh in percent, such as `5%`.
     ///
     /// # Errors
-    /// The text in words, if it is none of these.
+    /// Message with the expected forms, if the text is none of these.
     pub fn parse(text: &str) -> Result<Self, String> {
         let expected = "expected `sign`, `fade` or a width between 0 and 100 percent such as `5%`";
         match text.trim() {
@@ -39,8 +40,8 @@ impl Transition {
         }
     }
 
-    /// Factor of the friction of an actuator with a reference rate, given its largest rate; `held` is the factor of
-    /// friction that is held at rest.
+    /// Factor by which the friction of an actuator is multiplied, from its reference rate and the
+    /// largest magnitude of this rate; `held` is the factor at rest.
     pub(super) fn factor(self, rate: f64, fastest: f64, held: f64) -> f64 {
         match self {
             Self::Sign => 1.0,
@@ -50,7 +51,8 @@ impl Transition {
         }
     }
 
-    /// Factor of held friction after another sample.
+    /// Factor at rest for the next sample: decreases with [`Self::Fade`] while the reference rests,
+    /// else 1.
     pub(super) fn next_held(self, held: f64, rests: bool) -> f64 {
         match (self, rests) {
             (Self::Fade, true) => held * FADE,

@@ -26,7 +26,7 @@ pub(super) enum Start {
     AtRest,
     /// State at the first instant of these assignments.
     Given(Motion),
-    /// Coordinates and rates that are given; the others follow.
+    /// Given coordinates and rates; the others follow from the loops and the home position.
     Known(Vec<Known>),
 }
 
@@ -48,7 +48,8 @@ pub(super) fn rates_apart(text: &str) -> (Vec<(String, String)>, String) {
     (rates, if rest.trim().is_empty() { String::new() } else { rest })
 }
 
-/// Renumbers the actuators of efforts after actuators were added; `place` maps an old index to the new one.
+/// Renumbers the actuators in efforts after actuators were added; `place` maps an old index to the
+/// new one.
 pub(super) fn renumber_drives(drives: &mut Drives, place: impl Fn(usize) -> usize) {
     for (actuator, _) in &mut drives.efforts {
         *actuator = place(*actuator);
@@ -58,7 +59,8 @@ pub(super) fn renumber_drives(drives: &mut Drives, place: impl Fn(usize) -> usiz
     }
 }
 
-/// Renumbers the actuators of a controller after actuators were added; `count` is the new number of actuators.
+/// Renumbers the actuators in a controller after actuators were added; `count` is the new number of
+/// actuators.
 pub(super) fn renumber_control(
     control: &mut Control,
     count: usize,
@@ -208,7 +210,8 @@ fn check_until(request: &Forward, job: &Job<'_>) -> Result<(), Error> {
     }
 }
 
-/// Rejects efforts for actuators whose effort is a result: locked actuators and those with a prescribed motion.
+/// Rejects given efforts for actuators whose effort is a result: locked actuators and those with a
+/// prescribed motion.
 fn refuse_unused(
     (subject, option): (&str, &'static str),
     named: &[usize],
@@ -259,7 +262,7 @@ fn refuse_gaps(drives: &Drives, name: &str, (from, until): (f64, f64)) -> Result
     Ok(())
 }
 
-/// Rejects forces with a pole, which integration would step over with arbitrary results.
+/// Rejects forces with a pole in time: integration would step over it with arbitrary results.
 fn refuse_poles(job: &Job<'_>) -> Result<(), Error> {
     let refuse = |what: String, at: f64| {
         Err(Error::input(format!("{what} has no finite value at t = {at} s"))

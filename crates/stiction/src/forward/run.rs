@@ -1,4 +1,4 @@
-//! Results of a simulation, by name.
+//! Results of a simulation with access by name.
 
 use crate::error::Error;
 use crate::inverse::{BodyPose, Reaction};
@@ -59,7 +59,8 @@ pub struct Sample {
     velocities: Vec<BodyVelocity>,
     /// Kinetic energy, J.
     pub kinetic_energy: f64,
-    /// Potential energy of gravity and springs, J; that of gravity is zero at the origin of the computation.
+    /// Potential energy of gravity and springs, J; the gravity part is zero at the reference point
+    /// of the kernel.
     pub potential_energy: f64,
     works: Vec<f64>,
     /// Work of all loads since the start, J.
@@ -253,7 +254,7 @@ pub struct Event {
     pub kind: EventKind,
 }
 
-/// Adds the names of interfaces and joints to events.
+/// Converts events of the kernel; adds the names of their interfaces and joints.
 pub(crate) fn named(names: &Names, events: &[stiction_core::forward::Event]) -> Vec<Event> {
     let name = |event: &stiction_core::forward::Event| match &event.kind {
         EventKind::Sticks { interface, .. } | EventKind::Slides { interface, .. } => {

@@ -40,9 +40,10 @@ pub struct Plant {
     setup: Arc<Setup>,
     /// Model with the parameters that act at present.
     engine: Arc<Engine>,
-    /// Inputs and parameters that act from now on.
+    /// Inputs and parameters that the caller has set for the time from now on.
     set: Choice,
-    /// Inputs and parameters that act up to the present instant; the parameters are those of `engine`.
+    /// Inputs and parameters that acted up to the present instant; the parameters are those of
+    /// `engine`.
     acting: Choice,
     /// Time of the start, s, to which [`Self::begin`] resets the plant.
     from: f64,
@@ -66,8 +67,8 @@ struct Setup {
     tunables: Vec<Named>,
     /// Positions and rates of the actuators at the start of the request.
     initial: Vec<Target<f64>>,
-    /// Poses of the bodies at this start, in the ground's frame. As initial guesses, they preserve the assembly mode
-    /// at another start.
+    /// Poses of the bodies at this start, in the ground's frame: initial guesses that preserve the
+    /// assembly mode at another start.
     poses: Vec<(BodyId, Pose<f64>)>,
 }
 
@@ -266,7 +267,7 @@ impl Plant {
     /// velocities jump. Slip that begins at a change of the inputs is detected at the end of the next step.
     ///
     /// # Errors
-    /// As [`Self::advance`].
+    /// See [`Self::advance`].
     pub fn advance_to_event(&mut self, until: f64) -> Result<Vec<Event>, Error> {
         self.go(until, true)
     }

@@ -212,7 +212,8 @@ fn started(mut variable: Variable, value: f64) -> Variable {
     variable
 }
 
-/// Tests for each friction interface, including those of motors, if it slides along a single direction.
+/// For each friction interface, including those of motors: true if it slides along a single
+/// direction.
 fn signed(mechanism: &Mechanism) -> Vec<bool> {
     let of_joints = mechanism.joints().iter().flat_map(|joint| {
         let interfaces = interfaces_of(joint.joint_type);

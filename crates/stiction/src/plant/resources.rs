@@ -1,4 +1,5 @@
-//! A plant as files: the text of its model, the files that it names, and the options.
+//! Files that describe a plant: the text of its model, the files that the model names, and the
+//! options.
 
 use super::{Plant, Unit};
 use crate::error::Error;
@@ -15,7 +16,7 @@ const PLANT: &str = "plant.json";
 /// Version of the file format.
 const FORMAT: u64 = 1;
 
-/// Number of bytes of a recording that are read at once, at most.
+/// Largest number of bytes of a recording that are read at once.
 const PIECE: usize = 1 << 16;
 
 /// Options of a plant in a functional mock-up unit, as texts and numbers.

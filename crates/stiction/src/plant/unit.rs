@@ -31,7 +31,7 @@ pub struct UnitState {
     starts: Vec<Target<f64>>,
     events: i32,
     event_time: Option<f64>,
-    /// True once the start can no longer be changed.
+    /// True after the initialisation, when the start can no longer be changed.
     runs: bool,
 }
 
@@ -55,8 +55,8 @@ impl Unit {
         let files = resources::write(robot, options)?;
         let mut texts: Vec<&str> = files.iter().map(|file| file.text.as_str()).collect();
         texts.push(env!("CARGO_PKG_VERSION"));
-        // The names of the variables are part of the token, so that a library with other variables rejects these
-        // states.
+        // The token depends on the names of the variables, so that a library with other variables
+        // rejects these states.
         texts.extend(table.variables.iter().map(|variable| variable.name.as_str()));
         let starts = plant.setup.initial.clone();
         let state = UnitState { plant, starts, events: 0, event_time: None, runs: false };
@@ -242,7 +242,7 @@ impl Unit {
         Ok(())
     }
 
-    /// Rejects setting an integer variable: all integer variables are results.
+    /// Rejects every integer variable, because all of them are results.
     ///
     /// # Errors
     /// Always.

@@ -21,14 +21,14 @@ pub struct Import {
 }
 
 impl Import {
-    /// Content of the file that a robot file in `folder` names.
+    /// Reads the file `name` to which a robot file in `folder` refers.
     fn bytes(&self, folder: &Path, name: &str, files: &Files) -> Result<Vec<u8>, String> {
         let paths = self.candidates(folder, name);
         let path = paths.iter().find(|path| path.is_file()).or(paths.first());
         path.map_or(Err("there is no such file".to_owned()), |path| files.bytes(path))
     }
 
-    /// Possible paths of the file that a robot file in `folder` names.
+    /// Paths at which the file `name`, to which a robot file in `folder` refers, may be.
     fn candidates(&self, folder: &Path, name: &str) -> Vec<PathBuf> {
         let schemes = ["package://", "model://", "file://"];
         let Some(rest) = schemes.iter().find_map(|scheme| name.strip_prefix(scheme)) else {
@@ -69,7 +69,8 @@ impl Import {
 #[derive(Clone, Debug)]
 pub struct ModelText {
     source: Source,
-    /// Folder of the files that the model names; `None` for a built-in model, which names no files.
+    /// Folder of the files to which the model refers; `None` for a built-in model, which refers to
+    /// none.
     folder: Option<PathBuf>,
     files: Files,
     changes: Vec<String>,
@@ -77,7 +78,8 @@ pub struct ModelText {
     filter: Option<f64>,
     /// Remarks of the import of a robot file of another program.
     notes: Arc<Vec<Note>>,
-    /// True if the text was converted from a robot file of another program, and the options of this.
+    /// True if the text was converted from a robot file of another program; `import` contains the
+    /// options of the conversion.
     imported: bool,
     import: Import,
 }
@@ -125,7 +127,8 @@ impl ModelText {
         Self::converted(Source::new(name, text), folder, files, options)
     }
 
-    /// Converts the text of a robot file; leaves the text of a model file unchanged.
+    /// Converts the text of a robot file of another program; returns the text of a model file
+    /// unchanged.
     fn converted(
         source: Source,
         folder: PathBuf,
@@ -269,7 +272,7 @@ impl ModelText {
     /// The text or a change is defective: the error lists all defects, each with its place.
     pub fn read(self) -> Result<Robot, Error> {
         let mut model = stiction_format::read(&self.changed(), &|file| self.contents(file))?;
-        // Packed models are computed elsewhere, where nothing is drawn.
+        // A packed model is run on another machine, which draws nothing.
         if !self.files.is_packed() {
             model.load_meshes(&|file| self.mesh(file));
         }
@@ -293,7 +296,8 @@ impl ModelText {
         }
     }
 
-    /// Content of a mesh that the model names, as the robot file does from which it was converted.
+    /// Content of a mesh file, found by its name in the robot file from which the model was
+    /// converted.
     fn mesh(&self, file: &str) -> Result<Vec<u8>, String> {
         match &self.folder {
             Some(folder) => self.import.bytes(folder, file, &self.files),

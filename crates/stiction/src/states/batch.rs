@@ -292,7 +292,7 @@ impl States {
     /// the load fixes to bodies, but no reflected inertia of rotors.
     ///
     /// # Errors
-    /// As [`Self::inverse_dynamics`]; the coordinates are not those of the actuators.
+    /// The errors of [`Self::inverse_dynamics`]; the coordinates are not those of the actuators.
     pub fn mass_matrix(&self, q: &[f64], workers: &Workers<'_>) -> Result<Rows, Error> {
         self.refuse_other_coordinates("a mass matrix")?;
         let batch = Batch { q, v: &[], a: &[] };
@@ -305,7 +305,8 @@ impl States {
             let mut unit = rest.clone();
             let mut at_rest = vec![0.0; count];
             for column in 0..=count {
-                // The first solution, at zero accelerations, contains the effect of weight.
+                // The first solution, at zero accelerations, gives the efforts that carry the
+                // weight.
                 if let Some(before) = column.checked_sub(1) {
                     unit[before] = 1.0;
                 }

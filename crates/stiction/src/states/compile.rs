@@ -27,7 +27,8 @@ pub struct Compiled {
 
 impl Loaded for Compiled {}
 
-/// Longest step in which loops are closed at once: rad for angles, fraction of the characteristic length for lengths.
+/// Longest step of a coordinate in which the loops are closed at once: rad for angles; for lengths,
+/// a fraction of the characteristic length.
 const STEP: f64 = 0.1;
 
 impl Compile {

@@ -43,12 +43,12 @@ impl Derivatives {
 #[derive(Debug)]
 pub(super) struct Recorded {
     program: DerivativeProgram,
-    /// Memories that no thread uses at present, each with space for all derivatives of a state.
+    /// Memories that no thread uses at present, each with a buffer for all derivatives of a state.
     spare: Mutex<Vec<(DerivativeMemory, Vec<f64>)>>,
 }
 
-/// Largest difference between an effort of the general solver and that of the program, relative to the largest
-/// effort; poses near singular ones magnify rounding errors.
+/// Largest accepted difference between an effort of the general solver and that of the program,
+/// relative to the largest effort; poses near singular ones magnify rounding errors.
 const SAME: f64 = 1e-6;
 
 impl Recorded {
@@ -102,7 +102,8 @@ impl Recorded {
         loads: &[AppliedLoad<f64>],
         rows: [&mut [f64]; 3],
     ) {
-        // Never waits: in a process forked while another thread held the lock, it would wait for ever.
+        // Does not wait for the lock: in a process forked while another thread held it, the wait
+        // would never end.
         let spare = self.spare.try_lock().ok().and_then(|mut spare| spare.pop());
         let count = targets.len();
         let size = 3 * count * data.efforts().len();
@@ -126,7 +127,7 @@ impl Recorded {
         }
     }
 
-    /// Tests if the program gives the same efforts as the general solver.
+    /// True if the program computes the same efforts as the general solver, within [`SAME`].
     fn agrees(&self, memory: &DerivativeMemory, efforts: &[f64]) -> bool {
         let (inverse, forces) = (self.program.inverse(), self.program.forces(memory));
         let largest = efforts.iter().fold(f64::MIN_POSITIVE, |largest, x| largest.max(x.abs()));
@@ -141,7 +142,8 @@ fn quantities(count: usize) -> Vec<Quantity> {
     each.into_iter().flat_map(|of| (0..count).map(of)).collect()
 }
 
-/// Home position, and positions one step away from it in each coordinate and direction, as far as the loops close.
+/// Home position, and positions one step away from it in each direction of each coordinate, as far
+/// as the loops close.
 fn positions(
     solver: &InverseDynamics,
     home: &[f64],

@@ -1,4 +1,5 @@
-//! Inverse dynamics, kinematics, Jacobians and mass matrices of batches of states, by a robot that is compiled once.
+//! Inverse dynamics, kinematics, Jacobians and mass matrices of batches of states, for a robot that
+//! is compiled once.
 
 mod batch;
 mod compile;
@@ -97,14 +98,16 @@ impl States {
         if let Some(recorded) = self.derivatives.get() {
             return Ok(recorded);
         }
-        // Recorded without holding a lock: a process forked meanwhile would wait for ever.
+        // No lock is held during the recording: a process forked meanwhile would wait for it for
+        // ever.
         let recorded = derivatives::Recorded::of(self)?;
         Ok(self.derivatives.get_or_init(|| recorded))
     }
 
     /// Takes spare data, or copies the prototype; the data are at the home position.
     fn borrow_data(&self) -> Data<f64> {
-        // Never waits: in a process forked while another thread held the lock, it would wait for ever.
+        // Does not wait for the lock: in a process forked while another thread held it, the wait
+        // would never end.
         let spare = self.spare.try_lock().ok().and_then(|mut spare| spare.pop());
         let mut data = spare.unwrap_or_else(|| self.prototype.clone());
         self.go_home(&mut data);

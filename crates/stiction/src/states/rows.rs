@@ -10,7 +10,8 @@ use std::thread;
 use std::time::Duration;
 use stiction_core::dynamics::{Data, Status};
 
-/// Number of rows in a piece. Each piece starts from the home position, so results do not depend on threads.
+/// Number of rows in a piece. Each piece starts from the home position, so results do not depend on
+/// the number of threads.
 const PIECE: usize = 256;
 /// Time between two calls of [`Workers::is_stopped`] while threads compute.
 const PATIENCE: Duration = Duration::from_millis(50);
@@ -136,7 +137,8 @@ impl States {
             if has_position(*status) {
                 last.copy_from_slice(position);
             } else {
-                // The data are at some position in between, so the next row starts from home.
+                // The data may be at any position between the two rows, so the next row starts from
+                // home.
                 self.go_home(data);
                 last.copy_from_slice(&self.home);
             }
@@ -180,7 +182,7 @@ impl States {
     }
 }
 
-/// Returns true if the loops are closed at the position with this status.
+/// True if the loops are closed at a position with this status.
 fn has_position(status: Status) -> bool {
     !matches!(status, Status::LoopsOpen { .. } | Status::InputNotFinite | Status::Singular)
 }

@@ -69,7 +69,8 @@ impl Study {
             Some(motion) if !is_varied(|target| matches!(target, Target::Motion(_))) => {
                 request = request.motion(motion)?;
             }
-            // Without its varied keys the motion is incomplete, but the columns do not depend on the motion.
+            // Without its varied keys, the motion is incomplete; the columns of the tables do not
+            // depend on the motion.
             Some(_) if request.motion.is_none() => {
                 request.motion = Some((stiction_format::Motion::pose(), "as given".to_owned()));
             }
@@ -153,7 +154,8 @@ impl Study {
         })
     }
 
-    /// Computes a design again for the moving robot of a page of `runs` designs; `None` without a sample.
+    /// Computes a design again as an animation for a report page of `runs` designs; `None` without
+    /// a sample.
     ///
     /// # Errors
     /// The design has no results.
@@ -165,7 +167,8 @@ impl Study {
         })
     }
 
-    /// Reads the model of a design with its motion and load, and passes the job on.
+    /// Reads the model of a design with its motion and load, and calls `use_job` with the resulting
+    /// job.
     fn with_job<T>(
         &self,
         design: &[Setting],
@@ -197,14 +200,14 @@ impl Study {
     }
 }
 
-/// Appends an assignment.
+/// Appends an assignment to a text of assignments.
 fn append(text: &mut Option<String>, part: Option<String>) {
     if let (Some(text), Some(part)) = (text, part) {
         *text = format!("{}; {part}", text.trim_end().trim_end_matches(';'));
     }
 }
 
-/// Finds the owner of a key of the motion or load: the model, or the given assignments.
+/// Determines the owner of a key of the motion or load: the model, or the given assignments.
 fn placed(
     key: &Key,
     rest: &str,

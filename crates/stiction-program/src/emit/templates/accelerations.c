@@ -1,5 +1,5 @@
 
-/* Relative changes of the accelerations and of the efforts at which they are accepted. */
+/* Relative changes of the accelerations and of the efforts at which iterations end. */
 static const real SETTLED_STEP = @SETTLED_STEP@;
 static const real RESIDUAL = @RESIDUAL@;
 /* Relative error of the efforts and of their derivatives. */
@@ -96,7 +96,7 @@ int @NAME@_accelerations(const @NAME@_params *params, @NAME@_state *warm,
         @NAME@_defaults(&model);
         params = &model;
     }
-    /* The direction of the last motion stays as it is. */
+    /* A copy computes, so that the direction of the last motion does not change. */
     copy = *warm;
     for (step = 0; step < MOST_STEPS; ++step) {
         real found[ANSWERS];

@@ -1,5 +1,5 @@
 
-/// Relative changes of the accelerations and of the efforts at which they are accepted.
+/// Relative changes of the accelerations and of the efforts at which iterations end.
 const SETTLED_STEP: Real = @SETTLED_STEP@;
 const RESIDUAL: Real = @RESIDUAL@;
 /// Relative error of the efforts and of their derivatives.
@@ -83,7 +83,7 @@ impl State {
         if !are_finite(tau) {
             return Err(Code::BadInput);
         }
-        // The direction of the last motion stays as it is.
+        // A copy computes, so that the direction of the last motion does not change.
         let mut copy = self.clone();
         let params = &Params { wants_index: false, ..params.clone() };
         let mut now = [0.0; COORDINATES];

@@ -1,9 +1,9 @@
 
 impl State {
-    /// As [`State::ff`] without a direction, and the derivatives of the efforts by positions, rates and
-    /// accelerations. They are exact and contain the change of friction with the reactions. Without
-    /// [`Code::Done`] there are none; that is also so where a joint slides too slowly for derivatives
-    /// ([`Code::Undetermined`]).
+    /// Like [`State::ff`] without a direction, with the derivatives of the efforts with respect to
+    /// positions, rates and accelerations. They are exact and include the change of friction with
+    /// the reactions. The derivatives exist only with [`Code::Done`]. If a joint slides too slowly
+    /// for derivatives, the outcome is [`Code::Undetermined`].
     pub fn derivatives<M: Math>(
         &mut self,
         params: &Params,

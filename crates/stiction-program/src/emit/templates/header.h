@@ -47,7 +47,7 @@ enum {
     @GUARD@_NOT_READY = -4
 };
 
-/* Friction while positions are held, that is, while all rates and accelerations vanish. */
+/* Friction at rest, while all rates and accelerations are zero. */
 enum {
     /* Friction opposes the direction of the last motion. */
     @GUARD@_HELD = 0,
@@ -82,8 +82,8 @@ typedef struct @NAME@_info {
     /* Closure error of the loops: lengths over the characteristic length, angles in rad. */
     @NAME@_real residual;
     /* Singularity index (type 2, actuation): smallest singular value of the dimensionless balance of all bodies, with
-       a characteristic length of @LENGTH@ m; 0 where actuators and constraints do not resist some motion, and without
-       an answer. */
+       a characteristic length of @LENGTH@ m. It is 0 where actuators and constraints do not resist some motion, and
+       if the call has no result. */
     @NAME@_real singularity_index;
     /* Determinant of the equations relative to that at home: 1 at home, positive on the same side of all singular
        positions as home, 0 where the coordinates do not determine the motion, or the actuators do not. */
@@ -97,7 +97,7 @@ typedef struct @NAME@_info {
        coupling, at most 2 x @STEPS@. */
     int corrections;
     int steps;
-    /* Number of passes of the singularity index, at most @INDEX_PASSES@. */
+    /* Number of iterations (passes) of the singularity index, at most @INDEX_PASSES@. */
     int index_passes;
     /* 1 if a rule chose the direction of friction, else 0. */
     int undetermined;

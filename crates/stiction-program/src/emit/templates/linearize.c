@@ -38,7 +38,7 @@ static int linearize(const @NAME@_params *params, const @NAME@_state *warm, cons
     return r[0] > 0;
 }
 
-/* Derivatives by a kind of input (0 positions, 1 rates, 2 accelerations), row by row. */
+/* Derivatives of the efforts with respect to one kind of input (0 positions, 1 rates, 2 accelerations), row by row. */
 static int differentiate(real *w, int kind, real *matrix)
 {
     int row;

@@ -1,6 +1,6 @@
 
-/// Joints with friction, and the places of their reactions and of the direction in the workspace of
-/// the derivatives.
+/// Number of joints with friction, and places of their reactions and of the direction in the
+/// workspace of the derivatives.
 const RUBBING_JOINTS: usize = @RUBBING_JOINTS@;
 const SLOPE_WORK: usize = @SLOPE_WORK@;
 const FIRST_REACTION: usize = FIRST_TARGET + 3 * COORDINATES;
@@ -23,7 +23,7 @@ struct Linear {
 }
 
 impl Linear {
-    /// Prepares derivatives at closed loops, from all results of a call.
+    /// Prepares derivatives at closed loops from the results of a call; `None` if there are none.
     fn new<M: Math>(
         params: &Params,
         tree: &[Real; TREE],
@@ -43,7 +43,8 @@ impl Linear {
         if r[0] > 0.0 { Some(own) } else { None }
     }
 
-    /// Derivatives by a kind of input: 0 positions, 1 rates, 2 accelerations.
+    /// Derivatives of the efforts with respect to one kind of input: 0 positions, 1 rates, 2
+    /// accelerations.
     fn by<M: Math>(&mut self, kind: usize) -> Option<Matrix> {
         let mut matrix = [[0.0; COORDINATES]; ACTUATORS];
         for column in 0..COORDINATES {

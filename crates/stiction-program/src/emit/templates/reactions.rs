@@ -1,10 +1,10 @@
 
 impl State {
-    /// Like [`State::ff`] without a direction, with the reaction of each joint: the force of its first
-    /// body on the second, N, then its moment about the joint's origin, N m, world axes. Reactions contain
-    /// constraint, actuator and friction forces; `None` if the call found no efforts. Components
-    /// that statics does not determine (`stiction check` names them) follow from a rule, and a
-    /// particular machine may differ.
+    /// Like [`State::ff`] without a direction, with the reaction of each joint: the force of its
+    /// first body on the second, N, then the moment about the joint's origin, N m, world axes.
+    /// Reactions contain constraint, actuator and friction forces. They are `None` if the call
+    /// found no efforts. Statically indeterminate components (`stiction check` lists them) follow
+    /// from a rule; those of a real machine may differ.
     pub fn reactions<M: Math>(
         &mut self,
         params: &Params,

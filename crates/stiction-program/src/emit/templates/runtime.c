@@ -10,7 +10,7 @@ typedef @NAME@_real real;
 #define DRIVES @GUARD@_ACTUATORS
 #define JOINTS @GUARD@_JOINTS
 #define TREE @GUARD@_TREE
-/* Numbers of a joint among the results, and results of a call. */
+/* Number of components of a joint among the results, and number of results of a call. */
 #define WRENCH @WRENCH@
 #define ANSWERS @ANSWERS@
 #define TUNABLES @TUNABLES@
@@ -19,7 +19,7 @@ typedef @NAME@_real real;
 #define POSITION_RESULTS @POSITION_RESULTS@
 #define FORCE_WORK @FORCE_WORK@
 #define FORCE_RESULTS @FORCE_RESULTS@
-/* Maximum numbers of passes of the iterations. */
+/* Largest numbers of iterations. */
 #define MOST_CORRECTIONS @CORRECTIONS@
 #define MOST_STEPS @STEPS@
 #define MOST_STRIDES 1000
@@ -38,7 +38,7 @@ static const real CLOSED = @CLOSED@;
 static const real SETTLED = @SETTLED@;
 static const real COARSE = @COARSE@;
 static const real ROUNDING = @ROUNDING@;
-/* Size of the rates that represent the direction of the next motion at rest. */
+/* Magnitude of the rates that represent the direction of incipient motion at rest. */
 static const real CREEP = @REST@;
 
 static const real HOME_TREE[TREE] = {
@@ -49,7 +49,7 @@ static const real HOME[COORDINATES] = {
 @HOME_VALUES@
 };
 
-/* Largest change of each coordinate in a step from home. */
+/* Largest change of each coordinate in one step of the path from home. */
 static const real STRIDE[COORDINATES] = {
 @STRIDES@
 };
@@ -342,7 +342,7 @@ static int solve(const @NAME@_params *params, @NAME@_state *warm, const real *tr
     int has_friction = 1;
     int is_regular;
     int k;
-    /* Direction in which the motion begins if it is at rest now. */
+    /* Direction in which motion begins if the mechanism is at rest now. */
     const real *next = direction != 0 && largest(direction, COORDINATES) > 0 ? direction : qdd;
     const real slow = params->rest_rate >= 0 ? params->rest_rate : 0;
     const int rests = largest(qd, COORDINATES) <= slow;
@@ -379,7 +379,7 @@ static int solve(const @NAME@_params *params, @NAME@_state *warm, const real *tr
     if (weight > 0) {
         has_friction = solve_friction(w, r, with, info);
         for (attempt = 0; attempt < 1 && !has_friction && !rests; ++attempt) {
-            /* A joint at rest while others move, or no convergence: the accelerations give its next direction. */
+            /* A joint is at rest while others move, or no convergence: the accelerations give its direction. */
             real moved[COORDINATES];
             real ideal[ANSWERS];
             if (!(largest(next, COORDINATES) > 0)) {

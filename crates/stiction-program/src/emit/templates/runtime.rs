@@ -17,7 +17,7 @@ pub const TREE: usize = @TREE@;
 /// Fingerprint of the model.
 pub const FINGERPRINT: u64 = @FINGERPRINT@;
 
-/// Numbers of a joint among the results, and results of a call.
+/// Number of components of a joint among the results, and number of results of a call.
 const WRENCH: usize = @WRENCH@;
 const ANSWERS: usize = @ANSWERS@;
 const TUNABLES: usize = @TUNABLES@;
@@ -28,29 +28,30 @@ const FORCE_WORK: usize = @FORCE_WORK@;
 const FORCE_RESULTS: usize = @FORCE_RESULTS@;
 const FIRST_TARGET: usize = TREE + TUNABLES;
 const FIRST_UNKNOWN: usize = FIRST_TARGET + 3 * COORDINATES;
-/// Maximum numbers of passes of the iterations.
+/// Largest numbers of iterations.
 const MOST_CORRECTIONS: u32 = @CORRECTIONS@;
 const MOST_STEPS: u32 = @STEPS@;
 const MOST_STRIDES: Real = 1000.0;
-/// Closure error below which no further correction follows; larger error that is accepted if corrections no longer
-/// reduce it.
+/// Closure error below which no further correction follows; larger error that is accepted if
+/// corrections no longer reduce it.
 const DONE: Real = @DONE@;
 const CLOSED: Real = @CLOSED@;
-/// Squares of relative changes: of a converged step; up to which convergence is quadratic; of rounding errors.
+/// Squares of relative changes: of a converged step; up to which convergence is quadratic; of
+/// rounding errors.
 const SETTLED: Real = @SETTLED@;
 const COARSE: Real = @COARSE@;
 const ROUNDING: Real = @ROUNDING@;
-/// Size of the rates that represent the direction of the next motion at rest.
+/// Magnitude of the rates that represent the direction of incipient motion at rest.
 const CREEP: Real = @REST@;
 
 const HOME_TREE: [Real; TREE] = [
 @HOME@];
 
-/// Position from which the loops are closed first.
+/// Position at which the loops are closed first.
 pub const HOME: [Real; COORDINATES] = [
 @HOME_VALUES@];
 
-/// Largest change of each coordinate in a step from home.
+/// Largest change of each coordinate in one step of the path from home.
 const STRIDE: [Real; COORDINATES] = [
 @STRIDES@];
 
@@ -68,8 +69,8 @@ pub trait Math {
     fn atan2(y: Real, x: Real) -> Real;
 }
 
-/// Outcome of a call. With `Done`, `Undetermined` and `Frictionless`, `tau` is the result of this call;
-/// with the others, it keeps its last value.
+/// Outcome of a call. With `Done`, `Undetermined` and `Frictionless`, `tau` is the result of this
+/// call; with the others, `tau` keeps its last value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Code {
     /// Success.
@@ -87,7 +88,7 @@ pub enum Code {
     Singular,
 }
 
-/// Friction while all rates and accelerations vanish.
+/// Friction at rest, while all rates and accelerations are zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rest {
     /// Friction opposes the direction of the last motion.
@@ -107,7 +108,8 @@ pub struct Params {
     pub fade: Real,
     /// Friction at rest.
     pub rest: Rest,
-    /// Find the singularity index in every call; if `false`, only where the determinant is below @SMALL_DETERMINANT@.
+    /// `true` to compute the singularity index in every call, `false` only where the determinant is
+    /// below @SMALL_DETERMINANT@.
     pub wants_index: bool,
 }
 
@@ -127,9 +129,10 @@ impl Default for Params {
 pub struct Info {
     /// Closure error of the loops: lengths over the characteristic length, angles in rad.
     pub residual: Real,
-    /// Singularity index (type 2, actuation): smallest singular value of the dimensionless balance of all bodies, with a
-    /// characteristic length of @LENGTH@ m; 0 where actuators and constraints do not resist some motion, without an
-    /// answer, and if it is not found, see [`Params::wants_index`].
+    /// Singularity index (type 2, actuation): smallest singular value of the dimensionless balance
+    /// of all bodies, with a characteristic length of @LENGTH@ m. It is 0 where actuators and
+    /// constraints do not resist some motion, if the call has no result, or if it is not computed,
+    /// see [`Params::wants_index`].
     pub singularity_index: Real,
     /// Determinant of the equations relative to that at home: 1 at home, positive on the same side of all singular
     /// positions as home, 0 where the coordinates do not determine the motion, or the actuators do not.
@@ -140,9 +143,9 @@ pub struct Info {
     pub reaction: Option<(Real, usize)>,
     /// Number of corrections of the position.
     pub corrections: u32,
-    /// Number of steps of the friction coupling.
+    /// Number of iterations of the friction coupling.
     pub steps: u32,
-    /// Number of passes of the singularity index, at most @INDEX_PASSES@.
+    /// Number of iterations (passes) of the singularity index, at most @INDEX_PASSES@.
     pub index_passes: u32,
     /// `true` if a rule chose the direction of friction.
     pub undetermined: bool,
@@ -316,7 +319,8 @@ fn creep(direction: &[Real; COORDINATES]) -> [Real; COORDINATES] {
 }
 
 impl State {
-    /// Closes the loops at the positions `q`, in straight steps from home.
+    /// Creates a state with the loops closed at the positions `q`, reached from home on a straight
+    /// line.
     ///
     /// # Errors
     /// [`Code::Open`] or [`Code::BadInput`].
@@ -465,7 +469,7 @@ impl State {
     ) -> Option<(Code, [Real; ANSWERS])> {
         let mut w = [0.0; FORCE_WORK];
         let mut r = [0.0; FORCE_RESULTS];
-        // Direction in which the motion begins if it is at rest now.
+        // Direction in which motion begins if the mechanism is at rest now.
         let mut next = *direction.unwrap_or(qdd);
         let slow = if params.rest_rate >= 0.0 { params.rest_rate } else { 0.0 };
         let rests = largest(qd) <= slow;
@@ -506,7 +510,8 @@ impl State {
         if weight > 0.0 {
             let mut with = solve_friction::<M>(&mut w, &mut r, info);
             if with.is_none() && !rests && largest(&next) > 0.0 {
-                // A joint at rest while others move: the accelerations give its next direction.
+                // A joint is at rest while others move: the accelerations determine its next
+                // direction.
                 let mut moved = creep(&next);
                 for k in 0..COORDINATES {
                     moved[k] += qd[k];

@@ -1,51 +1,51 @@
 /* Singularity index: smallest singular value of the dimensionless balance A of all bodies, by inverse iteration with
    two vectors. Along the joints of a spanning tree, A x = y and its transpose are solved by recursion; a dense system
    has one unknown for each free motion of these joints, and one row for each column, which is an unknown of a joint
-   that closes a loop, or of a gearing. Vectors have six components for each body, each for both vectors. */
+   that closes a loop, or of a gearing. Two vectors with six components for each body are stored alternately. */
 #define BODIES @BODIES@
 #define MOTIONS @MOTIONS@
 #define COLUMNS @COLUMNS@
 #define TERMS @TERMS@
-/* Columns without which equilibrium is possible; columns that resist local passive degrees of freedom. */
+/* Number of redundant columns; number of columns that resist local passive degrees of freedom. */
 #define REDUNDANT @REDUNDANT@
 #define SPINS @SPINS@
-/* Size of an array that may have no items. */
+/* Size of an array, at least one. */
 #define ROOM(count) ((count) > 0 ? (count) : 1)
 #define FIRST_PLACE @FIRST_PLACE@
 #define MOST_PASSES @INDEX_PASSES@
-/* Numbers of a body in two vectors. */
+/* Number of components of a body in a pair of vectors. */
 #define WIDTH 12
 
 /* Square of the sine of the angle between a vector and its next iterate, at convergence. */
 static const real ALIGNED = @ALIGNED@;
-/* Part of a vector below which the rest is rounding errors. */
+/* Fraction of the square of a vector up to which its remainder after orthogonalisation is a rounding error. */
 static const real PARALLEL = @PARALLEL@;
-/* Index up to which the position counts as singular, and determinant from which on it needs no test. */
+/* Index up to which a position is singular; relative determinant from which the index is not needed. */
 static const real LEAST_INDEX = @LEAST_INDEX@;
 static const real SMALL_DETERMINANT = @SMALL_DETERMINANT@;
 
-/* Parent of each place in the tree; place 0 is the ground. */
+/* Place of the parent of each body in the tree; place 0 is the ground. */
 static const short PARENT[BODIES + 1] = { @PARENT@ };
-/* Place that a free motion moves first. */
+/* Place of the first body that each free motion moves. */
 static const short MOVES[ROOM(MOTIONS)] = { @MOVES@ };
-/* Column of each term, and the places on which it acts, in opposite directions. */
+/* Column of each term, and the places of the two bodies on which it acts, in opposite directions. */
 static const short COLUMN_OF[ROOM(TERMS)] = { @COLUMN_OF@ };
 static const short ON[ROOM(TERMS)][2] = { @ON@ };
-/* Signs of the terms on each motion. */
+/* Sign with which each term does work in each free motion; 0 for none. */
 static const signed char SIGN[ROOM(MOTIONS)][ROOM(TERMS)] = {
 @SIGN@};
 
-/* Decomposed dense system and the positions of a state. */
+/* Data of a state with its decomposed dense system. */
 typedef struct {
-    /* Centres of mass; origins of the joints; free motions and terms with six components. */
+    /* Centres of mass, origins of the joints, free motions, and terms; the last two have six components each. */
     const real *centre;
     const real *origin;
     const real *motion;
     const real *term;
-    /* Triangular factors, with reciprocal pivots, and the column of each row. */
+    /* Triangular factors with reciprocal pivots, and the column of each row. */
     real factors[ROOM(COLUMNS)][ROOM(MOTIONS)];
     int column[ROOM(COLUMNS)];
-    /* Unit vectors of reactions in equilibrium with each other, and of local passive degrees of freedom. */
+    /* Orthonormal self-stresses, and orthonormal local passive degrees of freedom. */
     real stress[ROOM(REDUNDANT)][6 * BODIES + COLUMNS];
     real spin[ROOM(SPINS)][6 * BODIES];
 } balance;
@@ -126,7 +126,7 @@ static int decompose(const real *places, balance *own)
     return 1;
 }
 
-/* Adds the amounts of all columns as wrenches on the bodies. */
+/* Adds the wrenches of all columns, in these amounts, to those on the bodies. */
 static void add_terms(const balance *own, const real *amounts, real *sum)
 {
     int i;
@@ -146,7 +146,7 @@ static void add_terms(const balance *own, const real *amounts, real *sum)
     }
 }
 
-/* Adds the wrenches on all outer bodies to those on each body. */
+/* Adds the wrenches on all outer bodies to those on each body, from the tips to the ground. */
 static void gather(real *x)
 {
     int k;
@@ -158,7 +158,7 @@ static void gather(real *x)
     }
 }
 
-/* Adds the motion of its parent to that of each body. */
+/* Adds the motion of its parent to that of each body, from the ground to the tips. */
 static void spread(real *x)
 {
     int k;
@@ -173,8 +173,8 @@ static void spread(real *x)
     }
 }
 
-/* Solves A x = y: `x` are the wrenches on the bodies about the reference point, and becomes those of the joints of the
-   tree about their origins; `amounts` are those of the columns. */
+/* Solves A x = y. On entry, `x` contains the wrenches on the bodies about the reference point; on return, those of the
+   joints of the tree about their origins, and `amounts` those of the columns. */
 static void carry(const balance *own, real *x, real *amounts)
 {
     real rest[WIDTH * (BODIES + 1)];
@@ -223,8 +223,8 @@ static void carry(const balance *own, real *x, real *amounts)
     }
 }
 
-/* Solves the transposed system: `x` are the motions of the joints of the tree about their origins, `amounts` those of
-   the columns; `x` becomes the motions of the bodies about their centres of mass. */
+/* Solves the transposed system. On entry, `x` contains the motions of the joints of the tree about their origins, and
+   `amounts` those of the columns; on return, `x` contains the motions of the bodies about their centres of mass. */
 static void move(const balance *own, real *x, const real *amounts)
 {
     real rest[WIDTH * (BODIES + 1)];
@@ -312,7 +312,7 @@ static void normalise(real *x, const real *units, int units_count, int count)
     }
 }
 
-/* Fills a vector with numbers without any pattern. */
+/* Fills a vector with numbers that have no symmetry. */
 static void fill(real *x, int stride, int count)
 {
     unsigned long seed = 1;
@@ -323,7 +323,7 @@ static void fill(real *x, int stride, int count)
     }
 }
 
-/* Subtracts reactions in equilibrium with each other from the wrenches of the joints and the amounts of the columns. */
+/* Subtracts the self-stresses from the wrenches of the joints and the amounts of the columns. */
 static void remove_stresses(const balance *own, real *x, real *amounts)
 {
     int lane;
@@ -348,7 +348,7 @@ static void remove_stresses(const balance *own, real *x, real *amounts)
     }
 }
 
-/* Adds the products of two vectors: of the first with itself, of both, of the second with itself. */
+/* Adds the inner products of two vectors: first with first, first with second, second with second. */
 static void multiply(const real *x, int count, real *products)
 {
     int k;
@@ -359,7 +359,7 @@ static void multiply(const real *x, int count, real *products)
     }
 }
 
-/* Finds the reactions in equilibrium with each other, and the local passive degrees of freedom. */
+/* Computes the self-stresses and the local passive degrees of freedom. */
 static void find_null_vectors(balance *own)
 {
     real x[WIDTH * (BODIES + 1)];
@@ -398,7 +398,7 @@ static void find_null_vectors(balance *own)
     }
 }
 
-/* Makes both vectors orthogonal to local passive degrees of freedom and to each other, of unit length. */
+/* Makes both vectors orthogonal to the local passive degrees of freedom and to each other, with unit length. */
 static void make_orthonormal(const balance *own, real *x)
 {
     int lane;
@@ -423,13 +423,13 @@ static void make_orthonormal(const balance *own, real *x)
     }
 }
 
-/* Improves two unit vectors of least resistance by a step of inverse iteration, of which the first has the lower
-   resistance. Returns the square of this resistance; sets `aligned` to 1 if the first vector has hardly turned. */
+/* Improves the two unit vectors of least resistance by a step of inverse iteration; the first has the lower resistance.
+   Returns the square of this resistance; sets `aligned` to 1 if the first vector has hardly turned. */
 static real improve(const balance *own, real *x, int *aligned)
 {
     real bodies[WIDTH * (BODIES + 1)];
     real amounts[2 * ROOM(COLUMNS)];
-    /* Products of the iterates and of A transposed times the iterates. */
+    /* Inner products of the iterates, and of A transposed times the iterates. */
     real moved[3] = { 0, 0, 0 };
     real resisted[3] = { 0, 0, 0 };
     real second = 0;
@@ -469,7 +469,7 @@ static real improve(const balance *own, real *x, int *aligned)
     }
     least = resisted[0] / moved[0];
     if (second > PARALLEL * moved[2]) {
-        /* Principal axes of A times its transpose in the plane of both iterates. */
+        /* Principal axes of A times its transpose in the plane of both iterates (Rayleigh-Ritz). */
         const real a = 1 / sqrt@F@(moved[0]);
         const real b = 1 / sqrt@F@(second);
         const real mixed = (resisted[1] - along * resisted[0]) * a * b;
@@ -500,7 +500,7 @@ static real improve(const balance *own, real *x, int *aligned)
     return least;
 }
 
-/* Finds the singularity index from the positions after `prepare`, starting from the vectors of the last call. */
+/* Computes the singularity index from the results of `prepare`, starting from the vectors of the last call. */
 static void find_index(const real *places, @NAME@_state *warm, @NAME@_info *info)
 {
     balance own;
@@ -514,7 +514,7 @@ static void find_index(const real *places, @NAME@_state *warm, @NAME@_info *info
         return;
     }
     find_null_vectors(&own);
-    /* Motions with a symmetry keep vectors with this symmetry: a small part of a vector without any finds the others. */
+    /* Symmetric motions preserve a symmetry of the vectors: a small part without symmetry finds the others. */
     fill(added, 1, 6 * BODIES);
     for (k = 0; k < 6 * BODIES; ++k) {
         warm->weakest[2 * k + 1] += added[k] / 32;

@@ -1,63 +1,69 @@
-/// Number of free motions of the joints of the spanning tree, and of columns: unknowns of joints that close loops, and
-/// of gearings.
+/// Number of free motions of the joints of the spanning tree; number of columns, which are the
+/// unknowns of joints that close loops and of gearings; number of terms of the columns.
 const MOTIONS: usize = @MOTIONS@;
 const COLUMNS: usize = @COLUMNS@;
 const TERMS: usize = @TERMS@;
-/// Columns without which equilibrium is possible; columns that resist local passive degrees of freedom.
+/// Number of redundant columns; number of columns that resist local passive degrees of freedom.
 const REDUNDANT: usize = @REDUNDANT@;
 const SPINS: usize = @SPINS@;
 const FIRST_PLACE: usize = @FIRST_PLACE@;
 const MOST_PASSES: u32 = @INDEX_PASSES@;
-/// Numbers of a body in two vectors.
+/// Number of components of a body in a pair of vectors.
 const WIDTH: usize = 12;
 /// Square of the sine of the angle between a vector and its next iterate, at convergence.
 const ALIGNED: Real = @ALIGNED@;
-/// Part of a vector below which the rest is rounding errors.
+/// Fraction of the square of a vector up to which its remainder after orthogonalisation is a
+/// rounding error.
 const PARALLEL: Real = @PARALLEL@;
-/// Index up to which the position counts as singular, and determinant from which on it needs no test.
+/// Index up to which a position is singular; relative determinant from which the index is not
+/// needed.
 const LEAST_INDEX: Real = @LEAST_INDEX@;
 const SMALL_DETERMINANT: Real = @SMALL_DETERMINANT@;
 
-/// Size of an array that may have no items.
+/// Size of an array, at least one.
 const fn room(count: usize) -> usize {
     if count > 0 { count } else { 1 }
 }
 
-/// Parent of each place in the tree; place 0 is the ground.
+/// Place of the parent of each body in the tree; place 0 is the ground.
 const PARENT: [usize; BODIES + 1] = [@PARENT@];
-/// Place that a free motion moves first.
+/// Place of the first body that each free motion moves.
 const MOVES: [usize; room(MOTIONS)] = [@MOVES@];
-/// Column of each term, and the places on which it acts, in opposite directions.
+/// Column of each term, and the places of the two bodies on which it acts, in opposite directions.
 const COLUMN_OF: [usize; room(TERMS)] = [@COLUMN_OF@];
 const ON: [[usize; 2]; room(TERMS)] = [@ON@];
-/// Signs of the terms on each motion.
+/// Sign with which each term does work in each free motion; 0 for none.
 const SIGN: [[i8; room(TERMS)]; room(MOTIONS)] = [
 @SIGN@];
 
-/// Two vectors, with six components for each body including the ground, each for both vectors.
+/// Two vectors with six components for each body, including the ground; components of both vectors
+/// alternate.
 type Pair = [Real; WIDTH * (BODIES + 1)];
-/// Amounts of the columns, each for both vectors.
+/// Amounts of the columns for both vectors, which alternate.
 type Amounts = [Real; 2 * room(COLUMNS)];
 type Weakest = [Real; WIDTH * BODIES];
 
-/// Decomposed dense system and the positions of a state. Along the joints of the tree, `A x = y` and its transpose are
-/// solved by recursion, where A is the dimensionless balance of all bodies; the dense system has one unknown for each
-/// free motion of these joints, and one row for each column.
+/// Data of a state with its decomposed dense system. The system `A x = y`, where A is the
+/// dimensionless balance of all bodies, and its transpose are solved by recursion along the tree
+/// and by the dense system, which has one unknown for each free motion of the tree's joints and one
+/// row for each column.
 struct Balance<'a> {
-    /// Centres of mass; origins of the joints; free motions and terms with six components.
+    /// Centres of mass, origins of the joints, free motions, and terms; the last two have six
+    /// components each.
     centre: &'a [Real],
     origin: &'a [Real],
     motion: &'a [Real],
     term: &'a [Real],
-    /// Triangular factors, with reciprocal pivots, and the column of each row.
+    /// Triangular factors with reciprocal pivots, and the column of each row.
     factors: [[Real; room(MOTIONS)]; room(COLUMNS)],
     column: [usize; room(COLUMNS)],
-    /// Unit vectors of reactions in equilibrium with each other, and of local passive degrees of freedom.
+    /// Orthonormal self-stresses, and orthonormal local passive degrees of freedom.
     stress: [[Real; 6 * BODIES + COLUMNS]; room(REDUNDANT)],
     spin: [[Real; 6 * BODIES]; room(SPINS)],
 }
 
-/// Adds `by` times the product of the vector at `k` in `r` and each of two vectors at `from`, at `to`.
+/// For each of two vectors: adds `by` times the cross product of the vector at `k` in `r` and the
+/// vector at `from` to the vector at `to`.
 fn add_cross(r: &[Real], k: usize, x: &mut Pair, from: usize, by: Real, to: usize) {
     for lane in 0..2 {
         let (a, b, c) = (x[from + lane], x[from + 2 + lane], x[from + 4 + lane]);
@@ -67,7 +73,7 @@ fn add_cross(r: &[Real], k: usize, x: &mut Pair, from: usize, by: Real, to: usiz
     }
 }
 
-/// Adds the wrenches on all outer bodies to those on each body.
+/// Adds the wrenches on all outer bodies to those on each body, from the tips to the ground.
 fn gather(x: &mut Pair) {
     for k in (1..=BODIES).rev() {
         for i in 0..WIDTH {
@@ -76,7 +82,7 @@ fn gather(x: &mut Pair) {
     }
 }
 
-/// Adds the motion of its parent to that of each body.
+/// Adds the motion of its parent to that of each body, from the ground to the tips.
 fn spread(x: &mut Pair) {
     x[..WIDTH].fill(0.0);
     for k in 1..=BODIES {
@@ -86,7 +92,8 @@ fn spread(x: &mut Pair) {
     }
 }
 
-/// Subtracts from every second or from all components of a vector its part along a unit vector.
+/// Subtracts from a vector its component along a unit vector; `stride` is 2 for one vector of a
+/// pair.
 fn subtract(x: &mut [Real], unit: &[Real], stride: usize) {
     let mut along = 0.0;
     for (x, unit) in x.iter().step_by(stride).zip(unit) {
@@ -97,7 +104,7 @@ fn subtract(x: &mut [Real], unit: &[Real], stride: usize) {
     }
 }
 
-/// Scales to a unit vector.
+/// Scales a vector to unit length.
 fn normalise<M: Math>(x: &mut [Real]) {
     let mut square = 0.0;
     for x in x.iter() {
@@ -109,7 +116,7 @@ fn normalise<M: Math>(x: &mut [Real]) {
     }
 }
 
-/// Fills a vector with numbers without any pattern, with a distance of `stride`.
+/// Fills a vector with numbers that have no symmetry; `stride` is 2 for one vector of a pair.
 fn fill(x: &mut [Real], stride: usize) {
     let mut seed = 1_u32;
     for x in x.iter_mut().step_by(stride) {
@@ -118,14 +125,15 @@ fn fill(x: &mut [Real], stride: usize) {
     }
 }
 
-/// Vectors from which the first call starts.
+/// Initial vectors of the first call.
 fn without_pattern() -> Weakest {
     let mut weakest = [0.0; WIDTH * BODIES];
     fill(&mut weakest, 1);
     weakest
 }
 
-/// Adds the products of two vectors: of the first with itself, of both, of the second with itself.
+/// Adds the inner products of the two vectors of a pair: first with first, first with second,
+/// second with second.
 fn multiply(x: &[Real], products: &mut [Real; 3]) {
     for pair in x.chunks_exact(2) {
         products[0] += pair[0] * pair[0];
@@ -186,7 +194,7 @@ impl<'a> Balance<'a> {
         Some(own)
     }
 
-    /// Adds the amounts of all columns as wrenches on the bodies.
+    /// Adds the wrenches of all columns, in these amounts, to those on the bodies.
     fn add_terms(&self, amounts: &Amounts, sum: &mut Pair) {
         for k in 0..TERMS {
             let (first, second) = (amounts[2 * COLUMN_OF[k]], amounts[2 * COLUMN_OF[k] + 1]);
@@ -201,8 +209,9 @@ impl<'a> Balance<'a> {
         }
     }
 
-    /// Solves `A x = y`: `x` are the wrenches on the bodies about the reference point, and becomes those of the joints
-    /// of the tree about their origins. Returns those of the columns.
+    /// Solves `A x = y`. On entry, `x` contains the wrenches on the bodies about the reference
+    /// point; on return, those of the joints of the tree about their origins. Returns the amounts
+    /// of the columns.
     fn carry(&self, x: &mut Pair) -> Amounts {
         let mut right = [0.0; 2 * room(MOTIONS)];
         let mut amounts = [0.0; 2 * room(COLUMNS)];
@@ -242,8 +251,9 @@ impl<'a> Balance<'a> {
         amounts
     }
 
-    /// Solves the transposed system: `x` are the motions of the joints of the tree about their origins, `amounts` those
-    /// of the columns; `x` becomes the motions of the bodies about their centres of mass.
+    /// Solves the transposed system. On entry, `x` contains the motions of the joints of the tree
+    /// about their origins, and `amounts` those of the columns; on return, `x` contains the motions
+    /// of the bodies about their centres of mass.
     fn shift(&self, x: &mut Pair, amounts: &Amounts) {
         let mut right = [0.0; 2 * room(MOTIONS)];
         let mut rest = [0.0; WIDTH * (BODIES + 1)];
@@ -288,7 +298,7 @@ impl<'a> Balance<'a> {
         }
     }
 
-    /// Finds the reactions in equilibrium with each other, and the local passive degrees of freedom.
+    /// Computes the self-stresses and the local passive degrees of freedom.
     fn find_null_vectors<M: Math>(&mut self) {
         for n in 0..REDUNDANT {
             let column = self.column[MOTIONS + n];
@@ -325,7 +335,8 @@ impl<'a> Balance<'a> {
         }
     }
 
-    /// Makes both vectors orthogonal to local passive degrees of freedom and to each other, of unit length.
+    /// Makes both vectors orthogonal to the local passive degrees of freedom and to each other,
+    /// with unit length.
     fn make_orthonormal<M: Math>(&self, x: &mut Weakest) {
         for lane in 0..2 {
             for spin in &self.spin[..SPINS] {
@@ -348,7 +359,7 @@ impl<'a> Balance<'a> {
         }
     }
 
-    /// Subtracts reactions in equilibrium with each other from the wrenches of the joints and the amounts of the columns.
+    /// Subtracts the self-stresses from the wrenches of the joints and the amounts of the columns.
     fn remove_stresses(&self, x: &mut Pair, amounts: &mut Amounts) {
         for stress in &self.stress[..REDUNDANT] {
             for lane in 0..2 {
@@ -369,10 +380,11 @@ impl<'a> Balance<'a> {
         }
     }
 
-    /// Improves two unit vectors of least resistance by a step of inverse iteration, of which the first has the lower
-    /// resistance. Returns the square of this resistance, and `true` if the first vector has hardly turned.
+    /// Improves the two unit vectors of least resistance by a step of inverse iteration; the first
+    /// has the lower resistance. Returns the square of this resistance, and `true` if the first
+    /// vector has hardly turned.
     fn improve<M: Math>(&self, x: &mut Weakest) -> (Real, bool) {
-        // Products of the iterates and of A transposed times the iterates.
+        // Inner products of the iterates, and of A transposed times the iterates.
         let (mut moved, mut resisted) = ([0.0; 3], [0.0; 3]);
         let mut bodies = [0.0; WIDTH * (BODIES + 1)];
         bodies[WIDTH..].copy_from_slice(x);
@@ -404,7 +416,7 @@ impl<'a> Balance<'a> {
             self.make_orthonormal::<M>(x);
             return (least, is_aligned);
         }
-        // Principal axes of A times its transpose in the plane of both iterates.
+        // Principal axes of A times its transpose in the plane of both iterates (Rayleigh-Ritz).
         let (a, b) = (1.0 / M::sqrt(moved[0]), 1.0 / M::sqrt(second));
         let mixed = (resisted[1] - along * resisted[0]) * a * b;
         let other = (resisted[2] - 2.0 * along * resisted[1] + along * along * resisted[0]) * b * b;
@@ -427,13 +439,15 @@ impl<'a> Balance<'a> {
     }
 }
 
-/// Finds the singularity index from the positions after `prepare`: smallest singular value of the dimensionless balance
-/// of all bodies, by inverse iteration with two vectors, starting from those of the last call.
+/// Computes the singularity index from the results of `prepare`: the smallest singular value of the
+/// dimensionless balance of all bodies, by inverse iteration with two vectors that start from those
+/// of the last call.
 fn find_index<M: Math>(places: &[Real], weakest: &mut Weakest, info: &mut Info) {
     (info.singularity_index, info.index_passes) = (0.0, 0);
     let Some(mut own) = Balance::decompose(places) else { return };
     own.find_null_vectors::<M>();
-    // Motions with a symmetry keep vectors with this symmetry: a small part of a vector without any finds the others.
+    // Symmetric motions preserve a symmetry of the vectors: a small part without symmetry finds the
+    // others.
     let mut added = [0.0; 6 * BODIES];
     fill(&mut added, 1);
     for k in 0..6 * BODIES {

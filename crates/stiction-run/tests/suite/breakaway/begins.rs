@@ -165,7 +165,8 @@ fn breakaway_is_the_limit_of_slow_motion() {
             // limits.
             let (least, greatest) = (expected.0.min(expected.1), expected.0.max(expected.1));
             let (low, high) = forces.effort_bounds[k];
-            // Viscous friction at 1e-8 m/s, and the effect of slow interfaces in the legs at rest.
+            // Tolerance for viscous friction at 1e-8 m/s, and for the slow interfaces in the legs
+            // at rest.
             let near = 1e-6;
             assert!(
                 (low - least).abs() < near && (high - greatest).abs() < near,

@@ -216,7 +216,7 @@ fn a_slider_crank() {
         // Exact intervals are their own outer bounds, up to the rounding of both formulas.
         let rounding = 8.0 * f64::EPSILON * low.abs().max(high.abs());
         assert!(outer_low <= low + rounding && high - rounding <= outer_high);
-        // Where the push P vanishes, friction alone carries the load.
+        // The push P is zero where friction alone carries the load.
         let needed = load.abs() / (mu * 60.0);
         let holding = &found.rest.unpowered;
         near(holding.needed.1, needed);

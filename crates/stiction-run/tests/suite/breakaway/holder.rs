@@ -1,12 +1,12 @@
-//! A mechanism at rest with prescribed static frictions.
+//! Mechanism at rest with prescribed static friction forces.
 
 use crate::common::*;
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Rest, Settings};
 use stiction_core::kinematics::{Coordinate, Target};
 use stiction_format::ModelFile;
 
-/// Actuator forces of a mechanism at rest where every interface has a given fraction of its
-/// friction limit; `None` if friction and reactions do not converge.
+/// Mechanism at rest with static friction given as a fraction of the limit at every interface. The
+/// actuator forces are `None` if friction and reactions do not converge.
 pub(crate) struct Holder {
     pub(crate) solver: InverseDynamics,
     pub(crate) loads: Vec<AppliedLoad<f64>>,
@@ -15,7 +15,7 @@ pub(crate) struct Holder {
 }
 
 impl Holder {
-    /// The mechanism at an instant of a model's default motion.
+    /// Creates the mechanism at an instant of a model's default motion.
     pub(crate) fn new(model: &ModelFile, time: f64) -> Self {
         let job = default_job(model, FrictionMode::Converged);
         let (coordinates, targets): (Vec<Coordinate>, Vec<Target<f64>>) = job
@@ -38,7 +38,7 @@ impl Holder {
         self.balance(held).map(|(drives, _)| drives)
     }
 
-    /// Actuator forces and normal loads.
+    /// Actuator forces and normal loads for static friction `held`, as fractions of the limits.
     pub(crate) fn balance(&self, held: &[[f64; 3]]) -> Option<(Vec<f64>, Vec<f64>)> {
         let compiled = self.solver.model().unwrap();
         let parameters = self.solver.parameters();

@@ -53,7 +53,7 @@ fn a_robot_against_random_static_frictions() {
                 if interface.shape != InterfaceShape::Ball {
                     held = [held[0], 0.0, 0.0];
                 }
-                // Half of them at their limits, the others within.
+                // In every second round, all friction forces are at their limits, otherwise within.
                 let size = held.iter().map(|x| x * x).sum::<f64>().sqrt();
                 let over = if round % 2 == 0 { 1.0 / size } else { 1.0 / size.max(1.0) };
                 held.map(|x| x * over)
@@ -67,7 +67,7 @@ fn a_robot_against_random_static_frictions() {
             widest[k] = widest[k].max(((drive - centre) / (high - centre)).abs());
         }
     }
-    // Random signs at many interfaces seldom agree, but they cover part of the interval.
+    // The random signs rarely agree at many interfaces, but the results cover part of the interval.
     assert!(widest.iter().all(|w| *w > 0.4), "{widest:?}");
     for ((low, high), (outer_low, outer_high)) in
         forces.effort_bounds.iter().zip(&forces.effort_outer_bounds)

@@ -4,7 +4,7 @@ use stiction_core::joint::JointType;
 use stiction_core::mechanism::{BodySpec, JointSpec, Mechanism, MechanismBuilder};
 use stiction_core::spatial::Pose;
 
-/// The same mechanism with lengths multiplied by `scale`, on another base, with other names.
+/// Change of a mechanism: lengths multiplied by `scale`, another base, other names.
 pub(crate) struct Change {
     pub(crate) scale: f64,
     pub(crate) base: Option<Pose<f64>>,

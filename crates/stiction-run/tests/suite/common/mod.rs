@@ -1,4 +1,4 @@
-//! Runs of gallery models, and their tables, read back like another program would.
+//! Runs of gallery models, and their tables, read back as another program would read them.
 #![allow(dead_code, reason = "each test uses its part")]
 
 pub(crate) mod change;
@@ -13,7 +13,8 @@ use stiction_run::{Error, Job, Sink};
 pub(crate) const MODES: [FrictionMode; 3] =
     [FrictionMode::Off, FrictionMode::OnePass, FrictionMode::Converged];
 
-/// A mass of 2 kg on a level guide, with what else its joint and its file have.
+/// Model of a mass of 2 kg on a horizontal guide. `joint` is appended to the table of the joint,
+/// `more` to the file.
 pub(crate) fn slide(joint: &str, more: &str) -> ModelFile {
     let text = format!(
         r#"
@@ -167,7 +168,7 @@ fn sections(text: &str) -> (String, Vec<String>) {
     (head, tables)
 }
 
-/// The same model file with its tables in reverse order.
+/// Text of a model file with its tables in reverse order.
 pub(crate) fn in_reverse(text: &str) -> String {
     let (head, mut tables) = sections(text);
     // Entries of `place` are numbered by their order, so they keep it.

@@ -11,7 +11,7 @@ fn power_is_balanced() {
     fn identity(specimen: &Specimen) -> Result<Verdict, Verdict> {
         let power = solve(&specimen.case())?.forces.power;
         let part = power.residual().abs() / power.turnover;
-        // About a hundred products, each rounded.
+        // Tolerance for the rounding of about a hundred products.
         let holds = power.turnover == 0.0 || part <= 1e-12;
         Ok(if holds { Verdict::Holds } else { Verdict::Broken(format!("{part:e}: {power:?}")) })
     }
@@ -65,7 +65,7 @@ fn every_body_obeys_newton_and_euler() {
             found.extend((moment - spin).to_array());
         }
         let nothing = vec![0.0; found.len()];
-        // Forces that are large near singular positions, times arms of the size of the mechanism.
+        // Near singular positions, large forces act at arms of the size of the mechanism.
         Ok(agree("component of what is left", &nothing, &found, largest.max(1e-9), 1e-10))
     }
     try_everywhere("every body obeys Newton and Euler", 0.5, identity);

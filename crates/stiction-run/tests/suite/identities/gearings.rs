@@ -35,8 +35,9 @@ fn geared(specimen: &Specimen, joints: [&str; 2], ratio: f64, offset: f64) -> Op
     }
 }
 
-/// A gearing that agrees with the motion replaces the actuator of one of its joints: it exerts the same effort there, the
-/// other joint's actuator takes what it exerts on that, and all reactions and frictions remain.
+/// A gearing that is compatible with the motion can replace the actuator of one of its joints. It
+/// exerts the same effort there, the actuator of the other joint additionally carries its reaction,
+/// and all joint reactions and frictions are unchanged.
 #[test]
 fn gearings_replace_actuators() {
     fn identity(specimen: &Specimen) -> Result<Verdict, Verdict> {
@@ -45,7 +46,7 @@ fn gearings_replace_actuators() {
         }
         let case = specimen.case();
         let joints = case.mechanism.joints();
-        // Prescribed and actuated joints with one degree of freedom.
+        // Actuated joints with one degree of freedom whose coordinate is prescribed.
         let both = case.coordinates.iter().enumerate().filter_map(|(k, coordinate)| {
             let Coordinate::Joint { joint, .. } = *coordinate else { return None };
             (joints[joint.0].actuated == [true]).then_some((k, joint))
@@ -68,7 +69,7 @@ fn gearings_replace_actuators() {
         let Some(mechanism) = geared(specimen, names, ratio, offset) else {
             return Err(Verdict::Apart("geared joints form a loop"));
         };
-        // Tables of a file are in another order.
+        // The joints of a model file are in another order.
         let id = |joint: usize| mechanism.joint_id(&joints[joint].name).unwrap();
         let others = free.coordinates.iter().zip(&free.targets).enumerate();
         let others = others.filter(|(k, _)| *k != second).map(|(_, (coordinate, target))| {

@@ -21,7 +21,7 @@ impl Verdict {
     }
 }
 
-/// A law of mechanics. Its computation may fail: the identity then does not apply, or is violated.
+/// Law of mechanics. If its computation fails, the law does not apply or is violated.
 pub(crate) type Identity = fn(&Specimen) -> Result<Verdict, Verdict>;
 
 /// Evaluates the identity; a panic is a violation.

@@ -30,7 +30,7 @@ fn a_wrong_law_is_reduced_to_a_joint() {
         let frictions: usize = small.draft.joints.iter().map(|joint| joint.friction.len()).sum();
         assert_eq!(frictions, 1, "one friction is enough");
 
-        // The program accepts the file.
+        // The reader accepts the written file.
         let file = small.file();
         let model = read(&Source::new("small.toml", file.as_str()), &|_| Err("no files".into()))
             .unwrap_or_else(|diagnostics| panic!("{diagnostics}\n{file}"));

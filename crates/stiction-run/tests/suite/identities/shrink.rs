@@ -10,7 +10,7 @@ use stiction_core::spatial::{Mat3, Vec3};
 /// large ones first.
 pub(crate) fn shrink(identity: Identity, specimen: &Specimen) -> Specimen {
     let kind = |specimen: &Specimen| match verdict(identity, specimen) {
-        // The violation without its numbers.
+        // Message of the violation, without its numbers.
         Verdict::Broken(why) => {
             why.split(|c: char| c == ':' || c.is_ascii_digit()).next().map(str::to_owned)
         }
@@ -19,7 +19,7 @@ pub(crate) fn shrink(identity: Identity, specimen: &Specimen) -> Specimen {
     let wanted = kind(specimen);
     let is_broken = |specimen: &Specimen| kind(specimen) == wanted;
     let mut best = specimen.clone();
-    // Each reduction removes something that no other restores, so this ends.
+    // Each reduction removes something that no other reduction restores, so the loop ends.
     while let Some(smaller) = smaller(&best).into_iter().find(|smaller| is_broken(smaller)) {
         best = smaller;
     }
@@ -45,7 +45,8 @@ fn smaller(of: &Specimen) -> Vec<Specimen> {
     all
 }
 
-/// Removes a connected component that remains without one body and the ground: a leg.
+/// Variants without one branch: a connected component that remains when one body (the hub) and the
+/// ground are removed, such as a leg.
 fn without_branches(of: &Specimen) -> Vec<Specimen> {
     let draft = &of.draft;
     let mut all = Vec::new();
@@ -117,7 +118,7 @@ fn without_friction(of: &Specimen, joint: usize) -> Option<Specimen> {
     Some(smaller)
 }
 
-/// Sets the rates to zero, or the accelerations.
+/// Variants with zero rates or zero accelerations.
 fn calmer(of: &Specimen, place: usize) -> Vec<Specimen> {
     let target = of.prescribed[place].2;
     let mut calmer = vec![Target { acceleration: 0.0, ..target }];
@@ -133,7 +134,7 @@ fn calmer(of: &Specimen, place: usize) -> Vec<Specimen> {
     calmer.into_iter().map(with).collect()
 }
 
-/// Removes the mass of a body, or rounds its numbers.
+/// Variants in which a body has no mass, or rounded numbers.
 fn plainer(of: &Specimen, body: usize) -> Vec<Specimen> {
     let old = &of.draft.bodies[body];
     let mut all = Vec::new();

@@ -31,7 +31,7 @@ pub(crate) fn solve_with(case: &Case, rule: TreeRule) -> Result<Solved, Verdict>
     );
     let mut solver = match solver {
         Err(AssemblyError::Open { .. }) => return Err(Verdict::Apart("not all is prescribed")),
-        // A reduced specimen may have no DOF.
+        // A reduced specimen may have no degree of freedom left.
         Err(AssemblyError::Contradiction { .. }) => {
             return Err(Verdict::Apart("it cannot move as prescribed"));
         }
@@ -64,7 +64,8 @@ pub(crate) fn solve_with(case: &Case, rule: TreeRule) -> Result<Solved, Verdict>
         return Err(Verdict::Apart("nearly locked"));
     }
     let solved = Solved { solver, forces };
-    // Applied forces without inertial forces.
+    // Specimens whose forces are much larger than weights and loads are rejected; inertial forces
+    // are not counted.
     let length = case.mechanism.characteristic_length();
     let weights = case.mechanism.bodies().iter().map(|b| b.mass * case.mechanism.gravity().norm());
     let loads = case.loads.iter().map(|load| load.force.norm() + load.moment.norm() / length);

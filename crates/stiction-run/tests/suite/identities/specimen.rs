@@ -33,7 +33,7 @@ impl Specimen {
         Self { class, seed, prescribed: prescribed.collect(), loads: case.loads, draft }
     }
 
-    /// Random numbers for the changes that an identity makes, the same in every run.
+    /// Random numbers for the changes that an identity makes; they are equal in every run.
     pub(crate) fn random_changes(&self) -> Random {
         Random(self.seed + 1000)
     }
@@ -97,7 +97,7 @@ impl Specimen {
     }
 }
 
-/// For each body, ground included, true if these joints connect it.
+/// For each body, including the ground: true if these joints connect it to the ground.
 fn held(draft: &Draft, joints: &[usize]) -> Vec<bool> {
     let mut held = vec![false; draft.bodies.len() + 1];
     held[0] = true;

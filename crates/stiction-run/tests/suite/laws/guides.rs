@@ -54,8 +54,8 @@ fn a_collar_at_a_hundred_offsets() {
     }
 }
 
-/// A rod that extends from a level cylinder with its weight at the end: a lever between gland and
-/// piston, whose overlap decreases.
+/// A rod with a weight at its end extends from a horizontal cylinder: it is a lever between gland
+/// and piston, whose overlap decreases.
 #[test]
 fn a_rod_in_its_cylinder() {
     let (mu, weight) = (0.1, 2.0 * G);

@@ -74,8 +74,9 @@ fn a_plate_that_slides_and_turns() {
     }
 }
 
-/// A sleeve has one friction along its surface velocity, `mu N` in all; a pin and a guide named apart
-/// have one each. A viscous coefficient in N m s/rad is divided by the square of the radius.
+/// A sleeve has a single friction force of magnitude `mu N` along its surface velocity. A pin and a
+/// guide that are declared separately have one each. A viscous coefficient in N m s/rad is divided
+/// by the square of the radius.
 #[test]
 fn a_sleeve_that_slides_and_turns() {
     let (mu, radius, weight) = (0.15, 0.01, 2.0 * G);

@@ -65,10 +65,10 @@ enum { INSTANTIATED, INITIALIZING, STEPPING, TERMINATED };
 /* Mark and length of a serialised state. */
 #define MARK (0x46460001u ^ @GUARD@_FINGERPRINT_LOW)
 
-/* Everything that a state of the FMU contains. */
+/* Complete state of the FMU. */
 typedef struct {
     @NAME@_params params;
-    /* State at the last communication point, and behind the inputs of now. */
+    /* State at the last communication point, and state after the present inputs. */
     @NAME@_state last, now;
     @NAME@_info info;
     /* Positions, rates and accelerations. */
@@ -79,7 +79,7 @@ typedef struct {
     int phase;
     /* 1 if an input has changed since the efforts were computed. */
     int changed;
-    /* 1 if `now` is behind the inputs of this communication point. */
+    /* 1 if `now` is the state after the inputs of this communication point. */
     int computed;
 } Content;
 
@@ -96,7 +96,7 @@ static int worse(int a, int b)
     return a > b ? a : b;
 }
 
-/* Reports to the importer; defined with the functions of FMI. */
+/* Sends a message to the importer; defined with the functions of FMI. */
 static void say(const Instance *instance, int status, const char *text);
 
 static void set_home(Content *content)
@@ -122,7 +122,7 @@ static double *tunable(Content *content, unsigned reference)
     }
 }
 
-/* 1 if negative values of a parameter make no sense. */
+/* 1 if a parameter must not be negative. */
 static int is_size(unsigned reference)
 {
     switch (reference) {
@@ -154,7 +154,7 @@ static int status_of(int code)
     return code < 0 ? STATUS_DISCARD : code == @GUARD@_FRICTIONLESS ? STATUS_WARNING : STATUS_OK;
 }
 
-/* Computes the efforts for the inputs of now from the state of the last communication point. */
+/* Computes the efforts for the present inputs from the state of the last communication point. */
 static int compute(Instance *instance)
 {
     Content *own = &instance->content;
@@ -171,7 +171,8 @@ static int compute(Instance *instance)
         if (code == @GUARD@_OK) {
             code = @NAME@_ff(&own->params, &next, q, qd, qdd, own->tau, &own->info);
             if (code == @GUARD@_OPEN) {
-                /* A jump is too far for one step: walk from home, with the friction of before. */
+                /* A jump of the inputs is too far for one step: starts again from home and keeps the
+                   state of the friction. */
                 @NAME@_state walked = own->last;
                 if (@NAME@_init(&walked, q) == @GUARD@_OK) {
                     memcpy(walked.tau, own->last.tau, sizeof walked.tau);
@@ -237,7 +238,7 @@ static int get_real(Instance *instance, unsigned reference, double *value)
         say(instance, STATUS_ERROR, "there is no real variable of this value reference");
         return STATUS_ERROR;
     }
-    /* Efforts are known from initialisation on; after a step they remain until an input changes. */
+    /* Efforts are computed during initialisation; after a step they remain valid until an input changes. */
     if (own->phase == INITIALIZING || (own->phase == STEPPING && own->changed)) {
         status = compute(instance);
     }
@@ -259,7 +260,7 @@ static int set_real(Instance *instance, unsigned reference, double value)
         say(instance, STATUS_ERROR, "only inputs and parameters can be set");
         return STATUS_ERROR;
     }
-    /* Inputs that are no numbers are found when the efforts are computed. */
+    /* NaN or infinite inputs are detected when the efforts are computed. */
     if (reference >= EFFORTS && (!(value - value == 0) || (value < 0 && is_size(reference)))) {
         say(instance, STATUS_ERROR, "a parameter must be a finite number, and not negative");
         return STATUS_ERROR;
@@ -304,7 +305,7 @@ static int set_integer(Instance *instance, unsigned reference, int value)
     return STATUS_OK;
 }
 
-/* Moves to a phase from another one. */
+/* Changes from one phase to another. */
 static int go(Instance *instance, int from, int to)
 {
     if (instance->content.phase != from) {
@@ -352,7 +353,7 @@ static void drop(Instance *instance)
     }
 }
 
-/* Copies the state, into new memory if there is none. */
+/* Copies the state; allocates memory if the caller has none. */
 static int get_state(const Instance *instance, void **state)
 {
     if (state == NULL) {

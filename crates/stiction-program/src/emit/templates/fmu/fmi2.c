@@ -150,7 +150,7 @@ FMI(fmi2Status, fmi2SetInteger)(fmi2Component c, const fmi2ValueReference refere
     return c == NULL ? fmi2Error : (fmi2Status)status;
 }
 
-/* There are no variables of these types. */
+/* Functions for types that no variable of the unit has. */
 FMI(fmi2Status, fmi2GetBoolean)(fmi2Component c, const fmi2ValueReference references[],
     size_t count, fmi2Boolean values[])
 {

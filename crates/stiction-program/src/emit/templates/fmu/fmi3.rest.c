@@ -1,4 +1,4 @@
-/* There are no variables of the other types. */
+/* Functions for types that no variable of the unit has. */
 static const char NO_VARIABLES[] = "there are no variables of this type";
 
 FMI(fmi3Status, fmi3GetFloat32)(fmi3Instance instance, const fmi3ValueReference references[],
@@ -246,7 +246,7 @@ FMI(fmi3Status, fmi3DeserializeFMUState)(fmi3Instance instance, const fmi3Byte b
                             : (fmi3Status)deserialize((Instance *)instance, bytes, size, state);
 }
 
-/* Not declared as capabilities in modelDescription.xml. */
+/* Functions for capabilities that modelDescription.xml does not declare. */
 static const char NOT_PROVIDED[] = "this function is not provided: see modelDescription.xml";
 
 FMI(fmi3Status, fmi3GetNumberOfVariableDependencies)(fmi3Instance instance,
