@@ -12,7 +12,7 @@ const MOST_PASSES: u32 = @INDEX_PASSES@;
 const WIDTH: usize = 12;
 /// Square of the sine of the angle between a vector and its next iterate, at convergence.
 const ALIGNED: Real = @ALIGNED@;
-/// Part of a vector below which the rest is rounding errors.
+/// Part of the square of an iterate up to which it counts as parallel to the other.
 const PARALLEL: Real = @PARALLEL@;
 /// Index up to which the position counts as singular, and determinant from which on it needs no test.
 const LEAST_INDEX: Real = @LEAST_INDEX@;
@@ -30,8 +30,8 @@ const MOVES: [usize; room(MOTIONS)] = [@MOVES@];
 /// Column of each term, and the places on which it acts, in opposite directions.
 const COLUMN_OF: [usize; room(TERMS)] = [@COLUMN_OF@];
 const ON: [[usize; 2]; room(TERMS)] = [@ON@];
-/// Signs of the terms on each motion.
-const SIGN: [[i8; room(TERMS)]; room(MOTIONS)] = [
+/// Sign of each term on each motion.
+const SIGN: [[Real; room(MOTIONS)]; room(TERMS)] = [
 @SIGN@];
 
 /// Two vectors, with six components for each body including the ground, each for both vectors.
@@ -40,7 +40,7 @@ type Pair = [Real; WIDTH * (BODIES + 1)];
 type Amounts = [Real; 2 * room(COLUMNS)];
 type Weakest = [Real; WIDTH * BODIES];
 
-/// Decomposed dense system and the positions of a state. Along the joints of the tree, `A x = y` and its transpose are
+/// Inverse of the dense system and the positions of a state. Along the joints of the tree, `A x = y` and its transpose are
 /// solved by recursion, where A is the dimensionless balance of all bodies; the dense system has one unknown for each
 /// free motion of these joints, and one row for each column.
 struct Balance<'a> {
@@ -49,8 +49,8 @@ struct Balance<'a> {
     origin: &'a [Real],
     motion: &'a [Real],
     term: &'a [Real],
-    /// Triangular factors, with reciprocal pivots, and the column of each row.
-    factors: [[Real; room(MOTIONS)]; room(COLUMNS)],
+    /// Inverse of the dense system in its first rows, and the column of each row.
+    inverse: [[Real; room(MOTIONS)]; room(COLUMNS)],
     column: [usize; room(COLUMNS)],
     /// Unit vectors of reactions in equilibrium with each other, and of local passive degrees of freedom.
     stress: [[Real; 6 * BODIES + COLUMNS]; room(REDUNDANT)],
@@ -109,19 +109,24 @@ fn normalise<M: Math>(x: &mut [Real]) {
     }
 }
 
-/// Fills a vector with numbers without any pattern, with a distance of `stride`.
-fn fill(x: &mut [Real], stride: usize) {
-    let mut seed = 1_u32;
-    for x in x.iter_mut().step_by(stride) {
-        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        *x = (seed >> 16) as Real / 65536.0 - 0.5;
-    }
+/// Number without any pattern, from -0.5 to 0.5.
+fn without_pattern(k: usize) -> Real {
+    let n = k as u32;
+    let mixed = n.wrapping_mul(n).wrapping_add(12345).wrapping_mul(40503) >> 3;
+    (mixed & 0xffff) as Real / 65536.0 - 0.5
 }
 
-/// Vectors from which the first call starts.
-fn without_pattern() -> Weakest {
-    let mut weakest = [0.0; WIDTH * BODIES];
-    fill(&mut weakest, 1);
+/// Vectors from which the first call starts, the first of unit length.
+fn first_vectors<M: Math>() -> Weakest {
+    let mut weakest: Weakest = core::array::from_fn(without_pattern);
+    let mut square = 0.0;
+    for x in weakest.iter().step_by(2) {
+        square += x * x;
+    }
+    let scale = 1.0 / M::sqrt(square);
+    for x in weakest.iter_mut().step_by(2) {
+        *x *= scale;
+    }
     weakest
 }
 
@@ -135,33 +140,31 @@ fn multiply(x: &[Real], products: &mut [Real; 3]) {
 }
 
 impl<'a> Balance<'a> {
-    /// Assembles and decomposes the dense system; `None` if it is singular.
-    fn decompose(places: &'a [Real]) -> Option<Self> {
+    /// Assembles and inverts the dense system; `None` if it is singular.
+    fn invert(places: &'a [Real]) -> Option<Self> {
         let mut own = Self {
             centre: &places[..3 * BODIES],
             origin: &places[3 * BODIES..6 * BODIES],
             motion: &places[6 * BODIES..6 * BODIES + 6 * MOTIONS],
             term: &places[6 * BODIES + 6 * MOTIONS..6 * BODIES + 6 * MOTIONS + 6 * TERMS],
-            factors: [[0.0; room(MOTIONS)]; room(COLUMNS)],
+            inverse: [[0.0; room(MOTIONS)]; room(COLUMNS)],
             column: core::array::from_fn(|k| k),
             stress: [[0.0; 6 * BODIES + COLUMNS]; room(REDUNDANT)],
             spin: [[0.0; 6 * BODIES]; room(SPINS)],
         };
-        for i in 0..MOTIONS {
-            let s = &own.motion[6 * i..6 * i + 6];
-            for k in 0..TERMS {
-                let w = &own.term[6 * k..6 * k + 6];
-                if SIGN[i][k] != 0 {
-                    let power = s[0] * w[0] + s[1] * w[1] + s[2] * w[2] + s[3] * w[3] + s[4] * w[4]
-                        + s[5] * w[5];
-                    own.factors[COLUMN_OF[k]][i] += SIGN[i][k] as Real * power;
-                }
+        for k in 0..TERMS {
+            let w = &own.term[6 * k..6 * k + 6];
+            for i in 0..MOTIONS {
+                let s = &own.motion[6 * i..6 * i + 6];
+                let power = (s[0] * w[0] + s[2] * w[2] + s[4] * w[4])
+                    + (s[1] * w[1] + s[3] * w[3] + s[5] * w[5]);
+                own.inverse[COLUMN_OF[k]][i] += SIGN[k][i] * power;
             }
         }
         for k in 0..MOTIONS {
             let (mut most, mut row) = (0.0, k);
             for i in k..COLUMNS {
-                let size = size_of(own.factors[i][k]);
+                let size = size_of(own.inverse[i][k]);
                 if size > most {
                     (most, row) = (size, i);
                 }
@@ -170,18 +173,18 @@ impl<'a> Balance<'a> {
                 return None;
             }
             own.column.swap(k, row);
-            own.factors.swap(k, row);
-            own.factors[k][k] = 1.0 / own.factors[k][k];
-            let pivot = own.factors[k];
-            for i in k + 1..COLUMNS {
-                if own.factors[i][k] != 0.0 {
-                    let factor = own.factors[i][k] * pivot[k];
-                    own.factors[i][k] = factor;
-                    for j in k + 1..MOTIONS {
-                        own.factors[i][j] -= factor * pivot[j];
-                    }
+            own.inverse.swap(k, row);
+            let by = 1.0 / own.inverse[k][k];
+            let mut pivot = own.inverse[k].map(|value| value * by);
+            pivot[k] = by;
+            for row in &mut own.inverse {
+                let factor = row[k];
+                row[k] = 0.0;
+                for i in 0..MOTIONS {
+                    row[i] -= factor * pivot[i];
                 }
             }
+            own.inverse[k] = pivot;
         }
         Some(own)
     }
@@ -206,84 +209,62 @@ impl<'a> Balance<'a> {
     fn carry(&self, x: &mut Pair) -> Amounts {
         let mut right = [0.0; 2 * room(MOTIONS)];
         let mut amounts = [0.0; 2 * room(COLUMNS)];
-        gather(x);
+        let mut whole = *x;
+        gather(&mut whole);
         for i in 0..MOTIONS {
             for k in 0..6 {
                 let s = self.motion[6 * i + k];
-                right[2 * i] += s * x[WIDTH * MOVES[i] + 2 * k];
-                right[2 * i + 1] += s * x[WIDTH * MOVES[i] + 2 * k + 1];
+                right[2 * i] -= s * whole[WIDTH * MOVES[i] + 2 * k];
+                right[2 * i + 1] -= s * whole[WIDTH * MOVES[i] + 2 * k + 1];
             }
         }
-        for lane in 0..2 {
-            for k in 0..MOTIONS {
-                right[2 * k + lane] *= self.factors[k][k];
-                for i in k + 1..MOTIONS {
-                    right[2 * i + lane] -= self.factors[k][i] * right[2 * k + lane];
-                }
-            }
-            for k in (1..MOTIONS).rev() {
-                for i in 0..k {
-                    right[2 * i + lane] -= self.factors[k][i] * right[2 * k + lane];
-                }
-            }
-            for k in 0..MOTIONS {
-                amounts[2 * self.column[k] + lane] = right[2 * k + lane];
+        for k in 0..MOTIONS {
+            for i in 0..MOTIONS {
+                amounts[2 * self.column[k]] += self.inverse[i][k] * right[2 * i];
+                amounts[2 * self.column[k] + 1] += self.inverse[i][k] * right[2 * i + 1];
             }
         }
-        let mut rest = [0.0; WIDTH * (BODIES + 1)];
-        self.add_terms(&amounts, &mut rest);
-        gather(&mut rest);
+        self.add_terms(&amounts, x);
+        gather(x);
         for k in 1..=BODIES {
-            for i in WIDTH * k..WIDTH * (k + 1) {
-                x[i] -= rest[i];
-            }
             add_cross(self.origin, 3 * (k - 1), x, WIDTH * k, -1.0, WIDTH * k + 6);
         }
-        amounts
+        amounts.map(|amount| -amount)
     }
 
     /// Solves the transposed system: `x` are the motions of the joints of the tree about their origins, `amounts` those
     /// of the columns; `x` becomes the motions of the bodies about their centres of mass.
     fn shift(&self, x: &mut Pair, amounts: &Amounts) {
-        let mut right = [0.0; 2 * room(MOTIONS)];
-        let mut rest = [0.0; WIDTH * (BODIES + 1)];
         for k in 1..=BODIES {
             add_cross(self.origin, 3 * (k - 1), x, WIDTH * k + 6, 1.0, WIDTH * k);
         }
-        spread(x);
+        let mut whole = *x;
+        spread(&mut whole);
         let mut left = *amounts;
         for k in 0..TERMS {
             let [a, b] = ON[k];
             for i in 0..6 {
                 let w = self.term[6 * k + i];
                 for lane in 0..2 {
-                    let apart = x[WIDTH * a + 2 * i + lane] - x[WIDTH * b + 2 * i + lane];
+                    let apart = whole[WIDTH * a + 2 * i + lane] - whole[WIDTH * b + 2 * i + lane];
                     left[2 * COLUMN_OF[k] + lane] -= w * apart;
                 }
             }
         }
-        for lane in 0..2 {
+        for i in 0..MOTIONS {
+            let (mut first, mut second) = (0.0, 0.0);
             for k in 0..MOTIONS {
-                right[2 * k + lane] = left[2 * self.column[k] + lane];
-                for i in 0..k {
-                    right[2 * k + lane] -= self.factors[k][i] * right[2 * i + lane];
-                }
+                first += self.inverse[i][k] * left[2 * self.column[k]];
+                second += self.inverse[i][k] * left[2 * self.column[k] + 1];
             }
-            for k in (0..MOTIONS).rev() {
-                for i in k + 1..MOTIONS {
-                    right[2 * k + lane] -= self.factors[k][i] * right[2 * i + lane];
-                }
-                right[2 * k + lane] *= self.factors[k][k];
-                for i in 0..6 {
-                    rest[WIDTH * MOVES[k] + 2 * i + lane] += self.motion[6 * k + i] * right[2 * k + lane];
-                }
+            for k in 0..6 {
+                let s = self.motion[6 * i + k];
+                x[WIDTH * MOVES[i] + 2 * k] += first * s;
+                x[WIDTH * MOVES[i] + 2 * k + 1] += second * s;
             }
         }
-        spread(&mut rest);
+        spread(x);
         for k in 1..=BODIES {
-            for i in WIDTH * k..WIDTH * (k + 1) {
-                x[i] += rest[i];
-            }
             add_cross(self.centre, 3 * (k - 1), x, WIDTH * k + 6, -1.0, WIDTH * k);
         }
     }
@@ -393,14 +374,12 @@ impl<'a> Balance<'a> {
         multiply(x, &mut moved);
         let is_aligned = moved[0] / (resisted[0] * resisted[0]) - 1.0 <= ALIGNED;
         let along = moved[1] / moved[0];
-        let mut second = 0.0;
-        for pair in x.chunks_exact_mut(2) {
-            pair[1] -= along * pair[0];
-            second += pair[1] * pair[1];
-        }
+        let second = moved[2] - along * moved[1];
         let least = resisted[0] / moved[0];
         if !(second > PARALLEL * moved[2]) {
-            fill(&mut x[1..], 2);
+            for k in 0..6 * BODIES {
+                x[2 * k + 1] = without_pattern(k);
+            }
             self.make_orthonormal::<M>(x);
             return (least, is_aligned);
         }
@@ -418,10 +397,16 @@ impl<'a> Balance<'a> {
         let first = if ends[1] < ends[0] { 1 } else { 0 };
         let cosine = 1.0 / M::sqrt(1.0 + tangent * tangent);
         let sine = tangent * cosine;
+        // Both axes, as parts of both iterates.
+        let mut axes = [
+            [cosine * a + sine * b * along, -sine * b],
+            [sine * a - cosine * b * along, cosine * b],
+        ];
+        axes.swap(0, first);
         for pair in x.chunks_exact_mut(2) {
-            let (u, v) = (a * pair[0], b * pair[1]);
-            pair[first] = cosine * u - sine * v;
-            pair[1 - first] = sine * u + cosine * v;
+            let [u, v] = [pair[0], pair[1]];
+            pair[0] = axes[0][0] * u + axes[0][1] * v;
+            pair[1] = axes[1][0] * u + axes[1][1] * v;
         }
         (ends[first], is_aligned)
     }
@@ -431,15 +416,15 @@ impl<'a> Balance<'a> {
 /// of all bodies, by inverse iteration with two vectors, starting from those of the last call.
 fn find_index<M: Math>(places: &[Real], weakest: &mut Weakest, info: &mut Info) {
     (info.singularity_index, info.index_passes) = (0.0, 0);
-    let Some(mut own) = Balance::decompose(places) else { return };
+    let Some(mut own) = Balance::invert(places) else { return };
     own.find_null_vectors::<M>();
     // Motions with a symmetry keep vectors with this symmetry: a small part of a vector without any finds the others.
-    let mut added = [0.0; 6 * BODIES];
-    fill(&mut added, 1);
-    for k in 0..6 * BODIES {
-        weakest[2 * k + 1] += added[k] / 32.0;
+    for k in (0..6 * BODIES).step_by(5) {
+        weakest[2 * k + 1] += without_pattern(k) / 8.0;
     }
-    own.make_orthonormal::<M>(weakest);
+    if SPINS > 0 {
+        own.make_orthonormal::<M>(weakest);
+    }
     let mut square = 0.0;
     for pass in 1..=MOST_PASSES {
         let (least, is_aligned) = own.improve::<M>(weakest);
@@ -450,8 +435,7 @@ fn find_index<M: Math>(places: &[Real], weakest: &mut Weakest, info: &mut Info) 
     }
     if square > 0.0 && square.is_finite() {
         info.singularity_index = M::sqrt(square);
-    }
-    if !are_finite(weakest) {
-        *weakest = without_pattern();
+    } else {
+        *weakest = first_vectors::<M>();
     }
 }
