@@ -1,4 +1,4 @@
-//! Values for the templates of the singularity index.
+//! Numbers of the singularity index in templates.
 
 use super::{Precision, SourceOptions, answers};
 use crate::feedforward::{Feedforward, INDEX_PASSES, Term};
@@ -6,12 +6,12 @@ use crate::feedforward::{Feedforward, INDEX_PASSES, Term};
 /// Square of the sine of the angle between a vector and its next iterate at convergence, in double and in single
 /// precision.
 const ALIGNED: [f64; 2] = [1e-8, 1e-5];
-/// Fraction of the square of a vector up to which its remainder after orthogonalisation is a
-/// rounding error.
-const PARALLEL: [f64; 2] = [1e-24, 1e-10];
-/// Index up to which a position is treated as singular.
+/// Part of the square of an iterate up to which it counts as parallel to the other: a multiple of the rounding errors of
+/// this part. The other iterate then is that of a position near a singular one, and converges by itself.
+const PARALLEL: [f64; 2] = [1e-8, 1e-3];
+/// Index up to which a position counts as singular.
 const LEAST_INDEX: [f64; 2] = [1e-10, 1e-5];
-/// Relative determinant from which a position is treated as regular without computing the index.
+/// Determinant from which on a position counts as regular without a test of the index.
 const SMALL_DETERMINANT: f64 = 1e-3;
 
 /// Values of a template; `brackets` enclose lists within lists.
@@ -34,17 +34,15 @@ pub(super) fn values(
         .iter()
         .map(|Term { on: [a, b], .. }| format!("{open}{a}, {b}{close}"))
         .collect();
-    let mut signs: Vec<String> = index
-        .signs
-        .iter()
-        .map(|signs| {
-            let signs: Vec<String> = signs.iter().map(i8::to_string).collect();
-            let signs = if signs.is_empty() { "0".to_owned() } else { signs.join(", ") };
-            format!("    {open}{signs}{close},\n")
-        })
-        .collect();
+    let row = |term: usize| {
+        let signs = index.signs.iter().map(|signs| number(f64::from(signs[term])));
+        let signs: Vec<String> = signs.collect();
+        let signs = if signs.is_empty() { number(0.0) } else { signs.join(", ") };
+        format!("    {open}{signs}{close},\n")
+    };
+    let mut signs: Vec<String> = (0..index.terms.len()).map(row).collect();
     if signs.is_empty() {
-        let none = vec!["0"; index.terms.len().max(1)].join(", ");
+        let none = vec![number(0.0); index.motions.len().max(1)].join(", ");
         signs.push(format!("    {open}{none}{close},\n"));
     }
     let sizes = program.sizes();

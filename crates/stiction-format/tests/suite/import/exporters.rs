@@ -42,7 +42,8 @@ fn negative_moments_are_raised_or_refused() {
         |xx: &str| robot("", &inertia(xx)).replace("<axis", "<origin xyz='1 0 0'/><axis");
     let imported = convert("r.urdf", &with_size("-3e-9"));
     assert!(notes(&imported).contains("negative principal moment -3.00e-9 kg m²"));
-    let body = &model(&imported).mechanism.bodies()[2];
+    let mechanism = model(&imported).mechanism;
+    let body = &mechanism.bodies()[2];
     assert!(body.principal_moments()[0] >= 0.0 && body.principal_moments()[2] == 1.0);
     let said = refused("r.urdf", &with_size("-0.02"));
     assert!(said.contains("r.urdf:5:") && said.contains("which no body has"), "{said}");

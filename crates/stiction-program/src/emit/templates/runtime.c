@@ -54,6 +54,15 @@ static const real STRIDE[COORDINATES] = {
 @STRIDES@
 };
 
+#if defined(__GNUC__) && __GNUC__ >= 8 && !defined(__clang__) && defined(__x86_64__)
+/* GCC on x86-64: long straight-line code is faster without vectors, and smaller with a frame pointer; in the loops, a
+   number that was written in a pair is read late in a longer vector. Other compilers need no such hints. */
+#define STRAIGHT_LINE __attribute__((optimize("no-tree-slp-vectorize", "no-omit-frame-pointer")))
+#pragma GCC target("prefer-vector-width=128")
+#else
+#define STRAIGHT_LINE
+#endif
+
 static int is_finite(real x)
 {
     return x >= -HUGE_NUMBER && x <= HUGE_NUMBER;
@@ -82,27 +91,27 @@ static real largest(const real *x, int count)
 }
 
 @OWN_MATH@/* Closure error of the loops at w: r[0] is its square, r[1] is positive if the equations are valid. */
-static void find_errors(real *w, real *r)
+STRAIGHT_LINE static void find_errors(real *w, real *r)
 {
 @ERRORS@}
 
 /* Corrected coordinates r, after find_errors. */
-static void correct(const real *w, real *r)
+STRAIGHT_LINE static void correct(const real *w, real *r)
 {
 @CORRECTION@}
 
 /* Computes everything that does not depend on friction. */
-static void prepare(real *w, real *r)
+STRAIGHT_LINE static void prepare(real *w, real *r)
 {
 @PREPARATION@}
 
 /* Newton step of the coupling of friction and reactions. */
-static void couple(real *w, real *r)
+STRAIGHT_LINE static void couple(real *w, real *r)
 {
 @STEP@}
 
 /* Actuator efforts and reactions. */
-static void find_forces(const real *w, real *r)
+STRAIGHT_LINE static void find_forces(const real *w, real *r)
 {
 @FORCES@}
 
@@ -323,7 +332,7 @@ int @NAME@_init(@NAME@_state *state, const real q[COORDINATES])
         state->direction[k] = 0;
     }
     state->weight = 0;
-    fill(state->weakest, 1, WIDTH * BODIES);
+    fill(state->weakest);
     state->ready = READY;
     return @GUARD@_OK;
 }

@@ -352,7 +352,7 @@ impl State {
             }
         }
         let (tau, direction) = ([0.0; ACTUATORS], [0.0; COORDINATES]);
-        Ok(Self { tree, tau, direction, weight: 0.0, weakest: without_pattern() })
+        Ok(Self { tree, tau, direction, weight: 0.0, weakest: first_vectors::<M>() })
     }
 
     /// Efforts of the actuators for positions, rates and accelerations. At rest, friction opposes

@@ -1,69 +1,100 @@
 /* Singularity index: smallest singular value of the dimensionless balance A of all bodies, by inverse iteration with
    two vectors. Along the joints of a spanning tree, A x = y and its transpose are solved by recursion; a dense system
    has one unknown for each free motion of these joints, and one row for each column, which is an unknown of a joint
-   that closes a loop, or of a gearing. Two vectors with six components for each body are stored alternately. */
+   that closes a loop, or of a gearing. Vectors have six components for each body, each for both vectors. */
 #define BODIES @BODIES@
 #define MOTIONS @MOTIONS@
 #define COLUMNS @COLUMNS@
 #define TERMS @TERMS@
-/* Number of redundant columns; number of columns that resist local passive degrees of freedom. */
+/* Columns without which equilibrium is possible; columns that resist local passive degrees of freedom. */
 #define REDUNDANT @REDUNDANT@
 #define SPINS @SPINS@
-/* Size of an array, at least one. */
+/* Size of an array that may have no items. */
 #define ROOM(count) ((count) > 0 ? (count) : 1)
 #define FIRST_PLACE @FIRST_PLACE@
 #define MOST_PASSES @INDEX_PASSES@
-/* Number of components of a body in a pair of vectors. */
+/* Numbers of a body in two vectors. */
 #define WIDTH 12
 
 /* Square of the sine of the angle between a vector and its next iterate, at convergence. */
 static const real ALIGNED = @ALIGNED@;
-/* Fraction of the square of a vector up to which its remainder after orthogonalisation is a rounding error. */
+/* Part of the square of an iterate up to which it counts as parallel to the other. */
 static const real PARALLEL = @PARALLEL@;
-/* Index up to which a position is singular; relative determinant from which the index is not needed. */
+/* Index up to which the position counts as singular, and determinant from which on it needs no test. */
 static const real LEAST_INDEX = @LEAST_INDEX@;
 static const real SMALL_DETERMINANT = @SMALL_DETERMINANT@;
 
-/* Place of the parent of each body in the tree; place 0 is the ground. */
+/* Parent of each place in the tree; place 0 is the ground. */
 static const short PARENT[BODIES + 1] = { @PARENT@ };
-/* Place of the first body that each free motion moves. */
+/* Place that a free motion moves first. */
 static const short MOVES[ROOM(MOTIONS)] = { @MOVES@ };
-/* Column of each term, and the places of the two bodies on which it acts, in opposite directions. */
+/* Column of each term, and the places on which it acts, in opposite directions. */
 static const short COLUMN_OF[ROOM(TERMS)] = { @COLUMN_OF@ };
 static const short ON[ROOM(TERMS)][2] = { @ON@ };
-/* Sign with which each term does work in each free motion; 0 for none. */
-static const signed char SIGN[ROOM(MOTIONS)][ROOM(TERMS)] = {
+/* Sign of each term on each motion. */
+static const real SIGN[ROOM(TERMS)][ROOM(MOTIONS)] = {
 @SIGN@};
 
-/* Data of a state with its decomposed dense system. */
+/* Inverse of the dense system and the positions of a state. */
 typedef struct {
-    /* Centres of mass, origins of the joints, free motions, and terms; the last two have six components each. */
+    /* Centres of mass; origins of the joints; free motions and terms with six components. */
     const real *centre;
     const real *origin;
     const real *motion;
     const real *term;
-    /* Triangular factors with reciprocal pivots, and the column of each row. */
-    real factors[ROOM(COLUMNS)][ROOM(MOTIONS)];
+    /* Inverse of the dense system in its first rows, and the column of each row. */
+    real inverse[ROOM(COLUMNS)][ROOM(MOTIONS)];
     int column[ROOM(COLUMNS)];
-    /* Orthonormal self-stresses, and orthonormal local passive degrees of freedom. */
+    /* Unit vectors of reactions in equilibrium with each other, and of local passive degrees of freedom. */
     real stress[ROOM(REDUNDANT)][6 * BODIES + COLUMNS];
     real spin[ROOM(SPINS)][6 * BODIES];
 } balance;
 
-/* Adds `by` times the product of r and each of two vectors. */
-static void add_cross(const real *r, const real *x, real by, real *sum)
+/* Moves the reference points of the wrenches or the motions of all bodies by `by` times the position of a point of each:
+   adds products of the positions and the numbers `from` to the numbers `to`. Here and below, all numbers are read before
+   any is written, and both vectors are treated alike, so that compilers use instructions for pairs of numbers. */
+static void shift(real *vector, const real *points, real by, int from, int to)
 {
-    int lane;
-    for (lane = 0; lane < 2; ++lane) {
-        sum[lane] += by * (r[1] * x[4 + lane] - r[2] * x[2 + lane]);
-        sum[2 + lane] += by * (r[2] * x[lane] - r[0] * x[4 + lane]);
-        sum[4 + lane] += by * (r[0] * x[2 + lane] - r[1] * x[lane]);
+    int k;
+    for (k = 0; k < BODIES; ++k) {
+        const real a = by * points[3 * k];
+        const real b = by * points[3 * k + 1];
+        const real c = by * points[3 * k + 2];
+        const real *x = vector + WIDTH * (k + 1) + from;
+        real *sum = vector + WIDTH * (k + 1) + to;
+        const real x0 = sum[0] + b * x[4] - c * x[2];
+        const real x1 = sum[1] + b * x[5] - c * x[3];
+        const real y0 = sum[2] + c * x[0] - a * x[4];
+        const real y1 = sum[3] + c * x[1] - a * x[5];
+        const real z0 = sum[4] + a * x[2] - b * x[0];
+        const real z1 = sum[5] + a * x[3] - b * x[1];
+        sum[0] = x0;
+        sum[1] = x1;
+        sum[2] = y0;
+        sum[3] = y1;
+        sum[4] = z0;
+        sum[5] = z1;
     }
 }
 
-/* Assembles and decomposes the dense system; returns 0 if it is singular. */
-static int decompose(const real *places, balance *own)
+/* Adds `by` times one vector, or each of two vectors, to another. */
+static void add(real *x, real by, const real *y)
 {
+    real sum[WIDTH];
+    int i;
+    for (i = 0; i < WIDTH; ++i) {
+        sum[i] = x[i] + by * y[i];
+    }
+    for (i = 0; i < WIDTH; ++i) {
+        x[i] = sum[i];
+    }
+}
+
+/* Assembles and inverts the dense system; returns 0 if it is singular. All loops over a row have the same length, which
+   makes them faster than those of a triangular decomposition. */
+static int invert(const real *places, balance *own)
+{
+    real pivot[ROOM(MOTIONS)];
     int i;
     int j;
     int k;
@@ -74,26 +105,25 @@ static int decompose(const real *places, balance *own)
     for (k = 0; k < COLUMNS; ++k) {
         own->column[k] = k;
         for (i = 0; i < MOTIONS; ++i) {
-            own->factors[k][i] = 0;
+            own->inverse[k][i] = 0;
         }
     }
-    for (i = 0; i < MOTIONS; ++i) {
-        const real *s = own->motion + 6 * i;
-        for (k = 0; k < TERMS; ++k) {
-            const real *w = own->term + 6 * k;
-            if (SIGN[i][k] != 0) {
-                own->factors[COLUMN_OF[k]][i] += (real)SIGN[i][k]
-                    * (s[0] * w[0] + s[1] * w[1] + s[2] * w[2] + s[3] * w[3] + s[4] * w[4]
-                        + s[5] * w[5]);
-            }
+    for (k = 0; k < TERMS; ++k) {
+        const real *w = own->term + 6 * k;
+        real *row = own->inverse[COLUMN_OF[k]];
+        for (i = 0; i < MOTIONS; ++i) {
+            const real *s = own->motion + 6 * i;
+            row[i] += SIGN[k][i]
+                * ((s[0] * w[0] + s[2] * w[2] + s[4] * w[4])
+                    + (s[1] * w[1] + s[3] * w[3] + s[5] * w[5]));
         }
     }
     for (k = 0; k < MOTIONS; ++k) {
         real most = 0;
+        real by;
         int row = k;
-        const real *pivot = own->factors[k];
         for (i = k; i < COLUMNS; ++i) {
-            const real size = fabs@F@(own->factors[i][k]);
+            const real size = fabs@F@(own->inverse[i][k]);
             if (size > most) {
                 most = size;
                 row = i;
@@ -102,184 +132,158 @@ static int decompose(const real *places, balance *own)
         if (!(most > 0) || !is_finite(most)) {
             return 0;
         }
-        if (row != k) {
-            const int column = own->column[row];
-            own->column[row] = own->column[k];
-            own->column[k] = column;
-            for (j = 0; j < MOTIONS; ++j) {
-                const real value = own->factors[row][j];
-                own->factors[row][j] = own->factors[k][j];
-                own->factors[k][j] = value;
+        j = own->column[row];
+        own->column[row] = own->column[k];
+        own->column[k] = j;
+        by = 1 / own->inverse[row][k];
+        for (i = 0; i < MOTIONS; ++i) {
+            const real value = own->inverse[row][i];
+            own->inverse[row][i] = own->inverse[k][i];
+            pivot[i] = value * by;
+        }
+        pivot[k] = by;
+        for (j = 0; j < COLUMNS; ++j) {
+            const real factor = own->inverse[j][k];
+            own->inverse[j][k] = 0;
+            for (i = 0; i < MOTIONS; ++i) {
+                own->inverse[j][i] -= factor * pivot[i];
             }
         }
-        own->factors[k][k] = 1 / own->factors[k][k];
-        for (i = k + 1; i < COLUMNS; ++i) {
-            if (own->factors[i][k] != 0) {
-                const real factor = own->factors[i][k] * pivot[k];
-                own->factors[i][k] = factor;
-                for (j = k + 1; j < MOTIONS; ++j) {
-                    own->factors[i][j] -= factor * pivot[j];
-                }
-            }
+        for (i = 0; i < MOTIONS; ++i) {
+            own->inverse[k][i] = pivot[i];
         }
     }
     return 1;
 }
 
-/* Adds the wrenches of all columns, in these amounts, to those on the bodies. */
+/* Adds the amounts of all columns as wrenches on the bodies. */
 static void add_terms(const balance *own, const real *amounts, real *sum)
 {
+    real wrench[WIDTH];
     int i;
     int k;
     for (k = 0; k < TERMS; ++k) {
         const real *w = own->term + 6 * k;
         const real first = amounts[2 * COLUMN_OF[k]];
         const real second = amounts[2 * COLUMN_OF[k] + 1];
-        real *a = sum + WIDTH * ON[k][0];
-        real *b = sum + WIDTH * ON[k][1];
         for (i = 0; i < 6; ++i) {
-            a[2 * i] += first * w[i];
-            a[2 * i + 1] += second * w[i];
-            b[2 * i] -= first * w[i];
-            b[2 * i + 1] -= second * w[i];
+            wrench[2 * i] = first * w[i];
+            wrench[2 * i + 1] = second * w[i];
         }
+        add(sum + WIDTH * ON[k][0], 1, wrench);
+        add(sum + WIDTH * ON[k][1], -1, wrench);
     }
 }
 
-/* Adds the wrenches on all outer bodies to those on each body, from the tips to the ground. */
+/* Adds the wrenches on all outer bodies to those on each body. */
 static void gather(real *x)
 {
     int k;
-    int i;
     for (k = BODIES; k > 0; --k) {
-        for (i = 0; i < WIDTH; ++i) {
-            x[WIDTH * PARENT[k] + i] += x[WIDTH * k + i];
-        }
+        add(x + WIDTH * PARENT[k], 1, x + WIDTH * k);
     }
 }
 
-/* Adds the motion of its parent to that of each body, from the ground to the tips. */
+/* Adds the motion of its parent to that of each body. */
 static void spread(real *x)
 {
     int k;
-    int i;
-    for (i = 0; i < WIDTH; ++i) {
-        x[i] = 0;
+    for (k = 0; k < WIDTH; ++k) {
+        x[k] = 0;
     }
     for (k = 1; k <= BODIES; ++k) {
-        for (i = 0; i < WIDTH; ++i) {
-            x[WIDTH * k + i] += x[WIDTH * PARENT[k] + i];
-        }
+        add(x + WIDTH * k, 1, x + WIDTH * PARENT[k]);
     }
 }
 
-/* Solves A x = y. On entry, `x` contains the wrenches on the bodies about the reference point; on return, those of the
-   joints of the tree about their origins, and `amounts` those of the columns. */
+/* Solves A x = y: `x` are the wrenches on the bodies about the reference point, and becomes those of the joints of the
+   tree about their origins; `amounts` are those of the columns. */
 static void carry(const balance *own, real *x, real *amounts)
 {
-    real rest[WIDTH * (BODIES + 1)];
+    real whole[WIDTH * (BODIES + 1)];
     real right[2 * ROOM(MOTIONS)];
     int i;
     int k;
-    gather(x);
+    for (k = 0; k < WIDTH * (BODIES + 1); ++k) {
+        whole[k] = x[k];
+    }
+    gather(whole);
     for (i = 0; i < MOTIONS; ++i) {
         const real *s = own->motion + 6 * i;
-        const real *f = x + WIDTH * MOVES[i];
-        right[2 * i] = 0;
-        right[2 * i + 1] = 0;
+        const real *f = whole + WIDTH * MOVES[i];
+        real first = 0;
+        real second = 0;
         for (k = 0; k < 6; ++k) {
-            right[2 * i] += s[k] * f[2 * k];
-            right[2 * i + 1] += s[k] * f[2 * k + 1];
+            first -= s[k] * f[2 * k];
+            second -= s[k] * f[2 * k + 1];
         }
-    }
-    for (k = 0; k < MOTIONS; ++k) {
-        right[2 * k] *= own->factors[k][k];
-        right[2 * k + 1] *= own->factors[k][k];
-        for (i = k + 1; i < MOTIONS; ++i) {
-            right[2 * i] -= own->factors[k][i] * right[2 * k];
-            right[2 * i + 1] -= own->factors[k][i] * right[2 * k + 1];
-        }
-    }
-    for (k = MOTIONS - 1; k > 0; --k) {
-        for (i = 0; i < k; ++i) {
-            right[2 * i] -= own->factors[k][i] * right[2 * k];
-            right[2 * i + 1] -= own->factors[k][i] * right[2 * k + 1];
-        }
+        right[2 * i] = first;
+        right[2 * i + 1] = second;
     }
     for (k = 0; k < COLUMNS; ++k) {
-        amounts[2 * own->column[k]] = k < MOTIONS ? right[2 * k] : 0;
-        amounts[2 * own->column[k] + 1] = k < MOTIONS ? right[2 * k + 1] : 0;
-    }
-    for (k = 0; k < WIDTH * (BODIES + 1); ++k) {
-        rest[k] = 0;
-    }
-    add_terms(own, amounts, rest);
-    gather(rest);
-    for (k = 1; k <= BODIES; ++k) {
-        for (i = WIDTH * k; i < WIDTH * (k + 1); ++i) {
-            x[i] -= rest[i];
+        real first = 0;
+        real second = 0;
+        for (i = 0; i < MOTIONS && k < MOTIONS; ++i) {
+            first += own->inverse[i][k] * right[2 * i];
+            second += own->inverse[i][k] * right[2 * i + 1];
         }
-        add_cross(own->origin + 3 * (k - 1), x + WIDTH * k, -1, x + WIDTH * k + 6);
+        amounts[2 * own->column[k]] = first;
+        amounts[2 * own->column[k] + 1] = second;
+    }
+    add_terms(own, amounts, x);
+    gather(x);
+    shift(x, own->origin, -1, 0, 6);
+    for (k = 0; k < 2 * COLUMNS; ++k) {
+        amounts[k] = -amounts[k];
     }
 }
 
-/* Solves the transposed system. On entry, `x` contains the motions of the joints of the tree about their origins, and
-   `amounts` those of the columns; on return, `x` contains the motions of the bodies about their centres of mass. */
+/* Solves the transposed system: `x` are the motions of the joints of the tree about their origins, `amounts` those of
+   the columns; `x` becomes the motions of the bodies about their centres of mass. */
 static void move(const balance *own, real *x, const real *amounts)
 {
-    real rest[WIDTH * (BODIES + 1)];
+    real whole[WIDTH * (BODIES + 1)];
     real left[2 * ROOM(COLUMNS)];
-    real right[2 * ROOM(MOTIONS)];
     int i;
     int k;
-    for (k = 1; k <= BODIES; ++k) {
-        add_cross(own->origin + 3 * (k - 1), x + WIDTH * k + 6, 1, x + WIDTH * k);
+    shift(x, own->origin, 1, 6, 0);
+    for (k = 0; k < WIDTH * (BODIES + 1); ++k) {
+        whole[k] = x[k];
     }
-    spread(x);
+    spread(whole);
     for (k = 0; k < 2 * COLUMNS; ++k) {
         left[k] = amounts[k];
     }
     for (k = 0; k < TERMS; ++k) {
         const real *w = own->term + 6 * k;
-        const real *a = x + WIDTH * ON[k][0];
-        const real *b = x + WIDTH * ON[k][1];
+        const real *a = whole + WIDTH * ON[k][0];
+        const real *b = whole + WIDTH * ON[k][1];
+        real first = 0;
+        real second = 0;
         for (i = 0; i < 6; ++i) {
-            left[2 * COLUMN_OF[k]] -= w[i] * (a[2 * i] - b[2 * i]);
-            left[2 * COLUMN_OF[k] + 1] -= w[i] * (a[2 * i + 1] - b[2 * i + 1]);
+            first += w[i] * (a[2 * i] - b[2 * i]);
+            second += w[i] * (a[2 * i + 1] - b[2 * i + 1]);
         }
+        left[2 * COLUMN_OF[k]] -= first;
+        left[2 * COLUMN_OF[k] + 1] -= second;
     }
-    for (k = 0; k < MOTIONS; ++k) {
-        right[2 * k] = left[2 * own->column[k]];
-        right[2 * k + 1] = left[2 * own->column[k] + 1];
-        for (i = 0; i < k; ++i) {
-            right[2 * k] -= own->factors[k][i] * right[2 * i];
-            right[2 * k + 1] -= own->factors[k][i] * right[2 * i + 1];
+    for (i = 0; i < MOTIONS; ++i) {
+        const real *s = own->motion + 6 * i;
+        real moved[WIDTH];
+        real first = 0;
+        real second = 0;
+        for (k = 0; k < MOTIONS; ++k) {
+            first += own->inverse[i][k] * left[2 * own->column[k]];
+            second += own->inverse[i][k] * left[2 * own->column[k] + 1];
         }
-    }
-    for (k = 0; k < WIDTH * (BODIES + 1); ++k) {
-        rest[k] = 0;
-    }
-    for (k = MOTIONS - 1; k >= 0; --k) {
-        const real *s = own->motion + 6 * k;
-        real *moved = rest + WIDTH * MOVES[k];
-        for (i = k + 1; i < MOTIONS; ++i) {
-            right[2 * k] -= own->factors[k][i] * right[2 * i];
-            right[2 * k + 1] -= own->factors[k][i] * right[2 * i + 1];
+        for (k = 0; k < 6; ++k) {
+            moved[2 * k] = first * s[k];
+            moved[2 * k + 1] = second * s[k];
         }
-        right[2 * k] *= own->factors[k][k];
-        right[2 * k + 1] *= own->factors[k][k];
-        for (i = 0; i < 6; ++i) {
-            moved[2 * i] += s[i] * right[2 * k];
-            moved[2 * i + 1] += s[i] * right[2 * k + 1];
-        }
+        add(x + WIDTH * MOVES[i], 1, moved);
     }
-    spread(rest);
-    for (k = 1; k <= BODIES; ++k) {
-        for (i = WIDTH * k; i < WIDTH * (k + 1); ++i) {
-            x[i] += rest[i];
-        }
-        add_cross(own->centre + 3 * (k - 1), x + WIDTH * k + 6, -1, x + WIDTH * k);
-    }
+    spread(x);
+    shift(x, own->centre, -1, 6, 0);
 }
 
 /* Subtracts from a vector its component along a unit vector. */
@@ -312,18 +316,29 @@ static void normalise(real *x, const real *units, int units_count, int count)
     }
 }
 
-/* Fills a vector with numbers that have no symmetry. */
-static void fill(real *x, int stride, int count)
+/* Numbers without any pattern, from -0.5 to 0.5. */
+static real without_pattern(int k)
 {
-    unsigned long seed = 1;
+    const unsigned n = (unsigned)k;
+    return (real)(int)(((n * n + 12345u) * 40503u >> 3) & 0xffffu) / 65536 - (real)0.5;
+}
+
+/* Fills two vectors, of which the first gets unit length. */
+static void fill(real *x)
+{
+    real square = 0;
     int k;
-    for (k = 0; k < count; ++k) {
-        seed = (seed * 1664525u + 1013904223u) & 0xffffffffu;
-        x[stride * k] = (real)((seed >> 16) & 0xffffu) / 65536 - (real)0.5;
+    for (k = 0; k < WIDTH * BODIES; ++k) {
+        x[k] = without_pattern(k);
+        square += k % 2 == 0 ? x[k] * x[k] : 0;
+    }
+    square = 1 / sqrt@F@(square);
+    for (k = 0; k < 6 * BODIES; ++k) {
+        x[2 * k] *= square;
     }
 }
 
-/* Subtracts the self-stresses from the wrenches of the joints and the amounts of the columns. */
+/* Subtracts reactions in equilibrium with each other from the wrenches of the joints and the amounts of the columns. */
 static void remove_stresses(const balance *own, real *x, real *amounts)
 {
     int lane;
@@ -348,18 +363,36 @@ static void remove_stresses(const balance *own, real *x, real *amounts)
     }
 }
 
-/* Adds the inner products of two vectors: first with first, first with second, second with second. */
+/* Adds the products of two vectors: of the first with itself, of both, of the second with itself. Two sums for each,
+   because an addition waits for the one before it. */
 static void multiply(const real *x, int count, real *products)
 {
+    real a = 0;
+    real b = 0;
+    real c = 0;
+    real d = 0;
+    real e = 0;
+    real f = 0;
     int k;
-    for (k = 0; k < 2 * count; k += 2) {
-        products[0] += x[k] * x[k];
-        products[1] += x[k] * x[k + 1];
-        products[2] += x[k + 1] * x[k + 1];
+    for (k = 0; k + 3 < 2 * count; k += 4) {
+        a += x[k] * x[k];
+        b += x[k] * x[k + 1];
+        c += x[k + 1] * x[k + 1];
+        d += x[k + 2] * x[k + 2];
+        e += x[k + 2] * x[k + 3];
+        f += x[k + 3] * x[k + 3];
     }
+    if (k < 2 * count) {
+        a += x[k] * x[k];
+        b += x[k] * x[k + 1];
+        c += x[k + 1] * x[k + 1];
+    }
+    products[0] += a + d;
+    products[1] += b + e;
+    products[2] += c + f;
 }
 
-/* Computes the self-stresses and the local passive degrees of freedom. */
+/* Finds the reactions in equilibrium with each other, and the local passive degrees of freedom. */
 static void find_null_vectors(balance *own)
 {
     real x[WIDTH * (BODIES + 1)];
@@ -398,7 +431,7 @@ static void find_null_vectors(balance *own)
     }
 }
 
-/* Makes both vectors orthogonal to the local passive degrees of freedom and to each other, with unit length. */
+/* Makes both vectors orthogonal to local passive degrees of freedom and to each other, of unit length. */
 static void make_orthonormal(const balance *own, real *x)
 {
     int lane;
@@ -423,18 +456,19 @@ static void make_orthonormal(const balance *own, real *x)
     }
 }
 
-/* Improves the two unit vectors of least resistance by a step of inverse iteration; the first has the lower resistance.
-   Returns the square of this resistance; sets `aligned` to 1 if the first vector has hardly turned. */
+/* Improves two unit vectors of least resistance by a step of inverse iteration, of which the first has the lower
+   resistance. Returns the square of this resistance; sets `aligned` to 1 if the first vector has hardly turned. */
 static real improve(const balance *own, real *x, int *aligned)
 {
     real bodies[WIDTH * (BODIES + 1)];
     real amounts[2 * ROOM(COLUMNS)];
-    /* Inner products of the iterates, and of A transposed times the iterates. */
+    /* Products of the iterates and of A transposed times the iterates. */
     real moved[3] = { 0, 0, 0 };
     real resisted[3] = { 0, 0, 0 };
-    real second = 0;
+    real second;
     real along;
     real least;
+    int is_second;
     int k;
     for (k = 0; k < WIDTH; ++k) {
         bodies[k] = 0;
@@ -442,9 +476,7 @@ static real improve(const balance *own, real *x, int *aligned)
     for (k = 0; k < WIDTH * BODIES; ++k) {
         bodies[WIDTH + k] = x[k];
     }
-    for (k = 1; k <= BODIES; ++k) {
-        add_cross(own->centre + 3 * (k - 1), bodies + WIDTH * k, 1, bodies + WIDTH * k + 6);
-    }
+    shift(bodies, own->centre, 1, 0, 6);
     carry(own, bodies, amounts);
     for (k = 2 * (COLUMNS - SPINS); k < 2 * COLUMNS; ++k) {
         amounts[k] = 0;
@@ -463,13 +495,10 @@ static real improve(const balance *own, real *x, int *aligned)
     multiply(x, 6 * BODIES, moved);
     *aligned = moved[0] / (resisted[0] * resisted[0]) - 1 <= ALIGNED;
     along = moved[1] / moved[0];
-    for (k = 0; k < 6 * BODIES; ++k) {
-        x[2 * k + 1] -= along * x[2 * k];
-        second += x[2 * k + 1] * x[2 * k + 1];
-    }
+    second = moved[2] - along * moved[1];
     least = resisted[0] / moved[0];
     if (second > PARALLEL * moved[2]) {
-        /* Principal axes of A times its transpose in the plane of both iterates (Rayleigh-Ritz). */
+        /* Principal axes of A times its transpose in the plane of both iterates. */
         const real a = 1 / sqrt@F@(moved[0]);
         const real b = 1 / sqrt@F@(second);
         const real mixed = (resisted[1] - along * resisted[0]) * a * b;
@@ -478,7 +507,8 @@ static real improve(const balance *own, real *x, int *aligned)
         real tangent = 0;
         real cosine;
         real sine;
-        int is_second;
+        /* Both axes, as parts of both iterates. */
+        real axes[2][2];
         if (mixed != 0) {
             const real ratio = (other - least) / (2 * mixed);
             tangent = (ratio < 0 ? -1 : 1) / (fabs@F@(ratio) + sqrt@F@(1 + ratio * ratio));
@@ -487,47 +517,52 @@ static real improve(const balance *own, real *x, int *aligned)
         least = is_second ? other + tangent * mixed : least - tangent * mixed;
         cosine = 1 / sqrt@F@(1 + tangent * tangent);
         sine = tangent * cosine;
+        axes[is_second][0] = cosine * a + sine * b * along;
+        axes[is_second][1] = -sine * b;
+        axes[1 - is_second][0] = sine * a - cosine * b * along;
+        axes[1 - is_second][1] = cosine * b;
         for (k = 0; k < 6 * BODIES; ++k) {
-            const real u = a * x[2 * k];
-            const real v = b * x[2 * k + 1];
-            x[2 * k + is_second] = cosine * u - sine * v;
-            x[2 * k + 1 - is_second] = sine * u + cosine * v;
+            const real u = axes[0][0] * x[2 * k] + axes[0][1] * x[2 * k + 1];
+            const real v = axes[1][0] * x[2 * k] + axes[1][1] * x[2 * k + 1];
+            x[2 * k] = u;
+            x[2 * k + 1] = v;
         }
     } else {
-        fill(x + 1, 2, 6 * BODIES);
+        for (k = 0; k < 6 * BODIES; ++k) {
+            x[2 * k + 1] = without_pattern(k);
+        }
         make_orthonormal(own, x);
     }
     return least;
 }
 
-/* Computes the singularity index from the results of `prepare`, starting from the vectors of the last call. */
+/* Finds the singularity index from the positions after `prepare`, starting from the vectors of the last call. */
 static void find_index(const real *places, @NAME@_state *warm, @NAME@_info *info)
 {
     balance own;
-    real added[6 * BODIES];
     real square = 0;
     int aligned = 0;
     int k;
     info->singularity_index = 0;
     info->index_passes = 0;
-    if (!decompose(places, &own)) {
+    if (!invert(places, &own)) {
         return;
     }
     find_null_vectors(&own);
-    /* Symmetric motions preserve a symmetry of the vectors: a small part without symmetry finds the others. */
-    fill(added, 1, 6 * BODIES);
-    for (k = 0; k < 6 * BODIES; ++k) {
-        warm->weakest[2 * k + 1] += added[k] / 32;
+    /* Motions with a symmetry keep vectors with this symmetry: a small part of a vector without any finds the others. */
+    for (k = 0; k < 6 * BODIES; k += 5) {
+        warm->weakest[2 * k + 1] += without_pattern(k) / 8;
     }
-    make_orthonormal(&own, warm->weakest);
+    if (SPINS > 0) {
+        make_orthonormal(&own, warm->weakest);
+    }
     while (info->index_passes < MOST_PASSES && !aligned) {
         square = improve(&own, warm->weakest, &aligned);
         ++info->index_passes;
     }
     if (square > 0 && is_finite(square)) {
         info->singularity_index = sqrt@F@(square);
-    }
-    if (!are_finite(warm->weakest, WIDTH * BODIES)) {
-        fill(warm->weakest, 1, WIDTH * BODIES);
+    } else {
+        fill(warm->weakest);
     }
 }

@@ -1,69 +1,63 @@
-/// Number of free motions of the joints of the spanning tree; number of columns, which are the
-/// unknowns of joints that close loops and of gearings; number of terms of the columns.
+/// Number of free motions of the joints of the spanning tree, and of columns: unknowns of joints that close loops, and
+/// of gearings.
 const MOTIONS: usize = @MOTIONS@;
 const COLUMNS: usize = @COLUMNS@;
 const TERMS: usize = @TERMS@;
-/// Number of redundant columns; number of columns that resist local passive degrees of freedom.
+/// Columns without which equilibrium is possible; columns that resist local passive degrees of freedom.
 const REDUNDANT: usize = @REDUNDANT@;
 const SPINS: usize = @SPINS@;
 const FIRST_PLACE: usize = @FIRST_PLACE@;
 const MOST_PASSES: u32 = @INDEX_PASSES@;
-/// Number of components of a body in a pair of vectors.
+/// Numbers of a body in two vectors.
 const WIDTH: usize = 12;
 /// Square of the sine of the angle between a vector and its next iterate, at convergence.
 const ALIGNED: Real = @ALIGNED@;
-/// Fraction of the square of a vector up to which its remainder after orthogonalisation is a
-/// rounding error.
+/// Part of the square of an iterate up to which it counts as parallel to the other.
 const PARALLEL: Real = @PARALLEL@;
-/// Index up to which a position is singular; relative determinant from which the index is not
-/// needed.
+/// Index up to which the position counts as singular, and determinant from which on it needs no test.
 const LEAST_INDEX: Real = @LEAST_INDEX@;
 const SMALL_DETERMINANT: Real = @SMALL_DETERMINANT@;
 
-/// Size of an array, at least one.
+/// Size of an array that may have no items.
 const fn room(count: usize) -> usize {
     if count > 0 { count } else { 1 }
 }
 
-/// Place of the parent of each body in the tree; place 0 is the ground.
+/// Parent of each place in the tree; place 0 is the ground.
 const PARENT: [usize; BODIES + 1] = [@PARENT@];
-/// Place of the first body that each free motion moves.
+/// Place that a free motion moves first.
 const MOVES: [usize; room(MOTIONS)] = [@MOVES@];
-/// Column of each term, and the places of the two bodies on which it acts, in opposite directions.
+/// Column of each term, and the places on which it acts, in opposite directions.
 const COLUMN_OF: [usize; room(TERMS)] = [@COLUMN_OF@];
 const ON: [[usize; 2]; room(TERMS)] = [@ON@];
-/// Sign with which each term does work in each free motion; 0 for none.
-const SIGN: [[i8; room(TERMS)]; room(MOTIONS)] = [
+/// Sign of each term on each motion.
+const SIGN: [[Real; room(MOTIONS)]; room(TERMS)] = [
 @SIGN@];
 
-/// Two vectors with six components for each body, including the ground; components of both vectors
-/// alternate.
+/// Two vectors, with six components for each body including the ground, each for both vectors.
 type Pair = [Real; WIDTH * (BODIES + 1)];
-/// Amounts of the columns for both vectors, which alternate.
+/// Amounts of the columns, each for both vectors.
 type Amounts = [Real; 2 * room(COLUMNS)];
 type Weakest = [Real; WIDTH * BODIES];
 
-/// Data of a state with its decomposed dense system. The system `A x = y`, where A is the
-/// dimensionless balance of all bodies, and its transpose are solved by recursion along the tree
-/// and by the dense system, which has one unknown for each free motion of the tree's joints and one
-/// row for each column.
+/// Inverse of the dense system and the positions of a state. Along the joints of the tree, `A x = y` and its transpose are
+/// solved by recursion, where A is the dimensionless balance of all bodies; the dense system has one unknown for each
+/// free motion of these joints, and one row for each column.
 struct Balance<'a> {
-    /// Centres of mass, origins of the joints, free motions, and terms; the last two have six
-    /// components each.
+    /// Centres of mass; origins of the joints; free motions and terms with six components.
     centre: &'a [Real],
     origin: &'a [Real],
     motion: &'a [Real],
     term: &'a [Real],
-    /// Triangular factors with reciprocal pivots, and the column of each row.
-    factors: [[Real; room(MOTIONS)]; room(COLUMNS)],
+    /// Inverse of the dense system in its first rows, and the column of each row.
+    inverse: [[Real; room(MOTIONS)]; room(COLUMNS)],
     column: [usize; room(COLUMNS)],
-    /// Orthonormal self-stresses, and orthonormal local passive degrees of freedom.
+    /// Unit vectors of reactions in equilibrium with each other, and of local passive degrees of freedom.
     stress: [[Real; 6 * BODIES + COLUMNS]; room(REDUNDANT)],
     spin: [[Real; 6 * BODIES]; room(SPINS)],
 }
 
-/// For each of two vectors: adds `by` times the cross product of the vector at `k` in `r` and the
-/// vector at `from` to the vector at `to`.
+/// Adds `by` times the product of the vector at `k` in `r` and each of two vectors at `from`, at `to`.
 fn add_cross(r: &[Real], k: usize, x: &mut Pair, from: usize, by: Real, to: usize) {
     for lane in 0..2 {
         let (a, b, c) = (x[from + lane], x[from + 2 + lane], x[from + 4 + lane]);
@@ -73,7 +67,7 @@ fn add_cross(r: &[Real], k: usize, x: &mut Pair, from: usize, by: Real, to: usiz
     }
 }
 
-/// Adds the wrenches on all outer bodies to those on each body, from the tips to the ground.
+/// Adds the wrenches on all outer bodies to those on each body.
 fn gather(x: &mut Pair) {
     for k in (1..=BODIES).rev() {
         for i in 0..WIDTH {
@@ -82,7 +76,7 @@ fn gather(x: &mut Pair) {
     }
 }
 
-/// Adds the motion of its parent to that of each body, from the ground to the tips.
+/// Adds the motion of its parent to that of each body.
 fn spread(x: &mut Pair) {
     x[..WIDTH].fill(0.0);
     for k in 1..=BODIES {
@@ -92,8 +86,7 @@ fn spread(x: &mut Pair) {
     }
 }
 
-/// Subtracts from a vector its component along a unit vector; `stride` is 2 for one vector of a
-/// pair.
+/// Subtracts from every second or from all components of a vector its part along a unit vector.
 fn subtract(x: &mut [Real], unit: &[Real], stride: usize) {
     let mut along = 0.0;
     for (x, unit) in x.iter().step_by(stride).zip(unit) {
@@ -104,7 +97,7 @@ fn subtract(x: &mut [Real], unit: &[Real], stride: usize) {
     }
 }
 
-/// Scales a vector to unit length.
+/// Scales to a unit vector.
 fn normalise<M: Math>(x: &mut [Real]) {
     let mut square = 0.0;
     for x in x.iter() {
@@ -116,24 +109,28 @@ fn normalise<M: Math>(x: &mut [Real]) {
     }
 }
 
-/// Fills a vector with numbers that have no symmetry; `stride` is 2 for one vector of a pair.
-fn fill(x: &mut [Real], stride: usize) {
-    let mut seed = 1_u32;
-    for x in x.iter_mut().step_by(stride) {
-        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        *x = (seed >> 16) as Real / 65536.0 - 0.5;
-    }
+/// Number without any pattern, from -0.5 to 0.5.
+fn without_pattern(k: usize) -> Real {
+    let n = k as u32;
+    let mixed = n.wrapping_mul(n).wrapping_add(12345).wrapping_mul(40503) >> 3;
+    (mixed & 0xffff) as Real / 65536.0 - 0.5
 }
 
-/// Initial vectors of the first call.
-fn without_pattern() -> Weakest {
-    let mut weakest = [0.0; WIDTH * BODIES];
-    fill(&mut weakest, 1);
+/// Vectors from which the first call starts, the first of unit length.
+fn first_vectors<M: Math>() -> Weakest {
+    let mut weakest: Weakest = core::array::from_fn(without_pattern);
+    let mut square = 0.0;
+    for x in weakest.iter().step_by(2) {
+        square += x * x;
+    }
+    let scale = 1.0 / M::sqrt(square);
+    for x in weakest.iter_mut().step_by(2) {
+        *x *= scale;
+    }
     weakest
 }
 
-/// Adds the inner products of the two vectors of a pair: first with first, first with second,
-/// second with second.
+/// Adds the products of two vectors: of the first with itself, of both, of the second with itself.
 fn multiply(x: &[Real], products: &mut [Real; 3]) {
     for pair in x.chunks_exact(2) {
         products[0] += pair[0] * pair[0];
@@ -143,33 +140,31 @@ fn multiply(x: &[Real], products: &mut [Real; 3]) {
 }
 
 impl<'a> Balance<'a> {
-    /// Assembles and decomposes the dense system; `None` if it is singular.
-    fn decompose(places: &'a [Real]) -> Option<Self> {
+    /// Assembles and inverts the dense system; `None` if it is singular.
+    fn invert(places: &'a [Real]) -> Option<Self> {
         let mut own = Self {
             centre: &places[..3 * BODIES],
             origin: &places[3 * BODIES..6 * BODIES],
             motion: &places[6 * BODIES..6 * BODIES + 6 * MOTIONS],
             term: &places[6 * BODIES + 6 * MOTIONS..6 * BODIES + 6 * MOTIONS + 6 * TERMS],
-            factors: [[0.0; room(MOTIONS)]; room(COLUMNS)],
+            inverse: [[0.0; room(MOTIONS)]; room(COLUMNS)],
             column: core::array::from_fn(|k| k),
             stress: [[0.0; 6 * BODIES + COLUMNS]; room(REDUNDANT)],
             spin: [[0.0; 6 * BODIES]; room(SPINS)],
         };
-        for i in 0..MOTIONS {
-            let s = &own.motion[6 * i..6 * i + 6];
-            for k in 0..TERMS {
-                let w = &own.term[6 * k..6 * k + 6];
-                if SIGN[i][k] != 0 {
-                    let power = s[0] * w[0] + s[1] * w[1] + s[2] * w[2] + s[3] * w[3] + s[4] * w[4]
-                        + s[5] * w[5];
-                    own.factors[COLUMN_OF[k]][i] += SIGN[i][k] as Real * power;
-                }
+        for k in 0..TERMS {
+            let w = &own.term[6 * k..6 * k + 6];
+            for i in 0..MOTIONS {
+                let s = &own.motion[6 * i..6 * i + 6];
+                let power = (s[0] * w[0] + s[2] * w[2] + s[4] * w[4])
+                    + (s[1] * w[1] + s[3] * w[3] + s[5] * w[5]);
+                own.inverse[COLUMN_OF[k]][i] += SIGN[k][i] * power;
             }
         }
         for k in 0..MOTIONS {
             let (mut most, mut row) = (0.0, k);
             for i in k..COLUMNS {
-                let size = size_of(own.factors[i][k]);
+                let size = size_of(own.inverse[i][k]);
                 if size > most {
                     (most, row) = (size, i);
                 }
@@ -178,23 +173,23 @@ impl<'a> Balance<'a> {
                 return None;
             }
             own.column.swap(k, row);
-            own.factors.swap(k, row);
-            own.factors[k][k] = 1.0 / own.factors[k][k];
-            let pivot = own.factors[k];
-            for i in k + 1..COLUMNS {
-                if own.factors[i][k] != 0.0 {
-                    let factor = own.factors[i][k] * pivot[k];
-                    own.factors[i][k] = factor;
-                    for j in k + 1..MOTIONS {
-                        own.factors[i][j] -= factor * pivot[j];
-                    }
+            own.inverse.swap(k, row);
+            let by = 1.0 / own.inverse[k][k];
+            let mut pivot = own.inverse[k].map(|value| value * by);
+            pivot[k] = by;
+            for row in &mut own.inverse {
+                let factor = row[k];
+                row[k] = 0.0;
+                for i in 0..MOTIONS {
+                    row[i] -= factor * pivot[i];
                 }
             }
+            own.inverse[k] = pivot;
         }
         Some(own)
     }
 
-    /// Adds the wrenches of all columns, in these amounts, to those on the bodies.
+    /// Adds the amounts of all columns as wrenches on the bodies.
     fn add_terms(&self, amounts: &Amounts, sum: &mut Pair) {
         for k in 0..TERMS {
             let (first, second) = (amounts[2 * COLUMN_OF[k]], amounts[2 * COLUMN_OF[k] + 1]);
@@ -209,96 +204,72 @@ impl<'a> Balance<'a> {
         }
     }
 
-    /// Solves `A x = y`. On entry, `x` contains the wrenches on the bodies about the reference
-    /// point; on return, those of the joints of the tree about their origins. Returns the amounts
-    /// of the columns.
+    /// Solves `A x = y`: `x` are the wrenches on the bodies about the reference point, and becomes those of the joints
+    /// of the tree about their origins. Returns those of the columns.
     fn carry(&self, x: &mut Pair) -> Amounts {
         let mut right = [0.0; 2 * room(MOTIONS)];
         let mut amounts = [0.0; 2 * room(COLUMNS)];
-        gather(x);
+        let mut whole = *x;
+        gather(&mut whole);
         for i in 0..MOTIONS {
             for k in 0..6 {
                 let s = self.motion[6 * i + k];
-                right[2 * i] += s * x[WIDTH * MOVES[i] + 2 * k];
-                right[2 * i + 1] += s * x[WIDTH * MOVES[i] + 2 * k + 1];
+                right[2 * i] -= s * whole[WIDTH * MOVES[i] + 2 * k];
+                right[2 * i + 1] -= s * whole[WIDTH * MOVES[i] + 2 * k + 1];
             }
         }
-        for lane in 0..2 {
-            for k in 0..MOTIONS {
-                right[2 * k + lane] *= self.factors[k][k];
-                for i in k + 1..MOTIONS {
-                    right[2 * i + lane] -= self.factors[k][i] * right[2 * k + lane];
-                }
-            }
-            for k in (1..MOTIONS).rev() {
-                for i in 0..k {
-                    right[2 * i + lane] -= self.factors[k][i] * right[2 * k + lane];
-                }
-            }
-            for k in 0..MOTIONS {
-                amounts[2 * self.column[k] + lane] = right[2 * k + lane];
+        for k in 0..MOTIONS {
+            for i in 0..MOTIONS {
+                amounts[2 * self.column[k]] += self.inverse[i][k] * right[2 * i];
+                amounts[2 * self.column[k] + 1] += self.inverse[i][k] * right[2 * i + 1];
             }
         }
-        let mut rest = [0.0; WIDTH * (BODIES + 1)];
-        self.add_terms(&amounts, &mut rest);
-        gather(&mut rest);
+        self.add_terms(&amounts, x);
+        gather(x);
         for k in 1..=BODIES {
-            for i in WIDTH * k..WIDTH * (k + 1) {
-                x[i] -= rest[i];
-            }
             add_cross(self.origin, 3 * (k - 1), x, WIDTH * k, -1.0, WIDTH * k + 6);
         }
-        amounts
+        amounts.map(|amount| -amount)
     }
 
-    /// Solves the transposed system. On entry, `x` contains the motions of the joints of the tree
-    /// about their origins, and `amounts` those of the columns; on return, `x` contains the motions
-    /// of the bodies about their centres of mass.
+    /// Solves the transposed system: `x` are the motions of the joints of the tree about their origins, `amounts` those
+    /// of the columns; `x` becomes the motions of the bodies about their centres of mass.
     fn shift(&self, x: &mut Pair, amounts: &Amounts) {
-        let mut right = [0.0; 2 * room(MOTIONS)];
-        let mut rest = [0.0; WIDTH * (BODIES + 1)];
         for k in 1..=BODIES {
             add_cross(self.origin, 3 * (k - 1), x, WIDTH * k + 6, 1.0, WIDTH * k);
         }
-        spread(x);
+        let mut whole = *x;
+        spread(&mut whole);
         let mut left = *amounts;
         for k in 0..TERMS {
             let [a, b] = ON[k];
             for i in 0..6 {
                 let w = self.term[6 * k + i];
                 for lane in 0..2 {
-                    let apart = x[WIDTH * a + 2 * i + lane] - x[WIDTH * b + 2 * i + lane];
+                    let apart = whole[WIDTH * a + 2 * i + lane] - whole[WIDTH * b + 2 * i + lane];
                     left[2 * COLUMN_OF[k] + lane] -= w * apart;
                 }
             }
         }
-        for lane in 0..2 {
+        for i in 0..MOTIONS {
+            let (mut first, mut second) = (0.0, 0.0);
             for k in 0..MOTIONS {
-                right[2 * k + lane] = left[2 * self.column[k] + lane];
-                for i in 0..k {
-                    right[2 * k + lane] -= self.factors[k][i] * right[2 * i + lane];
-                }
+                first += self.inverse[i][k] * left[2 * self.column[k]];
+                second += self.inverse[i][k] * left[2 * self.column[k] + 1];
             }
-            for k in (0..MOTIONS).rev() {
-                for i in k + 1..MOTIONS {
-                    right[2 * k + lane] -= self.factors[k][i] * right[2 * i + lane];
-                }
-                right[2 * k + lane] *= self.factors[k][k];
-                for i in 0..6 {
-                    rest[WIDTH * MOVES[k] + 2 * i + lane] += self.motion[6 * k + i] * right[2 * k + lane];
-                }
+            for k in 0..6 {
+                let s = self.motion[6 * i + k];
+                x[WIDTH * MOVES[i] + 2 * k] += first * s;
+                x[WIDTH * MOVES[i] + 2 * k + 1] += second * s;
             }
         }
-        spread(&mut rest);
+        spread(x);
         for k in 1..=BODIES {
-            for i in WIDTH * k..WIDTH * (k + 1) {
-                x[i] += rest[i];
-            }
             add_cross(self.centre, 3 * (k - 1), x, WIDTH * k + 6, -1.0, WIDTH * k);
         }
     }
 
-    /// Computes the self-stresses and the local passive degrees of freedom.
+    /// Finds the reactions in equilibrium with each other, and the local passive degrees of freedom.
     fn find_null_vectors<M: Math>(&mut self) {
         for n in 0..REDUNDANT {
             let column = self.column[MOTIONS + n];
@@ -335,8 +306,7 @@ impl<'a> Balance<'a> {
         }
     }
 
-    /// Makes both vectors orthogonal to the local passive degrees of freedom and to each other,
-    /// with unit length.
+    /// Makes both vectors orthogonal to local passive degrees of freedom and to each other, of unit length.
     fn make_orthonormal<M: Math>(&self, x: &mut Weakest) {
         for lane in 0..2 {
             for spin in &self.spin[..SPINS] {
@@ -359,7 +329,7 @@ impl<'a> Balance<'a> {
         }
     }
 
-    /// Subtracts the self-stresses from the wrenches of the joints and the amounts of the columns.
+    /// Subtracts reactions in equilibrium with each other from the wrenches of the joints and the amounts of the columns.
     fn remove_stresses(&self, x: &mut Pair, amounts: &mut Amounts) {
         for stress in &self.stress[..REDUNDANT] {
             for lane in 0..2 {
@@ -380,11 +350,10 @@ impl<'a> Balance<'a> {
         }
     }
 
-    /// Improves the two unit vectors of least resistance by a step of inverse iteration; the first
-    /// has the lower resistance. Returns the square of this resistance, and `true` if the first
-    /// vector has hardly turned.
+    /// Improves two unit vectors of least resistance by a step of inverse iteration, of which the first has the lower
+    /// resistance. Returns the square of this resistance, and `true` if the first vector has hardly turned.
     fn improve<M: Math>(&self, x: &mut Weakest) -> (Real, bool) {
-        // Inner products of the iterates, and of A transposed times the iterates.
+        // Products of the iterates and of A transposed times the iterates.
         let (mut moved, mut resisted) = ([0.0; 3], [0.0; 3]);
         let mut bodies = [0.0; WIDTH * (BODIES + 1)];
         bodies[WIDTH..].copy_from_slice(x);
@@ -405,18 +374,16 @@ impl<'a> Balance<'a> {
         multiply(x, &mut moved);
         let is_aligned = moved[0] / (resisted[0] * resisted[0]) - 1.0 <= ALIGNED;
         let along = moved[1] / moved[0];
-        let mut second = 0.0;
-        for pair in x.chunks_exact_mut(2) {
-            pair[1] -= along * pair[0];
-            second += pair[1] * pair[1];
-        }
+        let second = moved[2] - along * moved[1];
         let least = resisted[0] / moved[0];
         if !(second > PARALLEL * moved[2]) {
-            fill(&mut x[1..], 2);
+            for k in 0..6 * BODIES {
+                x[2 * k + 1] = without_pattern(k);
+            }
             self.make_orthonormal::<M>(x);
             return (least, is_aligned);
         }
-        // Principal axes of A times its transpose in the plane of both iterates (Rayleigh-Ritz).
+        // Principal axes of A times its transpose in the plane of both iterates.
         let (a, b) = (1.0 / M::sqrt(moved[0]), 1.0 / M::sqrt(second));
         let mixed = (resisted[1] - along * resisted[0]) * a * b;
         let other = (resisted[2] - 2.0 * along * resisted[1] + along * along * resisted[0]) * b * b;
@@ -430,30 +397,34 @@ impl<'a> Balance<'a> {
         let first = if ends[1] < ends[0] { 1 } else { 0 };
         let cosine = 1.0 / M::sqrt(1.0 + tangent * tangent);
         let sine = tangent * cosine;
+        // Both axes, as parts of both iterates.
+        let mut axes = [
+            [cosine * a + sine * b * along, -sine * b],
+            [sine * a - cosine * b * along, cosine * b],
+        ];
+        axes.swap(0, first);
         for pair in x.chunks_exact_mut(2) {
-            let (u, v) = (a * pair[0], b * pair[1]);
-            pair[first] = cosine * u - sine * v;
-            pair[1 - first] = sine * u + cosine * v;
+            let [u, v] = [pair[0], pair[1]];
+            pair[0] = axes[0][0] * u + axes[0][1] * v;
+            pair[1] = axes[1][0] * u + axes[1][1] * v;
         }
         (ends[first], is_aligned)
     }
 }
 
-/// Computes the singularity index from the results of `prepare`: the smallest singular value of the
-/// dimensionless balance of all bodies, by inverse iteration with two vectors that start from those
-/// of the last call.
+/// Finds the singularity index from the positions after `prepare`: smallest singular value of the dimensionless balance
+/// of all bodies, by inverse iteration with two vectors, starting from those of the last call.
 fn find_index<M: Math>(places: &[Real], weakest: &mut Weakest, info: &mut Info) {
     (info.singularity_index, info.index_passes) = (0.0, 0);
-    let Some(mut own) = Balance::decompose(places) else { return };
+    let Some(mut own) = Balance::invert(places) else { return };
     own.find_null_vectors::<M>();
-    // Symmetric motions preserve a symmetry of the vectors: a small part without symmetry finds the
-    // others.
-    let mut added = [0.0; 6 * BODIES];
-    fill(&mut added, 1);
-    for k in 0..6 * BODIES {
-        weakest[2 * k + 1] += added[k] / 32.0;
+    // Motions with a symmetry keep vectors with this symmetry: a small part of a vector without any finds the others.
+    for k in (0..6 * BODIES).step_by(5) {
+        weakest[2 * k + 1] += without_pattern(k) / 8.0;
     }
-    own.make_orthonormal::<M>(weakest);
+    if SPINS > 0 {
+        own.make_orthonormal::<M>(weakest);
+    }
     let mut square = 0.0;
     for pass in 1..=MOST_PASSES {
         let (least, is_aligned) = own.improve::<M>(weakest);
@@ -464,8 +435,7 @@ fn find_index<M: Math>(places: &[Real], weakest: &mut Weakest, info: &mut Info) 
     }
     if square > 0.0 && square.is_finite() {
         info.singularity_index = M::sqrt(square);
-    }
-    if !are_finite(weakest) {
-        *weakest = without_pattern();
+    } else {
+        *weakest = first_vectors::<M>();
     }
 }
