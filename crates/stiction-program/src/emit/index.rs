@@ -5,7 +5,7 @@ use crate::feedforward::{Feedforward, INDEX_PASSES, Term};
 
 /// Square of the sine of the angle between a vector and its next iterate at convergence, in double and in single
 /// precision.
-const ALIGNED: [f64; 2] = [1e-8, 1e-5];
+const ALIGNED: [f64; 2] = [1e-8, 1e-6];
 /// Part of the square of an iterate up to which it counts as parallel to the other: a multiple of the rounding errors of
 /// this part. The other iterate then is that of a position near a singular one, and converges by itself.
 const PARALLEL: [f64; 2] = [1e-8, 1e-3];
