@@ -41,7 +41,7 @@ const NOT_CONVERGED: [f64; 2] = [0.0, 1e-4];
 /// Largest error of the singularity index that the iteration leaves, relative to the index. The vectors turn at most by
 /// 1e-4 or 1e-3 in the last pass, and the error is of second order; in single precision, it is as large as the turn if
 /// the third smallest singular value exceeds the smallest by so little that the vectors turn slowly.
-const OF_INDEX: [f64; 2] = [1e-6, 2e-3];
+const OF_INDEX: [f64; 2] = [1e-6, 1e-3];
 /// Largest error of the singularity index by rounding, relative to the unit roundoff and the largest singular value. The
 /// index is the smallest one: by Weyl's inequality a change of the matrix changes it by up to the norm of the change,
 /// and rounding changes the matrix by parts of its norm, the largest singular value, however small the index is.
