@@ -93,7 +93,7 @@ fn obj(text: &str) -> Result<Vec<Triangle>, String> {
 /// Reads MuJoCo's binary format: four counts (of vertices, normals, texture coordinates, faces), then vertices,
 /// normals, texture coordinates and indices of faces, all of 4 bytes.
 fn msh(bytes: &[u8]) -> Result<Vec<Triangle>, String> {
-    let word = |at: usize| Some(<[u8; 4]>::try_from(bytes.get(4 * at..4 * at + 4)?).ok()?);
+    let word = |at: usize| <[u8; 4]>::try_from(bytes.get(4 * at..4 * at + 4)?).ok();
     let count =
         |at: usize| word(at).and_then(|word| usize::try_from(i32::from_le_bytes(word)).ok());
     let (Some(vertices), Some(normals), Some(textures), Some(faces)) =
