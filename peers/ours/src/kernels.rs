@@ -133,7 +133,7 @@ impl<'a, T: InLanes> Runs<'a, T> {
         run
     }
 
-    /// Evaluates all states twice, as in the measurement.
+    /// Greatest difference from `expected` after all states were evaluated twice, as in the measurement.
     fn difference(&mut self, expected: &[Forces]) -> f64 {
         let mut difference = Difference::default();
         for _ in 0..2 * self.runs.len() {

@@ -139,8 +139,8 @@ impl Statics {
 }
 
 impl Constraints<'_> {
-    /// Finds the motion that the constraints resist least, apart from their `mobility` generic
-    /// motions.
+    /// Finds the motion that the constraints resist least, besides the `mobility` motions that they allow in every
+    /// regular position.
     pub fn weakest_motion(&self, mobility: usize, idle: &[IdleAxis]) -> Option<GainedTwist> {
         let equations: Vec<usize> = (0..self.transposed().matrix().ncols()).collect();
         self.statics().weakest(self.transposed(), &equations, mobility, idle)

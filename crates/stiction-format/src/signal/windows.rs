@@ -44,7 +44,7 @@ impl Window {
         index * CORE
     }
 
-    /// Index of the window that determines a sample, among `windows`.
+    /// Index of the window, of `windows` in total, whose core contains a sample.
     pub(crate) fn of(sample: usize, windows: usize) -> usize {
         (sample / CORE).min(windows.saturating_sub(1))
     }

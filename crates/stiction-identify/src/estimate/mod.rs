@@ -230,7 +230,7 @@ impl Problem<'_> {
         self.described(&map, &shift, values, strength, noise, &weights, ratios)
     }
 
-    /// Estimates with the same strength of the prior as another estimate, without a new choice.
+    /// Computes an estimate with the strength of the prior of another estimate instead of choosing it anew.
     pub fn solve_fixed(&self, before: &Estimate) -> Estimate {
         let options = Options { strength: Some(before.strength), ..self.options.clone() };
         Problem { options: &options, ..self.clone() }.solve_with(false)

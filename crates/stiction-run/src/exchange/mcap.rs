@@ -20,7 +20,7 @@ const FIELDS: [(&str, &str); 3] =
     [(".position", "position"), (".rate", "velocity"), (".acceleration", "acceleration")];
 /// Thickness of lines and diameter of balls in the skeleton, in characteristic lengths.
 const SIZES: [f64; 2] = [0.02, 0.06];
-/// Type of lines that are pairs of points.
+/// Value of `type` of a line marker in which each pair of points is a segment.
 const LINE_LIST: u8 = 2;
 
 /// Writes a run as an MCAP log.

@@ -23,7 +23,8 @@ struct Linear {
 }
 
 impl Linear {
-    /// Prepares derivatives at closed loops from the results of a call; `None` if there are none.
+    /// Prepares derivatives from the results of a call, whose loops are closed; `None` if the call has no
+    /// results.
     fn new<M: Math>(
         params: &Params,
         tree: &[Real; TREE],

@@ -111,9 +111,8 @@ impl Prepared {
         self.by_model = self.predicted(at);
     }
 
-    /// Prepares a log. `delays` are the delays of the efforts relative to the positions, s, which
-    /// decide between which samples of the efforts friction reverses; `None` if they are still to
-    /// be estimated.
+    /// Prepares a log. `delays` are the delays of the efforts relative to the positions, in seconds: they determine
+    /// between which two samples of an effort the friction reverses. `None` if they are still to be estimated.
     pub(super) fn new(
         model: &ModelFile,
         log: &MeasuredLog,
