@@ -57,8 +57,7 @@ static const real STRIDE[COORDINATES] = {
 #if defined(__GNUC__) && __GNUC__ >= 8 && !defined(__clang__) && defined(__x86_64__)
 /* GCC on x86-64: long straight-line code is faster without vectors and reordering, and smaller with a frame pointer; in the loops, a
    number that was written in a pair is read late in a longer vector. Other compilers need no such hints. */
-#define STRAIGHT_LINE \
-    __attribute__((optimize("no-tree-slp-vectorize", "no-omit-frame-pointer", "no-schedule-insns2")))
+#define STRAIGHT_LINE __attribute__((optimize("no-tree-slp-vectorize", "no-omit-frame-pointer", "no-schedule-insns2")))
 #pragma GCC target("prefer-vector-width=128")
 #else
 #define STRAIGHT_LINE
