@@ -83,3 +83,29 @@ fn the_range_of_a_tendon_with_one_joint_is_that_of_the_joint() {
         notes(&imported).contains("r.xml:4: `range` of a tendon that couples joints is left out")
     );
 }
+
+/// A ball whose second body is nearer to the ground, and a gearing in a table.
+#[test]
+fn only_bodies_that_hang_on_a_joint_are_held() {
+    let link = |name: &str| {
+        format!(
+            "<link name='{name}'><inertial><mass>1</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia>\
+             </inertial></link>"
+        )
+    };
+    let sdf = format!(
+        "<sdf version='1.9'><model name='m'>{}{}<joint name='h' type='revolute'><parent>world</parent><child>a</child>\
+         <axis><xyz>0 0 1</xyz></axis></joint><joint name='s' type='ball'><parent>b</parent><child>a</child></joint>\
+         </model></sdf>",
+        link("a"),
+        link("b")
+    );
+    let imported = convert("r.sdf", &sdf);
+    assert!(!imported.text.contains("\"a.rv"), "{}", imported.text);
+    model(&imported);
+    let ball =
+        sdf.replace("<parent>b</parent><child>a</child>", "<parent>b</parent><child>world</child>");
+    let imported = convert("r.sdf", &ball);
+    assert!(!imported.text.contains("ground.rv"), "{}", imported.text);
+    model(&imported);
+}
