@@ -103,16 +103,18 @@ pub(super) fn apply(
     left
 }
 
+/// Names of the coordinates that a table of the model file names by `joint` or `joints`.
+pub(super) fn joint_names(table: &Table) -> Vec<String> {
+    let joints = table.get("joints").and_then(toml::Value::as_table);
+    let several = joints.into_iter().flat_map(|joints| joints.keys().cloned());
+    let one = table.get("joint").and_then(toml::Value::as_str).map(str::to_owned);
+    one.into_iter().chain(several).collect()
+}
+
 /// Removes properties written for other programs if an extension element describes them completely.
 pub(super) fn supersede(robot: &mut Description) {
-    let names_of = |table: &Table| -> Vec<String> {
-        let joints = table.get("joints").and_then(toml::Value::as_table);
-        let several = joints.into_iter().flat_map(|joints| joints.keys().cloned());
-        let one = table.get("joint").and_then(toml::Value::as_str).map(str::to_owned);
-        one.into_iter().chain(several).collect()
-    };
     let places = |robot: &Description, tables: &[(String, Table)]| -> Vec<(usize, usize)> {
-        let names: Vec<String> = tables.iter().flat_map(|(_, table)| names_of(table)).collect();
+        let names: Vec<String> = tables.iter().flat_map(|(_, table)| joint_names(table)).collect();
         let dofs = |joint: usize| (0..robot.joints[joint].dofs.len()).map(move |dof| (joint, dof));
         let all = (0..robot.joints.len()).flat_map(dofs);
         all.filter(|&(joint, dof)| names.contains(&robot.joints[joint].dof_name(dof))).collect()
@@ -131,7 +133,7 @@ pub(super) fn supersede(robot: &mut Description) {
         (own.spring, own.damping) = (None, 0.0);
     }
     for (_, table) in robot.gearing_tables.clone() {
-        let mut names = names_of(&table);
+        let mut names = joint_names(&table);
         names.sort_unstable();
         let joints = &robot.joints;
         robot.gearings.retain(|gearing| {

@@ -21,23 +21,21 @@ const MOST: usize = 400;
 type Fixed = Vec<(Coordinate, f64)>;
 
 /// Coordinates of all joints that are in no loop and have no gearing, with their values at the position of the file: those
-/// of joints with scalar coordinates, and the poses of bodies on free and spherical joints.
+/// of joints with scalar coordinates, and the poses of bodies that hang on free and spherical joints.
 fn outside_loops(robot: &Description) -> Fixed {
-    // Gearings in tables name their joints, so joints that they couple are unknown here.
-    if !robot.gearing_tables.is_empty() {
-        return Fixed::new();
-    }
     let (in_loops, poses) = (robot.in_loops(), robot.poses());
     let mut fixed = Fixed::new();
     for (index, joint) in robot.joints.iter().enumerate().filter(|(index, _)| !in_loops[*index]) {
         for (dof, own) in joint.dofs.iter().enumerate() {
             fixed.push((Coordinate::Joint { joint: JointId(index), dof }, own.position));
         }
-        // Of a joint whose second body is nearer to the ground, `locks` finds the coordinates.
-        if !is_posed(joint.kind) || !hangs_on(robot, index) {
+        if !matches!(joint.kind, JointType::Free | JointType::Spherical) {
             continue;
         }
-        let (body, Some(pose)) = (BodyId(joint.to), poses[joint.to]) else { continue };
+        // The joint may be directed towards the ground.
+        let is_carried = !robot.reached_without(index, GROUND)[joint.to];
+        let carried = if is_carried { joint.to } else { joint.from };
+        let (body, Some(pose)) = (BodyId(carried), poses[carried]) else { continue };
         if joint.kind == JointType::Free {
             let position = pose.position.to_array();
             fixed.extend((0..3).map(|axis| (Coordinate::Position { body, axis }, position[axis])));
@@ -46,29 +44,6 @@ fn outside_loops(robot: &Description) -> Fixed {
         fixed.extend((0..3).map(|axis| (Coordinate::RotationVector { body, axis }, vector[axis])));
     }
     fixed
-}
-
-/// Tests if a joint of this type has no scalar coordinates, so that poses of bodies determine it.
-fn is_posed(kind: JointType) -> bool {
-    matches!(kind, JointType::Free | JointType::Spherical)
-}
-
-/// Tests if the second body of a joint is connected to the ground by this joint only.
-fn hangs_on(robot: &Description, joint: usize) -> bool {
-    let mut reached = vec![false; robot.bodies.len()];
-    reached[GROUND] = true;
-    loop {
-        let mut changed = false;
-        for (index, other) in robot.joints.iter().enumerate() {
-            if index != joint && reached[other.from] != reached[other.to] {
-                (reached[other.from], reached[other.to]) = (true, true);
-                changed = true;
-            }
-        }
-        if !changed {
-            return !reached[robot.joints[joint].to];
-        }
-    }
 }
 
 fn targets(fixed: &Fixed) -> Vec<Target<f64>> {
@@ -95,9 +70,7 @@ pub(super) fn assemble(
         fixed.into_iter().map(|(coordinate, value)| named(mechanism, coordinate, value)).collect()
     };
     let outside = outside_loops(robot);
-    let is_complete = robot.gearing_tables.is_empty()
-        && (0..robot.joints.len()).all(|k| !is_posed(robot.joints[k].kind) || hangs_on(robot, k));
-    if is_complete && !robot.in_loops().contains(&true) {
+    if !robot.in_loops().contains(&true) {
         return Some(names(outside));
     }
     let size: usize = mechanism.joints().iter().map(|joint| joint.joint_type.dofs().len()).sum();

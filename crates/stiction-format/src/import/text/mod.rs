@@ -8,6 +8,7 @@ mod spring;
 
 use super::context::{Context, Note};
 use super::description::{Body, Description, GROUND, Joint, VisualMesh};
+use super::extension::joint_names;
 use crate::source::Place;
 use numbers::{guess, inertia, lengths, quantity};
 use std::fmt::Write;
@@ -187,35 +188,45 @@ impl Description {
         {
             found[joint] = true;
         }
+        let in_tables: Vec<String> =
+            self.gearing_tables.iter().flat_map(|(_, table)| joint_names(table)).collect();
+        for (found, joint) in found.iter_mut().zip(&self.joints) {
+            *found |= (0..joint.dofs.len()).any(|dof| in_tables.contains(&joint.dof_name(dof)));
+        }
         found
     }
 
     fn in_loops_of_bodies(&self) -> Vec<bool> {
-        let connected = |without: usize| {
-            let joint: &Joint = &self.joints[without];
-            let mut reached = vec![false; self.bodies.len()];
-            reached[joint.from] = true;
-            let mut open = vec![joint.from];
-            let mut neighbours: Vec<Vec<usize>> = vec![Vec::new(); self.bodies.len()];
-            for (index, joint) in self.joints.iter().enumerate() {
-                if index != without {
-                    neighbours[joint.from].push(joint.to);
-                    neighbours[joint.to].push(joint.from);
-                }
-            }
-            while let Some(body) = open.pop() {
-                for &next in &neighbours[body] {
-                    if !std::mem::replace(&mut reached[next], true) {
-                        open.push(next);
-                    }
-                }
-            }
-            reached[joint.to]
-        };
         // Open chains of many joints need no search.
         if self.joints.len() + 1 == self.bodies.len() {
             return vec![false; self.joints.len()];
         }
-        (0..self.joints.len()).map(connected).collect()
+        let is_bridged = |joint: usize| {
+            let Joint { from, to, .. } = self.joints[joint];
+            self.reached_without(joint, from)[to]
+        };
+        (0..self.joints.len()).map(is_bridged).collect()
+    }
+
+    /// Tests for each body if joints other than `without` connect it to the body `start`.
+    pub(super) fn reached_without(&self, without: usize, start: usize) -> Vec<bool> {
+        let mut neighbours: Vec<Vec<usize>> = vec![Vec::new(); self.bodies.len()];
+        for (index, joint) in self.joints.iter().enumerate() {
+            if index != without {
+                neighbours[joint.from].push(joint.to);
+                neighbours[joint.to].push(joint.from);
+            }
+        }
+        let mut reached = vec![false; self.bodies.len()];
+        reached[start] = true;
+        let mut open = vec![start];
+        while let Some(body) = open.pop() {
+            for &next in &neighbours[body] {
+                if !std::mem::replace(&mut reached[next], true) {
+                    open.push(next);
+                }
+            }
+        }
+        reached
     }
 }

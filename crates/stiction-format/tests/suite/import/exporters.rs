@@ -84,7 +84,7 @@ fn the_range_of_a_tendon_with_one_joint_is_that_of_the_joint() {
     );
 }
 
-/// A ball whose second body is nearer to the ground, and a gearing in a table.
+/// Balls whose second body is nearer to the ground, or the ground itself.
 #[test]
 fn only_bodies_that_hang_on_a_joint_are_held() {
     let link = |name: &str| {
@@ -102,10 +102,35 @@ fn only_bodies_that_hang_on_a_joint_are_held() {
     );
     let imported = convert("r.sdf", &sdf);
     assert!(!imported.text.contains("\"a.rv"), "{}", imported.text);
+    assert!(imported.text.contains("\"b.rvx\""), "{}", imported.text);
     model(&imported);
     let ball =
         sdf.replace("<parent>b</parent><child>a</child>", "<parent>b</parent><child>world</child>");
     let imported = convert("r.sdf", &ball);
     assert!(!imported.text.contains("ground.rv"), "{}", imported.text);
+    model(&imported);
+}
+
+/// A gearing in a table of the extension leaves one coordinate to hold.
+#[test]
+fn a_gearing_in_a_table_couples_like_a_loop() {
+    let link = |name: &str| format!("<link name='{name}'>{LINK}</link>");
+    let joint = |name: &str, child: &str, tail: &str| {
+        format!(
+            "<joint name='{name}' type='continuous'><parent link='base'/><child link='{child}'/><axis xyz='0 0 1'/>{tail}</joint>"
+        )
+    };
+    let text = format!(
+        "<robot name='r' xmlns:s='urn:stiction:1'><link name='base'/>{}{}{}{}\
+         <s:gearing name='g'>joints = {{ j = 2, k = -1 }}</s:gearing><s:start name='j'>0.5</s:start></robot>",
+        link("a"),
+        link("b"),
+        joint("j", "a", ""),
+        joint("k", "b", "<mimic joint='j' multiplier='2'/>"),
+    );
+    let imported = convert("r.urdf", &text);
+    let motion = imported.text.split("[motions.hold]").nth(1).unwrap();
+    let held = motion.lines().filter(|line| line.starts_with("j =") || line.starts_with("k ="));
+    assert_eq!(held.count(), 1, "{}", imported.text);
     model(&imported);
 }
