@@ -170,11 +170,12 @@ fn write(context: &Context<'_>, source: &Source, mut robot: Description) -> Opti
     if !context.literal {
         meaning::simplify(context, &mut robot);
     }
-    names::separate(context, &mut robot);
     // Joints that the file contains in parts have their names only after merging.
     let left = extension::apply(context, &mut robot, left);
     extension::supersede(&mut robot);
     extension::note_left(context, left);
+    // Extension elements name joints as the file or the merging does.
+    names::separate(context, &mut robot);
     masses::check(context, &mut robot);
     if context.has_errors() {
         return None;

@@ -124,7 +124,7 @@ fn end_of_root_name(text: &str) -> Option<usize> {
         let rest = &text[at..];
         let skipped = match rest.as_bytes().get(1)? {
             b'?' => rest.find("?>")?,
-            b'!' if rest.starts_with("<!--") => rest.find("-->")?,
+            b'!' if rest.starts_with("<!--") => 4 + rest[4..].find("-->")?,
             b'!' => rest.find('>')?,
             _ => {
                 return rest
@@ -142,7 +142,7 @@ fn end_of_root_name(text: &str) -> Option<usize> {
 /// The text is not well-formed XML, declares entities, or is nested too deeply.
 pub(super) fn parse(source: &Arc<Source>) -> Result<Element, Diagnostics> {
     let mut declared = Declared::new(&source.text);
-    for _ in 0..MOST_PREFIXES {
+    for _ in 0..=MOST_PREFIXES {
         let options = roxmltree::ParsingOptions { nodes_limit: MOST_NODES, ..Default::default() };
         let error = match roxmltree::Document::parse_with_options(&declared.text, options) {
             Ok(document) => return build(document.root_element(), source, &declared),

@@ -179,6 +179,7 @@ impl Reader<'_, '_> {
             triangles.iter().map(|corners| corners.map(placed)).collect();
         let content = match mesh.get("inertia") {
             Some("exact") => Content::Solid,
+            Some("legacy") => Content::Pyramids,
             Some("shell") => Content::Shell,
             Some("convex") => {
                 let message = "the inertia of the convex hull is read as that of the mesh";
@@ -199,7 +200,13 @@ impl Reader<'_, '_> {
     fn note_overcount(&self, mesh: &Element, ratio: f64) {
         // Below it, the mesh itself is less exact.
         const NOTABLE: f64 = 0.01;
-        if (ratio - 1.0).abs() > NOTABLE {
+        // Beyond it, what the faces enclose is no measure of the body.
+        const MEANINGLESS: f64 = 10.0;
+        if !(ratio.is_finite() && ratio <= MEANINGLESS) {
+            let message = "the faces of the mesh enclose hardly any volume (holes, or mixed orientations): its mass \
+                           follows MuJoCo's default rule";
+            self.context.note(message, Some(mesh.place()));
+        } else if (ratio - 1.0).abs() > NOTABLE {
             let message = format!(
                 "by MuJoCo's default rule, the mesh has {ratio:.3} times the mass that it encloses: \
                  write inertia=\"exact\" for the latter"

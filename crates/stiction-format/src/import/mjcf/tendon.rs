@@ -61,7 +61,8 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Makes the range of a tendon with one joint the range of this joint; returns `false` for several joints.
+    /// Narrows the range of a joint to that of a tendon with this joint only; returns `false` for several joints, or if no
+    /// range remains.
     fn limit_joint(&mut self, joints: &[(usize, f64)], range: [f64; 2]) -> bool {
         let &[(joint, coefficient)] = joints else { return false };
         let [dof] = self.robot.joints[joint].dofs.as_mut_slice() else { return false };
@@ -102,7 +103,13 @@ impl Reader<'_, '_> {
         if let Some(range) = range.filter(|_| element.get("limited") != Some("false"))
             && !self.limit_joint(&joints, range)
         {
-            left("range");
+            match joints.len() {
+                1 => {
+                    let message = "`range` of a tendon leaves its joint no range: it is left out";
+                    context.note(message, Some(element.place()));
+                }
+                _ => left("range"),
+            }
         }
         Some(Fixed {
             joints,

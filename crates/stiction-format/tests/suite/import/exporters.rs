@@ -33,6 +33,9 @@ fn undeclared_prefixes_and_fixed_followers_are_noted() {
     assert!(said.contains("no well-formed XML") && said.contains("r.urdf:9:"), "{said}");
     let many: String = (0..40).map(|k| format!("<p{k}:x/>")).collect();
     assert!(refused("r.urdf", &robot(&many, LINK)).contains("are not declared"));
+    let most: String = (0..32).map(|k| format!("<p{k}:x/>")).collect();
+    let with_comment = robot(&most, LINK).replace("<!-- <robot> -->", "<!--> <robot> -->");
+    convert("r.urdf", &with_comment);
 }
 
 #[test]
@@ -75,7 +78,7 @@ fn the_range_of_a_tendon_with_one_joint_is_that_of_the_joint() {
         <body name='b'><joint name='k'/><geom size='.1'/></body></body></worldbody><tendon>
         <fixed name='s' range='-1 2'><joint joint='j' coef='-2'/></fixed>
         <fixed name='t' range='-1 2'><joint joint='j' coef='1'/><joint joint='k' coef='1'/></fixed>
-        </tendon></mujoco>";
+        <fixed name='u' range='5 6'><joint joint='j' coef='1'/></fixed></tendon></mujoco>";
     let imported = convert("r.xml", text);
     let (lower, upper) = model(&imported).mechanism.joints()[0].ranges[0].limits;
     assert!((lower + 1.0).abs() < 1e-12 && (upper - 20_f64.to_radians()).abs() < 1e-12);
@@ -133,4 +136,16 @@ fn a_gearing_in_a_table_couples_like_a_loop() {
     let held = motion.lines().filter(|line| line.starts_with("j =") || line.starts_with("k ="));
     assert_eq!(held.count(), 1, "{}", imported.text);
     model(&imported);
+}
+
+/// The friction of a joint is found by the name that the joint has after merging, before a body's name changes it.
+#[test]
+fn friction_of_a_renamed_joint_is_kept() {
+    let text = "<mujoco><custom><text name='urn:stiction:1/friction/ball' data='mu = 0.1;;radius = 0.005'/></custom><worldbody><body name='ball'>
+        <joint name='ball_x' axis='1 0 0'/><joint name='ball_y' axis='0 1 0'/><geom size='.1'/></body></worldbody></mujoco>";
+    let imported = convert("r.xml", text);
+    assert!(!notes(&imported).contains("there is no joint"), "{}", notes(&imported));
+    let mechanism = model(&imported).mechanism;
+    let joint = &mechanism.joints()[0];
+    assert_eq!((joint.name.as_str(), joint.friction.is_empty()), ("ball_joint", false));
 }
