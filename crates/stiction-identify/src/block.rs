@@ -101,7 +101,7 @@ impl Rows {
         self.right.len()
     }
 
-    /// Returns whether there are no rows.
+    /// Returns `true` if the block has no rows.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

@@ -10,7 +10,7 @@ use stiction_run::exchange::{
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Conversion {
-    /// Plain numbers as JSON.
+    /// JSON in which all quantities are plain numbers.
     Json,
     /// A model file of Stiction without formulas, parameters and legs.
     Model,

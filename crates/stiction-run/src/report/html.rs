@@ -39,7 +39,7 @@ pub(crate) fn folded(summary: &str, inner: &str) -> String {
     format!("<details>\n<summary>{}</summary>\n{inner}</details>\n", escape(summary))
 }
 
-/// Card: a short text in large letters with an explanation below.
+/// Writes a card of a report: a short text in large letters above an explanation.
 pub(crate) fn card(big: &str, small: &str, is_bad: bool) -> String {
     let class = if is_bad { "card bad" } else { "card" };
     format!("<div class=\"{class}\"><b>{}</b><span>{}</span></div>\n", escape(big), escape(small))

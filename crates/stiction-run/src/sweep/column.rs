@@ -31,7 +31,7 @@ impl Column {
     }
 
     /// Finds the column of the same table that states if statics determines the value of this
-    /// column; `None` if there is none.
+    /// column; `None` if the table has no such column.
     pub(super) fn determined(&self, known: &[Self]) -> Option<Self> {
         let owners = self.name.match_indices('.').map(|(at, _)| &self.name[..at]);
         let flag = |owner: &str| {
