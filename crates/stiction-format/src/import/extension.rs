@@ -19,6 +19,7 @@ use super::description::{Description, Joint};
 use super::xml::{Element, numbers_in};
 use crate::diagnostic::quoted;
 use crate::source::Place;
+use std::collections::HashMap;
 use stiction_core::joint::JointType;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 use toml::Table;
@@ -109,6 +110,45 @@ pub(super) fn joint_names(table: &Table) -> Vec<String> {
     let several = joints.into_iter().flat_map(|joints| joints.keys().cloned());
     let one = table.get("joint").and_then(toml::Value::as_str).map(str::to_owned);
     one.into_iter().chain(several).collect()
+}
+
+/// Changes the names of joints and bodies in the tables of extension elements, all at once. The keys are former names.
+pub(super) fn rename(
+    robot: &mut Description,
+    joints: &HashMap<String, String>,
+    bodies: &HashMap<String, String>,
+) {
+    let springs = robot.spring_tables.iter_mut().chain(&mut robot.bushing_tables);
+    let all = springs.chain(&mut robot.motor_tables).chain(&mut robot.gearing_tables);
+    for (_, table) in all {
+        if let Some(toml::Value::Table(factors)) = table.get_mut("joints") {
+            *factors = std::mem::take(factors)
+                .into_iter()
+                .map(|(name, factor)| (renamed_coordinate(&name, joints).unwrap_or(name), factor))
+                .collect();
+        }
+        if let Some(toml::Value::String(name)) = table.get_mut("joint")
+            && let Some(new) = renamed_coordinate(name, joints)
+        {
+            *name = new;
+        }
+        for end in ["from", "to"] {
+            if let Some(toml::Value::String(name)) = table.get_mut(end)
+                && let Some(new) = bodies.get(name.as_str())
+            {
+                name.clone_from(new);
+            }
+        }
+    }
+}
+
+/// New name of the coordinate `joint` or `joint.x`, if its joint has one.
+fn renamed_coordinate(name: &str, joints: &HashMap<String, String>) -> Option<String> {
+    if let Some(new) = joints.get(name) {
+        return Some(new.clone());
+    }
+    let (joint, dof) = name.rsplit_once('.')?;
+    Some(format!("{}.{dof}", joints.get(joint)?))
 }
 
 /// Removes properties written for other programs if an extension element describes them completely.

@@ -9,16 +9,16 @@ use nalgebra::Matrix3;
 /// Largest mass of a body that is not reported as unrealistic, kg.
 const HEAVY: f64 = 1e5;
 
-/// Relative size, in total masses times the square of the size of the robot, up to which a negative principal moment is
-/// taken for a rounding error of an exporter.
+/// Relative size, in moments of inertia of the robot, up to which a negative principal moment does not matter.
 const NEGLIGIBLE: f64 = 1e-8;
+/// Relative size, in moments of its body, up to which a negative principal moment is a rounding error of an exporter:
+/// files often have six digits.
+const ROUNDING: f64 = 1e-5;
 
 /// Reports masses that are unrealistically large, since exporters sometimes confuse units; replaces negative principal
 /// moments of inertia by zero if they are negligible for the robot, and refuses them otherwise.
 pub(super) fn check(context: &Context<'_>, robot: &mut Description) {
-    let size = size_of(robot);
-    let total: f64 = robot.bodies.iter().map(|body| body.mass.max(0.0)).sum();
-    let slack = NEGLIGIBLE * total * size * size;
+    let slack = NEGLIGIBLE * moment_of(robot);
     for body in &mut robot.bodies {
         if body.mass > HEAVY {
             let message = format!(
@@ -30,6 +30,16 @@ pub(super) fn check(context: &Context<'_>, robot: &mut Description) {
         }
         raise_moments(context, body, slack);
     }
+}
+
+/// Moment of inertia that is typical of the whole robot, kg m²: its mass at its greatest length, or the greatest moment of
+/// a body if that is more.
+fn moment_of(robot: &Description) -> f64 {
+    let bodies = || robot.bodies.iter();
+    let length = bodies().map(|body| body.com.norm()).fold(size_of(robot), f64::max);
+    let mass: f64 = bodies().map(|body| body.mass.max(0.0)).sum();
+    let moments = bodies().map(|body| Matrix3::from(body.inertia).amax());
+    moments.filter(|moment| moment.is_finite()).fold(mass * length * length, f64::max)
 }
 
 /// Raises negative principal moments of at most `slack`, kg m², to zero, and refuses larger ones.
@@ -45,9 +55,12 @@ fn raise_moments(context: &Context<'_>, body: &mut Body, slack: f64) {
         return;
     }
     if least >= -slack {
+        let reason = match least >= -ROUNDING * tensor.amax() {
+            true => "a rounding error of the file",
+            false => "which is negligible for this robot",
+        };
         let message = format!(
-            "the inertia of body {} has the negative principal moment {:.2e} kg m², a rounding error of \
-             the file: it is set to 0",
+            "the inertia of body {} has the negative principal moment {:.2e} kg m², {reason}: it is set to 0",
             quoted(&body.name),
             least
         );

@@ -2,8 +2,9 @@
 
 use super::context::Context;
 use super::description::Description;
+use super::extension;
 use crate::diagnostic::quoted;
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 /// Names that parts cannot have, because they have a meaning in motions, loads and results.
 const TAKEN: [&str; 10] =
@@ -29,9 +30,12 @@ fn allowed(name: &str) -> String {
     }
 }
 
-/// Names already used by one kind of part, such as joints.
+/// Names already used by one kind of part, such as joints, and the new names of parts that were renamed.
 #[derive(Default)]
-struct Names(HashSet<String>);
+struct Names {
+    used: HashSet<String>,
+    renamed: HashMap<String, String>,
+}
 
 impl Names {
     /// Replaces a name by its allowed form, with a number if that name is already used.
@@ -39,7 +43,7 @@ impl Names {
         let own = allowed(name);
         let mut unique = own.clone();
         let mut number = 2;
-        while !self.0.insert(unique.clone()) {
+        while !self.used.insert(unique.clone()) {
             unique = format!("{own}_{number}");
             number += 1;
         }
@@ -48,7 +52,10 @@ impl Names {
             let message = format!("{kind} {} is named {unique} here", quoted(name));
             context.note(message, None);
         }
-        *name = unique;
+        if unique != *name {
+            let former = std::mem::replace(name, unique);
+            self.renamed.entry(former).or_insert_with(|| name.clone());
+        }
     }
 }
 
@@ -62,6 +69,7 @@ pub(super) fn tidy(context: &Context<'_>, robot: &mut Description) {
     for joint in &mut robot.joints {
         joints.take(context, &mut joint.name, "joint");
     }
+    extension::rename(robot, &joints.renamed, &bodies.renamed);
     let mut springs = Names::default();
     for spring in &mut robot.springs {
         springs.take(context, &mut spring.name, "spring");
@@ -86,6 +94,7 @@ pub(super) fn separate(context: &Context<'_>, robot: &mut Description) {
         .chain(robot.bodies.iter().map(|body| &body.name))
         .cloned()
         .collect();
+    let mut renamed = HashMap::new();
     for joint in &mut robot.joints {
         let is_body = robot.bodies.iter().any(|body| body.name == joint.name);
         if !is_body || !joint.kind.has_scalar_coordinates() || joint.kind.dofs().len() < 2 {
@@ -102,6 +111,7 @@ pub(super) fn separate(context: &Context<'_>, robot: &mut Description) {
             quoted(&joint.name)
         );
         context.note(message, joint.place.clone());
-        joint.name = own;
+        renamed.insert(std::mem::replace(&mut joint.name, own.clone()), own);
     }
+    extension::rename(robot, &renamed, &HashMap::new());
 }

@@ -1,6 +1,7 @@
 //! XML elements with their places, and their attributes as numbers.
 
 use super::context::Context;
+use super::extension::NAMESPACE;
 use crate::diagnostic::{Diagnostic, Diagnostics, number, quoted};
 use crate::source::{Place, Source, Span};
 use std::sync::Arc;
@@ -35,7 +36,8 @@ impl Attribute {
 /// Element of a robot file.
 #[derive(Clone, Debug)]
 pub(super) struct Element {
-    /// Name without a namespace.
+    /// Name as written, with its prefix: `foo:joint` is no joint of the robot. Elements of this program have no prefix
+    /// here, whichever the file declares for their namespace.
     pub(super) tag: String,
     /// Namespace, or the empty text for a name without one.
     pub(super) namespace: String,
@@ -90,6 +92,7 @@ const MOST_PREFIXES: usize = 32;
 /// The readers of URDF accept `<sensor:camera>` without a declaration of `sensor`, so files in use have such names.
 struct Declared {
     text: String,
+    prefixes: Vec<String>,
     /// Offset at which the declarations were inserted, and their length.
     at: usize,
     inserted: usize,
@@ -99,15 +102,17 @@ impl Declared {
     fn new(text: &str) -> Self {
         Self {
             text: text.to_owned(),
+            prefixes: Vec::new(),
             at: end_of_root_name(text).unwrap_or(text.len()),
             inserted: 0,
         }
     }
 
-    fn declare(&mut self, prefix: &str) {
+    fn declare(&mut self, prefix: String) {
         let declaration = format!(" xmlns:{prefix}=\"{prefix}\"");
         self.text.insert_str(self.at, &declaration);
         self.inserted += declaration.len();
+        self.prefixes.push(prefix);
     }
 
     /// Offset in the original text.
@@ -142,25 +147,30 @@ fn end_of_root_name(text: &str) -> Option<usize> {
 /// The text is not well-formed XML, declares entities, or is nested too deeply.
 pub(super) fn parse(source: &Arc<Source>) -> Result<Element, Diagnostics> {
     let mut declared = Declared::new(&source.text);
-    for _ in 0..=MOST_PREFIXES {
+    loop {
         let options = roxmltree::ParsingOptions { nodes_limit: MOST_NODES, ..Default::default() };
         let error = match roxmltree::Document::parse_with_options(&declared.text, options) {
             Ok(document) => return build(document.root_element(), source, &declared),
             Err(error) => error,
         };
+        let at = declared.original(offset(&declared.text, error.pos()));
+        let place = Place::new(source, at..at);
         match error {
-            roxmltree::Error::UnknownNamespace(prefix, _) if prefix != "xacro" => {
-                declared.declare(&prefix);
+            // A second time means that the declaration does not reach the name.
+            roxmltree::Error::UnknownNamespace(prefix, _)
+                if prefix != "xacro" && !declared.prefixes.contains(&prefix) =>
+            {
+                if declared.prefixes.len() == MOST_PREFIXES {
+                    let message =
+                        format!("more than {MOST_PREFIXES} prefixes of names are not declared");
+                    let help = "declare them in the first element: xmlns:prefix=\"…\"";
+                    return Err(Diagnostic::error("xml", message).at(place, "").help(help).into());
+                }
+                declared.declare(prefix);
             }
-            error => {
-                let at = declared.original(offset(&declared.text, error.pos()));
-                return Err(refusal(&error, Place::new(source, at..at)));
-            }
+            error => return Err(refusal(&error, place)),
         }
     }
-    let message = format!("more than {MOST_PREFIXES} prefixes of names are not declared");
-    let help = "declare them in the first element: xmlns:prefix=\"…\"";
-    Err(Diagnostic::error("xml", message).at(Place::new(source, 0..0), "").help(help).into())
 }
 
 fn refusal(error: &roxmltree::Error, place: Place) -> Diagnostics {
@@ -221,10 +231,14 @@ fn build(
 }
 
 fn element(node: roxmltree::Node<'_, '_>, source: &Arc<Source>, declared: &Declared) -> Element {
-    let tag = node.tag_name();
-    let start = declared.original(node.range().start);
+    let range = node.range();
+    let start = declared.original(range.start);
+    let namespace = node.tag_name().namespace().unwrap_or_default();
+    let written = declared.text[range].trim_start_matches('<');
+    let end = written.find(|c: char| c.is_whitespace() || c == '>' || c == '/');
+    let written = &written[..end.unwrap_or(written.len())];
     let attribute = |attribute: roxmltree::Attribute<'_, '_>| Attribute {
-        name: attribute.name().to_owned(),
+        name: declared.text[attribute.range_qname()].to_owned(),
         value: attribute.value().to_owned(),
         span: declared.original(attribute.range().start)..declared.original(attribute.range().end),
         source: Arc::clone(source),
@@ -232,12 +246,12 @@ fn element(node: roxmltree::Node<'_, '_>, source: &Arc<Source>, declared: &Decla
     let text: String =
         node.children().filter(|child| child.is_text()).filter_map(|child| child.text()).collect();
     Element {
-        tag: tag.name().to_owned(),
-        namespace: tag.namespace().unwrap_or_default().to_owned(),
+        tag: if namespace == NAMESPACE { node.tag_name().name() } else { written }.to_owned(),
+        namespace: namespace.to_owned(),
         attributes: node.attributes().map(attribute).collect(),
         children: Vec::new(),
         text: text.trim().to_owned(),
-        span: start..start + 1 + tag.name().len(),
+        span: start..start + 1 + written.len(),
         source: Arc::clone(source),
     }
 }

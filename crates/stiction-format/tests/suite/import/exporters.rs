@@ -24,18 +24,36 @@ fn undeclared_prefixes_and_fixed_followers_are_noted() {
     let text = robot("<sensor:camera kind='x' sensor:kind='y'/>\n<other:thing/>", LINK);
     let imported = convert("r.urdf", &text);
     let said = notes(&imported);
-    assert!(said.contains("r.urdf:8: <camera> has no counterpart"), "{said}");
-    assert!(said.contains("r.urdf:9: <thing> has no counterpart"), "{said}");
+    assert!(said.contains("r.urdf:8: <sensor:camera> has no counterpart"), "{said}");
+    assert!(said.contains("r.urdf:9: <other:thing> has no counterpart"), "{said}");
     assert!(said.contains("r.urdf:7: a fixed joint cannot follow"), "{said}");
     // Places of errors are those of the file, also behind the first element.
     let wrong = text.replace("<other:thing/>", "<other:thing></robot>");
     let said = refused("r.urdf", &wrong);
     assert!(said.contains("no well-formed XML") && said.contains("r.urdf:9:"), "{said}");
     let many: String = (0..40).map(|k| format!("<p{k}:x/>")).collect();
-    assert!(refused("r.urdf", &robot(&many, LINK)).contains("are not declared"));
+    let said = refused("r.urdf", &robot(&many, LINK));
+    assert!(said.contains("are not declared") && said.contains("r.urdf:8:"), "{said}");
     let most: String = (0..32).map(|k| format!("<p{k}:x/>")).collect();
     let with_comment = robot(&most, LINK).replace("<!-- <robot> -->", "<!--> <robot> -->");
     convert("r.urdf", &with_comment);
+}
+
+/// An element with a prefix, declared or not, is none of the robot, whatever the rest of its name is.
+#[test]
+fn elements_with_a_prefix_are_not_of_the_robot() {
+    let tail = "<foo:link name='c'/><foo:joint name='l' type='fixed'><parent link='a'/><child link='c'/></foo:joint>";
+    let declared =
+        robot(tail, LINK).replacen("<robot name='r'", "<robot name='r' xmlns:foo='x'", 1);
+    for text in [robot(tail, LINK), declared] {
+        // Nor is an attribute with a prefix.
+        let text = text.replacen("type='continuous'", "foo:type='fixed' type='continuous'", 1);
+        let imported = convert("r.urdf", &text);
+        assert!(notes(&imported).contains("<foo:joint> has no counterpart"));
+        let mechanism = model(&imported).mechanism;
+        let names: Vec<&str> = mechanism.joints().iter().map(|joint| joint.name.as_str()).collect();
+        assert_eq!((names, mechanism.bodies().len()), (vec!["j", "k"], 3));
+    }
 }
 
 #[test]
@@ -48,6 +66,11 @@ fn negative_moments_are_raised_or_refused() {
     let mechanism = model(&imported).mechanism;
     let body = &mechanism.bodies()[2];
     assert!(body.principal_moments()[0] >= 0.0 && body.principal_moments()[2] == 1.0);
+    // A size that no rounding explains does not matter beside the other masses of the robot.
+    let small = LINK.replace("='1'", "='1e-12'").replace("ixx='1e-12'", "ixx='-1e-12'");
+    let imported = convert("r.urdf", &robot("", &small));
+    let said = notes(&imported);
+    assert!(said.contains("-1.00e-12 kg m², which is negligible for this robot"), "{said}");
     let said = refused("r.urdf", &with_size("-0.02"));
     assert!(said.contains("r.urdf:5:") && said.contains("which no body has"), "{said}");
 }
@@ -148,4 +171,29 @@ fn friction_of_a_renamed_joint_is_kept() {
     let mechanism = model(&imported).mechanism;
     let joint = &mechanism.joints()[0];
     assert_eq!((joint.name.as_str(), joint.friction.is_empty()), ("ball_joint", false));
+}
+
+/// Tables of extension elements name joints and bodies as the file does, also where the model needs other names.
+#[test]
+fn tables_follow_renamed_joints_and_bodies() {
+    let text = robot(
+        "<s:spring xmlns:s='urn:stiction:1' name='coil'>joint = \"the hinge\"\nstiffness = \"3 N m/rad\"\nrest = 0</s:spring>
+        <s:actuator xmlns:s='urn:stiction:1' name='m'>joint = \"the hinge\"</s:actuator>
+        <s:spring xmlns:s='urn:stiction:1' name='rope'>from = \"ground\"\nat = [0, 0, 0]\nto = \"body a\"\nto_at = [0, 1, 0]
+        stiffness = \"1 N/m\"\nfree_length = 0</s:spring>",
+        LINK,
+    );
+    let text = text.replace("'j'", "'the hinge'").replace("'a'", "'body a'");
+    let mechanism = model(&convert("r.urdf", &text)).mechanism;
+    assert_eq!(mechanism.joints()[0].name, "the_hinge");
+
+    // A universal joint beside a body of its name.
+    let text = "<mujoco><custom><text name='urn:stiction:1/spring/coil' data='joint = \"uni.first\";;stiffness = \"3 N m/rad\";;rest = 0'/>
+        <text name='urn:stiction:1/gearing/g' data='joints = { \"uni.first\" = 1, k = 2 }'/></custom><worldbody><body name='uni'>
+        <joint name='uni_x' axis='1 0 0'/><joint name='uni_y' axis='0 1 0'/><geom size='.1'/><body name='v'><joint name='k'/>
+        <geom size='.1' pos='1 0 0'/></body></body></worldbody></mujoco>";
+    let imported = convert("r.xml", text);
+    let mechanism = model(&imported).mechanism;
+    assert_eq!(mechanism.joints()[0].name, "uni_joint", "{}", imported.text);
+    assert!(imported.text.contains("joint = \"uni_joint.first\""), "{}", imported.text);
 }
