@@ -38,9 +38,16 @@ const OF_INPUTS: f64 = 0.1;
 /// Part of the compared states at which the code may report that friction has not converged: its pivots are those of the
 /// recording, which magnify rounding at other states.
 const NOT_CONVERGED: [f64; 2] = [0.0, 1e-4];
-/// Largest relative error of the singularity index: that of the iteration, whose vectors turn by at most 1e-4 or 1e-3 in
-/// the last pass, and rounding errors relative to an index of 0.01.
+/// Largest relative error of the singularity index, in all but [`RARE`] states: that of the iteration, and rounding errors
+/// relative to an index of 0.01.
 const OF_INDEX: [f64; 2] = [1e-6, 1e-3];
+/// Part of the states at which the smallest and the third singular value may coincide so nearly that no pass separates
+/// their vectors.
+const RARE: f64 = 1e-3;
+/// Largest relative error in these states. Where the values differ by a small part `d` and the vector of the third has
+/// the part `c` of the iterate, a pass turns the iterate by `2 d c`, and the index is too large by a part of `d c²`, at
+/// most half of the turn; the last pass turns by at most 1e-4 or 1e-3.
+const OF_RARE_INDEX: [f64; 2] = [5e-5, 1e-3];
 /// Rates up to which the code counts the motion as rest, by default, m/s or rad/s; the solver has another limit.
 const REST: [f64; 2] = [1e-9, 1e-6];
 const PRECISIONS: [Precision; 2] = [Precision::Double, Precision::Float];
@@ -330,9 +337,11 @@ fn agree(names: &[&str], count: usize) -> bool {
             for (why, [all, differ]) in &others {
                 println!("    {all} {why}, of which code and solver differ in {differ}");
             }
+            let above = indices.iter().filter(|error| **error > OF_INDEX[k]).count();
             let differing: usize = others.values().map(|[_, differ]| differ).sum();
             good &= failures == 0
-                && of_index <= OF_INDEX[k]
+                && of_index <= OF_RARE_INDEX[k]
+                && above as f64 <= RARE * indices.len() as f64
                 && not_converged as f64 <= NOT_CONVERGED[k] * compared as f64
                 && compared > count / 10
                 && differing as f64 <= DIFFERING * count as f64;
