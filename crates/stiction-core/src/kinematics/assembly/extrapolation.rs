@@ -49,7 +49,10 @@ impl Extrapolation {
         let last = last?;
         // Integrals of the polynomial through the accelerations (Newton's divided differences).
         let cubic = step * step * step / 6.0;
-        let Some(before) = before else { return Some([cubic / last, 0.0]) };
+        // After a reversal, positions may coincide in time.
+        let Some(before) = before.filter(|before| before * last > 0.0) else {
+            return Some([cubic / last, 0.0]);
+        };
         let quartic = (0.5 * step + last) * cubic / (last + before);
         Some([(cubic + quartic) / last, -quartic / before])
     }
@@ -108,6 +111,12 @@ mod tests {
             + newest * (acceleration(2) - acceleration(1))
             + oldest * (acceleration(1) - acceleration(0));
         assert!((found - motion(times[3])[0]).abs() < 1e-14, "{found}");
+        // A motion that goes back and forth passes the same time twice.
+        for step in [0.5, -0.5] {
+            let _ = extrapolation.weights(step);
+            extrapolation.stepped(step);
+        }
+        assert_eq!(extrapolation.weights(-0.5), Some([0.125 / 6.0 / 0.5, 0.0]));
         // A step that did not succeed leaves nothing to extrapolate from.
         assert_eq!(extrapolation.weights(step), None);
     }
