@@ -6,6 +6,8 @@ use crate::feedforward::{Feedforward, INDEX_PASSES, Term};
 /// Square of the sine of the angle between a vector and its next iterate at convergence, in double and in single
 /// precision.
 const ALIGNED: [f64; 2] = [1e-8, 1e-6];
+/// Relative decrease of the square of the index by the second vector at convergence.
+const LOWERED: [f64; 2] = [1e-7, 1e-5];
 /// Part of the square of an iterate up to which it counts as parallel to the other: a multiple of the rounding errors of
 /// this part. The other iterate then is that of a position near a singular one, and converges by itself.
 const PARALLEL: [f64; 2] = [1e-8, 1e-3];
@@ -50,6 +52,7 @@ pub(super) fn values(
     vec![
         ("INDEX_PASSES", INDEX_PASSES.to_string()),
         ("ALIGNED", pick(ALIGNED)),
+        ("LOWERED", pick(LOWERED)),
         ("PARALLEL", pick(PARALLEL)),
         ("LEAST_INDEX", pick(LEAST_INDEX)),
         ("SMALL_DETERMINANT", number(SMALL_DETERMINANT)),

@@ -13,11 +13,15 @@
 #define ROOM(count) ((count) > 0 ? (count) : 1)
 #define FIRST_PLACE @FIRST_PLACE@
 #define MOST_PASSES @INDEX_PASSES@
+/* Passes up to which the vectors of the last call count as near to those of this one. */
+#define FEW_PASSES 3
 /* Numbers of a body in two vectors. */
 #define WIDTH 12
 
 /* Square of the sine of the angle between a vector and its next iterate, at convergence. */
 static const real ALIGNED = @ALIGNED@;
+/* Relative decrease of the square of the index by the second vector, at convergence. */
+static const real LOWERED = @LOWERED@;
 /* Part of the square of an iterate up to which it counts as parallel to the other. */
 static const real PARALLEL = @PARALLEL@;
 /* Index up to which the position counts as singular, and determinant from which on it needs no test. */
@@ -456,8 +460,19 @@ static void make_orthonormal(const balance *own, real *x)
     }
 }
 
+/* Replaces the second vector by one without any pattern. */
+static void renew(const balance *own, real *x, int pattern)
+{
+    int k;
+    for (k = 0; k < 6 * BODIES; ++k) {
+        x[2 * k + 1] = without_pattern(k + pattern);
+    }
+    make_orthonormal(own, x);
+}
+
 /* Improves two unit vectors of least resistance by a step of inverse iteration, of which the first has the lower
-   resistance. Returns the square of this resistance; sets `aligned` to 1 if the first vector has hardly turned. */
+   resistance. Returns the square of this resistance; sets `aligned` to 1 if the first vector has hardly turned and the
+   second has hardly lowered the resistance. */
 static real improve(const balance *own, real *x, int *aligned)
 {
     real bodies[WIDTH * (BODIES + 1)];
@@ -468,6 +483,7 @@ static real improve(const balance *own, real *x, int *aligned)
     real second;
     real along;
     real least;
+    real before;
     int is_second;
     int k;
     for (k = 0; k < WIDTH; ++k) {
@@ -513,8 +529,10 @@ static real improve(const balance *own, real *x, int *aligned)
             const real ratio = (other - least) / (2 * mixed);
             tangent = (ratio < 0 ? -1 : 1) / (fabs@F@(ratio) + sqrt@F@(1 + ratio * ratio));
         }
+        before = least;
         is_second = other + tangent * mixed < least - tangent * mixed;
         least = is_second ? other + tangent * mixed : least - tangent * mixed;
+        *aligned = *aligned && before - least <= LOWERED * least;
         cosine = 1 / sqrt@F@(1 + tangent * tangent);
         sine = tangent * cosine;
         axes[is_second][0] = cosine * a + sine * b * along;
@@ -528,10 +546,7 @@ static real improve(const balance *own, real *x, int *aligned)
             x[2 * k + 1] = v;
         }
     } else {
-        for (k = 0; k < 6 * BODIES; ++k) {
-            x[2 * k + 1] = without_pattern(k);
-        }
-        make_orthonormal(own, x);
+        renew(own, x, 0);
     }
     return least;
 }
@@ -542,6 +557,7 @@ static void find_index(const real *places, @NAME@_state *warm, @NAME@_info *info
     balance own;
     real square = 0;
     int aligned = 0;
+    int least_passes = 0;
     int k;
     info->singularity_index = 0;
     info->index_passes = 0;
@@ -556,9 +572,15 @@ static void find_index(const real *places, @NAME@_state *warm, @NAME@_info *info
     if (SPINS > 0) {
         make_orthonormal(&own, warm->weakest);
     }
-    while (info->index_passes < MOST_PASSES && !aligned) {
+    while (info->index_passes < MOST_PASSES && (!aligned || info->index_passes < least_passes)) {
         square = improve(&own, warm->weakest, &aligned);
         ++info->index_passes;
+        /* If both first vectors are almost orthogonal to the weakest one, the search hardly turns at another one. After
+           a long way, it therefore goes as far again with another second vector. */
+        if (aligned && least_passes == 0 && info->index_passes > FEW_PASSES) {
+            renew(&own, warm->weakest, WIDTH * BODIES);
+            least_passes = 2 * info->index_passes;
+        }
     }
     if (square > 0 && is_finite(square)) {
         info->singularity_index = sqrt@F@(square);

@@ -8,10 +8,14 @@ const REDUNDANT: usize = @REDUNDANT@;
 const SPINS: usize = @SPINS@;
 const FIRST_PLACE: usize = @FIRST_PLACE@;
 const MOST_PASSES: u32 = @INDEX_PASSES@;
+/// Passes up to which the vectors of the last call count as near to those of this one.
+const FEW_PASSES: u32 = 3;
 /// Numbers of a body in two vectors.
 const WIDTH: usize = 12;
 /// Square of the sine of the angle between a vector and its next iterate, at convergence.
 const ALIGNED: Real = @ALIGNED@;
+/// Relative decrease of the square of the index by the second vector, at convergence.
+const LOWERED: Real = @LOWERED@;
 /// Part of the square of an iterate up to which it counts as parallel to the other.
 const PARALLEL: Real = @PARALLEL@;
 /// Index up to which the position counts as singular, and determinant from which on it needs no test.
@@ -306,6 +310,14 @@ impl<'a> Balance<'a> {
         }
     }
 
+    /// Replaces the second vector by one without any pattern.
+    fn renew<M: Math>(&self, x: &mut Weakest, pattern: usize) {
+        for k in 0..6 * BODIES {
+            x[2 * k + 1] = without_pattern(k + pattern);
+        }
+        self.make_orthonormal::<M>(x);
+    }
+
     /// Makes both vectors orthogonal to local passive degrees of freedom and to each other, of unit length.
     fn make_orthonormal<M: Math>(&self, x: &mut Weakest) {
         for lane in 0..2 {
@@ -351,7 +363,8 @@ impl<'a> Balance<'a> {
     }
 
     /// Improves two unit vectors of least resistance by a step of inverse iteration, of which the first has the lower
-    /// resistance. Returns the square of this resistance, and `true` if the first vector has hardly turned.
+    /// resistance. Returns the square of this resistance, and `true` if the first vector has hardly turned and the second has
+    /// hardly lowered the resistance.
     fn improve<M: Math>(&self, x: &mut Weakest) -> (Real, bool) {
         // Products of the iterates and of A transposed times the iterates.
         let (mut moved, mut resisted) = ([0.0; 3], [0.0; 3]);
@@ -377,10 +390,7 @@ impl<'a> Balance<'a> {
         let second = moved[2] - along * moved[1];
         let least = resisted[0] / moved[0];
         if !(second > PARALLEL * moved[2]) {
-            for k in 0..6 * BODIES {
-                x[2 * k + 1] = without_pattern(k);
-            }
-            self.make_orthonormal::<M>(x);
+            self.renew::<M>(x, 0);
             return (least, is_aligned);
         }
         // Principal axes of A times its transpose in the plane of both iterates.
@@ -408,7 +418,8 @@ impl<'a> Balance<'a> {
             pair[0] = axes[0][0] * u + axes[0][1] * v;
             pair[1] = axes[1][0] * u + axes[1][1] * v;
         }
-        (ends[first], is_aligned)
+        let lowered = least - ends[first];
+        (ends[first], is_aligned && lowered <= LOWERED * ends[first])
     }
 }
 
@@ -426,10 +437,17 @@ fn find_index<M: Math>(places: &[Real], weakest: &mut Weakest, info: &mut Info) 
         own.make_orthonormal::<M>(weakest);
     }
     let mut square = 0.0;
+    let mut least_passes = 0;
     for pass in 1..=MOST_PASSES {
         let (least, is_aligned) = own.improve::<M>(weakest);
         (square, info.index_passes) = (least, pass);
-        if is_aligned {
+        // If both first vectors are almost orthogonal to the weakest one, the search hardly turns at another one. After a
+        // long way, it therefore goes as far again with another second vector.
+        if is_aligned && least_passes == 0 && pass > FEW_PASSES {
+            own.renew::<M>(weakest, WIDTH * BODIES);
+            least_passes = 2 * pass;
+        }
+        if is_aligned && pass >= least_passes {
             break;
         }
     }
