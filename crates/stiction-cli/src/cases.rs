@@ -162,5 +162,5 @@ fn in_case(failure: Failure, cases: &[Case<'_>], failed: usize, folder: Option<&
     if !after.is_empty() {
         failure = failure.note(format!("not run: {}", names(after)));
     }
-    failure.note("there is no envelope")
+    failure.note("no envelope is written, because a run is missing")
 }

@@ -115,7 +115,10 @@ fn execute(options: &Compare) -> Result<(), Failure> {
         let _ = comparison.write_differences(&mut table);
         print(&format!("{}\n{table}", folded(&text)))?;
         if !comparison.has_common_effort() {
-            note!("\nnote: no actuator of A has the name of one of B");
+            note!(
+                "\nnote: the models have no actuator name in common, so their efforts are not \
+                compared"
+            );
         }
     }
     if let Some(mut outputs) = outputs {

@@ -29,7 +29,10 @@ pub(crate) fn run(options: &Convert) -> Result<(), Failure> {
     match &options.output {
         None => {
             if beside.is_some() {
-                note!("note: loops and motors are in a YAML file, which -o writes");
+                note!(
+                    "note: loop closures and motors are in a separate YAML file; -o FILE writes \
+                    both files"
+                );
             }
             print(&text)
         }
@@ -59,8 +62,8 @@ fn format(options: &Convert, is_import: bool) -> Result<Format, Failure> {
         Some("sdf") => Ok(Format::Sdf),
         None if is_import => Ok(Format::Model),
         _ => {
-            let help = "give it by --to, or by the ending of the file of -o: .toml, .urdf, .sdf, \
-                        .xml, .json";
+            let help = "choose it with --to, or by the extension of the file of -o: .toml, .urdf, \
+                .sdf, .xml, .json";
             Err(Failure::input("the format of the output is not known").help(help))
         }
     }

@@ -53,7 +53,7 @@ fn execute(options: &Identify) -> Result<(), Failure> {
                     known.file,
                     meant.len()
                 ))
-                .help("write more of the path in `file`"));
+                .help("write a longer part of the path in `file`, so that it names one log only"));
             }
         }
     }

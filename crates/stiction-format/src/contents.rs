@@ -32,7 +32,9 @@ impl Contents {
         match self {
             Self::Whole(text) => Ok(text),
             Self::Stored(_) => {
-                Err("it is too long; only recordings (CSV) can be this long".to_owned())
+                Err("it is too long for a model or log; only recorded motions (CSV) can be this \
+                    long"
+                    .to_owned())
             }
         }
     }

@@ -71,7 +71,7 @@ pub fn csv_of_npz(bytes: &[u8]) -> Result<String, String> {
 
 /// Numbers of an array that is one-dimensional, or has a single row or column.
 fn array(content: &[u8]) -> Result<Vec<f64>, String> {
-    let not_array = || "is no NumPy array".to_owned();
+    let not_array = || "is not a NumPy array".to_owned();
     let rest = content.strip_prefix(b"\x93NUMPY").ok_or_else(not_array)?;
     let (version, rest) = rest.split_first_chunk::<2>().ok_or_else(not_array)?;
     let (length, rest) = match version[0] {

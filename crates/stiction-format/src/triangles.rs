@@ -19,7 +19,7 @@ pub(crate) fn read(name: &str, bytes: &[u8]) -> Result<Vec<Triangle>, String> {
     let is_finite = |triangle: &Triangle| triangle.iter().all(|point| point.is_finite());
     match triangles.iter().all(is_finite) {
         true => Ok(triangles),
-        false => Err("a point is no finite number".to_owned()),
+        false => Err("a coordinate of a point is not a finite number".to_owned()),
     }
 }
 
@@ -59,7 +59,7 @@ fn point(text: &str) -> Result<Vec3<f64>, String> {
     let mut numbers = text.split_whitespace().map(str::parse::<f64>);
     match (numbers.next(), numbers.next(), numbers.next()) {
         (Some(Ok(x)), Some(Ok(y)), Some(Ok(z))) => Ok(Vec3::new(x, y, z)),
-        _ => Err(format!("`{}` is no point", text.trim().chars().take(60).collect::<String>())),
+        _ => Err(format!("`{}` is not a point", text.trim().chars().take(60).collect::<String>())),
     }
 }
 

@@ -150,9 +150,9 @@ fn check_gltf(bytes: &[u8]) -> Result<(), String> {
         false => bytes,
     };
     let root: Value =
-        serde_json::from_slice(text).map_err(|error| format!("it is no glTF: {error}"))?;
+        serde_json::from_slice(text).map_err(|error| format!("it is not glTF: {error}"))?;
     if !root["asset"]["version"].as_str().is_some_and(|version| version.starts_with("2.")) {
-        return Err("it is no glTF 2.0".to_owned());
+        return Err("it is not glTF 2.0".to_owned());
     }
     let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
     let names = list(&root["extensionsRequired"]);
@@ -168,7 +168,7 @@ fn check_gltf(bytes: &[u8]) -> Result<(), String> {
     }
     let counts = list(&root["accessors"]);
     let elements: Option<Vec<u64>> = counts.iter().map(|one| one["count"].as_u64()).collect();
-    let elements = elements.ok_or("a number of its elements is no whole number")?;
+    let elements = elements.ok_or("a count of its elements is not a whole number")?;
     let elements = elements.into_iter().fold(0_u64, u64::saturating_add);
     if elements > MOST_ELEMENTS {
         return Err(format!("it has {elements} elements; at most {MOST_ELEMENTS} are shown"));

@@ -136,8 +136,8 @@ pub enum Error {
     ControllerForces(InverseError),
     /// Motors that share efforts cannot exert the efforts that the motion requires.
     #[error(
-        "at t = {time} s no torques of the motors {motors} in the ratio of their shares make the motion, \
-         because a self-locking gear jams; change the shares or the efficiencies"
+        "at t = {time} s no torques of the motors {motors} in the ratio of their shares produce \
+         the motion, because a self-locking gear jams; change the shares or the efficiencies"
     )]
     SharedMotors {
         /// Time, s.
@@ -148,8 +148,9 @@ pub enum Error {
     /// Motors with losses share the efforts of several joints, or one of their gears jams, so that
     /// the efforts that hold the joints do not form independent intervals.
     #[error(
-        "the motors {motors} with losses in their gears share the efforts of fewer joints, so the efforts that hold \
-         still depend on each other, or a gear jams when its motor pushes along the load"
+        "the efforts that hold the joints are not independent intervals: the motors {motors} have \
+         gear losses and share the efforts of fewer joints, or a gear jams when its motor pushes \
+         along the load"
     )]
     SharedHolding {
         /// Names of the motors.

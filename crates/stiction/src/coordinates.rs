@@ -49,7 +49,7 @@ pub(crate) fn named(
 pub(crate) fn which(robot: &Robot, name: &str) -> Result<Which, Error> {
     let is_name = |c: char| c.is_alphanumeric() || "._-".contains(c);
     if name.is_empty() || !name.chars().all(is_name) {
-        return Err(Error::input(format!("`{}` is no coordinate", name.escape_debug()))
+        return Err(Error::input(format!("`{}` is not a coordinate", name.escape_debug()))
             .with_help("give a name such as `leg1.P` or `platform.x`"));
     }
     let names = robot.names();
@@ -60,6 +60,6 @@ pub(crate) fn which(robot: &Robot, name: &str) -> Result<Which, Error> {
     let motion = robot.parse_state(&format!("{name} = 0; duration = 0"))?;
     match motion.coordinates.first() {
         Some((coordinate, _)) => Ok(*coordinate),
-        None => Err(Error::input(format!("`{name}` is no coordinate"))),
+        None => Err(Error::input(format!("`{name}` is not a coordinate"))),
     }
 }

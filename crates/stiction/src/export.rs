@@ -215,8 +215,9 @@ impl Export {
         let options = SourceOptions { name: SourceOptions::new(name).name, ..self.options.clone() };
         if options.name != *name {
             let message = format!(
-                "the name `{}` is not possible: it begins with a lower-case letter, consists of lower-case letters, \
-                 digits and underscores, has 20 characters at most, and is no header of the C library",
+                "the name `{}` is not possible: it begins with a lower-case letter, consists of \
+                 lower-case letters, digits and underscores, has 20 characters at most, and is not \
+                 the name of a header of the C library",
                 name.escape_debug()
             );
             return Err(Error::input(message)

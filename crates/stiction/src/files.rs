@@ -147,7 +147,7 @@ impl Files {
     pub(crate) fn bytes(&self, path: &Path) -> Result<Vec<u8>, String> {
         let metadata = fs::metadata(path).map_err(|error| describe(&error))?;
         if !metadata.is_file() {
-            return Err("it is no file".to_owned());
+            return Err("it is not a file".to_owned());
         }
         if metadata.len() > LARGEST {
             let size = metadata.len() as f64 / 1e9;

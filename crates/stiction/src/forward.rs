@@ -206,7 +206,7 @@ impl Forward {
         let motion = self.robot.parse_state(&format!("{name} = 0; duration = 0"))?;
         let coordinate: Coordinate = match motion.coordinates.first() {
             Some((coordinate, _)) => *coordinate,
-            None => return Err(Error::input(format!("`{name}` is no coordinate"))),
+            None => return Err(Error::input(format!("`{name}` is not a coordinate"))),
         };
         if !matches!(self.task.start, Start::Known(_)) {
             self.task.start = Start::Known(Vec::new());

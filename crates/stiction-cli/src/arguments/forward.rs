@@ -160,6 +160,10 @@ fn part(text: &str) -> Result<f64, String> {
         Some(number) => (number.trim(), 0.01),
         None => (text, 1.0),
     };
-    let number: f64 = number.parse().map_err(|_| "expected a number or percent".to_owned())?;
+    let number: f64 = number.parse().map_err(|_| {
+        "expected a fraction or a percentage, such as 0.1 \
+        or 10%"
+            .to_owned()
+    })?;
     Ok(number * factor)
 }

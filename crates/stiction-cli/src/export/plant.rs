@@ -15,9 +15,11 @@ pub(super) fn write(
     files_read: Vec<PathBuf>,
 ) -> Result<(), Failure> {
     if options.to != Language::Fmu {
-        return Err(
-            Failure::input("a plant is a functional mock-up unit").help("write `--to fmu --plant`")
-        );
+        return Err(Failure::input(
+            "--plant exports a functional mock-up unit (FMU), but --to names \
+                another format",
+        )
+        .help("write `--to fmu --plant`"));
     }
     let fmi = if options.fmi == 2 { Fmi::Two } else { Fmi::Three };
     let mut plant = export.plant();

@@ -38,16 +38,22 @@ impl Designs {
         let design = match (plan, options.samples, options.seed) {
             (Plan::Grid, None, None) => Design::grid(variations),
             (Plan::Grid, ..) => {
-                return Err(Failure::input("a grid has neither --samples nor --seed")
-                    .help("add --design lhs or --design sobol, or leave them out"));
+                return Err(Failure::input(
+                    "--samples and --seed do not apply to a grid (the \
+                    default of --design)",
+                )
+                .help("add --design lhs or --design sobol, or leave them out"));
             }
             (Plan::Lhs, Some(samples), seed) => {
                 Design::latin_hypercube(variations, samples, seed.unwrap_or(0))
             }
             (Plan::Sobol, Some(samples), seed) => Design::sobol(variations, samples, seed),
             (Plan::Lhs | Plan::Sobol, None, _) => {
-                return Err(Failure::input("a sampled plan needs the number of designs")
-                    .help("add --samples, for example --samples 1000"));
+                return Err(Failure::input(
+                    "a Latin hypercube or Sobol design needs the number of \
+                    designs",
+                )
+                .help("add --samples, for example --samples 1000"));
             }
         };
         Ok(Self::Plan(design.map_err(|error| explained(&error))?, plan))
@@ -118,7 +124,7 @@ impl Designs {
 fn read(path: &PathBuf) -> Result<DesignTable<File>, Failure> {
     let is_file = path.metadata().map(|about| about.is_file());
     if !is_file.map_err(|error| unreadable(path, &error.to_string()))? {
-        return Err(unreadable(path, "it is not a regular file, and is read twice"));
+        return Err(unreadable(path, "it is not a regular file; the table is read twice"));
     }
     let file = File::open(path).map_err(|error| unreadable(path, &error.to_string()))?;
     DesignTable::new(file).map_err(|why| unreadable(path, &why))
@@ -140,9 +146,10 @@ fn explained(error: &DesignError) -> Failure {
             .help(format!("write `{key} = FROM..TO in 6`, or add --design lhs or --design sobol")),
         DesignError::Counted(key) => failure.help(format!("write `{key} = FROM..TO` without `in`")),
         DesignError::TooManyKeys { .. } => failure.help("add --design lhs"),
-        DesignError::TooManyRows { .. } => {
-            failure.help("vary less at once, or sample with --design sobol")
-        }
+        DesignError::TooManyRows { .. } => failure.help(
+            "give fewer keys or fewer values, or sample with --design sobol and \
+                --samples",
+        ),
         _ => failure,
     }
 }

@@ -71,6 +71,6 @@ fn impossible_comparisons_are_refused() {
     refused(&["four-bar", "--controller", "pid"], &["no controller `pid`", "`pd`"]);
     refused(&["four-bar", "--transition", "tanh"], &["--transition", "`5%`"]);
     refused(&["four-bar", "--noise", "3 s"], &["expected a length or an angle, found a time"]);
-    refused(&["four-bar", "--known-to", "x"], &["expected a number or percent"]);
+    refused(&["four-bar", "--known-to", "x"], &["expected a fraction or a percentage"]);
     refused(&["four-bar", "--period", "-1"], &["period of the controller", "--period"]);
 }

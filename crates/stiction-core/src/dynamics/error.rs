@@ -109,7 +109,10 @@ pub enum InverseError {
     Singular,
     /// Constraints and actuators are both redundant, which requires two weightings in sequence; no
     /// model can be compiled.
-    #[error("constraints and actuators are both redundant: no single weighting decides")]
+    #[error(
+        "constraints and actuators are both redundant, and a compiled model cannot distribute \
+        forces over both: remove redundant constraints or actuators"
+    )]
     TwoWeightings,
 }
 

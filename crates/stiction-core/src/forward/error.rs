@@ -27,11 +27,11 @@ pub enum ForwardError {
     /// No acceleration was found by continuation from the frictionless solution; usually none exists (Painleve's
     /// paradox).
     #[error(
-        "at t = {t} s no acceleration was found for the rigid model with this friction; searched: the \
-         solution continued from zero friction. It ends {at}, where the normal loads grow without bound, \
-         first in joint `{joint}` ({kind}",
-        at = if *percent < NO_PART { "with a small fraction of the given coefficients".to_owned() }
-            else { format!("at {percent:.1} % of the given coefficients") },
+        "at t = {t} s no acceleration was found that satisfies the friction laws of the rigid \
+         model: the solution continued from zero friction ends {at}, where the normal loads grow \
+         without bound, first in joint `{joint}` ({kind}",
+        at = if *percent < NO_PART { "at a small fraction of the given friction coefficients".to_owned() }
+            else { format!("at {percent:.1} % of the given friction coefficients") },
         kind = if *percent < NO_PART { "the position is nearly singular, or the coefficients are too large); \
             start at another position, lock joints that nothing drives or holds, or check the coefficients" }
             else { "jamming, Painleve's paradox); give its guide a longer span, less friction, or some \
@@ -104,9 +104,10 @@ pub enum ForwardError {
     },
     /// A formula of the inputs changes between its branches without end (chatter).
     #[error(
-        "at t = {t} s {what} changes back and forth {count} times within {span:.1e} s (chatter): a jump holds the mechanism at \
-         its zero, which is no motion of this formula; write a continuous formula there, such as `tanh(x/x0)` for \
-         `sign(x)` with a small x0, or give the joint friction instead",
+        "at t = {t} s {what} changes back and forth {count} times within {span:.1e} s (chatter): \
+         on both sides of its jump it drives the mechanism back to the jump; write a continuous \
+         formula there, such as `tanh(x/x0)` for `sign(x)` with a small x0, or give the joint \
+         friction instead",
         t = brief(*time, 9)
     )]
     Chatter {

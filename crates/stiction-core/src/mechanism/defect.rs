@@ -182,7 +182,10 @@ pub enum Defect {
         joint: String,
     },
     /// A friction parameter out of its range.
-    #[error("joint `{joint}`: the friction's {parameter} is {value}, but must be {range}")]
+    #[error(
+        "joint `{joint}`: the friction's {parameter} is {value}{}, but must be {range}",
+        unit(parameter)
+    )]
     FrictionParameter {
         /// Name of the joint.
         joint: String,
@@ -346,4 +349,16 @@ pub enum Defect {
         /// Greatest admissible value, m.
         most: f64,
     },
+}
+
+/// Unit of a friction parameter after its value; empty for plain numbers and parameters per unit of load.
+fn unit(parameter: &str) -> &'static str {
+    match parameter {
+        "radius" | "bending span" | "torsion arm" => " m",
+        "position of the gland" | "position of the piston" => " m",
+        "preload" | "smoothing" => " N",
+        "viscous coefficient" => " N s/m",
+        "Stribeck velocity" | "regularisation velocity" => " m/s",
+        _ => "",
+    }
 }

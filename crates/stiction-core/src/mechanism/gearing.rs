@@ -81,7 +81,7 @@ impl GearingSpec {
             }
         };
         if dofs.len() < 2 {
-            let problem = "it connects less than two degrees of freedom".to_owned();
+            let problem = "it connects fewer than two degrees of freedom".to_owned();
             defects.push(Defect::Gearing { gearing: gearing(), problem });
             return None;
         }
@@ -98,7 +98,8 @@ pub(super) fn check_loops(
 ) {
     if let Some((gearing, joint)) = closing_joint(gearings, (bodies, joints)) {
         let problem = format!(
-            "all joints of a loop through `{}` are geared: divide a body of it by a fixed joint",
+            "every joint of a loop through `{}` is in a gearing: split one body of this loop into \
+             two, connected by a fixed joint",
             joints[joint.0].name
         );
         defects.push(Defect::Gearing { gearing: gearings[gearing].name.clone(), problem });

@@ -122,7 +122,7 @@ impl<'a> Context<'a> {
     /// Reads another file that must be text, and returns it with its name.
     pub(super) fn text(&self, name: &str) -> Result<Arc<Source>, String> {
         let bytes = (self.files)(name)?;
-        let text = String::from_utf8(bytes).map_err(|_| "it is no UTF-8 text".to_owned())?;
+        let text = String::from_utf8(bytes).map_err(|_| "it is not UTF-8 text".to_owned())?;
         Ok(Arc::new(Source::new(name, text)))
     }
 }

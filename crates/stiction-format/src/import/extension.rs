@@ -203,7 +203,7 @@ fn joint(context: &Context<'_>, robot: &mut Description, index: usize, entry: &E
         "start" | "coordinates" => {
             let numbers = numbers_in(context, &entry.text, &entry.place).unwrap_or_default();
             if !is_position(joint.kind, &numbers) {
-                let message = format!("these are no coordinates of joint {}", quoted(&joint.name));
+                let message = format!("these are not coordinates of joint {}", quoted(&joint.name));
                 context.error("coordinates", message, &entry.place, "");
                 return;
             }

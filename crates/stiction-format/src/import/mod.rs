@@ -140,7 +140,7 @@ fn describe(context: &Context<'_>, root: &Element, stem: &str) -> Option<Descrip
             None
         }
         other => {
-            let message = format!("the root element {} is of no robot file", quoted(other));
+            let message = format!("the root element {} is not that of a robot file", quoted(other));
             let help = "a URDF begins with <robot>, an MJCF with <mujoco>, an SDF with <sdf>";
             context.push(Diagnostic::error("xml", message).at(root.place(), "").help(help));
             None

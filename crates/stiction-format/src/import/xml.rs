@@ -185,7 +185,7 @@ fn refusal(error: &roxmltree::Error, place: Place) -> Diagnostics {
         error => {
             let message = error.to_string();
             let message = message.split(" at ").next().unwrap_or_default().to_owned();
-            (format!("the file is no well-formed XML: {message}"), "correct the XML")
+            (format!("the file is not well-formed XML: {message}"), "correct the XML")
         }
     };
     Diagnostics::from(Diagnostic::error("xml", message).at(place, "").help(help))
@@ -269,8 +269,8 @@ pub(super) fn numbers_in(context: &Context, text: &str, place: &Place) -> Option
             Some(value) if value.is_finite() => {
                 format!("{} is greater than {}", quoted(word), number(LARGEST))
             }
-            Some(_) => format!("{} is no finite number", quoted(word)),
-            None => format!("{} is no number", quoted(word)),
+            Some(_) => format!("{} is not a finite number", quoted(word)),
+            None => format!("{} is not a number", quoted(word)),
         };
         context.error("number", message, place, "expected a number");
         return None;

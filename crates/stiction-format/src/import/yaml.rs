@@ -60,7 +60,7 @@ pub(super) fn parse(source: &Arc<Source>) -> Result<Vec<(Word, Value)>, Diagnost
     }
     let documents = MarkedYaml::load_from_str(text).map_err(|error| {
         let at = byte_of(text, error.marker().index());
-        refused(format!("the file is no valid YAML: {}", error.info()), at)
+        refused(format!("the file is not valid YAML: {}", error.info()), at)
     })?;
     let entries = match documents.into_iter().next().map(|document| document.data) {
         Some(YamlData::Mapping(entries)) => entries,

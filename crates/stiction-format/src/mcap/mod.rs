@@ -40,7 +40,10 @@ struct Recorded {
 /// The reason, as the end of the sentence "cannot read FILE: ".
 pub fn csv_of_mcap(bytes: &[u8], efforts: bool) -> Result<String, String> {
     let damaged = |error: ::mcap::McapError| {
-        format!("it is no complete MCAP log ({error}); `mcap recover` repairs an interrupted one")
+        format!(
+            "it is not a complete MCAP log ({error}); `mcap recover` repairs an interrupted \
+            one"
+        )
     };
     let mut topics: BTreeMap<String, Result<Recorded, String>> = BTreeMap::new();
     let mut others: Vec<String> = Vec::new();
@@ -64,7 +67,7 @@ pub fn csv_of_mcap(bytes: &[u8], efforts: bool) -> Result<String, String> {
             |why: String| format!("topic {}, message {}: {why}", channel.topic, message.sequence);
         let state = Encoding::of(&channel.message_encoding).and_then(|encoding| {
             decode(encoding, &message.data).ok_or_else(|| {
-                format!("it is no {schema} in the encoding {}", channel.message_encoding)
+                format!("it is not a {schema} in the encoding {}", channel.message_encoding)
             })
         });
         // An error in a topic matters only if this topic is read.

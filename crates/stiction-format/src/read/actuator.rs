@@ -210,7 +210,11 @@ fn read_mesh(mesh: &Record<'_>, lead: Option<f64>) -> Option<Mesh> {
             if radius <= 0.0 || lead.is_none() {
                 context.push(
                     Diagnostic::error("actuator", "the lead angle of the mesh is not known")
-                        .at(context.place(&value.span), "a radius greater than 0 needs a `lead`")
+                        .at(
+                            context.place(&value.span),
+                            "`radius` must be greater than 0, and the \
+                            actuator must have a `lead`",
+                        )
                         .help("give `lead` of the actuator, or `lead_angle` of the mesh"),
                 );
                 return None;

@@ -206,7 +206,8 @@ impl<'a> Context<'a> {
                 if is_time && number > 0 && number.is_multiple_of(90) {
                     let turns = f64::from(number) / std::f64::consts::TAU;
                     self.push(
-                        Diagnostic::warning("angle", format!("{function}{number}*t) takes {number} rad/s, {turns:.1} turns a second"))
+                        Diagnostic::warning("angle", format!("{function}{number}*t) means {number} \
+                            rad/s, {turns:.1} turns per second"))
                             .at(self.place(&value.span), "bare angles are in rad")
                             .help(format!("write {function}{number} deg*t) for degrees per second, or {function}{number} rad*t)")),
                     );

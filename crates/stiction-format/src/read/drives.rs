@@ -35,12 +35,9 @@ pub(crate) fn read(
         let Some(value) = leaf.value else { continue };
         if let Some((_, first)) = places.iter().find(|(known, _)| *known == actuator) {
             context.push(
-                Diagnostic::error(
-                    "duplicate",
-                    "the effort of the effort of this actuator is given twice",
-                )
-                .at(context.place(&leaf.key), "again here")
-                .also(context.place(first), "first here"),
+                Diagnostic::error("duplicate", "the effort of this actuator is given twice")
+                    .at(context.place(&leaf.key), "again here")
+                    .also(context.place(first), "first here"),
             );
             continue;
         }

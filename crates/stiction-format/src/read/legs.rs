@@ -152,7 +152,7 @@ fn placement<'a>(context: &'a Context<'a>, entry: &'a Value) -> Option<Placement
 fn no_legs(context: &Context<'_>, list: &Value) {
     context.push(
         Diagnostic::error("legs", "this group has no legs")
-            .at(context.place(&list.span), "nothing stands here")
+            .at(context.place(&list.span), "this list is empty")
             .help("list the angle or place of each leg, or delete the group"),
     );
 }

@@ -93,7 +93,8 @@ pub(super) fn read(
                         Diagnostic::error(
                             "range",
                             format!(
-                                "{} turns by half a turn or more from its body's zero",
+                                "{} turns the body by half a turn or more from its zero \
+                                 orientation",
                                 quoted(&path)
                             ),
                         )

@@ -85,11 +85,11 @@ fn hostile_meshes_are_refused() {
         (&twice, "a node has two parents"),
         (&lost, "a child that does not exist"),
         (&huge, "4000000000 elements; at most 4000000"),
-        (&broken, "a number of its elements is no whole number"),
+        (&broken, "a count of its elements is not a whole number"),
         (&remote, "its data are in the file `https://example.com/data.bin`"),
         (&draco, "it needs the extension `KHR_draco_mesh_compression`"),
         (&nodes, "it has 5001 nodes"),
-        ("{}", "it is no glTF 2.0"),
+        ("{}", "it is not glTF 2.0"),
         ("no JSON", "it is no glTF"),
         (&"[".repeat(10_000), "it is no glTF"),
     ] {

@@ -164,16 +164,16 @@ fn defects_are_explained() {
         ),
         (
             "waypoints = [{ tool.rotation = { axis = \"z\", angle = 0 } }, { tool.rotation = { axis = \"z\", angle = 1 }, at = 1, blend = 0.1 }, { tool.rotation = { axis = \"z\", angle = 1.5 }, at = 2 }]",
-            "no `blend` between orientations",
+            "`blend` is not possible between waypoints with a `rotation`",
         ),
         (
             "limits.left_moter.speed = 1\nwaypoints = [{ tool.x = 0 }, { tool.x = 1 }]",
-            "`left_moter` is no coordinate of the waypoints",
+            "`left_moter` is not a coordinate of the waypoints",
         ),
         ("limits.speed = 1\nwaypoints = [{ tool.x = 0 }, { tool.x = 1 }]", "needs the name"),
         (
             "law = \"trapezoid\"\nlimits.tool = { acceleration = 9, jerk = 3 }\nwaypoints = [{ tool.x = 0 }, { tool.x = 1 }]",
-            "the jerk of a trapezoid has no limit",
+            "jerk cannot be limited",
         ),
         (
             "limits.left_motor.speed = 1\nwaypoints = [{ tool.x = 0, tool.y = 0.3 }, { tool.x = 3 }]",

@@ -100,7 +100,7 @@ def _key(key: object) -> str:
 def _toml(key: str, value: Any, depth: int = 0) -> str:
     """Format a value as TOML."""
     if depth > _DEEPEST:
-        raise InputError(f"`{key}` is nested too deeply", f"at most {_DEEPEST} levels")
+        raise InputError(f"`{key}` is nested too deeply", f"use at most {_DEEPEST} levels")
     if isinstance(value, np.ndarray):
         return _toml(key, value.tolist(), depth)
     if isinstance(value, str):
@@ -121,7 +121,7 @@ def _toml(key: str, value: Any, depth: int = 0) -> str:
 def _with_unit(key: str, value: Any, unit: str, depth: int) -> str:
     """Format numbers with their unit as TOML."""
     if depth > _DEEPEST:
-        raise InputError(f"`{key}` is nested too deeply", f"at most {_DEEPEST} levels")
+        raise InputError(f"`{key}` is nested too deeply", f"use at most {_DEEPEST} levels")
     if isinstance(value, np.ndarray):
         value = value.tolist()
     if isinstance(value, (list, tuple)):

@@ -130,7 +130,7 @@ def _floats(name: str, value: object) -> NDArray[np.float64]:
     try:
         array = np.asarray(value)
     except Exception as error:
-        raise InputError(f"`{name}` is no array: {error}", "give an array of numbers") from error
+        raise InputError(f"`{name}` is not an array: {error}", "give an array of numbers") from error
     if array.dtype.kind not in "fiub":
         raise InputError(
             f"`{name}` contains values of the type `{array.dtype}`",
@@ -147,7 +147,7 @@ def _text(name: str, value: object) -> str:
         value.encode()
     except UnicodeEncodeError as error:
         raise InputError(
-            f"`{name}` is no valid text: {value!r}: {error.reason}", "give a text of Unicode characters"
+            f"`{name}` is not valid text: {value!r}: {error.reason}", "give a text of Unicode characters"
         ) from error
     return value
 

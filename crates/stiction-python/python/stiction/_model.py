@@ -89,12 +89,12 @@ def load(
     try:
         packages = [os.fspath(path) for path in folders]
     except Exception as error:
-        raise InputError(f"`package_path` is no path: {error}") from error
+        raise InputError(f"`package_path` is not a path: {error}") from error
     if isinstance(source, os.PathLike) or ((literal or packages) and isinstance(source, str)):
         try:
             path = os.fspath(source)
         except Exception as error:
-            raise InputError(f"`source` is no path: {error}") from error
+            raise InputError(f"`source` is not a path: {error}") from error
         return _read(lambda: _native.Model.file(path, bool(literal), packages))
     if isinstance(source, (bytes, bytearray)):
         raise InputError("`source` is bytes, not a text", "decode it: `source.decode()`")
@@ -117,7 +117,7 @@ def _read(make: Callable[[], _native.Model]) -> Model:
     try:
         return Model(make())
     except (UnicodeError, TypeError) as error:
-        raise InputError(f"`source` is no path: {error}") from error
+        raise InputError(f"`source` is not a path: {error}") from error
 
 
 class Model:
@@ -141,7 +141,7 @@ class Model:
 
     def __init__(self, native: _native.Model) -> None:
         if not isinstance(native, _native.Model):
-            raise InputError("a Model is made by `stiction.load`")
+            raise InputError("a Model cannot be created directly", "call `stiction.load`")
         self._native = native
         self._names = _Names(native)
         self._states: dict[tuple[object, ...], _native.States] = {}
@@ -255,7 +255,9 @@ class Model:
         units = self.parameter_units
         for name, value in every.items():
             if not _text("changes", name).strip() or "=" in name or "\n" in name:
-                raise InputError(f"`{name}` is no name of a parameter or key")
+                raise InputError(
+                    f"`{name}` is not the name of a parameter or key", "give a name such as `bodies.platform.mass`"
+                )
             text = _value(name, value)
             is_number = not isinstance(value, (str, bool, np.bool_, list, tuple, np.ndarray))
             lines.append(f"{name} = {text} {units.get(name, '') if is_number else ''}".rstrip())

@@ -170,14 +170,14 @@ class InverseDynamics(_Rows):
     def reaction(self) -> ByName[Floats]:
         """Reaction of each joint by name, shape (n, 6) or (6,)."""
         if self.reactions is None:
-            raise InputError("no reactions were asked for", "pass `reactions=True`", "reactions")
+            raise InputError("these results contain no reactions", "compute them with `reactions=True`", "reactions")
         return _by_name("joint", self._names.joints, self.reactions, 2)
 
     @property
     def friction(self) -> ByName[Floats]:
         """Speed, load, force and power of each friction interface by name, shape (n, 4) or (4,)."""
         if self.frictions is None:
-            raise InputError("no frictions were asked for", "pass `frictions=True`", "frictions")
+            raise InputError("these results contain no frictions", "compute them with `frictions=True`", "frictions")
         return _by_name("friction interface", self._names.interfaces, self.frictions, 2)
 
 

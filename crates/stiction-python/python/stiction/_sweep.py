@@ -56,7 +56,7 @@ def sweep(
     ([6.07, 6.87], ['ok', 'ok'])
     """
     if not isinstance(model, Model):
-        raise InputError("`model` is no Model", "make one by `stiction.load`")
+        raise InputError("`model` is not a Model", "create one with `stiction.load`")
     names, values = _columns(table)
     columns = [(name, _cells(name, column)) for name, column in zip(names, values)]
     headers, measured, statuses = model._native.sweep(

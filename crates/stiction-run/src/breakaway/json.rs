@@ -58,7 +58,7 @@ impl Findings {
             });
             value["actuators"] = Value::Object(motors.collect());
             value["unpowered"]["scope"] =
-                json!("friction of the joints, with drive trains uncoupled");
+                json!("friction of the joints, with motors and gears disconnected");
         }
         value
     }

@@ -36,7 +36,7 @@ pub fn write_report(out: &mut impl Write, job: &Job<'_>, found: &Findings) -> fm
     write_certainty(out, &names, found)?;
     let trains = job.model.mechanism.drive_trains();
     if !trains.is_empty() {
-        write!(out, "with the drive trains uncoupled: ")?;
+        write!(out, "with motors and gears disconnected from the joints: ")?;
     }
     write_unpowered(out, &found.rest.unpowered)?;
     write_motors(out, trains, found)

@@ -131,7 +131,8 @@ fn write_singularities(out: &mut impl Write, job: &Job<'_>, findings: &Findings)
     let length = job.model.mechanism.characteristic_length();
     writeln!(
         out,
-        "nearest singular positions (0 is singular; lengths in units of {:.1} mm)",
+        "nearest singular positions: least singularity index (0 is singular; lengths in units of \
+         {:.1} mm)",
         length * 1e3
     )?;
     for (kind, nearness) in findings.singularities() {
@@ -166,7 +167,7 @@ fn write_nearness(
         )?,
     }
     for (time, gained) in crossings.iter().take(LISTED) {
-        writeln!(out, "    at t = {time:.7} s {}", words::gained(kind, gained))?;
+        writeln!(out, "    at t = {time:.7} s: {}", words::gained(kind, gained))?;
     }
     if crossings.len() > LISTED {
         writeln!(out, "    and {} times more", crossings.len() - LISTED)?;
@@ -176,7 +177,7 @@ fn write_nearness(
     }
     match weakness {
         Some(gained) if *singular_samples > 0 && crossings.is_empty() => {
-            writeln!(out, "    there {}", words::gained(kind, gained))
+            writeln!(out, "    {}", words::gained(kind, gained))
         }
         Some(weakest) if crossings.is_empty() => {
             writeln!(out, "    least constrained: {}, {}", weakest.body, weakest.motion)
@@ -203,13 +204,13 @@ fn write_sizes(out: &mut impl Write, findings: &Findings) -> fmt::Result {
     }
     for (body, least, greatest) in sizes.reach.iter().take(LISTED) {
         let (least, greatest) = (point(*least), point(*greatest));
-        writeln!(out, "  the centre of {body} stays between {least} and {greatest} m")?;
+        writeln!(out, "  the centre of mass of {body} stays between {least} and {greatest} m")?;
     }
     if sizes.reach.len() > LISTED {
         writeln!(out, "  and {} more", sizes.reach.len() - LISTED)?;
     }
     for leg in sizes.legs.iter().take(LISTED) {
-        writeln!(out, "  {} is {} long", leg.name, range(leg))?;
+        writeln!(out, "  {}: length {}", leg.name, range(leg))?;
     }
     if sizes.legs.len() > LISTED {
         writeln!(out, "  and {} more legs", sizes.legs.len() - LISTED)?;
@@ -230,5 +231,5 @@ fn point(point: Vec3<f64>) -> String {
 
 fn range(range: &Range) -> String {
     let ([least, greatest, by], unit) = range.in_words();
-    format!("{least} to {greatest} {unit} (by {by})")
+    format!("{least} to {greatest} {unit} (range {by} {unit})")
 }

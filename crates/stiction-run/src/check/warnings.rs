@@ -54,7 +54,9 @@ pub(super) fn warnings(findings: &Findings, job: &Job<'_>) -> Vec<String> {
     }
     if findings.mobility.finite.greatest < findings.mobility.instantaneous {
         warnings.push(
-            "some motion is open to first order: clearance and compliance make it large".to_owned(),
+            "some motion is possible to first order only (the loops block it at second order): \
+             clearance and compliance make it large"
+                .to_owned(),
         );
     }
     let finite = findings.mobility.finite;

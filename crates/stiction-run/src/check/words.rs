@@ -9,13 +9,15 @@ use stiction_draw::numbers::number;
 /// Describes the effect of a singular pose.
 pub(super) fn gained(kind: Kind, weakness: &Weakness) -> String {
     let Weakness { body, motion, load, left } = weakness;
-    let but = match kind {
-        Kind::Actuation => "with locked actuators",
-        Kind::Constraint => "against the constraints",
-        Kind::Leg => "while the bodies at its ends are fixed",
+    let can_move = match kind {
+        Kind::Actuation => format!("{body} can move with locked actuators"),
+        Kind::Constraint => format!("no constraint resists a motion of {body}"),
+        Kind::Leg => {
+            format!("{body} can move although the bodies at the ends of its leg are fixed")
+        }
     };
     let left = left.as_ref().map_or(String::new(), |left| format!("; {left}"));
-    format!("{body} gains, {but}, {motion}; nothing balances {load} there{left}")
+    format!("{can_move}: {motion}; nothing balances {load}{left}")
 }
 
 /// Describes the singularities that every pose has, judged by random poses.
@@ -35,14 +37,14 @@ pub(super) fn in_general(findings: &Findings) -> Vec<String> {
         let word = kind.word();
         match findings.everywhere(kind)? {
             true => Some(format!(
-                "in every position: it is also singular in {word} at {positions} random \
-                 positions ({})",
+                "singular in {word} in every position: {positions} random positions are singular \
+                 too ({})",
                 values(rank)
             )),
             false => findings.is_singular(kind).then(|| {
                 format!(
-                    "not in every position: it is not singular in {word} at {positions} random \
-                     positions ({})",
+                    "not singular in {word} in every position: {positions} random positions are \
+                     not singular ({})",
                     values(rank)
                 )
             }),

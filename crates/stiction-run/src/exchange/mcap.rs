@@ -98,7 +98,7 @@ fn invalid(why: String) -> io::Error {
 
 fn number(row: &csv::StringRecord, column: usize) -> io::Result<f64> {
     let cell = row.get(column).unwrap_or_default();
-    cell.parse().map_err(|_| invalid(format!("`{cell}` in a table is no number")))
+    cell.parse().map_err(|_| invalid(format!("`{cell}` in a table is not a number")))
 }
 
 /// Header of a column without its unit.

@@ -63,7 +63,7 @@ fn each_row(
 
 fn number(cell: &str) -> io::Result<f64> {
     cell.parse().map_err(|_| {
-        io::Error::new(io::ErrorKind::InvalidData, format!("`{cell}` in a table is no number"))
+        io::Error::new(io::ErrorKind::InvalidData, format!("`{cell}` in a table is not a number"))
     })
 }
 

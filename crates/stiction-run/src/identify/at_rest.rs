@@ -23,8 +23,9 @@ pub(super) fn bounded(
         let [unused, count] = log.set_dwells(&estimate.values);
         if unused > 0 {
             cautions.push(format!(
-                "{}: {unused} of {count} dwells set no limits to friction: the model has no forces there, or a formula \
-                 below [terms] may have any value at rest",
+                "{}: {unused} of {count} dwells (times at rest) give no bounds on static friction: \
+                 the model has no forces there, or a formula below [terms] may have any value at \
+                 rest",
                 log.name
             ));
         }

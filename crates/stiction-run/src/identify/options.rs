@@ -220,7 +220,7 @@ impl IdentifySettings {
                         let formula = formula.as_str().ok_or_else(|| {
                             with_help(
                                 key,
-                                format!("has `{name}` that is no text"),
+                                format!("has a value of `{name}` that is not text"),
                                 "write `NAME = \"JOINT = FORMULA\"`",
                             )
                         })?;

@@ -185,7 +185,8 @@ pub fn identify(
     let problem = Problem { parameters: &parameters, blocks: &[], options: &options };
     if !problem.begins_physical() {
         return Err(refuse(
-            "options: with `tie`, the values of the model are inertias that no distribution of mass has",
+            "options: with `tie`, the values of the model give inertias that no distribution of \
+             mass has",
             "tie parameters of equal bodies only, or give equal values in the model",
         ));
     }
@@ -468,9 +469,13 @@ fn fitted(
     if is_nonlinear && last > VISIBLE {
         cautions.push(match last.is_finite() {
             true => format!(
-                "normal loads, coefficients of friction and torque constants still change by {last:.2} standard deviations"
+                "the fit has not fully converged: normal loads, coefficients of friction and \
+                 torque constants still change by {last:.2} standard deviations in the last \
+                 iteration"
             ),
-            false => "the normal loads belong to other friction coefficients than the identified ones".to_owned(),
+            false => "the fit has not converged: its normal loads follow from other friction \
+                coefficients than the identified ones"
+                .to_owned(),
         });
     }
     (estimate, is_settled)
@@ -489,7 +494,8 @@ fn judge_bounds(named: &mut [Named], options: &Options) -> Vec<String> {
             p.verdict = Verdict::FitsOnly;
         }
         let caution = format!(
-            "{} lies at its bound {}: the logs alone would have it beyond",
+            "{} lies at its bound {}: without `bounds` in the options, the logs would place it \
+             beyond",
             p.name,
             format!("{} {}", p.value, p.unit).trim_end()
         );

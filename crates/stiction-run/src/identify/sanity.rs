@@ -68,9 +68,10 @@ pub(super) fn wrong_efforts(
         if agreement < -AGREES && (is_reproduced || (opposes > AGREES && error < FOLLOWED)) {
             doubt(
                 format!(
-                    "efforts on {name} have the opposite sign of those of the unchanged model ({agreement:.2}), but the \
-                     identified values reproduce them with an error of {:.1} %: check masses and centres of mass of \
-                     the model, or the sign of the efforts",
+                    "efforts on {name} have the opposite sign of those of the unchanged model \
+                     (correlation {agreement:.2}), but the identified values reproduce them with \
+                     an error of {:.1} %: check masses and centres of mass of the model, or the \
+                     sign of the efforts",
                     100.0 * error
                 ),
                 false,
@@ -78,15 +79,16 @@ pub(super) fn wrong_efforts(
         } else if agreement < -AGREES {
             doubt(
                 format!(
-                    "efforts have the wrong sign on {name}: they agree with the model to {agreement:.2}; {help}"
+                    "efforts have the wrong sign on {name}: their correlation with those of the \
+                     model is {agreement:.2}; {help}"
                 ),
                 true,
             );
         } else if agreement < AGREES && friction[0] < -AGREES && friction[1] > AGREES {
             doubt(
                 format!(
-                    "efforts have the wrong sign on {name}: beside inertia and weight they act in the direction of \
-                     motion to {:.2}, not against it; {help}",
+                    "efforts have the wrong sign on {name}: without inertia and weight they act in \
+                     the direction of motion (correlation {:.2}), not against it; {help}",
                     -friction[0]
                 ),
                 true,
@@ -325,15 +327,16 @@ pub(super) fn fit_verdict(
     let mut verdict = FitVerdict::Identified;
     if estimate.left_out_ratio_plain > 1.3 * estimate.left_out_ratio {
         cautions.push(format!(
-            "plain least squares is refused: without the prior, blocks of the logs that are left out have {:.1} \
-             times the residual squares of the fit ({:.1} times with the prior of {} equivalent samples)",
+            "plain least squares is refused: in cross-validation, without the prior, the squared \
+             residuals of left-out blocks of the logs are {:.1} times those of the fit ({:.1} \
+             times with the prior of {} equivalent samples)",
             estimate.left_out_ratio_plain, estimate.left_out_ratio, estimate.strength
         ));
     }
     if estimate.left_out_ratio > 2.0 {
         cautions.push(format!(
-            "blocks of the logs that are left out have {:.1} times the residual squares of the fit: it may not \
-             hold for other motions",
+            "in cross-validation, the squared residuals of left-out blocks of the logs are {:.1} \
+             times those of the fit: it may not hold for other motions",
             estimate.left_out_ratio
         ));
         verdict = FitVerdict::FitsOnly;

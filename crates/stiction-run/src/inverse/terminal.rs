@@ -251,8 +251,8 @@ fn write_verdicts(
     let length = job.model.mechanism.characteristic_length();
     writeln!(
         out,
-        "closest to a singular position: actuation {} at t = {} s, constraint {} at t = {} s \
-         (lengths in units of {:.1} mm)",
+        "least singularity index (0 is singular): actuation {} at t = {} s, constraint {} at t = \
+         {} s (lengths in units of {:.1} mm)",
         number(summary.actuation.value),
         number(summary.actuation.time),
         number(summary.constraint.value),

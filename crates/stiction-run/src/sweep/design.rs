@@ -43,13 +43,16 @@ pub enum DesignError {
         String,
     ),
     /// A range has no number of values, which a grid needs.
-    #[error("the range of `{0}` has no number of values, which a grid needs")]
+    #[error("a grid needs the number of values in the range of `{0}`")]
     Uncounted(
         /// The key.
         String,
     ),
     /// A range has a number of values, which sampled designs do not allow.
-    #[error("the range of `{0}` has a number of values, but the design samples it")]
+    #[error(
+        "the range of `{0}` has a number of values (`in N`), but a sampled design chooses the \
+        values itself"
+    )]
     Counted(
         /// The key.
         String,
@@ -66,7 +69,7 @@ pub enum DesignError {
         most: u64,
     },
     /// More keys are varied than Sobol's sequence has dimensions.
-    #[error("{keys} keys are varied; Sobol's sequence is known here up to {most} dimensions")]
+    #[error("{keys} keys are varied, but Sobol's sequence is available for at most {most} keys")]
     TooManyKeys {
         /// Number of varied keys.
         keys: usize,

@@ -111,7 +111,7 @@ impl Reader<'_> {
             let names = Function::ALL.map(Function::name);
             let fault = self.fault(
                 start..start + function.len(),
-                format!("there is no function `{name}` of columns"),
+                format!("there is no function `{name}`"),
                 "unknown function",
             );
             return Err(fault.maybe_help(did_you_mean(name, "functions", names)));

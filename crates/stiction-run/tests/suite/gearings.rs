@@ -452,7 +452,7 @@ fn what_gearings_refuse() {
         ("offset = 2", "has no `joints`"),
         (
             "joints = { a = 1, b = 2, \"c.angle\" = 1 }",
-            "all joints of a loop through `c` are geared",
+            "every joint of a loop through `c` is in a gearing",
         ),
     ];
     for (text, expected) in cases {

@@ -104,7 +104,7 @@ fn dwells_bound_friction() {
     folder.write("term.toml", "[terms]\nspring = \"axis = 0.1 N m*sin(axis)\"\n");
     let open = identified(&folder, &["good.csv"], &["--options", "term.toml"]);
     let cautions = open["cautions"].to_string();
-    assert!(cautions.contains("dwells set no limits to friction"), "{cautions}");
+    assert!(cautions.contains("give no bounds on static friction"), "{cautions}");
     let result = identified(&folder, &["brake.csv"], &[]);
     let cautions = result["cautions"].to_string();
     assert!(cautions.contains(text) && cautions.contains("dwells are left out"), "{cautions}");

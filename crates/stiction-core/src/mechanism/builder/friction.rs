@@ -30,7 +30,7 @@ impl JointSpec {
                 }),
                 Some(_) if !shape.turns() => defects.push(Defect::Radius {
                     joint: joint(),
-                    problem: "friction at a guide has no radius",
+                    problem: "a guide does not turn, so its friction has no radius",
                 }),
                 _ => {}
             }
@@ -102,7 +102,10 @@ impl Checks<'_> {
         }
         match (map.combine, shape) {
             (Combine::Pads, InterfaceShape::Ball | InterfaceShape::Plate) => {
-                self.problem("a ball or a plate has no pads");
+                self.problem(
+                    "a ball or a plate has no pads at which its normal load could be \
+                    combined",
+                );
             }
             (Combine::RootSumSquare, InterfaceShape::Thread) => {
                 self.problem("the normal load of a thread is combined as a sum or at two pads");
@@ -121,8 +124,8 @@ impl Checks<'_> {
         }
         if let Supports::OneOnEach { gland, piston } = map.supports {
             let inside = gland.is_finite() && gland != piston;
-            self.require("place of the gland", gland, inside, "other than that of the piston");
-            self.require("place of the piston", piston, true, "finite");
+            self.require("position of the gland", gland, inside, "other than that of the piston");
+            self.require("position of the piston", piston, true, "finite");
             if map.bending_span.is_some() {
                 self.problem("with supports on both bodies the bending span is not constant");
             }
@@ -133,7 +136,7 @@ impl Checks<'_> {
         const NOT_BELOW: &str = "at least the sliding coefficient";
         self.number("coefficient", Some(law.mu), NOT_NEGATIVE);
         self.number("viscous coefficient", Some(law.viscous), NOT_NEGATIVE);
-        let coefficient = "coefficient at rest";
+        let coefficient = "static coefficient";
         match &law.curve {
             Curve::Constant => {}
             Curve::Static { mu_static } => {
@@ -146,19 +149,22 @@ impl Checks<'_> {
             }
             Curve::Table(rows) => self.table(rows),
         }
-        self.number("velocity of regularisation", law.regularisation, POSITIVE);
+        self.number("regularisation velocity", law.regularisation, POSITIVE);
         if let Some(bristles) = law.bristles {
-            self.number("stiffness of bristles", Some(bristles.stiffness), POSITIVE);
-            self.number("damping of bristles", Some(bristles.damping), NOT_NEGATIVE);
+            self.number("bristle stiffness", Some(bristles.stiffness), POSITIVE);
+            self.number("bristle damping", Some(bristles.damping), NOT_NEGATIVE);
             if law.regularisation.is_some() {
-                self.problem("a law with an internal state cannot be regularised");
+                self.problem("a law with an internal state (dahl, lugre) cannot be regularised");
             }
             let positive = match &law.curve {
                 Curve::Table(rows) => rows.iter().all(|row| row[1] > 0.0),
                 _ => law.mu > 0.0,
             };
             if !positive {
-                self.problem("a law with an internal state needs coefficients greater than 0");
+                self.problem(
+                    "a law with an internal state (dahl, lugre) needs coefficients \
+                    greater than 0",
+                );
             }
         }
     }

@@ -184,7 +184,7 @@ impl DriveTrainSpec {
         }
         let axis = axis.direction();
         if axis.is_none() {
-            let problem = "its `rotor_axis` is a vector without length".to_owned();
+            let problem = "its `rotor_axis` is a zero vector, which has no direction".to_owned();
             defects.push(Defect::Actuator { actuator: actuator(), problem });
         }
         Some(RotorAxis { body: body?, axis: axis? })

@@ -68,7 +68,10 @@ impl Reader<'_, '_> {
                 _ => self.settings.autolimits,
             };
             if is_limited && range[0] != -range[1] {
-                let message = format!("the smaller side of `{key}` is left out");
+                let message = format!(
+                    "`{key}` is not symmetric: the larger magnitude is taken for \
+                    both directions"
+                );
                 context.note(message, Some(element.place()));
             }
             let most = range[0].abs().max(range[1].abs());
@@ -78,7 +81,8 @@ impl Reader<'_, '_> {
         let control = (element.tag == "motor").then(|| greatest("ctrlrange", "ctrllimited"));
         let effort = force.or(control.flatten()).map(|force| force * gear.abs());
         if !matches!(element.tag.as_str(), "motor" | "general") {
-            let message = "control laws of actuators are left out: they are motors";
+            let message = "control laws of actuators are left out: they become motors without a \
+                controller";
             context.note(message, Some(place.clone()));
         }
         let name = element.get("name").map(str::to_owned);

@@ -159,8 +159,10 @@ impl Reader<'_, '_> {
         let find = |key: &str| tendons.get(element.get(key)?.trim());
         let second = element.attribute("tendon2").is_some();
         let (Some(first), true) = (find("tendon1"), !second || find("tendon2").is_some()) else {
-            self.context
-                .note("a coupling of tendons that are no sums of joints is left out", place);
+            self.context.note(
+                "a coupling of tendons that are not sums of joint coordinates is left out",
+                place,
+            );
             return None;
         };
         let [constant, factor] = self.linear(element, second)?;

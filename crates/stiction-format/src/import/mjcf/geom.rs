@@ -132,7 +132,8 @@ impl Reader<'_, '_> {
         match self.meshes.read.get(name)? {
             Ok(solid) => Some(*solid),
             Err(why) => {
-                let message = format!("{why}: body {} is without its mass", quoted(body));
+                let message =
+                    format!("{why}: the mass of body {} does not include this mesh", quoted(body));
                 self.context.note(message, Some(geom.place()));
                 None
             }
@@ -208,8 +209,8 @@ impl Reader<'_, '_> {
             self.context.note(message, Some(mesh.place()));
         } else if (ratio - 1.0).abs() > NOTABLE {
             let message = format!(
-                "by MuJoCo's default rule, the mesh has {ratio:.3} times the mass that it encloses: \
-                 write inertia=\"exact\" for the latter"
+                "by MuJoCo's default rule, the mesh has {ratio:.3} times the mass of its volume; \
+                 write inertia=\"exact\" for the mass of the volume"
             );
             self.context.note(message, Some(mesh.place()));
         }

@@ -94,7 +94,7 @@ impl Settings {
             if rotation::euler([0.0; 3], order).is_some() {
                 self.order = order.to_owned();
             } else {
-                let message = format!("{} is no sequence of three axes", quoted(order));
+                let message = format!("{} is not a sequence of three axes", quoted(order));
                 let help = "write three of x, y, z, X, Y, Z";
                 context.error("euler", message, &attribute.place(), help);
             }

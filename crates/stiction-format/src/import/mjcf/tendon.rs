@@ -137,7 +137,10 @@ impl Reader<'_, '_> {
             .filter_map(|site| self.sites.get(site.get("site")?).copied())
             .collect();
         let ([(first, one), (second, two)], 2) = (sites.as_slice(), element.children.len()) else {
-            context.note("a tendon that is no line between two sites is left out", place());
+            context.note(
+                "a tendon that is not a straight line between two sites is left out",
+                place(),
+            );
             return;
         };
         if !(stiffness > 0.0 || damping > 0.0) {
@@ -153,10 +156,7 @@ impl Reader<'_, '_> {
             [length] => *length,
             [least, greatest, ..] => {
                 if least != greatest {
-                    context.note(
-                        "the range of `springlength` is left out: its mean is taken",
-                        place(),
-                    );
+                    context.note("the range of `springlength` is replaced by its mean", place());
                 }
                 0.5 * (least + greatest)
             }

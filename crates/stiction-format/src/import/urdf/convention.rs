@@ -110,7 +110,7 @@ fn replace(
         "CARDAN" => (JointType::Universal, "a universal joint"),
         "FIXED" => (JointType::Fixed, "fixed"),
         _ => {
-            let message = format!("{} is no type of joint", quoted(&kind.text));
+            let message = format!("{} is not a type of joint", quoted(&kind.text));
             context.error("type", message, &kind.place, "use SPHERICAL, CARDAN or FIXED");
             return None;
         }
@@ -139,7 +139,7 @@ fn closure(
         Some("3d") => JointType::Spherical,
         Some(other) => {
             let place = kind.map_or(&key.place, |kind| &kind.place);
-            let message = format!("{} is no type of closure", quoted(other));
+            let message = format!("{} is not a type of closure", quoted(other));
             context.error("type", message, place, "use '6d' or '3d'");
             return None;
         }
@@ -200,7 +200,10 @@ fn actuate(context: &Context<'_>, tree: &Tree, robot: &mut Description, name: &W
     match robot.joints.get_mut(joint)?.dofs.as_mut_slice() {
         [dof] => *dof = Coordinate { actuated: true, ..*dof },
         _ => {
-            let message = format!("{} has not one coordinate, so no motor", quoted(&name.text));
+            let message = format!(
+                "{} does not have exactly one coordinate, so it gets no motor",
+                quoted(&name.text)
+            );
             context.note(message, Some(name.place.clone()));
         }
     }

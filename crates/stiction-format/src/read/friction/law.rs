@@ -15,7 +15,7 @@ pub(super) fn read(layers: &Layers<'_>, arm: Option<f64>, notes: &mut Notes) -> 
     let table = table_in_force(layers, notes);
     if table.is_none() && mu.is_none() && (viscous.is_none() || has_state) {
         if has_state {
-            layers.missing(given("law"), "mu", " for a law with an internal state", notes);
+            layers.missing(given("law"), "mu", ", which this law needs", notes);
         } else if let Some(record) = layers.records.first() {
             record.missing_both(["mu", "viscous"]);
         }
@@ -72,7 +72,7 @@ fn table_in_force<'a>(layers: &Layers<'a>, notes: &mut Notes) -> Option<Given<'a
 
 fn curve_of_table(layers: &Layers<'_>, word: &str, table: Given<'_>, notes: &mut Notes) -> Curve {
     const WHY: &str =
-        "the table defines the coefficient at all speeds; its first row is that at rest";
+        "the table defines the coefficient at all speeds; its first row is the coefficient at rest";
     let nearer = |key| layers.given(key).filter(|given| given.layer <= table.layer);
     for key in ["mu_static", "stribeck_velocity", "stribeck_exponent"] {
         if let Some(given) = nearer(key) {
@@ -155,7 +155,7 @@ fn curve_of_numbers(layers: &Layers<'_>, word: &str, law: &Law, notes: &mut Note
     let changes = word != "coulomb"
         && (by_word || shaped.is_some() || (word == "lugre" && mu_static.is_some()));
     if mu_static.is_some() && given("mu").is_none() {
-        layers.missing(given("mu_static"), "mu", " beside `mu_static`", notes);
+        layers.missing(given("mu_static"), "mu", ", though it has a `mu_static`", notes);
     }
     if !changes {
         return mu_static.map_or(Curve::Constant, |mu_static| Curve::Static { mu_static });
@@ -163,10 +163,10 @@ fn curve_of_numbers(layers: &Layers<'_>, word: &str, law: &Law, notes: &mut Note
     let velocity = layers.number("stribeck_velocity", notes);
     let beside = shaped.or_else(|| given("law"));
     if velocity.is_none() {
-        layers.missing(beside, "stribeck_velocity", ": the coefficient changes with speed", notes);
+        layers.missing(beside, "stribeck_velocity", ", which a Stribeck curve needs", notes);
     }
     if mu_static.is_none() {
-        layers.missing(beside, "mu_static", ": the coefficient changes with speed", notes);
+        layers.missing(beside, "mu_static", ", which a Stribeck curve needs", notes);
     }
     let exponent = match word {
         "exponential" => 1.0,
@@ -198,7 +198,7 @@ fn bristles(
             let (why, help) = match word {
                 "dahl" => ("Dahl's law has only `sigma0`", "write `law = \"lugre\"`, or `viscous`"),
                 _ => (
-                    "it is a parameter of a law with an internal state",
+                    "only the laws `dahl` and `lugre` have bristles",
                     "write `law = \"lugre\"`, or delete it",
                 ),
             };
@@ -211,7 +211,7 @@ fn bristles(
     if word == "lugre" {
         if let (Some(sigma2), Some(_)) = (given("sigma2"), given("viscous")) {
             let help = "keep one of them";
-            layers.conflict(sigma2, "sigma2", "`viscous` is the same", help, notes);
+            layers.conflict(sigma2, "sigma2", "`viscous` gives the same coefficient", help, notes);
         } else if let Some(sigma2) = viscous_of("sigma2", layers, arm, notes) {
             *viscous = sigma2;
         }
@@ -220,7 +220,7 @@ fn bristles(
     let mut needed = |key| {
         let number = layers.number(key, notes);
         if number.is_none() {
-            layers.missing(law, key, " for this law", notes);
+            layers.missing(law, key, ", which this law needs", notes);
         }
         number.unwrap_or(1.0)
     };
@@ -240,23 +240,25 @@ fn regularisation(layers: &Layers<'_>, law: &Law, notes: &mut Notes) -> Option<f
             return None;
         }
         (Some(regularised), None) => {
-            let why = " beside `regularised`";
+            let why = ", which `regularised` needs";
             layers.missing(Some(regularised), "regularisation_velocity", why, notes);
             return None;
         }
         (Some(regularised), Some(_)) => {
-            let why = match law.curve {
-                _ if law.bristles.is_some() => {
-                    "a law with an internal state cannot be \
-                                                regularised"
-                }
-                Curve::Static { .. } => "regularised friction has no static coefficient",
+            let (why, help) = match law.curve {
+                _ if law.bristles.is_some() => (
+                    "the laws `dahl` and `lugre` cannot be regularised",
+                    "delete `regularised`, or choose another `law`",
+                ),
+                Curve::Static { .. } => (
+                    "regularised friction has no static coefficient",
+                    "delete `regularised` or `mu_static`",
+                ),
                 _ => {
                     layers.word("regularised");
                     return layers.number("regularisation_velocity", notes);
                 }
             };
-            let help = "delete `regularised`, or the static friction";
             layers.conflict(regularised, "regularised", why, help, notes);
         }
     }

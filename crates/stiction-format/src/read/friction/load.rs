@@ -81,7 +81,7 @@ fn supports(layers: &Layers<'_>, notes: &mut Notes) -> Supports<f64> {
         (layers.number("gland", notes), layers.number("piston", notes))
     else {
         let key = if gland.is_none() { "gland" } else { "piston" };
-        layers.missing(Some(either), key, ": one support is on each body", notes);
+        layers.missing(Some(either), key, ", the position of the other support", notes);
         return on_one;
     };
     Supports::OneOnEach { gland, piston }

@@ -35,18 +35,18 @@ impl FrictionSpans {
     pub(crate) fn of_parameter(&self, parameter: &str, value: f64) -> Span {
         let key = match parameter {
             "coefficient" => "mu",
-            "coefficient at rest" => "mu_static",
+            "static coefficient" => "mu_static",
             "viscous coefficient" => "viscous",
             "Stribeck velocity" => "stribeck_velocity",
             "Stribeck exponent" => "stribeck_exponent",
-            "velocity of regularisation" => "regularisation_velocity",
-            "stiffness of bristles" => "sigma0",
-            "damping of bristles" => "sigma1",
+            "regularisation velocity" => "regularisation_velocity",
+            "bristle stiffness" => "sigma0",
+            "bristle damping" => "sigma1",
             "bending span" => "bending_span",
             "collar ratio" => "collar_radius",
             "torsion arm" => "torsion_arm",
-            "place of the gland" => "gland",
-            "place of the piston" => "piston",
+            "position of the gland" => "gland",
+            "position of the piston" => "piston",
             other => other,
         };
         let is_it = |known: &str| known == key || (known == "sigma2" && key == "viscous");

@@ -92,8 +92,7 @@ impl Reader<'_> {
             match unit_of(unit) {
                 Ok((scale, found)) if expected.same(found) => meaning.factor = scale.apply(1.0),
                 Ok((_, found)) => {
-                    let message =
-                        format!("the unit of {} is that of {}", quoted(label), found.describe());
+                    let message = format!("{} has the unit of {}", quoted(label), found.describe());
                     let label = format!("expected {}", expected.describe());
                     out.push(Diagnostic::error("dimension", message).at(self.place(span), label));
                 }

@@ -360,7 +360,7 @@ impl Reader<'_> {
             number += 1;
             if fault.is_none() && log.has_jumped_before(now) {
                 let jump = format!(
-                    "the time {} s does not precede {now} s",
+                    "the time {} s is not less than that of the next row, {now} s",
                     log.times[log.times.len() - 1]
                 );
                 log.times.pop();
@@ -372,7 +372,10 @@ impl Reader<'_> {
                 && let Some(last) = last
                 && now <= last
             {
-                fault = Some(format!("the time {now} s does not follow {last} s"));
+                fault = Some(format!(
+                    "the time {now} s is not greater than that of the row before, \
+                    {last} s"
+                ));
             }
             match fault {
                 Some(reason) => log.bad_rows.add(line, reason),
@@ -402,7 +405,12 @@ impl Reader<'_> {
                 help += "; write times of day as hh:mm:ss, minutes with seconds as 05:12.0, or give the time from row to \
                          row by `step = \"1 s\"` in the options";
             }
-            if log.bad_rows.named.iter().any(|(_, why)| why.contains("does not follow")) {
+            if log.bad_rows.named.iter().any(|(_, why)| {
+                why.contains(
+                    "not greater than that of the \
+                row before",
+                )
+            }) {
                 help += "; if time stamps repeat, give the time from row to row by `step = \"1 ms\"` in the options; \
                          if the time begins again, split the log there";
             }

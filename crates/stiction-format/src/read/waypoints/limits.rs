@@ -124,8 +124,8 @@ pub(super) fn read(
         };
         let Some(fields) = fields else {
             let message = match path.as_str() {
-                "" => "a limit needs the name of what it limits".to_owned(),
-                path => format!("{} is no coordinate of the waypoints", quoted(path)),
+                "" => "a limit needs the name of a coordinate, body or joint".to_owned(),
+                path => format!("{} is not a coordinate of the waypoints", quoted(path)),
             };
             let names: Vec<String> = channels.iter().map(|c| quoted(&c.path)).collect();
             context.push(
@@ -145,7 +145,8 @@ pub(super) fn read(
             let Some(value) = record.value(field.key) else { continue };
             *limit = record.quantity(field.key)?;
             if *limit <= 0.0 {
-                let message = format!("a limit is {}, but must be positive", number(*limit));
+                let message =
+                    format!("`{}` is {}, but must be greater than 0", field.key, number(*limit));
                 context.push(
                     Diagnostic::error("range", message)
                         .at(context.place(&value.span), "not positive"),
@@ -156,7 +157,8 @@ pub(super) fn read(
         if limits[2].is_finite()
             && let Some(law) = joints::unlimited_jerk(motion, tables)
         {
-            let message = "the jerk of a trapezoid has no limit";
+            let message = "the acceleration of the law `trapezoid` jumps, so that its jerk cannot \
+                be limited";
             context.push(
                 Diagnostic::error("motion", message)
                     .at(context.place(&law), "this law")

@@ -65,12 +65,13 @@ impl Timing<'_> {
                 if at_end || dwell > 0.0 || self.turns {
                     let why = match (at_end, dwell > 0.0) {
                         (true, _) => "at the first or last waypoint",
-                        (_, true) => "with a dwell",
-                        _ => "between orientations",
+                        (_, true) => "at a waypoint with a `dwell`",
+                        _ => "between waypoints with a `rotation`",
                     };
                     context.push(
-                        Diagnostic::error("motion", format!("there is no `blend` {why}"))
-                            .at(context.place(&record.span("blend")), "the motion stops here"),
+                        Diagnostic::error("motion", format!("`blend` is not possible {why}"))
+                            .at(context.place(&record.span("blend")), "the motion stops here")
+                            .help("delete `blend`"),
                     );
                     return None;
                 }
@@ -111,7 +112,8 @@ impl Timing<'_> {
                 context.push(
                     Diagnostic::error("duplicate", "the time of a waypoint is given twice")
                         .at(context.place(&other.span), "a duration")
-                        .also(context.place(&value.span), "the time of arrival"),
+                        .also(context.place(&value.span), "the time of arrival")
+                        .help("keep `at` or `duration`"),
                 );
                 return None;
             }
@@ -145,7 +147,10 @@ impl Timing<'_> {
         let least = fastest.as_ref().map_or(0.0, |fastest| fastest.duration);
         if duration <= 0.0 || duration < least * (1.0 - ROUNDING) {
             let message = match duration <= 0.0 {
-                true => "a move takes longer than no time".to_owned(),
+                true => format!(
+                    "the move to this waypoint takes {} s, but must take more than 0 s",
+                    number(duration)
+                ),
                 false => format!(
                     "the move takes {} s; within its limits it needs {} s",
                     number(duration),
@@ -155,7 +160,7 @@ impl Timing<'_> {
             context.push(
                 Diagnostic::error("range", message)
                     .at(context.place(&record.span(key)), "too short")
-                    .help("allow more time"),
+                    .help("give a longer `duration`, or a later `at`"),
             );
             return None;
         }

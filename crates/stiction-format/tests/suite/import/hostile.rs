@@ -31,7 +31,7 @@ fn hostile_files_are_refused_with_reasons() {
         ("", "no well-formed XML"),
         ("<robot", "no well-formed XML"),
         (laughs, "entities"),
-        ("<html/>", "is of no robot file"),
+        ("<html/>", "is not that of a robot file"),
         ("<robot name='r'/>", "has no links"),
         (&format!("<mujoco><worldbody>{deep}</worldbody></mujoco>"), "nested in more than"),
         ("<mujoco><include file='robot.xml'/></mujoco>", "included again"),
