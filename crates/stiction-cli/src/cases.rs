@@ -129,7 +129,8 @@ pub(crate) fn run_all(
         let figure = overlay(title, curves);
         if report.is_on() {
             let title = format!("{}: envelope", robot.name());
-            let about = format!("{} runs: each figure with its worst run.", cases.len());
+            let about =
+                format!("{} runs: each figure with the run in which it is worst.", cases.len());
             let command = command_line();
             let page = comparison.report((&title, &about), &figure, reels, Some(&command));
             outputs.write(FILE, page.as_bytes())?;

@@ -199,7 +199,7 @@ pub(crate) fn along(
     if choice.friction_margin && verdict.friction_margin.is_none() {
         let why = match friction {
             FrictionMode::Off => "friction is off",
-            _ => "no joint slides at any regular sample",
+            _ => "no joint slides at any sample that is not singular",
         };
         note!("note: the friction margin to jamming is not known: {why}\n");
     }
@@ -275,7 +275,7 @@ pub(crate) fn listen_for_interrupt() -> Arc<AtomicBool> {
         if set.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
         }
-        note!("\nstopping after the present step; Ctrl-C again stops at once");
+        note!("\nstopping after the current step; Ctrl-C again stops at once");
     });
     flag
 }

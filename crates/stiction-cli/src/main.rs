@@ -143,8 +143,10 @@ fn refuse(error: &clap::Error) -> ! {
         _ if error.kind() == InvalidUtf8 => {
             let mut arguments = std::env::args_os();
             let argument = arguments.find(|a| a.to_str().is_none()).unwrap_or_default();
-            Failure::input(format!("the argument `{}` is not UTF-8", argument.display()))
-                .help("only the model and -o may be such paths: rename the file, or link to it")
+            Failure::input(format!("the argument `{}` is not UTF-8", argument.display())).help(
+                "only the model and the value of -o may be paths that are not UTF-8: rename \
+                    the file, or create a link to it",
+            )
         }
         _ if !for_programs => error.exit(),
         _ => {

@@ -17,8 +17,10 @@ impl Report {
     /// Folder of the results: that of `-o`, or a temporary one if only `--open` is given.
     pub(crate) fn folder(self, output: Option<&Path>) -> Result<Option<PathBuf>, Failure> {
         if self.open && !self.is_on() {
-            return Err(Failure::input("--open needs the report, which --report off leaves out")
-                .help("omit one of the two options"));
+            return Err(Failure::input(
+                "--open opens the report, but --report off writes no report",
+            )
+            .help("omit one of the two options"));
         }
         Ok(match output {
             None if self.open => {
@@ -34,7 +36,7 @@ impl Report {
         let Some(folder) = folder.filter(|_| self.open) else { return };
         let file = folder.join(FILE);
         if !open(&file) {
-            note!("no browser could be started: open {} in one", file.display());
+            note!("no browser could be started: open {} in a browser", file.display());
         }
     }
 }

@@ -70,7 +70,7 @@ pub(crate) fn refuse_filter(
     let (message, help) = match motion {
         Some((_, motion)) if motion.samples.is_some() => return Ok(()),
         Some((name, _)) => (
-            format!("--filter is {cutoff} Hz, but the motion `{name}` is not recorded"),
+            format!("--filter is {cutoff} Hz, but the motion `{name}` is not a recording"),
             "a filter removes the noise of recordings; leave --filter out",
         ),
         None => (

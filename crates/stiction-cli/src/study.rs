@@ -65,7 +65,8 @@ fn execute(options: &Study) -> Result<(), Failure> {
         if !options.json {
             let page = folder.join(PAGE);
             note!(
-                "\nwrote {} and {count} more files: the same in Markdown and JSON, pictures, and all numbers as CSV",
+                "\nwrote {} and {count} more files: the report in Markdown and JSON, its pictures, \
+                 and all numbers as CSV",
                 page.display()
             );
         }

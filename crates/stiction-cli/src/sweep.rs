@@ -107,7 +107,7 @@ fn execute(options: &Sweep) -> Result<(), Failure> {
     }
     if results.rows != of {
         return Err(Failure::input(format!(
-            "the table of designs has changed: {} rows were computed of {of}",
+            "the table of designs has changed during the run: {} of {of} rows were computed",
             results.rows
         ))
         .help("start again, and leave the table unchanged until the run ends"));

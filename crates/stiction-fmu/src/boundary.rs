@@ -75,7 +75,7 @@ pub(crate) fn copy(from: &[u8], to: &mut [u8]) -> Result<(), Error> {
             Ok(())
         }
         None => Err(Error::input(format!(
-            "the state has {} bytes, but there is room for {room}",
+            "the state has {} bytes, but the given array has room for {room}",
             from.len()
         ))),
     }
@@ -157,7 +157,7 @@ pub(crate) fn missing(what: &str) -> Error {
 /// `place` is null, or points to null or to a state of this library.
 pub(crate) unsafe fn give(place: *mut *mut c_void, saved: Saved) -> Result<(), Error> {
     if place.is_null() {
-        return Err(missing("the place of the state"));
+        return Err(missing("the pointer to the state"));
     }
     // SAFETY: by the contract of this function, states are boxes.
     unsafe {

@@ -86,7 +86,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
             return Err(Error::input("this FMU is for co-simulation only"));
         }
         let guid = unsafe { text(guid, "the GUID") }?;
-        let resources = unsafe { text(resources, "the location of the resources") }?;
+        let resources = unsafe { text(resources, "the location of the folder `resources`") }?;
         Instance::new(&boundary::path_of(resources), guid, (false, false), logging != 0)
     })
 }
@@ -186,7 +186,7 @@ macro_rules! absent {
             unsafe {
                 with(instance, |_| match count {
                     0 => Ok(()),
-                    _ => Err(Error::input("there are no variables of this type")),
+                    _ => Err(Error::input("this FMU has no variables of this type")),
                 })
             }
         }
@@ -215,7 +215,9 @@ pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
     _seed: *const f64,
     _sensitivity: *mut f64,
 ) -> c_int {
-    unsafe { with(instance, |_| Err(Error::input("directional derivatives are not provided"))) }
+    unsafe {
+        with(instance, |_| Err(Error::input("this FMU does not provide directional derivatives")))
+    }
 }
 
 #[unsafe(no_mangle)]
@@ -226,7 +228,14 @@ pub unsafe extern "C" fn fmi2SetRealInputDerivatives(
     _orders: *const c_int,
     _values: *const f64,
 ) -> c_int {
-    unsafe { with(instance, |_| Err(Error::input("inputs are held: they have no derivatives"))) }
+    unsafe {
+        with(instance, |_| {
+            Err(Error::input(
+                "this FMU holds inputs constant during a step, so \
+        their derivatives cannot be set",
+            ))
+        })
+    }
 }
 
 #[unsafe(no_mangle)]
@@ -237,7 +246,9 @@ pub unsafe extern "C" fn fmi2GetRealOutputDerivatives(
     _orders: *const c_int,
     _values: *mut f64,
 ) -> c_int {
-    unsafe { with(instance, |_| Err(Error::input("derivatives of outputs are not provided"))) }
+    unsafe {
+        with(instance, |_| Err(Error::input("this FMU does not provide derivatives of outputs")))
+    }
 }
 
 #[unsafe(no_mangle)]
@@ -252,7 +263,14 @@ pub unsafe extern "C" fn fmi2DoStep(
 
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2CancelStep(instance: Handle) -> c_int {
-    unsafe { with(instance, |_| Err(Error::input("steps are complete when they return"))) }
+    unsafe {
+        with(instance, |_| {
+            Err(Error::input(
+                "there is no step to cancel: fmi2DoStep returns \
+        when the step is complete",
+            ))
+        })
+    }
 }
 
 #[unsafe(no_mangle)]
@@ -267,7 +285,7 @@ pub unsafe extern "C" fn fmi2GetRealStatus(
     unsafe {
         with(instance, |instance| {
             if value.is_null() {
-                return Err(missing("the place of the value"));
+                return Err(missing("the pointer to the value"));
             }
             put(value, instance.time());
             Ok(())

@@ -97,7 +97,7 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
 ) -> Handle {
     boundary::instantiate(Logger::Three { function: logger, environment }, || {
         let token = unsafe { text(token, "the instantiation token") }?;
-        let path = Path::new(unsafe { text(resources, "the path of the resources") }?);
+        let path = Path::new(unsafe { text(resources, "the path of the folder `resources`") }?);
         Instance::new(path, token, (event_mode, early_return), logging)
     })
 }

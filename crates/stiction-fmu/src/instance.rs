@@ -112,7 +112,7 @@ impl Instance {
             false => {
                 let names: Vec<String> = phases.iter().map(|phase| format!("{phase:?}")).collect();
                 Err(Error::input(format!(
-                    "this call is not possible in the phase {:?}",
+                    "this call is not possible in the state {:?} of the instance",
                     self.phase
                 ))
                 .with_help(format!("it is possible in {}", names.join(", "))))
@@ -168,8 +168,10 @@ impl Instance {
     pub(crate) fn step(&mut self, time: f64, size: f64) -> Result<StepEnd, Error> {
         self.expect(&[Phase::Stepping])?;
         if !(size.is_finite() && size > 0.0) {
-            return Err(Error::input(format!("the step is {size} s long"))
-                .with_help("give a positive length"));
+            return Err(Error::input(format!(
+                "the step is {size} s long, but must be longer than 0 s"
+            ))
+            .with_help("give a positive step size"));
         }
         let now = self.unit.time();
         let rounding = SAME * size + 4.0 * f64::EPSILON * now.abs();
@@ -183,8 +185,11 @@ impl Instance {
         }
         let until = time + size;
         if until <= now {
-            return Err(Error::input(format!("a step of {size} s is too short at {now} s"))
-                .with_help("give a longer step"));
+            return Err(Error::input(format!(
+                "a step of {size} s at {now} s is shorter than the \
+                rounding of the time"
+            ))
+            .with_help("give a longer step"));
         }
         let events = self.unit.advance(until, self.events && self.early)?;
         if self.logging {

@@ -69,7 +69,8 @@ pub(crate) fn complaint(name: &str) -> Option<String> {
     let starts_well = letters.next().is_some_and(|c| c.is_alphabetic() || c == '_');
     if !starts_well || !letters.all(|c| c.is_alphanumeric() || c == '_') {
         return Some(
-            "a parameter's name consists of letters, digits and `_`, a letter first".to_owned(),
+            "the name of a parameter consists of letters, digits and `_`, and does not begin with a digit"
+                .to_owned(),
         );
     }
     let what = expression::reserved(name)?;

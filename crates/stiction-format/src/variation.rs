@@ -275,7 +275,12 @@ impl Reader<'_> {
         let unit = if from.unit.is_empty() && from.number == 0.0 { &to.unit } else { &from.unit };
         let convert = |amount: &Amount, span: &Span| {
             amount.to_unit(unit).map_err(|why| {
-                let fault = self.fault(span.clone(), why, "both ends need units, or none");
+                let fault = self.fault(
+                    span.clone(),
+                    why,
+                    "either both ends have a unit, or \
+                    neither has one",
+                );
                 let named = [&from, &to].into_iter().find(|amount| !amount.unit.is_empty());
                 match named.filter(|_| from.unit.is_empty() || to.unit.is_empty()) {
                     Some(Amount { unit, .. }) => {
@@ -287,7 +292,11 @@ impl Reader<'_> {
         };
         let (from, to) = (convert(&from, &first)?, convert(&to, &last)?);
         if is_logarithmic && (from * to).partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
-            return Err(self.fault(span, "a logarithmic range has no zero in it", "passes zero"));
+            return Err(self.fault(
+                span,
+                "a logarithmic range cannot contain zero",
+                "contains zero",
+            ));
         }
         let count = count.flatten();
         Ok((unit.clone(), Values::Range { from, to, count, is_logarithmic }))

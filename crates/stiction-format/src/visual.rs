@@ -135,12 +135,12 @@ fn check_gltf(bytes: &[u8]) -> Result<(), String> {
             let kind = bytes.get(16..20);
             let chunk = bytes.get(20..).and_then(|rest| rest.get(..length));
             let chunk = chunk.filter(|_| kind == Some(b"JSON"));
-            let chunk = chunk.ok_or("its first part is not complete")?;
+            let chunk = chunk.ok_or("its first chunk is not complete JSON")?;
             // A viewer would take the last description of several.
             let mut rest = bytes.get(20 + length..).unwrap_or_default();
             while let Some((head, after)) = rest.split_first_chunk::<8>() {
                 if head[4..] == *b"JSON" {
-                    return Err("it has two descriptions".to_owned());
+                    return Err("it has two JSON chunks".to_owned());
                 }
                 let length = u32::from_le_bytes([head[0], head[1], head[2], head[3]]) as usize;
                 rest = after.get(length..).unwrap_or_default();

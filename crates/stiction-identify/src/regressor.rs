@@ -22,7 +22,10 @@ const ROUND_OFF: f64 = 1e-12;
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum Unsuitable {
     /// The efforts do not follow from the motion: there are more or fewer actuators than coordinates.
-    #[error("the mechanism has {actuators} actuators for {coordinates} independent coordinates")]
+    #[error(
+        "the mechanism has {actuators} actuators for {coordinates} independent coordinates, \
+        but identification needs one actuator for each"
+    )]
     Actuation {
         /// Number of actuators.
         actuators: usize,

@@ -11,7 +11,7 @@ async function moduleBytes() {
     return new Uint8Array(await new Response(stream).arrayBuffer());
   }
   const file = await fetch("stiction.wasm");
-  if (!file.ok) throw new Error(`stiction.wasm beside this page cannot be read (${file.status})`);
+  if (!file.ok) throw new Error(`the file stiction.wasm in the folder of this page cannot be read (${file.status})`);
   return new Uint8Array(await file.arrayBuffer());
 }
 

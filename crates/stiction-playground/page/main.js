@@ -112,10 +112,10 @@ async function copyLink() {
     ...Object.fromEntries(["command", "motion", "load", "friction", "until"].map(name => [name, choice[name].value])),
   };
   history.replaceState(null, "", `#m=${await packed(state)}`);
-  let told = "the address of this page now carries the model";
+  let told = "the address of this page now contains the model";
   try {
     await navigator.clipboard.writeText(location.href);
-    told = "link copied; it carries the model";
+    told = "link copied; it contains the model";
   } catch { /* The address bar has it. */ }
   byId("copied").textContent = told;
 }

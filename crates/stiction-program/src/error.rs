@@ -77,7 +77,11 @@ impl fmt::Display for RecordError {
                 write!(f, "the mechanism has no {tunable:?}, or its body has no mass")
             }
             Self::TooLarge(number) => {
-                write!(f, "its number {number:e} is too large for the precision of the code")
+                write!(
+                    f,
+                    "the code would contain the number {number:e}, which is too large for \
+                    its floating-point type"
+                )
             }
             Self::Gearings => {
                 write!(f, "programs do not include rigid gearings of joints; use the solver")
@@ -109,8 +113,8 @@ impl fmt::Display for RecordError {
             Self::NotConfirmed => {
                 write!(
                     f,
-                    "the program does not reproduce the results of the solver; use the \
-                           solver"
+                    "the recorded program does not reproduce the results of the solver; use the \
+                     solver"
                 )
             }
         }

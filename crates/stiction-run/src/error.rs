@@ -43,8 +43,9 @@ pub enum Error {
     /// A stop condition cannot be evaluated in some state, for example because it contains the root of a negative
     /// number.
     #[error(
-        "the stop condition `{condition}` has no value at t = {time} s; write it so that it has one \
-         wherever the motion leads"
+        "the stop condition `{condition}` cannot be evaluated at t = {time} s (such as a division \
+         by zero, or the root of a negative number); write a condition that is defined at every \
+         state of the motion"
     )]
     NoCondition {
         /// Text of the condition.
@@ -112,7 +113,8 @@ pub enum Error {
     },
     /// A load is a formula of the measured state, which only simulations have.
     #[error(
-        "the load on `{body}` is a formula over measured coordinates, which act in simulations only (`stiction forward`)"
+        "the load on `{body}` is a formula of measured coordinates; such loads act in simulations \
+         only (`stiction forward`)"
     )]
     StateLoad {
         /// Name of the body on which the load acts.
@@ -120,7 +122,9 @@ pub enum Error {
     },
     /// The formula of a load cannot be evaluated in some state.
     #[error(
-        "the formula of {load} has no value at t = {time} s; write it so that it has one wherever the motion leads"
+        "the formula of {load} cannot be evaluated at t = {time} s (such as a division by zero, or \
+         the root of a negative number); write a formula that is defined at every state of the \
+         motion"
     )]
     NoLoad {
         /// Description of the load.
@@ -136,8 +140,9 @@ pub enum Error {
     ControllerForces(InverseError),
     /// Motors that share efforts cannot exert the efforts that the motion requires.
     #[error(
-        "at t = {time} s no torques of the motors {motors} in the ratio of their shares produce \
-         the motion, because a self-locking gear jams; change the shares or the efficiencies"
+        "at t = {time} s the motors {motors} cannot produce the motion with torques in the ratio \
+         of their shares, because a self-locking gear jams; change `share` or the efficiencies of \
+         these motors"
     )]
     SharedMotors {
         /// Time, s.
@@ -148,9 +153,9 @@ pub enum Error {
     /// Motors with losses share the efforts of several joints, or one of their gears jams, so that
     /// the efforts that hold the joints do not form independent intervals.
     #[error(
-        "the efforts that hold the joints are not independent intervals: the motors {motors} have \
-         gear losses and share the efforts of fewer joints, or a gear jams when its motor pushes \
-         along the load"
+        "the motors {motors} share the efforts of several joints and have gear losses, or one of \
+         their gears jams when its motor pushes along the load: the efforts that hold the joints \
+         depend on each other and have no separate intervals; with efficiencies of 1 they have"
     )]
     SharedHolding {
         /// Names of the motors.

@@ -112,7 +112,8 @@ pub(crate) fn write(
             )?,
             PowerOff::Undecided => writeln!(
                 out,
-                "  {} is held if static friction of the joints holds this motor and not the others",
+                "  {} is held if static friction of the joints holds this motor alone, not the \
+                 others",
                 train.name
             )?,
         }

@@ -299,7 +299,7 @@ impl Forward {
         Ok(self)
     }
 
-    /// Switches joint friction on or off. Default: as the model says, else on.
+    /// Switches joint friction on or off. Default: that of the model, else on.
     pub fn friction(mut self, on: bool) -> Self {
         self.task.friction = on;
         self.arrange();

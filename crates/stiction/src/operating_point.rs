@@ -93,7 +93,7 @@ impl Linearize {
         Ok(self)
     }
 
-    /// Switches joint friction on or off. Default: as the model says, else on.
+    /// Switches joint friction on or off. Default: that of the model, else on.
     pub fn friction(mut self, on: bool) -> Self {
         self.forward = self.forward.friction(on);
         self

@@ -32,7 +32,7 @@ pub(crate) struct Sender<T> {
 impl<T> Sender<T> {
     /// Sends a sample; fails if the caller has dropped the stream.
     pub(crate) fn send(&self, sample: T) -> Result<(), SinkError> {
-        self.sender.send(sample).map_err(|_| "the caller receives no more samples".into())
+        self.sender.send(sample).map_err(|_| "the receiver of the samples was dropped".into())
     }
 
     /// True if the caller has dropped the stream.

@@ -94,7 +94,7 @@ impl Sweep {
         Self { load: Some(load.into()), ..self }
     }
 
-    /// Sets how friction is coupled with the reactions that cause it. Default: as the model says.
+    /// Sets how friction is coupled with the reactions that cause it. Default: that of the model.
     #[must_use]
     pub fn friction(self, friction: FrictionMode) -> Self {
         Self { friction: Some(friction), ..self }

@@ -42,7 +42,8 @@ pub enum Error {
     Run(#[from] RunError),
     /// A formula has no solution where one is expected.
     #[error(
-        "the study's formulas have no solution where they should; this is a defect of the program"
+        "the formulas of the study have no solution at a pose at which they should have one; this \
+         is a defect of the program"
     )]
     NoSolution,
 }
@@ -54,7 +55,7 @@ const STEPS: [&str; 6] = [
     "the regular twin without friction",
     "the regular twin with friction",
     "the printed motion",
-    "methods side by side",
+    "methods compared",
 ];
 
 /// Reports progress and tests for cancellation.
@@ -134,7 +135,8 @@ pub fn study(progress: impl FnMut(&str, usize, usize) -> bool) -> Result<Report,
     add(sections::headline::write())?;
     add(sections::map::write())?;
     Ok(Report {
-        title: "A 3-RPS parallel robot with joint friction: a paper, equation by equation".into(),
+        title: "A 3-RPS parallel robot with joint friction: a paper checked equation by equation"
+            .into(),
         lead: lead(),
         sections,
         footer: footer(),
@@ -143,15 +145,18 @@ pub fn study(progress: impl FnMut(&str, usize, usize) -> bool) -> Result<Report,
 
 fn lead() -> Vec<String> {
     vec![
-        "The paper models a 3-RPS parallel robot whose R axes are parallel: mobility by screw theory, kinematics, \
-         Lagrangian dynamics, all joint reactions by D’Alembert, friction that depends on those reactions, and \
-         driving forces corrected for it. This study computes every equation of it, says which hold, and does \
-         the same on the nearest robot for which the question has an answer."
+        "The paper models a 3-RPS parallel robot whose R axes are parallel: mobility by screw \
+         theory, kinematics, Lagrangian dynamics, all joint reactions by D’Alembert's principle, \
+         friction that depends on those reactions, and driving forces corrected for it. This study \
+         computes every equation of the paper, states which of them hold, and repeats the \
+         computation for the nearest robot whose driving forces exist."
             .into(),
-        "In short: the kinematics are right. Three moments of inertia, the balance of the legs and the way friction \
-         enters are not. The printed robot is singular in every pose and its printed motion lies on a second \
-         singularity, so that without friction its driving forces do not exist, and with friction they are not determined; the [regular twin](#twin) differs in the tilt of its platform's triangle, \
-         and there every number is certain."
+        "In short: the kinematics are right. Three moments of inertia, the equilibrium of the \
+         legs, and the way in which friction enters are wrong. The printed robot is singular in \
+         every pose, and its printed motion lies on a second singularity. Therefore its driving \
+         forces do not exist without friction, and they are not determined with friction. The \
+         [regular twin](#twin) differs in the tilt of its platform's triangle; for this robot, \
+         every number is certain."
             .into(),
     ]
 }
@@ -162,12 +167,13 @@ fn footer() -> Vec<String> {
          Friction. Transactions of the Chinese Society for Agricultural Machinery 49(9), 374–381 (in Chinese). Equation \
          numbers are the paper's."
             .into(),
-        "Not in the paper and ours: moments of inertia about x and z, which have no influence, the point P, and the \
-         regular twin with its motion."
+        "Added here, not in the paper: moments of inertia about x and z, which have no influence; \
+         the point P; and the regular twin with its motion."
             .into(),
-        "Where the study differs from an independent review of the paper that it was checked against: the axis O<sub>1</sub>y<sub>1</sub> is \
-         0.39 m from the bases of legs 2 and 3 and not 0.42 m; up to 56.05 N m are missing under the reversed load and not \
-         56.1; and (28) adds 18.35 % in leg 3 and not 18.4 %. All else agrees to the digits that were published."
+        "The study was compared with an independent review of the paper. It differs in these \
+         numbers: the axis O<sub>1</sub>y<sub>1</sub> is 0.39 m from the bases of legs 2 and 3, \
+         not 0.42 m; up to 56.05 N m are missing under the reversed load, not 56.1; and (28) adds \
+         18.35 % in leg 3, not 18.4 %. All other numbers agree to the published digits."
             .into(),
         format!(
             "stiction {}, `stiction study zhang2018`. SI units unless a column says otherwise.",

@@ -19,7 +19,7 @@ pub(crate) struct Excite {
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(crate) parameters: Vec<String>,
     /// A motion of the model. The design uses its coordinates; the robot begins and ends at rest in its first position
-    /// [default: the default motion of the model, else the actuators at `start`]
+    /// [default: the default motion of the model; without one, the actuators from their `start` values]
     #[arg(long, value_name = "NAME")]
     pub(crate) motion: Option<String>,
     /// Use the coordinates of the actuators instead of those of the motion
@@ -39,7 +39,7 @@ pub(crate) struct Excite {
     /// NAME.effort=… of an actuator; * stands for any text; repeatable
     #[arg(long, value_name = "NAME=VALUE", value_parser = LimitSetting::parse)]
     pub(crate) limit: Vec<LimitSetting>,
-    /// Least singularity index, as a fraction of the index at the first position
+    /// Least permitted singularity index, as a fraction of the index at the first position
     #[arg(long, value_name = "PART", default_value_t = 0.3, allow_negative_numbers = true)]
     pub(crate) singularity_margin: f64,
     /// Loads of the model with which the motion is repeated, one log for each; `none` or a load without payload means
@@ -50,7 +50,7 @@ pub(crate) struct Excite {
     /// N m [default: 2 % of the root mean square of each effort]
     #[arg(long, value_name = "EFFORT", value_parser = Amount::parse)]
     pub(crate) noise: Vec<Amount>,
-    /// Efforts are measured at the motors, as torque or current, so that they contain the effort of the rotors
+    /// Efforts are measured at the motors, as torque or current, so that they include the inertia of the rotors
     #[arg(long)]
     pub(crate) at_motors: bool,
     /// Seed of the random motion from which the search starts

@@ -20,8 +20,8 @@ pub(crate) struct Convert {
     /// The format of the output [default: by the file extension of -o; for a URDF, MJCF or SDF a model file]
     #[arg(long, value_name = "FORMAT")]
     pub(crate) to: Option<Format>,
-    /// The motion at whose first instant the mechanism is assembled: its name in the model, a CSV
-    /// file, or assignments; see `stiction inverse --help` [default: as the model says]
+    /// The motion at whose first instant the mechanism is assembled: its name in the model, a CSV file, or assignments;
+    /// see `stiction inverse --help` [default: that of the model]
     #[arg(long, value_name = "MOTION")]
     pub(crate) motion: Option<String>,
     /// Write the result to this file [default: standard output]
@@ -42,7 +42,7 @@ pub(crate) enum Format {
     Urdf,
     /// SDF, the format of Gazebo
     Sdf,
-    /// A model file of this program; legs are written out and formulas evaluated
+    /// A model file of this program; with legs written as bodies and joints, and formulas as numbers
     Model,
 }
 
@@ -118,19 +118,18 @@ pub(crate) struct PlantOptions {
         ]
     )]
     pub(crate) plant: bool,
-    /// The motion at whose first instant the plant starts: its name in the model, a CSV file, or assignments;
-    /// see `stiction inverse --help` [default: as the model says]
+    /// The motion at whose first instant the plant starts: its name in the model, a CSV file, or assignments; see
+    /// `stiction inverse --help` [default: that of the model]
     #[arg(long, value_name = "MOTION", requires = "plant")]
     pub(crate) motion: Option<String>,
     /// The start: `motion` (position and rates of the motion), `rest` (its position, at rest), or assignments; see
     /// `stiction forward --help` [default: motion]
     #[arg(long, value_name = "STATE", requires = "plant")]
     pub(crate) from: Option<String>,
-    /// The load that acts inside the plant: its name in the model, or assignments [default: as the model
-    /// says]
+    /// The load that acts inside the plant: its name in the model, or assignments [default: that of the model]
     #[arg(long, value_name = "LOAD", requires = "plant")]
     pub(crate) load: Option<String>,
-    /// Joint friction [default: as the model says, else on]
+    /// Joint friction [default: that of the model, else on]
     #[arg(long, value_name = "FRICTION", requires = "plant")]
     pub(crate) friction: Option<Switch>,
     /// Relative error of an integration step [default: 1e-10]

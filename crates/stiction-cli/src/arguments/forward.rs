@@ -15,8 +15,8 @@ use stiction_format::{hertz, length_or_angle, seconds};
 pub(crate) struct Forward {
     #[command(flatten)]
     pub(crate) model: Model,
-    /// The motion that the mechanism starts on and follows: its name in the model, a CSV file, or assignments; see
-    /// `stiction inverse --help`
+    /// The motion from which the mechanism starts and which it follows: its name in the model, a CSV file, or
+    /// assignments; see `stiction inverse --help`
     #[arg(long, value_name = "MOTION")]
     pub(crate) motion: Option<String>,
     #[command(flatten)]
@@ -56,7 +56,7 @@ pub(crate) struct Forward {
     pub(crate) stop: Vec<String>,
     #[command(flatten)]
     pub(crate) sampling: Sampling,
-    /// Joint friction [default: as the model says, else on]
+    /// Joint friction [default: that of the model, else on]
     #[arg(long, value_name = "MODE")]
     pub(crate) friction: Option<Switch>,
     /// Integration scheme: event-driven, time-stepping, or automatic (event-driven with time-stepping as

@@ -59,7 +59,7 @@ pub(crate) enum Command {
     /// Motions that excite chosen parameters for identification, within the limits of the robot, and the expected
     /// precision
     Excite(Box<Excite>),
-    /// A study that ships with the program: `zhang2018`, a paper equation by equation
+    /// A study that ships with the program: `zhang2018`, a published paper checked equation by equation
     Study(Study),
     /// Convert an assembled mechanism to a format of another program
     Convert(Convert),

@@ -127,8 +127,8 @@ pub(crate) struct Linearize {
     /// The time in the motion, in seconds or with a unit [default: the start of the motion]
     #[arg(long, value_name = "TIME", value_parser = seconds, allow_negative_numbers = true, conflicts_with = "from")]
     pub(crate) at: Option<f64>,
-    /// The operating point as the start of a simulation, see `stiction forward --help`; for example "A = 60 deg; d(B) =
-    /// 2 rad/s" [default: motion]
+    /// The operating point, given like the start of a simulation (see `stiction forward --help`), for example "A = 60
+    /// deg; d(B) = 2 rad/s" [default: motion]
     #[arg(long, value_name = "STATE")]
     pub(crate) from: Option<String>,
     /// A load: its name in the model, or assignments like "platform.fz = -100 N"
@@ -141,7 +141,7 @@ pub(crate) struct Linearize {
     /// Joints that are locked; they need no actuator
     #[arg(long, value_name = "JOINT", value_delimiter = ',')]
     pub(crate) hold: Vec<String>,
-    /// Joint friction [default: as the model says, else on]
+    /// Joint friction [default: that of the model, else on]
     #[arg(long, value_name = "MODE")]
     pub(crate) friction: Option<Switch>,
     /// Write A.csv, B.csv, C.csv, D.csv and linearize.json into this folder

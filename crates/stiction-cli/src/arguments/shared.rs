@@ -35,8 +35,8 @@ pub(crate) struct Model {
 /// Options for reading robot files of other programs.
 #[derive(Args, Clone, Debug, Default)]
 pub(crate) struct Reading {
-    /// Keep every joint of a URDF, MJCF or SDF unchanged; by default, combinations that act as hinges or balls are
-    /// recognised
+    /// Keep every joint of a URDF, MJCF or SDF unchanged; by default, a combination of joints that acts as one hinge or
+    /// ball joint is replaced by it
     #[arg(long)]
     pub(crate) literal: bool,
     /// A folder to search for packages and models (package://, model://); repeatable
@@ -135,7 +135,7 @@ impl From<Friction> for FrictionMode {
 /// Sampling of a motion.
 #[derive(Args, Clone, Copy, Debug)]
 pub(crate) struct Sampling {
-    /// Time between samples, in seconds or with a unit ("10 ms") [default: that of the motion, else 0.01]
+    /// Time between samples, in seconds or with a unit ("10 ms") [default: that of the motion, else 0.01 s]
     #[arg(long, value_name = "TIME", value_parser = seconds, allow_negative_numbers = true)]
     pub(crate) step: Option<f64>,
 }

@@ -84,8 +84,9 @@ fn execute(options: &Forward) -> Result<(), Failure> {
     if !options.json {
         if options.model.name.is_none() {
             note!(
-                "No model given: running the built-in `{DEFAULT_MODEL}`.\n\
-                 A controller that knows the robot, but not its friction, follows the robot's own motion.\n"
+                "No model given: running the built-in `{DEFAULT_MODEL}`.\nA computed-torque \
+                 controller without friction compensation follows the default motion of this \
+                 robot.\n"
             );
         }
         warn(robot.warnings());

@@ -26,7 +26,7 @@ pub(super) fn merge(options: &Sweep, folders: &[PathBuf]) -> Result<(), Failure>
     let mut parts = folders.iter().map(|folder| open(folder)).collect::<Result<Vec<_>, _>>()?;
     parts.sort_by_key(|part| part.shard.part);
     let Some(first) = parts.first() else {
-        return Err(Failure::input("there is no part to merge"));
+        return Err(Failure::input("--merge names no folder of a part"));
     };
     let parts_expected = first.shard.parts;
     for part in &parts {

@@ -133,9 +133,12 @@ fn table(page: &mut String, schema: &Value, heading: &str, path: &str) {
         let _ = match others["$ref"].as_str() {
             Some("#/$defs/coordinates") => writeln!(
                 page,
-                "\nAny other key is a coordinate, a quantity in which the time is `t`: of a joint, or behind the \
-                 name of a {}.",
-                table["$comment"].as_str().unwrap().trim_start_matches("behind the name of a ")
+                "\nAny other key is a coordinate: that of a joint, or the name of a body followed by one of its \
+                 coordinates, {}. Its value is a quantity that can contain the time `t`.",
+                table["$comment"]
+                    .as_str()
+                    .unwrap()
+                    .trim_start_matches("after the name of a body: ")
             ),
             Some("#/$defs/waypoint") => writeln!(
                 page,
@@ -144,7 +147,10 @@ fn table(page: &mut String, schema: &Value, heading: &str, path: &str) {
             _ if heading == "Load" => {
                 writeln!(page, "\nAny other key is the name of a body: {}.", link("Load on a body"))
             }
-            _ => writeln!(page, "\nNames with dots nest: any other key is a part of a name."),
+            _ => writeln!(
+                page,
+                "\nA dot in a name separates nested tables: any other key is a part of a name."
+            ),
         };
     }
     page.push('\n');

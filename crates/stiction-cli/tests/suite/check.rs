@@ -14,7 +14,7 @@ fn the_report_is_written() {
     assert_eq!(inner.files(), ["check.json", "mechanism.svg", "report.html"]);
     let page = inner.read("report.html");
     assert!(page.starts_with("<!DOCTYPE html>") && page.trim_end().ends_with("</html>"));
-    assert!(page.contains("<svg") && page.contains("singular in actuation in every position"));
+    assert!(page.contains("<svg") && page.contains("singular (actuation) in every position"));
     assert!(inner.read("mechanism.svg").starts_with("<svg xmlns="));
 }
 

@@ -234,7 +234,8 @@ fn unusable_input_is_refused() {
     run("effort.csv", &[]).fails(2, &["left_elbow", "has no actuator"]);
     run("good.csv", &["--options", "options.toml"]).fails(2, &["fliter", "filter"]);
     run("good.csv", &["--options", "hold.toml"]).fails(2, &["names no parameter"]);
-    run("good.csv", &["--filter", "900 Hz"]).fails(2, &["a filter of 900 Hz does not suit"]);
+    run("good.csv", &["--filter", "900 Hz"])
+        .fails(2, &["a filter of 900 Hz is outside of the range"]);
 }
 
 #[test]

@@ -97,5 +97,5 @@ fn the_report_can_be_left_out() {
     assert_eq!(files, ["efforts.csv", "identified.toml", "identify.json"]);
     folder
         .stiction(&[&IDENTIFY[..], &["--open", "--report", "off"]].concat())
-        .fails(2, &["--open needs the report"]);
+        .fails(2, &["--open opens the report"]);
 }

@@ -54,7 +54,7 @@ fn other_commands_refuse_such_loads() {
     );
     for command in ["inverse", "breakaway"] {
         let said = folder.stiction(&[command, "block.toml", "--load", "block.fx = -50 N/m*X"]);
-        said.fails(2, &["the load on `block` is a formula over measured coordinates"]);
+        said.fails(2, &["the load on `block` is a formula of measured coordinates"]);
     }
     // Without friction, an equilibrium and its oscillation follow: sqrt(50 / 2) rad/s.
     let said = folder.stiction(&["equilibrium", "block.toml", "--load", "block.fx = -50 N/m*X"]);
@@ -67,7 +67,7 @@ fn other_commands_refuse_such_loads() {
     let from = ["--from", "X = 0; d(X) = 1 m/s", "--drives", "none", "--until", "1"];
     let load = ["forward", "block.toml", "--load", "block.fx = -1 N*sqrt(0.1 - X/(1 m))"];
     let said = folder.stiction(&[&load[..], &from].concat());
-    said.fails(2, &["the formula of the load on `block` has no value at t = "]);
+    said.fails(2, &["the formula of the load on `block` cannot be evaluated at t = "]);
     // A barrier of 100 J turns the block before the end of its domain, although trial steps go beyond.
     let from = ["--from", "X = 0; d(X) = 9.9 m/s", "--drives", "none", "--until", "0.1"];
     let load = ["forward", "block.toml", "--load", "block.fx = 1000 N*log(1 - X/(100 mm))"];

@@ -189,7 +189,8 @@ pub enum ForwardError {
     },
     /// The checkpoint belongs to another mechanism or version.
     #[error(
-        "the checkpoint does not belong to a simulation of this mechanism by this version; start a new one"
+        "the checkpoint is of another mechanism, or was written by another version of this \
+         program; start the simulation again without it"
     )]
     Checkpoint,
     /// A body exceeds the speed of light: the forces on it grow without bound.
@@ -229,7 +230,8 @@ fn blocked(time: f64, what: &str, by: f64, translates: bool, at_rest: bool) -> S
     }
     let units = if translates { "m/s^2" } else { "rad/s^2" };
     format!(
-        "{what} permits these rates at t = {time} s only instantaneously: they violate it with an acceleration of \
-         {by:.3e} {units} (a dead centre or a bifurcation)"
+        "{what} permits these rates at t = {time} s only instantaneously: the motion that follows \
+         violates it, at first with an acceleration of {by:.3e} {units} (a dead centre or a \
+         bifurcation)"
     )
 }

@@ -23,8 +23,8 @@ pub enum Warning {
     },
     /// Inertia that does not fit the mass and the distances of the joints.
     #[error(
-        "the inertia of body `{body}` is that of a ring of radius {radius:.3e} m, and the body's joints and \
-         centre of mass lie {extent:.3e} m apart: are its units right?"
+        "the inertia of body `{body}` is that of a ring of radius {radius:.3e} m, but the body's \
+         joints and centre of mass lie {extent:.3e} m apart: are the units of the inertia right?"
     )]
     UnlikelyInertia {
         /// Name of the body.
@@ -58,13 +58,13 @@ pub enum Warning {
         mu: f64,
     },
     /// Magnitude of gravity far from the value on the Earth.
-    #[error("gravity is {size} m/s^2, and 9.81 m/s^2 on the Earth: are its units right?")]
+    #[error("gravity is {size} m/s^2, but 9.81 m/s^2 on the Earth: are its units right?")]
     UnlikelyGravity {
         /// Magnitude of gravity, m/s^2.
         size: f64,
     },
     /// Gravity that acts upwards or sideways.
-    #[error("gravity pulls along {axis}: is its axis or its sign right?")]
+    #[error("gravity acts along {axis}: are its axis and its sign right?")]
     OddGravity {
         /// `+x`, `-x`, `+y` or `+z`.
         axis: &'static str,

@@ -23,7 +23,7 @@ macro_rules! no_variables {
             unsafe {
                 with(instance, |_| match reference_count + count {
                     0 => Ok(()),
-                    _ => Err(Error::input("there are no variables of this type")),
+                    _ => Err(Error::input("this FMU has no variables of this type")),
                 })
             }
         }

@@ -52,7 +52,7 @@ fn trial_steps_may_leave_the_domain_of_a_formula() {
             false => {
                 assert!(outcome.is_err());
                 assert!(
-                    plant.said().contains("the load on `block` has no value"),
+                    plant.said().contains("the load on `block` cannot be evaluated"),
                     "{}",
                     plant.said()
                 );

@@ -58,12 +58,12 @@ fn change(source: &Arc<Source>, root: &mut Table, line: &str, begin: usize) -> O
         Outcome::NotATable { name, others } => {
             let message = format!("{} is a value, which has no keys", quoted(&name));
             let error = Diagnostic::error("change", message);
-            (name, others, error.at(Place::new(source, span), "ends before"))
+            (name, others, error.at(Place::new(source, span), "this value has no keys"))
         }
         Outcome::Set => return None,
     };
     let known = known.iter().map(String::as_str);
-    Some(error.maybe_help(did_you_mean(&name, "known here", known)))
+    Some(error.maybe_help(did_you_mean(&name, "keys here", known)))
 }
 
 /// Splits a key path at its dots; a quoted component may contain dots.

@@ -41,15 +41,16 @@ fn definitions() -> Value {
         "pose": table(POSE),
         "inertia": inertia(),
         "coordinates": {
-            "description": "Coordinates by the name of a body or joint; names with dots nest.",
+            "description": "Coordinates by the name of a body or joint; a dot in a name separates \
+                nested tables.",
             "anyOf": [
                 reference("quantity"),
                 { "type": "object", "additionalProperties": reference("coordinates") },
             ],
         },
         "waypoint": {
-            "description": "Coordinates by the name of a body or joint; names with dots nest; behind the \
-                            name of a body also its `rotation`.",
+            "description": "Coordinates by the name of a body or joint; a dot in a name separates \
+                nested tables; for a body also its `rotation`.",
             "anyOf": [
                 reference("quantity"),
                 reference("rotation"),
@@ -233,7 +234,7 @@ fn open(fields: &[Field], others: &str) -> Value {
             let hint: Vec<_> = BODY_MOTION.iter().map(|field| field.key).collect();
             each.insert(
                 "$comment".into(),
-                json!(format!("behind the name of a body: {}", hint.join(" "))),
+                json!(format!("after the name of a body: {}", hint.join(" "))),
             );
         }
     }

@@ -33,7 +33,7 @@ pub(super) fn settle(context: &Context<'_>, robot: &mut Description) {
         let names: Vec<String> =
             motor.terms.iter().map(|(joint, _)| quoted(&robot.joints[*joint].name)).collect();
         let message = format!(
-            "the motor {} of several joints, {}, does not determine the effort of each: it is left out",
+            "the motor {} drives several joints, {}, but not each independently: it is left out",
             quoted(&motor.name),
             names.join(", ")
         );
@@ -90,8 +90,8 @@ fn move_to_one(
     dof.damping += motor.damping * sum * sum;
     if motor.terms.len() > 1 {
         let message = format!(
-            "the motor {} of several joints is one of joint {}, which gearings couple with the others: efforts of the \
-             motor are the same, those of the gearings are not",
+            "the motor {} drives several joints that are coupled by gearings: here it drives only \
+             joint {}; the effort of the motor is the same, the efforts in the gearings are not",
             quoted(&motor.name),
             quoted(&own.name)
         );

@@ -117,7 +117,7 @@ fn limit_size(context: &Context<'_>, root: &Element) -> Option<()> {
             let message = format!(
                 "the file is too large: the limit is {MOST_BODIES} bodies with their joints"
             );
-            let help = "import a part of it; nothing this large can be computed here";
+            let help = "import a part of the robot; mechanisms of this size cannot be computed";
             context.error("size", message, &element.place(), help);
             return None;
         }
@@ -157,8 +157,8 @@ fn write(context: &Context<'_>, source: &Source, mut robot: Description) -> Opti
         let message = "the file has no moving body";
         let help = match robot.format {
             "URDF" => {
-                "its only link is the root, which is the ground here: for a floating robot, connect it to a \
-                 link `world` by a joint of type floating"
+                "its only link is the root, which becomes the ground: for a floating robot, \
+                 connect it to a link `world` by a joint of type floating"
             }
             _ => "if it is a part that another file includes, convert that file",
         };

@@ -49,7 +49,7 @@ impl Names {
         }
         // Dots in place of the colons of nested models do not count as a change of the name.
         if unique != name.replace("::", ".") {
-            let message = format!("{kind} {} is named {unique} here", quoted(name));
+            let message = format!("{kind} {} is renamed to {unique}", quoted(name));
             context.note(message, None);
         }
         if unique != *name {
@@ -107,7 +107,7 @@ pub(super) fn separate(context: &Context<'_>, robot: &mut Description) {
             number += 1;
         }
         let message = format!(
-            "joint {} is named {own} here, because a body has its name",
+            "joint {} is renamed to {own}, because a body has the same name",
             quoted(&joint.name)
         );
         context.note(message, joint.place.clone());

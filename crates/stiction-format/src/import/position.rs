@@ -76,8 +76,8 @@ pub(super) fn assemble(
     let size: usize = mechanism.joints().iter().map(|joint| joint.joint_type.dofs().len()).sum();
     if size > MOST {
         let message = format!(
-            "the loops were not closed, because the joints have too many degrees of freedom in total ({size}): \
-             add a motion to the model"
+            "the loops were not closed, because the joints have {size} degrees of freedom in \
+             total, and the limit is {MOST}: add a motion to the model"
         );
         context.note(message, None);
         return None;
@@ -181,8 +181,8 @@ fn take_position(context: &Context<'_>, robot: &mut Description, at: &InverseDyn
         }
     }
     let message = format!(
-        "the loops do not close at {} of the file: they are closed nearby, where {} has changed \
-         most, by {largest:.3}",
+        "the loops do not close at {} of the file: they are closed at a position nearby; the \
+         coordinate that changes most is {}, by {largest:.3} (rad or m)",
         robot.position,
         quoted(&most)
     );

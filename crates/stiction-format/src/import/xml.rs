@@ -177,7 +177,7 @@ fn refusal(error: &roxmltree::Error, place: Place) -> Diagnostics {
     let (message, help) = match error {
         roxmltree::Error::DtdDetected => (
             "the file declares its own entities (<!DOCTYPE>), which are not read".to_owned(),
-            "remove the declaration and write the values out",
+            "remove the declaration, and write the values in place of the entities",
         ),
         roxmltree::Error::UnknownNamespace(prefix, _) if prefix == "xacro" => {
             (XACRO.to_owned(), EXPAND_XACRO)

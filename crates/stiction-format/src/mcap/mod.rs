@@ -142,7 +142,8 @@ impl Recorded {
         };
         let places = places.filter(|_| state.names.len() == count).ok_or_else(|| {
             format!(
-                "its joints are {}, those of the first message {}: record one publisher",
+                "a message has the joints {}, but the first message has {}: record the messages of \
+                 one publisher only",
                 state.names.join(", "),
                 self.names.join(", ")
             )

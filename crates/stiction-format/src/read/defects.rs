@@ -208,7 +208,12 @@ impl Origin<'_> {
             | Defect::DuplicateContact { joint: name }
             | Defect::Friction { joint: name, .. } => {
                 let span = joint(name).map_or_else(whole, |j| j.spans.friction.table.clone());
-                (span, "this joint cannot have friction")
+                let label = match defect {
+                    Defect::NoContact { .. } => "this joint cannot have friction",
+                    Defect::DuplicateContact { .. } => "declared twice",
+                    _ => "not possible",
+                };
+                (span, label)
             }
             Defect::Radius { joint: name, .. } => {
                 let friction = joint(name).map(|j| &j.spans.friction);

@@ -147,7 +147,7 @@ fn read_type(context: &Context<'_>, record: &Record<'_>) -> Option<JointType> {
     let word = value.as_text().unwrap_or_default().to_lowercase();
     if let Some((_, symbol)) = WORDS.iter().find(|(known, _)| *known == word) {
         context.push(
-            Diagnostic::error("unknown-name", "joint types are letters")
+            Diagnostic::error("unknown-name", "the type of a joint is written as a letter")
                 .at(context.place(&value.span), "a word")
                 .help(format!("write \"{symbol}\"")),
         );
@@ -226,7 +226,8 @@ impl Reader<'_> {
         let (x_key, other) =
             if universal { ("second_axis", "x_axis") } else { ("x_axis", "second_axis") };
         if let Some(value) = self.record.value(other) {
-            let help = universal.then(|| "x of a U joint's frame is its `second_axis`".to_owned());
+            let help = universal
+                .then(|| "the x axis of a U joint's frame is its `second_axis`".to_owned());
             self.not_for_type(value, other, &format!("a joint of type {symbol}"), help);
         }
         let axis = self.record.value("axis");

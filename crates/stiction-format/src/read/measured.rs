@@ -131,10 +131,10 @@ pub(crate) fn condition(
         (from, next, or_equal) = (second + 1, signs.next(), true);
     }
     if let Some((second, _)) = next {
-        return Err(refuse(second..second + 1, "a condition has one comparison"));
+        return Err(refuse(second..second + 1, "a condition can contain only one comparison"));
     }
     if sign == "=" {
-        let message = "an equality holds for an instant only; give the side from which it ends";
+        let message = "an equality is true for an instant only; write `<` or `>` instead";
         return Err(refuse(at..from, message));
     }
     let (left, right) = (text.get(..at).unwrap_or_default(), text.get(from..).unwrap_or_default());
@@ -149,7 +149,10 @@ pub(crate) fn condition(
     let used = scope.used.into_inner();
     let is_constant = used.is_empty() && !left.has_time() && !right.has_time();
     if is_constant {
-        return Err(refuse(0..text.len(), "this condition never changes"));
+        return Err(refuse(
+            0..text.len(),
+            "this condition does not depend on the motion or the time",
+        ));
     }
     let law = |formula| Law::new(formula, used.clone());
     let text = text.trim().to_owned();

@@ -104,7 +104,7 @@ pub(crate) fn read(
         if let Some(value) = record.value(key) {
             context.push(
                 Diagnostic::error("motion", format!("`{key}` needs `waypoints`"))
-                    .at(context.place(&value.span), "of no move"),
+                    .at(context.place(&value.span), "there are no moves"),
             );
         }
     }

@@ -201,7 +201,7 @@ fn unknown(names: &Names, own: &'static [Field], path: &str) -> (String, Option<
         const MOST: usize = 10;
         let shown: Vec<_> = bodies.iter().chain(&joints).take(MOST).map(|n| quoted(n)).collect();
         let more = if bodies.len() + joints.len() > MOST { ", …" } else { "" };
-        (!shown.is_empty()).then(|| format!("there are {}{more}", shown.join(", ")))
+        (!shown.is_empty()).then(|| format!("the model has {}{more}", shown.join(", ")))
     });
     (message, help, !within)
 }

@@ -29,8 +29,8 @@ impl Given {
                 count.saturating_sub(1)
             ),
             (Self::Values, _) => "positions only: quintic spline, continuous up to the fourth \
-                 derivative; ends without a condition of their own (not-a-knot: the fifth derivative \
-                 is continuous at the two samples next to each end)"
+                derivative; not-a-knot ends (the fifth derivative is continuous at the two samples \
+                next to each end)"
                 .to_owned(),
             (Self::Rates, 0..=3) => format!(
                 "positions and velocities: the polynomial of degree {} through all samples",

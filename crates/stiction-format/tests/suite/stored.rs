@@ -346,5 +346,5 @@ fn only_recordings_can_be_long() {
     let files = |_: &str| Ok(Contents::Stored(store("A = 1")));
     let given = Source::new("--motion", "motion.toml");
     let refused = robot().parse_motion(&given, &files).unwrap_err().to_string();
-    assert!(refused.contains("only recordings (CSV) can be this long"), "{refused}");
+    assert!(refused.contains("only recorded motions (CSV) can be this long"), "{refused}");
 }

@@ -136,7 +136,7 @@ fn defects_are_explained() {
         ("waypoints = [{ tool.x = 0 }, { tool.x = 1 }]", "the duration of the move"),
         ("waypoints = [{ tool.x = 0 }, { tool.y = 1, at = 1 }]", "does not give `tool.y`"),
         ("waypoints = [{ tool.x = 0, at = 0 }, { tool.x = 1, at = 1 }]", "cannot have `at`"),
-        ("waypoints = [{ tool.x = 0 }, { tool.x = 1, at = -1 }]", "longer than no time"),
+        ("waypoints = [{ tool.x = 0 }, { tool.x = 1, at = -1 }]", "must take more than 0 s"),
         (
             "waypoints = [{ tool.x = 0 }, { tool.x = 1, duration = 1 }]\nduration = 2",
             "cannot have `duration`",

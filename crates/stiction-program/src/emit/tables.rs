@@ -89,14 +89,15 @@ pub(crate) fn lines(
     let home = program.home();
     let coordinates = labels.coordinates.iter().zip(home);
     list(
-        "Coordinates q with the unit, and home, from which the loops are closed first:",
+        "Coordinates q with their units, and the home position, from which the loops are closed \
+         first:",
         coordinates
             .map(|((name, unit), at)| format!("{} [{unit}] {at:?}", harmless(name)))
             .collect(),
     );
     let efforts = labels.actuators.iter();
     list(
-        "Actuator efforts tau with the unit:",
+        "Actuator efforts tau with their units:",
         efforts.map(|(name, unit)| format!("{} [{unit}]", harmless(name))).collect(),
     );
     for Kind { field, unit, about, values } in kinds(program, labels) {

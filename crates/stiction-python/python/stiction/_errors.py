@@ -175,7 +175,7 @@ def _number(name: str, value: object) -> float:
             f"`{name}` is {value!r:.60}, not a number", "give a number in SI units"
         ) from error
     if not np.isfinite(number):
-        raise InputError(f"`{name}` is {number}", "give a finite number in SI units")
+        raise InputError(f"`{name}` is {number}, not a finite number", "give a finite number in SI units")
     return number
 
 
@@ -184,5 +184,5 @@ def _count(name: str, value: object) -> int:
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
         raise InputError(f"`{name}` is {value!r:.60}, not a whole number", "give a number such as 4")
     if not 1 <= value <= 1024:
-        raise InputError(f"`{name}` is {value!s:.60}", "give a number from 1 to 1024")
+        raise InputError(f"`{name}` is {value!s:.60}, not from 1 to 1024", "give a number from 1 to 1024")
     return int(value)

@@ -319,7 +319,7 @@ class Model:
             motion: name of a motion of the model, name of a file (CSV or TOML), or assignments such as
                 ``"platform.x = 5 mm*sin(2*pi*t); duration = 2 s"``. Default: that of the model.
             load: name of a load of the model, or assignments such as ``"platform.fz = -100 N"``.
-            friction: ``True`` or ``"on"``, ``"one-pass"``, ``False`` or ``"off"``. Default: as the model says.
+            friction: ``True`` or ``"on"``, ``"one-pass"``, ``False`` or ``"off"``. Default: that of the model.
             step: time between samples, s.
             threads: number of threads; all cores by default. Results do not depend on it.
             friction_margin: compute the friction margin to jamming, in ``summary``.
@@ -390,7 +390,7 @@ class Model:
             prescribe: actuators that follow the motion exactly.
             hold: joints that are locked at their start positions.
             stop: conditions such as ``"platform.z < 100 mm"`` that end the simulation.
-            friction: switches joint friction on or off. Default: as the model says.
+            friction: switches joint friction on or off. Default: that of the model.
             method: ``"automatic"``, ``"event-driven"`` or ``"time-stepping"``.
             tolerance: relative error of an integration step, 1e-14 to 1e-2.
             progress: called at intervals with the number of samples done and the number of all samples.
@@ -414,7 +414,7 @@ class Model:
                 calls.append((name, _text(name, text), 0.0))
         if friction is not None:
             if not isinstance(friction, (bool, np.bool_)):
-                raise InputError(f"`friction` is {friction!r:.60}", "give True or False")
+                raise InputError(f"`friction` is {friction!r:.60}, not a bool", "give True or False")
             calls.append(("friction", "on" if friction else "off", 0.0))
         for name, texts in (("hold", hold), ("prescribe", prescribe)):
             calls.extend((name, text, 0.0) for text in _texts(name, texts))
@@ -603,7 +603,7 @@ class Model:
             a: accelerations, m/s^2 and rad/s^2, of the shape of ``q``; zero by default.
             load: name of a load of the model, or assignments; its value at the time of the home position.
                 Default: that of the model. Payloads are fixed to their bodies.
-            friction: ``True``, ``False`` or ``"one-pass"``. Default: as the model says.
+            friction: ``True``, ``False`` or ``"one-pass"``. Default: that of the model.
             coordinates: names of other coordinates, such as ``["platform.x", "platform.y"]``: joint coordinates,
                 and coordinates that the motion prescribes.
             motion: motion whose instant ``at``, s, is the home position.

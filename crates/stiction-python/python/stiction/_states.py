@@ -74,7 +74,7 @@ class _Rows:
         status = Status(int(self.status[first]))
         raise ComputationError(
             f"row {first} has no result: {status.reason}",
-            "`status` has the outcome of every row",
+            "see `status` for the outcome of every row",
             None,
             {"row": first, "status": status.name.lower(), "rows": len(rows), "of": len(self.status)},
         )

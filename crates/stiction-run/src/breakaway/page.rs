@@ -109,8 +109,8 @@ fn efforts(names: &Names, found: &Findings) -> String {
 
 fn verdicts(names: &Names, found: &Findings) -> Vec<Finding> {
     let unpowered = unpowered_text(&found.rest.unpowered);
-    let meaning = "Static friction alone against gravity and loads, with all actuators without effort. A brake or a \
-                   self-locking gear is needed where it slips.";
+    let meaning = "Equilibrium of static friction, gravity and loads alone: no actuator exerts an \
+        effort. Where the mechanism slips, it needs a brake or a self-locking gear.";
     let mut all = vec![match found.rest.unpowered.verdict {
         Verdict::Holds => Finding::good(unpowered, meaning),
         Verdict::Slips | Verdict::Undecided => Finding::open(unpowered, meaning),

@@ -345,11 +345,11 @@ impl<'a> Watch<'a> {
         let most = bodies.into_iter().rev().max_by_key(|body| body.motions.len())?;
         Some(Weakness {
             motion: format!(
-                "one more motion, where branches of motion meet: {}",
+                "one more motion, because branches of motion meet here: {}",
                 most.motions.join("; ")
             ),
             body: most.body,
-            load: "some of the loads along these".to_owned(),
+            load: "some of the loads along these motions".to_owned(),
             left: None,
         })
     }

@@ -34,22 +34,20 @@ pub(super) fn warnings(findings: &Findings, job: &Job<'_>) -> Vec<String> {
         let everywhere = findings.everywhere(kind) == Some(true);
         match nearness.singular_samples {
             0 if nearness.crossings.is_empty() && nearness.least < NEAR => warnings.push(format!(
-                "nearly singular in {word} at t = {} s: the singularity index is {}",
+                "nearly singular ({word}) at t = {} s: the singularity index is {}",
                 number(nearness.time),
                 number(nearness.least)
             )),
             0 if nearness.crossings.is_empty() => {}
             0 => warnings.push(format!(
-                "the motion passes or touches a singular position in {word}, first at t = {} s",
+                "the motion passes or touches a singular position ({word}), first at t = {} s",
                 number(nearness.crossings[0].0)
             )),
             _ if everywhere && kind == Kind::Actuation && drives < driven => {}
             _ if everywhere => warnings.push(format!(
-                "singular in {word} in every position: no other pose or motion avoids it"
+                "singular ({word}) in every position: no other pose or motion avoids it"
             )),
-            n => {
-                warnings.push(format!("singular in {word} at {n} of {} samples", findings.samples))
-            }
+            n => warnings.push(format!("singular ({word}) at {n} of {} samples", findings.samples)),
         }
     }
     if findings.mobility.finite.greatest < findings.mobility.instantaneous {

@@ -37,14 +37,14 @@ pub(super) fn in_general(findings: &Findings) -> Vec<String> {
         let word = kind.word();
         match findings.everywhere(kind)? {
             true => Some(format!(
-                "singular in {word} in every position: {positions} random positions are singular \
+                "singular ({word}) in every position: {positions} random positions are singular \
                  too ({})",
                 values(rank)
             )),
             false => findings.is_singular(kind).then(|| {
                 format!(
-                    "not singular in {word} in every position: {positions} random positions are \
-                     not singular ({})",
+                    "not singular ({word}) in every position: {positions} random positions are not \
+                     singular ({})",
                     values(rank)
                 )
             }),

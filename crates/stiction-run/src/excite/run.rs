@@ -45,8 +45,8 @@ pub fn excite(
     let step = settings.sample_step(frequency)?;
     if !(0.0..1.0).contains(&settings.margin) {
         return Err(ExciteError::input(
-            format!("the margin from singular positions is {}", settings.margin),
-            "give --singularity-margin from 0 to less than 1, a fraction of the index at the first position",
+            format!("--singularity-margin is {}", settings.margin),
+            "give a fraction of the singularity index at the first position, from 0 to less than 1",
         ));
     }
     let chosen = choose(model, settings)?;
@@ -92,7 +92,10 @@ pub fn excite(
     if base.rank() == 0 {
         return Err(ExciteError::input(
             "none of the chosen parameters acts on the efforts",
-            format!("choose others than {}", listed(parameters.iter().map(|p| &p.name), 5)),
+            format!(
+                "choose other parameters than {}",
+                listed(parameters.iter().map(|p| &p.name), 5)
+            ),
         ));
     }
     objective.leaders = base.combinations.iter().map(|c| c.leader).collect();

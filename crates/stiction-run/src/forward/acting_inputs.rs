@@ -376,8 +376,9 @@ impl Acting<'_> {
         match at {
             None => Ok(()),
             Some(switch) => Err(Error::NoLinearModel(format!(
-                "{} has a kink or a jump there (`abs`, `min`, `max`, `sign` or a limit), so its derivatives differ on both \
-                 sides; choose a point beside it, or a smooth formula",
+                "{} has a kink or a jump at the operating point (`abs`, `min`, `max`, `sign` or a \
+                 limit), so its derivatives on the two sides differ; choose an operating point \
+                 beside it, or a smooth formula",
                 self.switch_name(switch)
             ))),
         }

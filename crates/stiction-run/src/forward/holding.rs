@@ -80,7 +80,10 @@ impl Holding {
                  equilibrium"
             ),
             Some(false) => {
-                writeln!(f, "at the start of the search friction does not hold the mechanism")
+                writeln!(
+                    f,
+                    "static friction does not hold the mechanism at the start of the search"
+                )
             }
             None => Ok(()),
         }

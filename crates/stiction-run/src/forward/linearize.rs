@@ -182,18 +182,20 @@ pub(super) fn refusal(error: LinearisationError, names: &Names) -> Error {
     match error {
         LinearisationError::Forward(error) => Error::Forward(error),
         LinearisationError::AtLimit { interface } => Error::NoLinearModel(format!(
-            "friction interface `{}` is at its limit at rest, so the motion differs on both sides{BESIDE_REST}",
+            "friction interface `{}` is at rest at its static friction limit, so opposite \
+             disturbances cause different motions{BESIDE_REST}",
             name(interface)
         )),
         LinearisationError::Bristles { interface } => Error::NoLinearModel(format!(
-            "friction interface `{}` has bristles, whose deflections are further states that a linear model does not \
-             include; give it another law",
+            "the friction law of interface `{}` has bristles (dahl, lugre), whose deflections are \
+             further states that a linear model does not include; give it another law",
             name(interface)
         )),
         LinearisationError::BeginsToSlide { interfaces } => {
             let all: Vec<_> = interfaces.into_iter().map(|k| format!("`{}`", name(k))).collect();
             Error::NoLinearModel(format!(
-                "friction interfaces begin to slide there from rest, so the motion differs on both sides: {}{BESIDE_REST}",
+                "friction interfaces begin to slide from rest at this state, so opposite \
+                 disturbances cause different motions: {}{BESIDE_REST}",
                 listed(&all, 6)
             ))
         }
@@ -395,7 +397,10 @@ impl fmt::Display for LinearModel {
         }
         let moving = self.drift[self.drift.len() / 2..].iter().any(|x| x.abs() > 1e-9);
         if moving {
-            writeln!(f, "\nnot an equilibrium: accelerations act there (`drift` in --json)")?;
+            writeln!(
+                f,
+                "\nnot an equilibrium: the accelerations are not zero (`drift` in --json)"
+            )?;
         }
         if !self.interfaces.is_empty() {
             writeln!(f)?;

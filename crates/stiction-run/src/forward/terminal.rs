@@ -256,7 +256,7 @@ fn write_energy(out: &mut impl Write, summary: &Summary) -> fmt::Result {
     if let Some((brought, lost)) = account.payloads {
         writeln!(
             out,
-            "payloads brought {} J; {} J lost in the impacts when they were picked up",
+            "energy of payloads when they were picked up {} J; {} J lost in these impacts",
             amount(brought),
             amount(lost)
         )?;
@@ -365,8 +365,9 @@ fn write_verdicts(
     for DescribedEvent { time, at, detail, .. } in others.take(LISTED) {
         writeln!(
             out,
-            "CAUTION: from t = {} s on, other motions satisfy all laws as well ({detail}; the normal load of {at} \
-             differs most); the reported one is continued from zero friction",
+            "CAUTION: from t = {} s on, other motions also satisfy all friction laws ({detail}; \
+             the normal load of {at} differs most); the reported one is continued from zero \
+             friction",
             number(*time)
         )?;
     }

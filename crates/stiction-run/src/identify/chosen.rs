@@ -74,11 +74,11 @@ pub(super) fn chosen_coordinates(
             };
             return Err(refuse(
                 format!(
-                    "{} measures {} {what}, but the mechanism has {count} actuators",
+                    "{} measures {} independent {what}, but the mechanism has {count} actuators",
                     log.name,
                     measured.len()
                 ),
-                format!("log {example} ({}), or as many others", names.join(", ")),
+                format!("log {example} ({}), or as many other independent ones", names.join(", ")),
             ));
         }
         None => measured[..count].to_vec(),
@@ -184,7 +184,7 @@ pub(super) fn chosen_efforts(
     if let (true, Some([a, b])) = (is_by_motors, twice) {
         return Err(refuse(
             format!("{}: `{a}` and `{b}` are both the effort of one motor", log.name),
-            format!("leave one out: `\"{b}\" = \"\"` below [columns] of the options"),
+            format!("leave one of them out: `\"{b}\" = \"\"` below [columns] of the options"),
         ));
     }
     let found = if is_by_motors { by_motors } else { found };

@@ -241,7 +241,7 @@ fn words(effect: Effect, (name, unit): (&str, &str), is_positive: bool) -> (Stri
         ),
         Effect::EffortDrift => (
             "a drift of the effort from the middle of the log to its end".to_owned(),
-            "choose a part of the log by `from` and `until`, or mend the sensor".to_owned(),
+            "choose a part of the log by `from` and `until`, or repair the sensor".to_owned(),
         ),
     };
     (what, cure)

@@ -410,7 +410,7 @@ pub fn identify(
 fn without_forces(log: &str, why: &str) -> IdentifyError {
     refuse(
         format!("{log}: with the friction of the model, no forces can be computed {why}"),
-        "give smaller coefficients of friction in the model; they are only the start",
+        "give smaller friction coefficients in the model; identification only starts from them",
     )
 }
 

@@ -110,8 +110,9 @@ pub(super) fn wrong_efforts(
         {
             doubt(
                 format!(
-                    "an angle spans {:.1} turns, and by the model its motion needs {:.1} times the efforts measured on \
-                     {name}: check the unit of the positions, which without one are rad or m",
+                    "an angle spans {:.1} turns, and by the model its motion needs {:.1} times the \
+                     efforts measured on {name}: check the unit of the positions (rad or m if the \
+                     header has none)",
                     logs.iter().map(|log| log.turns()).fold(0.0, f64::max),
                     ratio.recip()
                 ),
@@ -259,7 +260,8 @@ fn cure(a: &Parameter, b: &Parameter) -> String {
             "log slow and fast motions"
         }
         (a, b) if [a, b].iter().any(|p| matches!(p.kind, Kind::TorqueConstant(_))) => {
-            "log a heavier payload of known mass, or hold a known inertia: these decide the scale of currents"
+            "log a heavier payload of known mass, or hold a known inertia: either fixes the ratio \
+             of torque to current"
         }
         (a, b) if a.body().is_some() && b.body().is_some() => {
             "only their combination acts on the efforts, or these motions do not separate them"
@@ -302,8 +304,8 @@ pub(super) fn judge_filter(
     };
     (!texts.is_empty()).then(|| {
         format!(
-            "the filter removes part of the motion and so changes {}{more}: give a higher cut-off frequency by --filter, or \
-             log slower motions",
+            "the filter removes part of the motion, which changes {}{more}: give a higher cut-off \
+             frequency by --filter, or log slower motions",
             texts.join(", ")
         )
     })

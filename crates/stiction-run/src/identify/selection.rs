@@ -166,7 +166,7 @@ fn bounds_of(
                         "options: `bounds` names `{}`, which belongs to the mass of a body",
                         p.name
                     ),
-                    "hold it, or state the strength of the model's inertias by `prior`",
+                    "hold it, or give the weight of the model's inertias by `prior`",
                 ));
             }
             if held[k] && !(own[0]..=own[1]).contains(&p.prior) {

@@ -41,12 +41,14 @@ pub(super) fn unknown(
         if train.has_motor_friction() {
             return Err(refuse(
                 format!(
-                    "the current of {} needs its torque constant: the friction of the motor stays that of the model beside \
-                     the friction of {}, so it would decide the scale",
+                    "the current of {} needs a known torque constant: both the motor and joint {} \
+                     have friction, and the friction of the motor, which is not identified there, \
+                     would fix the ratio of torque to current",
                     train.name, joint.name
                 ),
                 format!(
-                    "add `torque_constant` to [actuators.{}] of the model, or declare the friction in one place only",
+                    "add `torque_constant` to [actuators.{}] of the model, or declare friction at \
+                     the motor or at the joint only",
                     train.name
                 ),
             ));
@@ -124,8 +126,8 @@ pub(super) fn by_prior(
     let train = name.strip_suffix(".torque_constant").unwrap_or(name);
     Err(refuse(
         format!(
-            "{} cannot be found: currents determine only the ratio to {}{more}; all of these times one factor need the \
-             same currents",
+            "{} cannot be determined: the currents determine only the ratio to {}{more}; if all of \
+             these are multiplied by one factor, the currents remain the same",
             names.join(", "),
             if shown.is_empty() { "all other parameters".to_owned() } else { shown.join(", ") },
         ),
@@ -171,8 +173,9 @@ pub(super) fn judge(named: &mut [Named], open: &[usize], strength: f64) -> Optio
     });
     let names: Vec<String> = each.collect();
     Some(format!(
-        "the scale of {} rests on the inertias of the model, with the stated weight of {strength} samples; if these are \
-         wrong by a common factor, so are all values: log a payload of known mass",
+        "{} follows from the inertias of the model, with the given weight of {strength} samples; \
+         if these inertias are wrong by a common factor, so are all values: log a payload of known \
+         mass",
         names.join(", ")
     ))
 }

@@ -151,7 +151,8 @@ impl MotorSummary {
         }
         writeln!(
             out,
-            "losses of motor and gear per work supplied; turns: part of the time in motion"
+            "losses: energy lost in motor and gear, relative to the work supplied; turns: part of \
+             the time in which the motor turns"
         )?;
         if let Some((time, found)) = &self.power_off {
             writeln!(out, "with power off, at rest at t = {} s:", number(*time))?;

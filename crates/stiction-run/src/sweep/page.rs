@@ -20,7 +20,7 @@ pub fn draw_report(
     options: &Value,
 ) -> String {
     let about =
-        "A study: inverse dynamics of each design along its motion, measured by the objectives.";
+        "A study: inverse dynamics of each design along its motion, evaluated by the objectives.";
     let caption = match reels.len() {
         0 | 1 => "Click a joint for its reaction and friction.",
         _ => {

@@ -448,7 +448,7 @@ fn what_is_refused() {
         ("joint = \"pivot\"\nshare = 0.5", "sum to 0.5"),
         ("joints = { pivot = 2, other = -1 }", "drives joint `other`, which does not exist"),
         ("joints = { pivot = 0 }", "`joints` is 0, but must be other than 0"),
-        ("joints = {}", "it moves no joint"),
+        ("joints = {}", "it drives no joint"),
         ("joints = { pivot = \"2 m\" }", "expected a plain number"),
         ("joint = \"pivot\"\njoints = { pivot = 1 }", "are given twice"),
         ("ratio = 3", "has no `joint`"),

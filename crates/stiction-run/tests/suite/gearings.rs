@@ -444,7 +444,7 @@ fn what_gearings_refuse() {
                 [joints.c]\ntype = \"C\"\nfrom = \"y\"\nto = \"ground\"\nat = [1, 0, 0]\naxis = \"z\"\n[loads.none]\n";
     let cases = [
         ("joints = { a = 1, d = 2 }", "connects joint `d`, which does not exist"),
-        ("joints = { a = 1 }", "connects less than two degrees of freedom"),
+        ("joints = { a = 1 }", "connects fewer than two degrees of freedom"),
         ("joints = { a = 1, b = 0 }", "a coefficient is 0"),
         ("joints = { a = 1, c = 1 }", "has several degrees of freedom: name one of"),
         ("joints = { a = \"2 rad\", \"c.slide\" = 1 }", "expected a pitch"),

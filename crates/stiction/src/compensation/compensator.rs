@@ -106,7 +106,7 @@ impl Model {
             Some(Shortfall::Open) => "the positions are out of reach",
             Some(Shortfall::Singular) => "the positions are singular",
         };
-        Err(Error::no_answer(format!("the controller has no efforts: {why}")))
+        Err(Error::no_answer(format!("the controller cannot compute efforts: {why}")))
     }
 
     /// Efforts without friction.

@@ -130,7 +130,7 @@ impl Compensation {
         let size = |x: f64| x.is_finite() && x >= 0.0;
         if !positive(self.period) {
             return refuse(
-                "the period of the controller",
+                "the period of the controller in s",
                 self.period,
                 "give a time, for example 1 ms",
                 "period",
@@ -142,19 +142,29 @@ impl Compensation {
         }
         if !(size(self.known_to) && self.known_to < 1.0) {
             let help = "give a relative accuracy below 1, for example 0.1";
-            return refuse("the accuracy of the coefficients", self.known_to, help, "known-to");
+            return refuse(
+                "the relative accuracy of the friction coefficients",
+                self.known_to,
+                help,
+                "known-to",
+            );
         }
         let Imperfections { resolution, noise, .. } = self.imperfections;
         if !size(resolution) {
             return refuse(
-                "the resolution of the encoders",
+                "the resolution of the encoders in m or rad",
                 resolution,
                 "give a size in m or rad",
                 "resolution",
             );
         }
         if !size(noise) {
-            return refuse("the noise of the positions", noise, "give a size in m or rad", "noise");
+            return refuse(
+                "the noise of the positions in m or rad",
+                noise,
+                "give a size in m or rad",
+                "noise",
+            );
         }
         if !(size(self.delay) && self.delay <= 1000.0 * self.period) {
             return refuse(
@@ -165,14 +175,14 @@ impl Compensation {
             );
         }
         if self.laws.is_empty() {
-            return Err(Error::input("there is no control law").with_option("controller"));
+            return Err(Error::input("no controller is given").with_option("controller"));
         }
         let is_width = |transition: &Transition| match transition {
             Transition::Tanh(width) => *width > 0.0 && *width <= 1.0,
             Transition::Sign | Transition::Fade => true,
         };
         if self.transitions.is_empty() || !self.transitions.iter().all(is_width) {
-            let message = "there is no transition, or its width is not between 0 and 1";
+            let message = "no transition is given, or its width is not above 0 and at most 1";
             return Err(Error::input(message).with_option("transition"));
         }
         Ok(())

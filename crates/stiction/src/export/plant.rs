@@ -54,7 +54,7 @@ impl PlantExport {
         self
     }
 
-    /// Switches joint friction on or off. Default: as the model says, else on.
+    /// Switches joint friction on or off. Default: that of the model, else on.
     pub fn friction(mut self, on: bool) -> Self {
         self.options.friction = Some(on);
         self

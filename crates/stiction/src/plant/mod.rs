@@ -82,7 +82,8 @@ impl Forward {
     pub fn plant(&self) -> Result<Plant, Error> {
         if let Some(what) = self.unfit_for_plant() {
             return Err(Error::input(format!("{what} cannot be part of a plant")).with_help(
-                "leave it out: efforts and controllers of a plant are outside, and so is its end",
+                "leave it out: the program that imports the plant supplies efforts, controllers \
+                 and the end time",
             ));
         }
         let plan = self.clone().controller("none")?.plan()?;

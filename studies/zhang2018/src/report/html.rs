@@ -147,7 +147,7 @@ impl Page {
             page::table(&head, &rows)
         );
         if rows.is_empty() {
-            inner += "<p class=\"nothing\">It has no rows.</p>\n";
+            inner += "<p class=\"nothing\">This table has no rows.</p>\n";
         }
         format!(
             "<figure class=\"table\"{place}>\n{}{inner}</figure>\n",

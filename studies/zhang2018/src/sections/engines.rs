@@ -25,8 +25,9 @@ pub(crate) fn write() -> Section {
     let (header, rows) = measured();
     let mut table = Table {
         id: "engines".into(),
-        caption: "Largest differences, relative to the largest force of the run: upper bounds. Each model along its default \
-                  motion and along variations of geometry, inertia, motion and load drawn at random."
+        caption: "Upper bounds of the largest differences, relative to the largest force of the \
+            run. Each model is computed along its default motion, and with random variations of \
+            geometry, inertia, motion and load."
             .into(),
         columns: header.iter().map(|name| Column::new(name.replace('_', " "), "")).collect(),
         rows: Vec::new(),
@@ -44,21 +45,24 @@ pub(crate) fn write() -> Section {
     }
     let blocks = vec![
         paragraph(
-            "The paper compares its driving forces with those of a commercial multibody program and finds 3.4 %. Here \
-             the comparison is made with four open ones, each in its own way. None of them has a call for the inverse \
-             dynamics of closed chains, and none has friction that grows with a joint's load; what is compared is this: \
-             without friction, their own dynamics and Jacobians of the loops give driving forces and reactions; with our \
-             converged frictions applied to them as loads from outside, their own reactions must reproduce the loads \
-             that we used.",
+            "The paper compares its driving forces with those of a commercial multibody program \
+             and finds a difference of 3.4 %. This study compares with four open-source programs. \
+             None of them provides inverse dynamics of closed chains or friction that depends on \
+             the load of a joint. Therefore the comparison has two parts: without friction, the \
+             dynamics and loop Jacobians of these programs give driving forces and reactions; with \
+             friction, the converged friction of this study is applied to them as external loads, \
+             and their reactions must reproduce the normal loads from which this friction was \
+             computed.",
         ),
         Block::Table(table),
         right(format!(
-            "All agree to {} or better, on the regular twin and on robots that have nothing to do with the paper.",
+            "All programs agree to {} or better, for the regular twin and for robots that are not \
+             related to the paper.",
             rounding(worst())
         )),
         note(
-            "Measured by `validation/` of the source code, which is part of its tests. The robot as printed is not among \
-             the models: it has no driving forces to compare.",
+            "Measured by `validation/` in the source code, which is part of the tests. The printed \
+             robot is not among the models, because it has no driving forces to compare.",
         ),
     ];
     section("engines", "A second opinion: four independent programs", blocks)

@@ -177,15 +177,19 @@ pub(crate) fn write(samples: &[Sample], one_pass: &[Sample]) -> Option<Section> 
         |kind: Kind| rows.iter().filter(|row| row.kind == kind).map(|row| row.work).sum::<f64>();
     let blocks = vec![
         paragraph(format!(
-            "Section 5.1 gives each joint a friction from its load N and its rate. The loads themselves are not defined \
-             in the paper; here N<sub>P</sub> = (F<sub>Pt</sub>² + F<sub>Py</sub>²)<sup>1/2</sup>, N<sub>R</sub> = (F<sub>Rt</sub>² + F<sub>Ru</sub>²)<sup>1/2</sup>, N<sub>S</sub> = |F<sub>S</sub>|, and f<sub>v</sub> is in N s/m \
-             at the surface. Each choice changes the answer: with two pads 100 mm apart that carry M<sub>P</sub> too, N<sub>P</sub> would be {:.1} \
-             to {:.0} times as large on the twin's motion.",
+            "Section 5.1 computes the friction of each joint from its normal load N and its rate. \
+             The paper does not define the normal loads; here N<sub>P</sub> = (F<sub>Pt</sub>² + \
+             F<sub>Py</sub>²)<sup>1/2</sup>, N<sub>R</sub> = (F<sub>Rt</sub>² + \
+             F<sub>Ru</sub>²)<sup>1/2</sup>, N<sub>S</sub> = |F<sub>S</sub>|, and f<sub>v</sub> is \
+             in N s/m at the surface. The results depend on this choice: with two pads 100 mm \
+             apart that also carry M<sub>P</sub>, N<sub>P</sub> would be {:.1} to {:.0} times as \
+             large along the motion of the twin.",
             pads.0, pads.1,
         )),
         table(
             "friction-formulas",
-            "The three formulas. A friction torque is the force at the surface times the surface's radius.",
+            "The three formulas. A friction torque is the force at the surface times the radius of \
+             the surface.",
             [("joint", ""), ("as printed", ""), ("corrected", ""), ("printed is too large by", "")],
             [
                 ["P".into(), "f<sub>P</sub> = f<sub>v</sub> q̇ + μ N<sub>P</sub> sgn q̇".into(), "the same".into(), Cell::Empty],
@@ -206,13 +210,17 @@ pub(crate) fn write(samples: &[Sample], one_pass: &[Sample]) -> Option<Section> 
         equation("", "ΣE<sub>f</sub> = Σ |f<sub>P</sub> Δq + T<sub>R</sub> Δφ<sub>R</sub> + T<sub>S</sub> Δφ<sub>S</sub>|,  L′ = L − ΣE<sub>f</sub>"),
         equation("28", "τ̃ = J<sup>T</sup> (d/dt ∂L′/∂q̇ − ∂L′/∂q)"),
         wrong(format!(
-            "(28) is not mechanics: friction has no potential, and as N depends on accelerations, ΣE<sub>f</sub> is not even part of \
-             a Lagrangian of first order. Here N is taken as given, as the paper must have done, and the radii are put back. \
-             What the terms then give can be followed by hand. The viscous term f<sub>v</sub> q̇ Δq gives d/dt(f<sub>v</sub> Δq) − f<sub>v</sub> q̇ = 0: viscous friction cancels, though by virtual work it needs up \
-             to {} N, {} N and {} N m on the twin. The bars replace the sign of the velocity by that of \
-             the displacement: on {wrong_part:.0} % of all (leg, instant) pairs friction pushes instead of resisting. Were N \
-             constant, the work of a cycle would vanish, as that of any potential; as N changes, anything can come out: {:.3} J \
-             where friction takes {:.3} J, and with displacements counted from t = 0 a gain of {:.3} J.",
+            "(28) contradicts mechanics: friction has no potential, and because N depends on \
+             accelerations, ΣE<sub>f</sub> is not even part of a Lagrangian of first order. Here N \
+             is treated as given, as the paper must have done, and the radii are added. The terms \
+             can then be evaluated by hand. The viscous term f<sub>v</sub> q̇ Δq gives \
+             d/dt(f<sub>v</sub> Δq) − f<sub>v</sub> q̇ = 0: viscous friction cancels, although by \
+             virtual work it requires up to {} N, {} N and {} N m on the twin. The absolute values \
+             replace the sign of the velocity by that of the displacement: at {wrong_part:.0} % of \
+             all (leg, instant) pairs, friction pushes instead of resisting. If N were constant, \
+             the work over a cycle would be zero, as for any potential. Because N changes, this \
+             work is arbitrary: {:.3} J, whereas friction dissipates {:.3} J; and with \
+             displacements measured from t = 0, a gain of {:.3} J.",
             power_of_ten(viscous[0], 2),
             power_of_ten(viscous[1], 2),
             power_of_ten(viscous[2], 2),
@@ -226,10 +234,12 @@ pub(crate) fn write(samples: &[Sample], one_pass: &[Sample]) -> Option<Section> 
         ),
         table(
             "friction-methods",
-            "Methods on the regular twin without load, 2000 samples a cycle, for legs 1, 2 and 3. Added: root mean square of what friction adds \
-             over that of the frictionless drive. Error: root mean square of the error of this addition over that of the right \
-             one. Work: that of the addition in a cycle. (With 101 samples, as in \
-             [another table](#table-twin-metrics), reversals weigh more and last digits differ.)",
+            "Methods compared on the regular twin without load, 2000 samples per cycle, for legs \
+             1, 2 and 3. Added: root mean square of the force that friction adds, relative to that \
+             of the frictionless driving force. Error: root mean square of the error of this \
+             addition, relative to that of the correct one. Work: work of the addition in a cycle. \
+             (With 101 samples, as in [another table](#table-twin-metrics), reversals have more \
+             weight, and the last digits differ.)",
             [
                 ("method", ""),
                 ("added: 1", "%"),
@@ -256,28 +266,31 @@ pub(crate) fn write(samples: &[Sample], one_pass: &[Sample]) -> Option<Section> 
             }),
         ),
         note(
-            "(28) is a trap: it gives percentages of the same size as the right answer with curves that are \
-             wrong by more than the whole effect. A comparison of percentages cannot see it; the work per cycle does at \
-             once.",
+            "(28) is misleading: it gives percentages of the same size as the correct method, but \
+             curves whose error exceeds the whole effect. A comparison of percentages does not \
+             show this error; the work per cycle shows it immediately.",
         ),
         curves(
             "friction-methods-curves",
-            "Regular twin: what friction adds to the drives",
+            "Regular twin: friction contribution to the driving forces",
             panels,
-            "What friction adds to the driving forces, by three methods. The one-pass curve misses how friction \
-             loads the joints; (28) has the wrong sign half of the time.",
+            "Friction contribution to the driving forces, by three methods. The one-pass curve \
+             does not include the joint loads that friction causes; (28) has the wrong sign half \
+             of the time.",
         ),
         right(format!(
-            "Corrected, the formulas of section 5.1 and the 42 equations agree with the general engine: converged to \
-             {} N, one pass to {} N, at {} instants. In this robot the friction of P adds to its own \
-             drive and changes no reaction; the loop between friction and reactions runs through R and S alone.",
+            "With these corrections, the formulas of section 5.1 and the 42 equations agree with \
+             the general engine at {2} instants: to {0} N converged, and to {1} N in one pass. In \
+             this robot, the friction of P adds to the driving force of its own leg and changes no \
+             reaction; only the friction of R and S is coupled with the reactions.",
             power_of_ten(converged, 2),
             power_of_ten(once, 2),
             samples.len(),
         )),
         table(
             "friction-work",
-            "Work of all frictions a cycle: the sum of drives' work, and what the joints dissipate by the engine.",
+            "Work of all friction forces per cycle: the sum of the works of the driving forces, \
+             and the energy that the joints dissipate according to the engine.",
             [("method", ""), ("study, 2000 samples", "J"), ("engine, 101 samples", "J")],
             [
                 [

@@ -36,44 +36,54 @@ pub(crate) fn write() -> Section {
     let bears = least_squares(&start, 1.0, false).0[0];
     let blocks = vec![
         paragraph(
-            "The paper reports relative errors of 18.1, 12.6 and 16.5 % for legs 1, 2 and 3 between driving forces with and without friction, does not say by which formula, and an agreement within 3.4 % with a commercial \
-             multibody program in both cases.",
+            "The paper reports relative errors of 18.1, 12.6 and 16.5 % for legs 1, 2 and 3 \
+             between driving forces with and without friction, without the formula for these \
+             errors, and an agreement within 3.4 % with a commercial multibody program in both \
+             cases.",
         ),
         wrong(
-            "For the printed model there are no driving forces that these figures could be of: their frictionless half does not exist along (29), neither under the printed load nor, but at three \
-             instants, without load ([simulation](#simulation)). A program that agrees with (21) to 3.4 % there has not \
-             computed the printed robot.",
+            "The printed model has no driving forces to which these figures could belong: \
+             frictionless driving forces do not exist along (29) under the printed load, and \
+             without load they exist at three instants only ([simulation](#simulation)). A program \
+             that agrees with (21) to 3.4 % along this motion has not computed the printed robot.",
         ),
         open(
-            "Whether some other geometry, load or reading was used cannot be told from the text. A figure near 18.1, 12.6 and \
-             16.5 % is no evidence: the table on (28) shows a wrong method that gives percentages of the right size with curves that are wrong by more than 100 %. (An independent search through 1.69 million readings and 21 \
-             metrics came no nearer than 0.37 percentage points, and nearer to numbers drawn at random.)",
+            "The text of the paper does not show whether another geometry, load or interpretation \
+             was used. Figures near 18.1, 12.6 and 16.5 % are no evidence: the table on (28) shows \
+             a wrong method that gives percentages of the right size, but curves with errors of \
+             more than 100 %. (An independent search through 1.69 million interpretations and 21 \
+             metrics came no nearer than 0.37 percentage points, and it came nearer to random \
+             numbers.)",
         ),
-        paragraph("Some readings can be excluded by argument:"),
+        paragraph("Some interpretations can be excluded:"),
         Block::List(vec![
-            "The mirror x → −x with t → 1 − t takes (29) to itself, changes legs 2 and 3 for each other, and reverses friction. \
-             With friction from the frictionless reactions, as the paper computes it, and figures made of the magnitude of \
-             the difference over the frictionless force, legs 2 and 3 then have equal figures under any load that is even in x \
-             (F<sub>y</sub>, F<sub>z</sub>, M<sub>x</sub>). 12.6 and 16.5 % differ, so the load would need F<sub>x</sub> or M<sub>y</sub>, which (29) cannot balance, or \
-             M<sub>z</sub>, which it can ([what is out of range](#table-reactions-range))."
+            "The reflection x → −x with t → 1 − t maps (29) onto itself, exchanges legs 2 and 3, \
+             and reverses friction. If friction follows from the frictionless reactions, as in the \
+             paper, and the figures are magnitudes of the difference relative to the frictionless \
+             force, then legs 2 and 3 have equal figures under any load that is even in x \
+             (F<sub>y</sub>, F<sub>z</sub>, M<sub>x</sub>). Because 12.6 and 16.5 % differ, the \
+             load would need F<sub>x</sub> or M<sub>y</sub>, which cannot be balanced along (29), \
+             or M<sub>z</sub>, which can ([loads that cannot be balanced](#table-reactions-range))."
                 .into(),
             format!(
-                "Without load, self-stress and feedback leg 1 stands nearly upright: its prismatic joint is pressed by {load:.2} N \
-                 at most and rubs with {friction:.2} N, where it bears {bears:.1} N at t = 0. Whatever more it rubs comes from \
-                 the self-stress, which nothing determines.",
+                "Leg 1 is nearly vertical: without load, self-stress and feedback of friction, the \
+                 normal load of its prismatic joint is at most {load:.2} N, and its friction is \
+                 {friction:.2} N, whereas the leg carries {bears:.1} N at t = 0. Any further \
+                 friction of this joint results from the self-stress, which nothing determines.",
             ),
-            "Friction of Coulomb and viscous kind does not fall as speed grows at constant load. The decrease during the \
-             first 0.1 s that the paper explains by a film of lubricant is Stribeck's effect, which its law does not have."
+            "Coulomb and viscous friction do not decrease with increasing speed at constant load. \
+             The decrease during the first 0.1 s, which the paper explains by a film of lubricant, \
+             is the Stribeck effect, which is not part of the friction law of the paper."
                 .into(),
         ]),
         paragraph(
-            "The same question asked of the regular twin [has an answer](#table-twin-metrics), and which metric is meant \
-             matters there as much as the friction: for one leg and one load it gives anything from a tenth to many times \
-             the frictionless force.",
+            "For the regular twin, these figures [exist](#table-twin-metrics), but they depend on \
+             the metric as much as on the friction: for one leg and one load, they range from a \
+             tenth of the frictionless force to many times this force.",
         ),
         note(
-            "The twin's figures are those of the twin. That some of them lie near the paper's says nothing about the \
-             paper.",
+            "These figures describe the twin only. The fact that some of them are near those of \
+             the paper proves nothing about the paper.",
         ),
     ];
     section("headline", "The headline figures", blocks)

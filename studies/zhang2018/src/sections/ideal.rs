@@ -132,22 +132,27 @@ pub(crate) fn write(samples: &[Sample]) -> Section {
         ),
         equation("21", "τ = J<sup>T</sup> F"),
         paragraph(
-            "The study writes these energies as they stand and differentiates them by dual numbers, exactly. The \
-             potentials (18) to (20) are right. Three moments of inertia are not:",
+            "The study evaluates these energies as printed and differentiates them exactly, by \
+             dual numbers. The potentials (18) to (20) are right. Three moments of inertia are \
+             wrong:",
         ),
         wrong(format!(
-            "(8): the kinetic energy of the platform's translation is counted twice, once in m<sub>d</sub> v² and once more in \
-             J′<sub>d</sub> = J<sub>d</sub> + m<sub>d</sub> (x² + z²), which belongs to a turn about O<sub>1</sub>. Right is J<sub>d</sub>. (16): the same for the \
-             rods; right is J<sub>n1</sub>. (17): a base turns about its own joint R<sub>n</sub>, at p = 174.65 mm from its centre of \
-             mass, and not about O<sub>1</sub>y<sub>1</sub>, which is {:.3} to {:.3} m away for legs 2 and 3 on (29). For leg 1 the two axes are one.",
+            "(8): the kinetic energy of the platform's translation is counted twice, in \
+             m<sub>d</sub> v² and again in J′<sub>d</sub> = J<sub>d</sub> + m<sub>d</sub> (x² + \
+             z²), which belongs to a rotation about O<sub>1</sub>. The correct value is \
+             J<sub>d</sub>. (16): the same error for the rods; the correct value is \
+             J<sub>n1</sub>. (17): a base rotates about its joint R<sub>n</sub>, at p = 174.65 mm \
+             from its centre of mass, and not about O<sub>1</sub>y<sub>1</sub>, which is {:.3} to \
+             {:.3} m away for legs 2 and 3 along (29). For leg 1, the two axes coincide.",
             away.0, away.1,
         )),
         table(
             "ideal-errors",
             &format!(
-                "Largest error of each reading along a cycle: generalised forces of the printed robot on (29), which are \
-                 {:.2} N, {:.1} N and {:.4} N m at most; driving forces of the regular twin, {largest:.0} N at most. On \
-                 (29) θ stands still, so (8) does no harm there.",
+                "Largest error that each printed equation causes along a cycle: in the generalised \
+                 forces of the printed robot along (29), which are at most {:.2} N, {:.1} N and \
+                 {:.4} N m; and in the driving forces of the regular twin, which are at most \
+                 {largest:.0} N. Along (29), θ is constant, so (8) causes no error there.",
                 sizes[0], sizes[1], sizes[2]
             ),
             [
@@ -168,17 +173,20 @@ pub(crate) fn write(samples: &[Sample]) -> Section {
             "Driving forces of the regular twin without friction and without load: inertias corrected, and as printed.",
         ),
         right(format!(
-            "With the three corrected, Lagrange's equations and the general engine give the same driving forces: they \
-             differ by at most {} N of {largest:.0} N at {} instants of the twin's motion, on which all rates, θ̇ \
-             too, are at work. So (21) is right where J exists, if F stands for the derivatives by x, z and θ (the paper \
-             uses q<sub>n</sub> for them and for the joints' inputs) and the load is subtracted, which (21) omits. M<sub>yθ</sub> belongs \
-             to θ and is −M<sub>y</sub>: a load couple enters with the minus sign.",
+            "With these three corrections, Lagrange's equations and the general engine give the \
+             same driving forces: they differ by at most {} N of {largest:.0} N at {} instants of \
+             the motion of the twin, in which all rates, including θ̇, are nonzero. Equation (21) \
+             is therefore right if J exists, if F denotes the derivatives with respect to x, z and \
+             θ (the paper uses q<sub>n</sub> both for these and for the inputs of the joints), and \
+             if the load is subtracted, which (21) omits. M<sub>yθ</sub> is the generalised force \
+             of θ and equals −M<sub>y</sub>: a moment of the load enters with a minus sign.",
             power_of_ten(difference, 2),
             samples.len(),
         )),
         table(
             "ideal-agreement",
-            "Lagrange against the general engine on the regular twin, no load: every tenth sample.",
+            "Lagrange's equations compared with the general engine for the regular twin without \
+             load, at every tenth sample.",
             [
                 ("time", "s"),
                 ("τ<sub>1</sub>", "N"),

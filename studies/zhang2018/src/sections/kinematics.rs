@@ -98,8 +98,8 @@ pub(crate) fn write(
         ),
         table(
             "kinematics-agreement",
-            "Closed form against the general engine, which assembles the loops numerically: largest difference at 101 \
-             instants, in all three legs and all nine joints.",
+            "Closed form compared with the general engine, which closes the loops numerically: \
+             largest difference at 101 instants, over all three legs and all nine joints.",
             [("robot and motion", ""), ("leg lengths", "m"), ("rates of P, R and S", "m/s, rad/s")],
             [
                 ["as printed, motion (29)".into(), digits(first.0, 2), digits(first.1, 2)],
@@ -107,23 +107,27 @@ pub(crate) fn write(
             ],
         ),
         right(
-            "(4) to (7), (9) to (15) and J<sup>−1</sup> are right, to rounding. Two cautions: the arccos of (13) to (15) loses the \
-             sign of the angle where a ball is below the base; J itself, the inverse of J<sup>−1</sup>, exists only off the singular surface of the next line.",
+            "(4) to (7), (9) to (15) and J<sup>−1</sup> are right up to rounding, with two \
+             restrictions: the arccos in (13) to (15) loses the sign of the angle if a ball joint \
+             is below the base; and J, the inverse of J<sup>−1</sup>, exists only outside of the \
+             singular surface given by the next equation.",
         ),
         equation(
             "",
             "ρ<sub>1</sub> ρ<sub>2</sub> ρ<sub>3</sub> det J<sup>−1</sup> = 2 k l cos θ [k (x cos θ + z sin θ) − l z]",
         ),
         wrong(format!(
-            "At θ = 90° the determinant is zero for every x, z, k and l, and equation (29) holds θ at 90°: times the \
-             leg lengths, the second and third row of J<sup>−1</sup> then add up to twice the first. (The closed form agrees with the numbers at 2000 poses to {} \
-             of 2 k l<sup>2</sup>.)",
+            "At θ = 90°, the determinant is zero for every x, z, k and l, and equation (29) keeps \
+             θ at 90°: multiplied by the leg lengths, the second and third rows of J<sup>−1</sup> \
+             then add up to twice the first. (The closed form agrees with the numerical \
+             determinant at 2000 poses to {} of 2 k l<sup>2</sup>.)",
             rounding(misfit),
         )),
         paragraph(format!(
-            "The data of section 6 do not belong to one robot. The table takes each at its word. The study keeps the \
-             sides of 900 and 300 mm, which also agree with the base angles of 30° in section 1 (√3 k = l tan 30°), and \
-             the height of 505 mm; zero input is there, where φ<sub>2</sub> is {angle:.2}°.",
+            "The data of section 6 do not belong to a single robot. Each row of the table uses \
+             other data of that section. The study uses the sides of 900 and 300 mm, which also \
+             agree with the base angles of 30° in section 1 (√3 k = l tan 30°), and the height of \
+             505 mm; this is the position of zero input, in which φ<sub>2</sub> is {angle:.2}°.",
         )),
         table(
             "kinematics-data",
@@ -147,9 +151,10 @@ pub(crate) fn write(
             }),
         ),
         paragraph(format!(
-            "Nor do the lengths of (23) fit: it takes rod and base as bodies of uniform thickness that make up the leg, \
-             L<sub>i</sub> + L<sub>j</sub>, with their weights at half their lengths. Twice the printed distances of the centres of mass are \
-             {:.2} mm together, more than any leg at zero input.",
+            "The lengths in (23) are inconsistent as well: (23) treats rod and base as uniform \
+             bodies that together form the leg, L<sub>i</sub> + L<sub>j</sub>, with their weights \
+             at half their lengths. But twice the printed distances of the centres of mass are \
+             {:.2} mm in total, more than the length of any leg at zero input.",
             2e3 * (printed.rod_com + printed.base_com)
         )),
     ];

@@ -197,7 +197,7 @@ pub(crate) fn rows() -> Vec<Row> {
         row(
             "for (28)",
             "friction by virtual work",
-            "what should stand there",
+            "correct method",
             path!(friction::virtual_work),
             "friction",
             "friction_is_that_of_the_engine",
@@ -213,7 +213,7 @@ pub(crate) fn rows() -> Vec<Row> {
         row(
             "with (29)",
             "least squares",
-            "no answer",
+            "no valid result",
             path!(simulation::least_squares),
             "simulation",
             "least_squares_depends_on_units",
@@ -233,15 +233,16 @@ pub(crate) fn write() -> Section {
     });
     let blocks = vec![
         paragraph(
-            "Functions are below `stiction_zhang2018`, tests below its `tests`. A row whose function or test is gone \
-             fails to compile or fails a test.",
+            "Functions are in the module `stiction_zhang2018`, tests in its module `tests`. If a \
+             function or a test of a row no longer exists, the program does not compile, or a test \
+             fails.",
         ),
         table(
             "map",
-            "From the paper's equations to code and tests.",
+            "Equations of the paper, with the code and the tests that belong to them.",
             [("equation", ""), ("what", ""), ("verdict", ""), ("function", ""), ("test", "")],
             rows,
         ),
     ];
-    section("map", "Where each equation is", blocks)
+    section("map", "Equations and code", blocks)
 }

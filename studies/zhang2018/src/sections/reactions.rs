@@ -119,8 +119,8 @@ pub(crate) fn write(frictionless: &[Sample]) -> Section {
     let twin = ranks(&regular, Form::Corrected, &mut along(Robot::regular_motion, 101));
     let on_printed_motion = |form| ranks(&printed, form, &mut along(Robot::printed_motion, 101));
     let cases = [
-        ("as printed, along (29), to the letter", on_printed_motion(Form::Literal)),
-        ("as printed, along (29), F′<sub>R</sub> put back", on_printed_motion(Form::Printed)),
+        ("as printed, along (29), literally", on_printed_motion(Form::Literal)),
+        ("as printed, along (29), with F′<sub>R</sub> added", on_printed_motion(Form::Printed)),
         ("as printed, along (29), corrected", on_printed_motion(Form::Corrected)),
         ("as printed, 500 poses, corrected", ranks(&printed, Form::Corrected, &mut at_rest(POSES))),
         ("regular twin, along its motion, corrected", twin),
@@ -152,8 +152,9 @@ pub(crate) fn write(frictionless: &[Sample]) -> Section {
     let arms = [0, 1].map(|n| 1e3 * (printed.home[n] / 2.0 - printed.rod_com));
     let blocks = vec![
         paragraph(
-            "For each leg as a whole, for its rod and for the platform, forces and moments by D’Alembert, 14 unknowns a \
-             leg. With the inertia forces complete and all products written out they are:",
+            "Forces and moments on each leg as a whole, on its rod, and on the platform, by \
+             D’Alembert's principle, with 14 unknowns per leg. With complete inertia forces, these \
+             equations are:",
         ),
         equation(
             "22",
@@ -174,17 +175,23 @@ pub(crate) fn write(frictionless: &[Sample]) -> Section {
             "−Σ (S<sub>n</sub> − O<sub>2</sub>) × F<sub>S,n</sub> = J<sub>d</sub> β̈ e<sub>y</sub> − M<sub>load</sub>",
         ),
         wrong(format!(
-            "(22) lacks F′<sub>R</sub>, though it is defined below it, and the base's inertia force; its F′<sub>fj</sub> is not defined and \
-             can only be F<sub>lj</sub>, which has the axial part alone of the rod's inertia force. The printed matrix R<sub>α</sub> is the transposed one: it takes the leg's axis to \
-             (−cos φ, 0, sin φ). (23) and (25) lack the arms of the inertia forces and the sign that D’Alembert's \
-             principle gives their moments; the arm of a base's weight is L<sub>i</sub>/2 = (ρ − 2m)/2, {:.0} to \
-             {:.0} mm at zero input, and not p = 174.65 mm. In (27) the sign of M<sub>lk</sub> is the wrong one, too, β̈ is printed as β, and I<sub>k</sub> is \
-             missing from R<sub>β</sub> I<sub>k</sub> R<sub>β</sub><sup>T</sup>. Vector products stand without a sign throughout. (26) is right.",
+            "(22) lacks F′<sub>R</sub>, which is defined below it, and the inertia force of the \
+             base. Its F′<sub>fj</sub> is not defined and can only be F<sub>lj</sub>, which \
+             contains only the axial part of the inertia force of the rod. The printed matrix \
+             R<sub>α</sub> is the transpose of the correct one: it maps the axis of the leg to \
+             (−cos φ, 0, sin φ). (23) and (25) lack the lever arms of the inertia forces, and the \
+             sign of their moments according to D’Alembert's principle; the lever arm of the \
+             weight of a base is L<sub>i</sub>/2 = (ρ − 2m)/2, {:.0} to {:.0} mm at zero input, \
+             instead of p = 174.65 mm. In (27), the sign of M<sub>lk</sub> is also wrong, β̈ is \
+             printed as β, and I<sub>k</sub> is missing from R<sub>β</sub> I<sub>k</sub> \
+             R<sub>β</sub><sup>T</sup>. Cross products are printed without a sign throughout. (26) \
+             is right.",
             arms[0], arms[1],
         )),
         table(
             "reactions-transverse",
-            "What the printed (23) makes of the force across the leg at the ball, F<sub>S,t</sub>: largest error and largest force.",
+            "Force perpendicular to the leg at the ball joint, F<sub>S,t</sub>, by (23) as \
+             printed: largest error and largest force.",
             [
                 ("", ""),
                 ("leg 1, error", "N"),
@@ -210,20 +217,23 @@ pub(crate) fn write(frictionless: &[Sample]) -> Section {
         ),
         table(
             "reactions-printed",
-            "The whole system as printed in spirit (F′<sub>R</sub> put back, legs turned the right way) against the corrected one, \
-             on the regular twin without load and friction: largest error of each unknown in any leg, and its largest value.",
+            "The system as printed, with F′<sub>R</sub> added and the axes of the legs corrected, \
+             compared with the fully corrected system, for the regular twin without load and \
+             friction: largest error of each unknown in any leg, and its largest value.",
             [("unknown", ""), ("error", "N"), ("of", "N")],
             printed_errors(&regular)
                 .map(|(name, error, of)| [name.into(), fixed(error, 1), fixed(of, 1)]),
         ),
         wrong(
-            "“42 independent equations”: the count is right, 42 for 42 unknowns; independent they are not, in any \
-             pose of the printed robot. No correction of the right-hand sides changes that: the rank is one of geometry.",
+            "“42 independent equations”: the number is right, 42 equations for 42 unknowns, but \
+             the equations are not independent in any pose of the printed robot. No correction of \
+             the right-hand sides changes this, because the rank depends on the geometry only.",
         ),
         table(
             "reactions-rank",
-            "Rank of the 42 equations, and the last two singular values (SI units). Literal is (22) without F′<sub>R</sub>: \
-             nine unknowns stand in no equation.",
+            "Rank of the 42 equations, and the two smallest singular values (SI units). In the \
+             first row, (22) is used literally, without F′<sub>R</sub>: nine unknowns then occur \
+             in no equation.",
             [
                 ("", ""),
                 ("rank", ""),
@@ -244,9 +254,11 @@ pub(crate) fn write(frictionless: &[Sample]) -> Section {
             }),
         ),
         paragraph(format!(
-            "The missing equation leaves one internal force free: f times the vector below, forces along y in the three \
-             legs and the moments with which the joints pass them on (all other unknowns at most {}). Nothing that is measured outside tells f, and the loads of the P and S \
-             joints, hence their frictions, contain it.",
+            "The missing equation leaves one internal force undetermined: f times the following \
+             vector, which consists of forces along y in the three legs and of the moments by \
+             which the joints transmit them (all other unknowns are at most {}). No external \
+             measurement determines f, but the normal loads of the P and S joints, and therefore \
+             their friction, depend on it.",
             rounding(rest),
         )),
         table(
@@ -263,16 +275,19 @@ pub(crate) fn write(frictionless: &[Sample]) -> Section {
             stresses,
         ),
         paragraph(
-            "What cannot be carried at all follows from the left null vector: a load along it has no solution, a load across \
-             it has. Off θ = 90° it is mostly a moment about y, with a part in M<sub>x</sub>: the roll, which neither constraints nor \
-             drives hold. (21) does not see the roll, and so it and the 42 equations contradict each other: off 90° (21) \
-             has a solution, and the 42 equations have none.",
+            "The left null vector shows which loads cannot be balanced: a load parallel to it has \
+             no solution, a load perpendicular to it has one. If θ differs from 90°, this vector \
+             is mainly a moment about y, with a component M<sub>x</sub>. It corresponds to the \
+             roll, which neither constraints nor actuators prevent. (21) does not contain the roll \
+             and therefore contradicts the 42 equations: if θ differs from 90°, (21) has a \
+             solution, and the 42 equations have none.",
         ),
         table(
             "reactions-range",
-            "The load that the 42 equations of the printed robot cannot take, scaled to its largest component, at the pose \
-             that (29) has at t = 0.13 s but with other θ; by how much weight and inertia miss a solution, in the same scale; \
-             and what (21) gives.",
+            "The load for which the 42 equations of the printed robot have no solution, relative \
+             to its largest component, at the pose of (29) at t = 0.13 s but with other angles θ; \
+             the distance of weight and inertia forces from a solution, in the same scale; and the \
+             result of (21).",
             [
                 ("θ", "deg"),
                 ("F<sub>x</sub>", ""),
@@ -287,22 +302,23 @@ pub(crate) fn write(frictionless: &[Sample]) -> Section {
             range_rows(&printed),
         ),
         right(format!(
-            "For the regular twin the corrected equations have one solution (σ<sub>42</sub> from {:.3} to {:.3}), and the general \
-             engine finds it: over {} instants and all 42 unknowns the two differ by at most {} of {largest:.0} \
-             (N and N m).",
+            "For the regular twin, the corrected equations have a unique solution (σ<sub>42</sub> \
+             from {:.3} to {:.3}), and the general engine agrees with it: over {} instants and all \
+             42 unknowns, the two differ by at most {} of {largest:.0} (N and N m).",
             spread.0,
             spread.1,
             frictionless.len(),
             power_of_ten(difference, 2),
         )),
         note(
-            "M<sub>P</sub> depends on the point P at which it is stated, which the paper leaves to the reader; here P is fixed in the \
-             base, 349.3 mm from R. Forces and driving forces do not depend on it.",
+            "M<sub>P</sub> depends on the reference point P, which the paper does not define; here \
+             P is fixed in the base, 349.3 mm from R. Forces and driving forces do not depend on \
+             this choice.",
         ),
         table(
             "reactions-twin",
-            "All unknowns of the regular twin at t = 0.3 s, no load, no friction: by the 42 equations, and their \
-             difference from the general engine.",
+            "All unknowns of the regular twin at t = 0.3 s, without load and friction, by the 42 \
+             equations, and their differences from the general engine.",
             [
                 ("", ""),
                 ("unit", ""),

@@ -117,8 +117,8 @@ pub(crate) fn write(by_engine: &stiction_run::Error) -> Section {
         [
             row("(22) to (27), lengths in m", least_squares(&system, 1.0, false).0),
             row("(22) to (27), lengths in mm", least_squares(&system, 1e3, false).0),
-            row("the same, each body by itself, m", least_squares(&single, 1.0, false).0),
-            row("the same, each body by itself, mm", least_squares(&single, 1e3, false).0),
+            row("the same, for single bodies, m", least_squares(&single, 1.0, false).0),
+            row("the same, for single bodies, mm", least_squares(&single, 1e3, false).0),
             row(
                 "(22) to (27) without the platform's M<sub>y</sub>",
                 least_squares(&system, 1.0, true).0,
@@ -172,20 +172,23 @@ pub(crate) fn write(by_engine: &stiction_run::Error) -> Section {
     let blocks = vec![
         equation("29", "x = 5 sin 2πt,  z = 10 cos 2πt,  θ = 90°  (mm)"),
         paragraph(
-            "z can only be read relative to zero input, z = 505 + 10 cos 2πt: taken as it stands, the platform would pass \
-             through the plane of the base. Along this motion:",
+            "z must be meant relative to zero input, z = 505 + 10 cos 2πt; otherwise the platform \
+             would pass through the plane of the base. Along this motion:",
         ),
         wrong(format!(
-            "The determinant of J<sup>−1</sup> is zero at every instant (times the lengths at most {} m³; smallest \
-             singular value at most {}; ρ<sub>2</sub> row 2 + ρ<sub>3</sub> row 3 = 2 ρ<sub>1</sub> row 1 to {}). Seen along y, \
-             the three leg lines meet in one point, 1.5 (x, z). About it no drive has a moment. (21) does not exist there.",
+            "The determinant of J<sup>−1</sup> is zero at every instant (multiplied by the leg \
+             lengths, at most {} m³; smallest singular value at most {}; ρ<sub>2</sub> row 2 + \
+             ρ<sub>3</sub> row 3 = 2 ρ<sub>1</sub> row 1 to {}). Viewed along y, the lines of the \
+             three legs intersect in one point, 1.5 (x, z), about which no driving force has a \
+             moment. (21) does not exist along this motion.",
             rounding(determinants),
             rounding(smallest),
             rounding(dependence),
         )),
         table(
             "simulation-near",
-            "What (21) gives at t = 0.25 s, no load, as θ comes near 90°: it grows as one over the distance.",
+            "Result of (21) at t = 0.25 s without load, as θ approaches 90°: it is inversely \
+             proportional to the distance from 90°.",
             [("θ − 90°", "deg"), ("largest driving force", "N")],
             [1.0, 0.1, 0.01, 0.001].map(|degrees| {
                 [digits(degrees, 1), digits(near_singular(degrees).unwrap_or(f64::INFINITY), 4)]
@@ -193,12 +196,16 @@ pub(crate) fn write(by_engine: &stiction_run::Error) -> Section {
         ),
         equation(
             "",
-            "a resultant (F<sub>x</sub>, F<sub>z</sub>, M<sub>y</sub>) at O<sub>2</sub> is carried only if  M<sub>y</sub> + k z F<sub>x</sub>/(k − l) − k x F<sub>z</sub>/(k − l) = 0",
+            "a resultant (F<sub>x</sub>, F<sub>z</sub>, M<sub>y</sub>) at O<sub>2</sub> can be \
+             balanced only if  M<sub>y</sub> + k z F<sub>x</sub>/(k − l) − k x F<sub>z</sub>/(k − \
+             l) = 0",
         ),
         wrong(format!(
-            "The printed load, 100 N and 80 N m along every axis, violates this at every instant: without friction, {:.1} to {:.1} N m about y \
-             are missing, whatever the drives do ({:.1} to {:.2} N m with the load's sign reversed). Even without \
-             a load the robot's own inertia asks for up to {:.2} N m, and only t = 0, 0.5 and 1 s can be balanced.",
+            "The printed load, 100 N and 80 N m along every axis, violates this condition at every \
+             instant: without friction, {:.1} to {:.1} N m about y remain unbalanced for any \
+             driving forces ({:.1} to {:.2} N m if the sign of the load is reversed). Even without \
+             a load, the inertia of the robot leaves up to {:.2} N m unbalanced; only t = 0, 0.5 \
+             and 1 s can be balanced.",
             printed.0.abs().min(printed.1.abs()),
             printed.0.abs().max(printed.1.abs()),
             turned.0.abs().min(turned.1.abs()),
@@ -206,12 +213,12 @@ pub(crate) fn write(by_engine: &stiction_run::Error) -> Section {
             greatest([none.0, none.1]),
         )),
         right(format!(
-            "The general engine refuses the case by itself and with the same numbers: `stiction inverse zhang2018` finds no \
-             finite driving force and says what is missing: {engine}.",
+            "The general engine rejects this case with the same numbers: `stiction inverse \
+             zhang2018` finds no finite driving forces and reports the unbalanced moment: {engine}.",
         )),
         curves(
             "simulation-missing",
-            "Printed robot on (29): the moment that no drive can give",
+            "Printed robot along (29): moment that no driving force can balance",
             vec![
                 panel("printed load [N m]", [("missing", 1, false, line(PRINTED_LOAD))]),
                 panel("no load [N m]", [("missing", 1, false, line(NO_LOAD))]),
@@ -219,14 +226,15 @@ pub(crate) fn write(by_engine: &stiction_run::Error) -> Section {
             "The moment about y at O<sub>2</sub> that no driving force balances.",
         ),
         wrong(
-            "Least squares is no way out. Programs that solve singular systems by a pseudo-inverse return numbers \
-             without a warning, and the numbers depend on the unit of length and on the points about which moments are \
-             taken. An answer that changes with the ruler is none.",
+            "Least squares do not solve the problem. Programs that solve singular systems by a \
+             pseudo-inverse return numbers without a warning, but these numbers depend on the unit \
+             of length and on the reference points of the moments. A result that depends on the \
+             unit of length has no physical meaning.",
         ),
         table(
             "simulation-least-squares",
-            "What least squares of least norm would call driving forces, t = 0.25 s. Seven answers to one question, and \
-             none of them moves the robot.",
+            "Driving forces by least squares with least norm at t = 0.25 s. The seven variants \
+             give different results, and none of them moves the robot.",
             [
                 ("load", ""),
                 ("solved", ""),
@@ -237,27 +245,30 @@ pub(crate) fn write(by_engine: &stiction_run::Error) -> Section {
             squares,
         ),
         paragraph(format!(
-            "What keeps its meaning along (29) are the generalised forces of the motion, F. They need no inverse. The \
-             printed load takes another (F<sub>x</sub>, F<sub>z</sub>, M<sub>θ</sub>) = ({:.0} N, {:.0} N, −{:.0} N m) off them. With friction even F is \
-             not determined, as the loads of the P and S joints contain the free force f of section 4. The dashed curves \
-             suppose that something else bears the missing moment about y; the other 41 equations then have one \
-             solution for each f.",
+            "The generalised forces F of the motion exist along (29), because they require no \
+             inverse. The printed load reduces them by (F<sub>x</sub>, F<sub>z</sub>, \
+             M<sub>θ</sub>) = ({:.0} N, {:.0} N, −{:.0} N m). With friction, even F is not \
+             determined, because the normal loads of the P and S joints contain the undetermined \
+             force f of section 4. The dashed curves assume that an additional support carries the \
+             unbalanced moment about y; the other 41 equations then have one solution for each f.",
             external[0], external[1], -external[2],
         )),
         curves(
             "simulation-forces",
-            "Printed robot on (29): generalised forces without load",
+            "Printed robot along (29): generalised forces without load",
             vec![force_panel(0, "Fx [N]"), force_panel(1, "Fz [N]"), force_panel(2, "Mθ [N m]")],
-            "Generalised forces of the platform along (29), without friction, and with friction for three self-stresses f that \
-             nothing in the printed model tells apart.",
+            "Generalised forces of the platform along (29) without friction, and with friction for \
+             three self-stresses f, among which the printed model does not decide.",
         ),
         paragraph(
-            "Friction does not mend the case. It takes part in the balance about y, through the torque in the balls, and so \
-             does f: at some instants some f closes the balance, at others none does, for no reason that the robot knows of.",
+            "Friction does not solve the problem. Friction contributes to the balance about y \
+             through the torques in the ball joints, and so does f: at some instants, some values \
+             of f satisfy the balance; at others, no value does.",
         ),
         table(
             "simulation-balance",
-            "Moment about y that is missing on (29) without load: without friction, and with friction for some f.",
+            "Unbalanced moment about y along (29) without load: without friction, and with \
+             friction for several values of f.",
             [
                 ("time", "s"),
                 ("without friction", "N m"),
@@ -269,20 +280,24 @@ pub(crate) fn write(by_engine: &stiction_run::Error) -> Section {
             balances,
         ),
         paragraph(
-            "Nor can joint inputs carry the motion. In a singular position of the drives forward kinematics folds: with leg 1 \
-             a little longer than (29) makes it the loops do not close, with leg 1 a little shorter there are two \
-             positions, and the platform chooses.",
+            "Prescribed leg lengths do not determine the motion either. At an actuation \
+             singularity, the forward kinematics has a fold: if leg 1 is slightly longer than \
+             along (29), the loops do not close; if it is slightly shorter, the platform has two \
+             possible positions.",
         ),
         table(
             "simulation-fold",
-            "Positions of the platform for the leg lengths of (29) at t = 0, leg 1 changed by a little.",
+            "Positions of the platform for the leg lengths of (29) at t = 0, with small changes of \
+             leg 1.",
             [("leg 1", "µm"), ("positions", ""), ("x off by", "mm"), ("θ off by", "deg")],
             folds(&robot),
         ),
         open(
-            "How a multibody program can have shown curves for this case. Not from the printed model driven at its legs, \
-             as the missing moment has no bearer and the position folds. It can if something else carries it: a motion generator left on the platform (“motion excitation is \
-             applied at the geometric centre” is what the paper says), bushings, or a model of other geometry.",
+            "How could a multibody program compute curves for this case? Not with the printed \
+             model and actuated legs, because nothing balances the moment and the position has a \
+             fold. It is possible if another element carries the moment: a motion generator that \
+             remains on the platform (the paper says “motion excitation is applied at the \
+             geometric centre”), bushings, or a model with another geometry.",
         ),
     ];
     section("simulation", "The simulation: equation (29)", blocks)

@@ -90,8 +90,10 @@ pub(crate) fn write(
     let blocks = vec![
         picture(of_printed, "The robot as printed, along (29).")?,
         paragraph(
-            "Each leg is R, P, S from the ground to the platform; all three R axes lie along y. With r = R<sub>3</sub>S<sub>3</sub> and \
-             u its direction, the five twists of leg 3 about R<sub>3</sub> (of legs 1 and 2 about R<sub>1</sub> and R<sub>2</sub> likewise) are, as (angular; linear):",
+            "Each leg is R, P, S from the ground to the platform; all three R axes are parallel to \
+             y. With r = R<sub>3</sub>S<sub>3</sub> and its direction u, the five twists of leg 3 \
+             about R<sub>3</sub> (similarly those of legs 1 and 2 about R<sub>1</sub> and \
+             R<sub>2</sub>) are, in the order (angular; linear):",
         ),
         equation(
             "1",
@@ -106,22 +108,26 @@ pub(crate) fn write(
             "$<sup>r</sup><sub>R3P3</sub> = (e<sub>y</sub>; r × e<sub>y</sub>) = {0 1 0; −b<sub>3</sub> 0 −b<sub>5</sub>}",
         ),
         right(format!(
-            "(1) to (3) are right: rank {} for every leg in {COUNT} poses, and the force along y through the ball does \
-             no work on any of the five (largest power {}). Two slips of print: (a<sub>2</sub>, c<sub>2</sub>) in (1) is the sliding \
-             direction u and not r × s; the r of (2), for reciprocal, belongs to (3) only.",
+            "(1) to (3) are right: the rank is {} for every leg in {COUNT} poses, and the force \
+             along y through the ball joint does no work on any of the five twists (largest power \
+             {}). Two misprints: (a<sub>2</sub>, c<sub>2</sub>) in (1) is the sliding direction u \
+             and not r × s; the r of (2), which denotes reciprocal, belongs to (3) only.",
             count_range(ranks.leg),
             super::rounding(ranks.reciprocity),
         )),
         wrong(format!(
-            "“The three reciprocal screws are linearly independent”: they are not. The three forces are \
-             parallel to the R axes, and so is the plane of the three balls: they lie in one plane: rank {} in every one of \
-             {COUNT} poses, never 3. The forces (−2, 1, 1) f in the three legs balance each other for any f (largest departure {}).",
+            "“The three reciprocal screws are linearly independent”: they are not. The three \
+             forces are parallel to the R axes, and the plane of the three ball joints is also \
+             parallel to these axes. Therefore the three forces lie in one plane: their rank is {} \
+             in each of {COUNT} poses, never 3. The forces (−2, 1, 1) f in the three legs balance \
+             each other for any f (largest deviation {}).",
             count_range(ranks.constraints),
             super::rounding(ranks.stress),
         )),
         table(
             "structure-mobility",
-            "Claimed and computed. Ranks over 2000 poses spread evenly; the engine's counts by `stiction check`.",
+            "Values of the paper and computed values. The ranks are computed at 2000 uniformly \
+             distributed poses; the values of the engine are those of `stiction check`.",
             [("", ""), ("paper", ""), ("robot as printed", ""), ("regular twin", "")],
             [
                 [
@@ -137,13 +143,13 @@ pub(crate) fn write(
                     count_range(of_twin.all).into(),
                 ],
                 [
-                    "freedoms to first order".into(),
+                    "instantaneous degrees of freedom".into(),
                     "3".into(),
                     mobility.instantaneous.to_string().into(),
                     of_this.instantaneous.to_string().into(),
                 ],
                 [
-                    "freedoms of finite size".into(),
+                    "finite degrees of freedom".into(),
                     "3".into(),
                     mobility.finite.to_string().into(),
                     of_this.finite.to_string().into(),
@@ -163,15 +169,17 @@ pub(crate) fn write(
             ],
         ),
         paragraph(
-            "Held are the translation along y and the rotation about the platform's normal. The roll about the line \
-             S<sub>2</sub>S<sub>3</sub> is free to first order: along y the loop closes with √3 k cos(roll), which has its maximum where the \
-             robot works, so that its gradient vanishes. What blocks the roll is the second order, a gap of \
-             (√3/2) k roll<sup>2</sup>. A little play in the joints therefore lets the platform roll a lot:",
+            "The constraints prevent the translation along y and the rotation about the platform's \
+             normal. The roll about the line S<sub>2</sub>S<sub>3</sub> is possible to first \
+             order: the closure along y contains √3 k cos(roll), whose maximum is at the working \
+             position, so that its gradient vanishes. The roll is blocked at second order only, by \
+             a gap of (√3/2) k roll<sup>2</sup>. A small clearance in the joints therefore permits \
+             a large roll of the platform:",
         ),
         table(
             "structure-play",
-            "Roll of the platform as printed (k = 150 mm) within the play of its joints: closed form, and the general \
-             engine from second derivatives of the loops.",
+            "Roll of the printed platform (k = 150 mm) within the clearance of its joints: by the \
+             closed form, and by the general engine from second derivatives of the loop equations.",
             [
                 ("clearance", "µm"),
                 ("roll, closed form", "deg"),
@@ -189,8 +197,9 @@ pub(crate) fn write(
             }),
         ),
         paragraph(
-            "The twin differs in its geometry: its platform's triangle is tilted by 30° about S<sub>2</sub>S<sub>3</sub>, and the base is \
-             narrowed to match. The plane of the balls is no longer parallel to the forces, and the rank is 3.",
+            "The twin differs in its geometry: the triangle of its platform is tilted by 30° about \
+             S<sub>2</sub>S<sub>3</sub>, and the base is correspondingly narrower. The plane of \
+             the ball joints is then not parallel to the forces, and the rank is 3.",
         ),
         picture(of_regular, "The regular twin along its motion.")?,
     ];

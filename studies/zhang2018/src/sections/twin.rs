@@ -161,33 +161,41 @@ pub(crate) fn write(runs: &Runs<'_>, job: &Job<'_>) -> Result<Section, Error> {
         .collect();
     let mut blocks = vec![
         paragraph(
-            "The twin has the paper's topology, masses, radii and coefficients, and the motion x = 60 + 20 sin 2πt, \
-             z = 500 + 30 cos 2πt, θ = 65° + 5° sin(2πt + 0.7) (mm), off the symmetric pose. This is the paper's figure 7, \
-             for a robot for which it exists.",
+            "The twin has the topology, masses, radii and friction coefficients of the paper, and \
+             the motion x = 60 + 20 sin 2πt, z = 500 + 30 cos 2πt, θ = 65° + 5° sin(2πt + 0.7) \
+             (mm), which avoids the symmetric pose. This figure corresponds to figure 7 of the \
+             paper, for a robot whose driving forces exist.",
         ),
         curves(
             "twin-drives",
             "Regular twin: driving forces with and without friction",
             drive_panels,
-            "Driving forces of the regular twin over one cycle, no load. Jumps are reversals of joints: there the force \
-             is not a number but an [interval](#table-twin-reversals).",
+            "Driving forces of the regular twin over one cycle without load. Jumps occur at \
+             reversals of joints; at these instants, the force is not a single number but an \
+             [interval](#table-twin-reversals).",
         ),
         metric_table(
             "twin-metrics",
-            "What friction adds, by four metrics, under three loads: L0 none, L1 a moderate wrench, LP the paper's. Change over \
-             frictionless force: largest over largest; root mean squares; mean magnitudes; and the largest ratio at one and \
-             the same instant, which means little where the frictionless force passes zero, as that of leg 3 does under L1.",
+            "Friction contribution to the driving forces by four metrics and under three loads: L0 \
+             no load, L1 a moderate wrench, LP the load of the paper. The metrics are ratios of \
+             the change to the frictionless force: of the largest magnitudes; of the root mean \
+             squares; of the mean magnitudes; and the largest ratio at a single instant, which has \
+             little meaning if the frictionless force passes through zero, as that of leg 3 does \
+             under L1.",
             &[("L0", runs.none), ("L1", runs.moderate), ("LP", runs.printed)],
         ),
         note(format!(
-            "Under all three loads the solution is the only one: the coupling of friction and reactions has a bound below \
-             one, and all coefficients could grow {unique:.1}-fold (to μ = {:.2}) with that still certain.",
+            "Under all three loads, the solution is unique: the bound of the coupling of friction \
+             and reactions is below one. It would remain below one if all coefficients were \
+             {unique:.1} times as large (μ = {:.2}).",
             Robot::regular().mu * unique,
         )),
         paragraph(format!(
-            "At {} instants of the cycle a joint comes to rest and turns back. There its friction is whatever up to the \
-             limit, and each driving force is an interval. Widest is {}. Both ends are attained by \
-             frictions that all laws allow; in {exact} cases nothing lies beyond, in the others at most {beyond:.2} N may.",
+            "At {} instants of the cycle, a joint comes to rest and reverses. Its friction can \
+             then have any value up to the limit, and each driving force has an interval. The \
+             widest interval is {}. Both ends of each interval are attained by friction forces \
+             that satisfy all friction laws. In {exact} cases, the interval is exact; in the \
+             others, the guaranteed bounds lie at most {beyond:.2} N beyond it.",
             reversals.len(),
             widest.map_or(String::new(), |(width, r)| format!(
                 "{width:.2} N as {} reverses at {:.4} s",
@@ -196,8 +204,9 @@ pub(crate) fn write(runs: &Runs<'_>, job: &Job<'_>) -> Result<Section, Error> {
         )),
         table(
             "twin-reversals",
-            "Every reversal of a joint in one cycle, no load, and the driving forces that static friction allows there. \
-             By how much anything may lie beyond, at most, is in the last column.",
+            "All reversals of joints in one cycle without load, and the driving forces that static \
+             friction allows at these instants. The last column gives the largest distance of the \
+             guaranteed bounds from these intervals.",
             [
                 ("time", "s"),
                 ("reverses", ""),
@@ -228,11 +237,13 @@ pub(crate) fn write(runs: &Runs<'_>, job: &Job<'_>) -> Result<Section, Error> {
     blocks.extend(figure(
         run,
         "shares",
-        "What friction adds to each driving force, and the four joints that make most of it. The parts add up to the whole.",
+        "Friction contribution to each driving force, and the four joints with the largest \
+         contributions. The contributions of all joints add up to the total.",
     ));
     blocks.push(table(
         "twin-shares",
-        "The four joints whose friction weighs most in each driving force, no load.",
+        "The four joints with the largest friction contributions to each driving force, without \
+         load.",
         [
             ("drive", ""),
             ("friction in", ""),
@@ -245,11 +256,12 @@ pub(crate) fn write(runs: &Runs<'_>, job: &Job<'_>) -> Result<Section, Error> {
     blocks.extend(figure(
         run,
         "power",
-        "Power of drives and loads, rate of change of energy, dissipation, and the relative residual of their balance.",
+        "Power of actuators and loads, rate of change of energy, dissipation, and the relative \
+         residual of the power balance.",
     ));
     blocks.push(table(
         "twin-power",
-        "Power balance with converged friction, no load.",
+        "Power balance with converged friction, without load.",
         [("time", "s"), ("drives", "W"), ("dE/dt", "W"), ("dissipated", "W"), ("residual", "W")],
         run.samples.iter().step_by(10).map(|s| {
             [
@@ -262,9 +274,10 @@ pub(crate) fn write(runs: &Runs<'_>, job: &Job<'_>) -> Result<Section, Error> {
         }),
     ));
     blocks.push(right(format!(
-        "The power balance closes at every sample to {} W of {turnover:.0} W turned over, with frictions evaluated \
-         from the very reactions that they make. This is the test that (28) cannot pass.",
+        "The power balance closes at every sample to {} W, of an exchanged power of {turnover:.0} \
+         W, with friction forces that are evaluated from the reactions that they cause. (28) \
+         cannot satisfy this test.",
         rounding(residual),
     )));
-    Ok(section("twin", "The same on the regular twin", blocks))
+    Ok(section("twin", "Results for the regular twin", blocks))
 }

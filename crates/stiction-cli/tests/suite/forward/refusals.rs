@@ -38,9 +38,9 @@ fn wrong_input_is_reported_with_a_suggestion() {
         (&["forward", "--stop", "leg1.P"], &["compares two quantities by `<` or `>`"]),
         (&["forward", "--stop", "leg1.P < 3 N"], &["a length is compared with", "this is"]),
         (&["forward", "--stop", "leg1.Q < 3 mm"], &["there is no body or joint `leg1.Q`"]),
-        (&["forward", "--stop", "1 mm < 3 mm"], &["this condition never changes"]),
+        (&["forward", "--stop", "1 mm < 3 mm"], &["this condition does not depend on the motion"]),
         (&["forward", "--drives", "leg1.P = -3*leg1.P"], &["expected a force", "a length"]),
-        (&["forward", "--drives", "leg1.P = 3 N*sign(t)"], &["`sign` has a meaning only in"]),
+        (&["forward", "--drives", "leg1.P = 3 N*sign(t)"], &["`sign` can be used only in"]),
         (
             &[
                 "forward",

@@ -143,7 +143,7 @@ fn a_scale_without_reference_is_refused() {
     let run = ["identify", "model.toml", "light.csv"];
     let said = folder.stiction(&[&run[..], &["--options", "options.toml"]].concat());
     let texts = [
-        "left.torque_constant, right.torque_constant cannot be found",
+        "left.torque_constant, right.torque_constant cannot be determined",
         "payload of known mass",
         "prior = 100",
     ];
@@ -151,7 +151,7 @@ fn a_scale_without_reference_is_refused() {
     // The same payload in all logs is only another tool.
     folder.write("options.toml", HEAVY);
     let run = ["identify", "model.toml", "heavy.csv", "--options", "options.toml"];
-    folder.stiction(&run).fails(2, &["cannot be found"]);
+    folder.stiction(&run).fails(2, &["cannot be determined"]);
     let run = ["identify", "model.toml", "light.csv"];
     // Inertias of the model that are right, held.
     let held = identified(&folder, "filter = \"15 Hz\"\nestimate = \"friction\"\n", &run);
@@ -175,5 +175,5 @@ fn a_scale_without_reference_is_refused() {
     }
     assert_eq!(prior["verdict"], "fits only");
     let cautions = prior["cautions"].to_string();
-    assert!(cautions.contains("rests on the inertias of the model"), "{cautions}");
+    assert!(cautions.contains("from the inertias of the model"), "{cautions}");
 }

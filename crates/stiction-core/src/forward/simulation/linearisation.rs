@@ -37,15 +37,15 @@ const CORRECTIONS: usize = 12;
 #[non_exhaustive]
 pub enum LinearisationError {
     /// Friction, locks and prescribed motions prevent every motion.
-    #[error("nothing can move there: {held}")]
+    #[error("the mechanism cannot move at this position: {held}")]
     Held {
         /// The constraint that holds the mechanism, in words.
         held: String,
     },
     /// The constraints lose rank at the operating point.
     #[error(
-        "the position is singular: the loop constraints lose rank (distance {distance:.1e}), so \
-         accelerations have no derivatives there"
+        "the position is singular: the loop constraints lose rank (singularity index \
+         {distance:.1e}), so the accelerations have no derivatives"
     )]
     Singular {
         /// Singularity distance.
@@ -53,8 +53,8 @@ pub enum LinearisationError {
     },
     /// The friction of an interface at rest is at its limit.
     #[error(
-        "friction interface {interface} is at its limit at rest: the motion differs on both sides, so \
-         there is no linearisation"
+        "friction interface {interface} is at rest at its static friction limit: opposite \
+         disturbances cause different motions, so there is no linearisation"
     )]
     AtLimit {
         /// Index of the friction interface.
@@ -62,19 +62,20 @@ pub enum LinearisationError {
     },
     /// The friction law of an interface has internal states.
     #[error(
-        "friction interface {interface} has bristles, whose deflections are further states that the \
-         linearisation does not include"
+        "the friction law of interface {interface} has bristles (dahl, lugre), whose deflections \
+         are further states that the linearisation does not include"
     )]
     Bristles {
         /// Index of the friction interface.
         interface: usize,
     },
     /// No acceleration satisfies the friction laws at the operating point.
-    #[error("no acceleration satisfies all friction laws there")]
+    #[error("no acceleration satisfies all friction laws at this state")]
     NoAcceleration,
     /// Interfaces begin to slide from rest, so the motion differs on both sides of the operating point.
     #[error(
-        "friction interfaces begin to slide there from rest, so the motion differs on both sides"
+        "friction interfaces begin to slide from rest at this state: opposite disturbances cause \
+         different motions, so there is no linearisation"
     )]
     BeginsToSlide {
         /// Indices of the friction interfaces.

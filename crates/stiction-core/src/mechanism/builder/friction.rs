@@ -42,8 +42,7 @@ impl JointSpec {
                 check.law(law);
                 if !shape.has_one_dof() {
                     check.problem(
-                        "only an interface with one degree of freedom slides forward \
-                                   or backward",
+                        "only an interface with one degree of freedom can have backward friction",
                     );
                 }
             }
@@ -52,7 +51,10 @@ impl JointSpec {
                     check.problem("a joint with a sleeve cannot also have the friction of a separate pin or guide");
                 }
                 if interface.load.axial_ratio.is_some() || interface.load.torsion_arm.is_some() {
-                    check.problem("a sleeve carries neither axial force nor torsion");
+                    check.problem(
+                        "a sleeve carries neither an axial force nor a moment about its \
+                        axis",
+                    );
                 }
             }
         }

@@ -193,7 +193,8 @@ pub(in crate::mechanism) fn check_shares(
             let sum: f64 = group.trains.iter().map(|&train| trains[train].share).sum();
             if (sum - 1.0).abs() > 1e-9 {
                 let problem = format!(
-                    "the shares of {motors} in the effort of {moved} sum to {sum}: give each a `share`, together 1"
+                    "the shares of {motors} in the effort of {moved} sum to {sum}, but must sum to \
+                     1: give each motor a `share`"
                 );
                 defects.push(Defect::Actuator { actuator: actuator(), problem });
             }
@@ -204,14 +205,15 @@ pub(in crate::mechanism) fn check_shares(
         }
         let problem = if group.trains.len() < group.dofs.len() {
             format!(
-                "{motors} cannot drive {} joints ({moved}) independently: add motors, or give the motor a shaft, \
-                 a revolute joint of its own, and a `gearing`",
+                "{motors} cannot drive {} joints ({moved}) independently: add motors, or model the \
+                 shaft of the motor as a revolute joint and connect it with the joints by a \
+                 `gearing`",
                 group.dofs.len(),
             )
         } else {
             format!(
-                "{motors} move only some combinations of {moved}: choose independent coefficients, and a `share` \
-                 above 0"
+                "{motors} cannot move {moved} independently: choose linearly independent \
+                 coefficients, and a `share` above 0 for each motor"
             )
         };
         defects.push(Defect::Actuator { actuator: actuator(), problem });

@@ -142,7 +142,7 @@ impl DriveTrainSpec {
             return None;
         }
         let Some(&first) = driven.first() else {
-            let problem = "it moves no joint: name at least one".to_owned();
+            let problem = "it drives no joint: name at least one".to_owned();
             defects.push(Defect::Actuator { actuator: name.clone(), problem });
             return None;
         };

@@ -128,7 +128,8 @@ fn defect_of(matrix: &SixBySix) -> Option<String> {
     let scaled = Matrix6::from_fn(|i, j| 0.5 * (matrix[i][j] + matrix[j][i]) * scale(i) * scale(j));
     let least = SymmetricEigen::new(scaled).eigenvalues.min();
     (least < -ROUNDING).then(|| {
-        "has a negative eigenvalue: the entries beside the diagonal are too large, so that some deflection would release energy"
+        "has a negative eigenvalue: the off-diagonal entries are too large, so that some \
+         deflection would release energy"
             .to_owned()
     })
 }

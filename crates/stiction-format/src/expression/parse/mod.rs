@@ -367,8 +367,10 @@ impl<'a> Parser<'a> {
             .help(format!("write `{}`", function.usage())));
         }
         if function == Function::Sign && self.scope.measured("", false).is_none() {
-            let message = "`sign` has a meaning only in formulas over measured coordinates";
-            return Err(Fault::new(span, message, "this jumps").help("write `tanh(x/width)`"));
+            let message = "`sign` can be used only in formulas of measured coordinates";
+            return Err(
+                Fault::new(span, message, "the value jumps here").help("write `tanh(x/width)`")
+            );
         }
         self.emit(Op::Call(function, count), span.start..self.before());
         Ok(())
@@ -387,7 +389,7 @@ impl<'a> Parser<'a> {
             if !self.time {
                 return Err(Fault::new(
                     span,
-                    "`t` (the time) has a meaning only in motions and loads",
+                    "`t` (the time) can be used only in motions and loads",
                     "this value cannot depend on time",
                 ));
             }

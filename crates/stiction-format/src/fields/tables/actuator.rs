@@ -17,13 +17,14 @@ pub(crate) const LEG_ACTUATOR: &[Field] = &[
     field(
         "lead",
         Quantity(Lead),
-        "Travel per revolution of the screw or pulley, for example \"10 mm/rev\" or, for a belt, \"2*pi*20 mm\"; \
-         required for a joint that translates, not allowed for others.",
+        "Travel per revolution of the screw or pulley, for example \"10 mm/rev\" or, for a belt, \
+         \"2*pi*20 mm\"; required if the joint translates, not allowed if it rotates.",
     ),
     field(
         "rotor_inertia",
         Quantity(Inertia),
-        "Moment of inertia of all that turns with the motor, about its axis, at least 0; by default 0.",
+        "Moment of inertia of the rotor and all parts that turn with it, about its axis, at least \
+         0; by default 0.",
     ),
     field(
         "efficiency",
@@ -34,9 +35,9 @@ pub(crate) const LEG_ACTUATOR: &[Field] = &[
     field(
         "backward_efficiency",
         Quantity(Number),
-        "Power at the motor over power at the joint while the joint drives the motor, at most 1; at or below \
-         0 the gear is self-locking. By default 2 - 1/`efficiency`: the same loss at the same load in both \
-         directions.",
+        "Power at the motor over power at the joint while the joint drives the motor, at most 1; \
+         the gear is self-locking if this value is 0 or negative. By default 2 - 1/`efficiency`: \
+         the same loss at the same load in both directions.",
     ),
     field(
         "mesh",
@@ -47,25 +48,29 @@ pub(crate) const LEG_ACTUATOR: &[Field] = &[
     field(
         "torque_constant",
         Quantity(TorquePerCurrent),
-        "Torque per current, greater than 0; required for the current.",
+        "Torque per current of the motor, greater than 0; required for results or logs that \
+         contain the current.",
     ),
     field(
         "limits",
         Table(MOTOR_LIMITS),
-        "Limits of the motor; results name those that are exceeded.",
+        "Limits of the motor; results list the limits that are exceeded.",
     ),
     field(
         "rotor_axis",
         Table(ROTOR_AXIS),
-        "Axis and carrying body of a spinning rotor, whose gyroscopic torque and reactions then count; mass and \
-         inertia of the body include those of the rotor. By default the rotor is only reflected to the joint.",
+        "Axis of the rotor and the body that carries it; the gyroscopic torque and the reactions \
+         of the spinning rotor are then included. Mass and inertia of this body must include those \
+         of the rotor. By default the results include only the inertia of the rotor that is \
+         reflected to the joint.",
     ),
     field(
         "share",
         Quantity(Number),
-        "Part of the joint's effort that this motor exerts, from 0 to 1; by default 1. Required where several \
-         motors drive one degree of freedom; their shares sum to 1. Where more motors than joints share the efforts \
-         of several joints, the weight of this one: the sum of effort^2/`share` is least.",
+        "Part of the joint's effort that this motor exerts, from 0 to 1; by default 1. Required if \
+         several motors drive one degree of freedom; the shares of these motors must sum to 1. If \
+         more motors than joints drive several joints together, `share` is a weight: the efforts \
+         of the motors are those with the least sum of effort^2/`share`.",
     ),
 ];
 
@@ -75,15 +80,17 @@ pub(crate) const ACTUATOR: &[Field] = &joined::<13>(
         field(
             "joint",
             Name,
-            "Joint that it drives, followed by the degree of freedom where the joint has several: \"spindle.slide\". \
-             The drive train actuates it. Required unless it has `joints`.",
+            "Joint that the motor drives; if the joint has several degrees of freedom, followed by \
+             the name of one, as in \"spindle.slide\". The drive train makes the joint actuated. \
+             Required unless `joints` is given.",
         ),
         field(
             "joints",
             Coefficients,
-            "Joints that it drives together, each with its coefficient, not 0: with { a = 1, b = -1 } the motor turns by \
-             `ratio`*(a - b). It takes as many independent motors as joints. The `lead` applies to joints that \
-             translate. Instead of `joint`.",
+            "Joints that the motor drives together, given instead of `joint`: each joint with a \
+             coefficient other than 0. With { a = 1, b = -1 }, the motor turns by `ratio`*(a - b). \
+             These joints need as many independent motors as there are joints. The `lead` applies \
+             to joints that translate.",
         ),
     ],
     LEG_ACTUATOR,
@@ -91,12 +98,17 @@ pub(crate) const ACTUATOR: &[Field] = &joined::<13>(
 
 /// Keys of the axis of a rotor.
 pub(crate) const ROTOR_AXIS: &[Field] = &[
-    required("body", Name, "Body that carries the motor; in legs also a body of the chain."),
+    required(
+        "body",
+        Name,
+        "Body that carries the motor; in legs, it can also be a body of the \
+        chain.",
+    ),
     required(
         "axis",
         Axis,
-        "Direction in the body's frame about which the motor turns forward: in the positive sense as the joint moves \
-         forward, if the transmission is positive.",
+        "Direction of the axis of the rotor in the frame of the body. If the transmission is \
+         positive, the rotor turns in the positive sense about it while the joint moves forward.",
     ),
 ];
 
@@ -105,40 +117,58 @@ pub(crate) const MOTOR_FRICTION: &[Field] = &[
     field(
         "constant",
         Quantity(Moment),
-        "Torque that opposes the rotation at any speed, the no-load torque of the gear included, at least 0; \
-         by default 0.",
+        "Torque that opposes the rotation at any speed, including the no-load torque of the gear, \
+         at least 0; by default 0.",
     ),
-    field("viscous", Quantity(AngularDamping), "Torque over speed, at least 0; by default 0."),
+    field(
+        "viscous",
+        Quantity(AngularDamping),
+        "Viscous coefficient: torque over speed, at least \
+        0; by default 0.",
+    ),
 ];
 
 /// Keys of the limits of a motor.
 pub(crate) const MOTOR_LIMITS: &[Field] = &[
-    field("peak", Quantity(Moment), "Greatest torque, greater than 0; by default none."),
+    field(
+        "peak",
+        Quantity(Moment),
+        "Greatest permitted torque, greater than 0; by default no \
+        limit.",
+    ),
     field(
         "rated",
         Quantity(Moment),
-        "Greatest root mean square of the torque over the motion, greater than 0; by default none.",
+        "Greatest permitted root mean square of the torque over the motion, greater than 0; by \
+         default no limit.",
     ),
-    field("speed", Quantity(AngularSpeed), "Greatest speed, greater than 0; by default none."),
+    field(
+        "speed",
+        Quantity(AngularSpeed),
+        "Greatest permitted speed, greater than 0; by default \
+        no limit.",
+    ),
 ];
 
 /// Keys of the friction in the mesh of a screw or worm.
 pub(crate) const MESH: &[Field] = &[
-    required("mu", Quantity(Number), "Coefficient of friction, at least 0."),
+    required("mu", Quantity(Number), "Friction coefficient of the flanks, at least 0."),
     field(
         "lead_angle",
         Quantity(Angle),
-        "Slope of the flank, between 0 and 90 degrees; required unless `radius` and `lead` give it.",
+        "Lead angle of the flanks, between 0 and 90 degrees; required unless it follows from \
+         `radius` and `lead`.",
     ),
     field(
         "radius",
         Quantity(Length),
-        "Mean radius of the flanks of a screw with a `lead`, instead of `lead_angle`; greater than 0.",
+        "Mean radius of the flanks of a screw, greater than 0; it determines the lead angle \
+         together with `lead`, and replaces `lead_angle`.",
     ),
     required(
         "flank_angle",
         Quantity(Angle),
-        "Half the angle between the flanks in a section along the axis, from 0 (a square thread) to below 90 \
-         degrees; of a worm its axial pressure angle.",
+        "Half the angle between the flanks of a screw in a section along the axis, from 0 (a \
+         square thread) to below 90 degrees; for a worm, its axial pressure angle.",
     ),
 ];

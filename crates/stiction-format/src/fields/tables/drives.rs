@@ -16,12 +16,14 @@ pub(crate) const CONTROL: &[Field] = &[
     field(
         "friction",
         Choice(FEED_MODES),
-        "Motion whose friction computed torque compensates: off (none; the default), reference, measured.",
+        "Friction compensation of computed torque: off (none; the default), reference (friction of \
+         the reference motion), or measured (friction of the measured motion).",
     ),
     field(
         "period",
         Quantity(Time),
-        "Sampling period; by default 1 ms. With 0 the controller is continuous in time (pd and pid).",
+        "Sampling period; by default 1 ms. With 0, a controller of type pd or pid is continuous in \
+         time.",
     ),
     field(
         "bandwidth",
@@ -32,20 +34,25 @@ pub(crate) const CONTROL: &[Field] = &[
     field(
         "rate",
         Choice(RATE_MODES),
-        "Source of rates: measured, or difference of two measured positions (the default with a \
-         `resolution`).",
+        "Source of the rates: measured, or the difference of two measured positions (the default \
+         if `resolution` is given).",
     ),
-    field("kp", Quantity(Stiffness), "Position gain of a controller of type pd or pid."),
-    field("kd", Quantity(Damping), "Rate gain of a controller of type pd or pid."),
-    field("ki", Quantity(IntegralGain), "Integral gain of a controller of type pid."),
+    field("kp", Quantity(Stiffness), "Position gain for the types pd and pid."),
+    field("kd", Quantity(Damping), "Rate gain for the types pd and pid."),
+    field("ki", Quantity(IntegralGain), "Integral gain for the type pid."),
     field(
         "tracking",
         Quantity(Time),
         "Time constant with which the integral part follows a saturated effort (anti-windup by \
          back-calculation); by default kp/ki.",
     ),
-    field("resolution", Quantity(Length), "Resolution of the measured position; by default none."),
-    field("limit", Quantity(Force), "Effort limit; by default none."),
+    field(
+        "resolution",
+        Quantity(Length),
+        "Resolution of the measured position; by default the \
+        measurement is exact.",
+    ),
+    field("limit", Quantity(Force), "Largest effort of the actuator; by default no limit."),
 ];
 
 /// Settings of a controller for one actuator.

@@ -10,15 +10,16 @@ const MU: Field = field("mu", Quantity(Number), "Coulomb coefficient, at least 0
 const MU_STATIC: Field = field(
     "mu_static",
     Quantity(Number),
-    "Static coefficient, at least `mu`; by default equal to it. With `stribeck_velocity` also the limit \
-     of the sliding coefficient at zero speed.",
+    "Static coefficient, at least `mu`; by default equal to `mu`. If `stribeck_velocity` is given, \
+     `mu_static` is also the limit of the sliding coefficient at zero speed.",
 );
 const VISCOUS: Field = field(
     "viscous",
     Quantity(Viscous),
-    "Viscous coefficient at the sliding surface: force over sliding speed, at least 0; by default 0. Of \
-     a surface that turns also as moment over angular rate, such as \"2 mN m s/rad\": it is divided by \
-     the square of the radius (of a thread: radius² + pitch²).",
+    "Viscous coefficient at the sliding surface: force over sliding speed, at least 0; by default \
+     0. For a surface that turns, it can also be given as moment over angular rate, such as \"2 mN \
+     m s/rad\"; this value is then divided by the square of the radius (for a thread, by radius² + \
+     pitch²).",
 );
 const STRIBECK_VELOCITY: Field = field(
     "stribeck_velocity",
@@ -35,7 +36,8 @@ const TABLE: Field = field(
     "table",
     Pairs(Speed, Number),
     "Coefficient as a function of the sliding speed, instead of `mu`: two or more rows [speed, \
-     coefficient] from the speed 0 upwards; linear between rows, constant beyond the last.",
+     coefficient] with increasing speeds, the first of which is 0; linear between rows, constant \
+     beyond the last.",
 );
 const LAW: Field = field(
     "law",
@@ -56,7 +58,7 @@ const SIGMA1: Field = field(
 const SIGMA2: Field = field(
     "sigma2",
     Quantity(Viscous),
-    "Viscous coefficient of the LuGre model: the same as `viscous`.",
+    "Viscous coefficient of the LuGre model, another name for `viscous`.",
 );
 const REGULARISED: Field = field(
     "regularised",
@@ -72,7 +74,8 @@ const REGULARISATION_VELOCITY: Field = field(
 const BACKWARD: Field = field(
     "backward",
     Table(BACKWARD_LAW),
-    "Values that differ for backward sliding; not for a ball, a plate or a sleeve.",
+    "Values for backward sliding that differ from those for forward sliding; not possible for a \
+     ball, a plate or a sleeve.",
 );
 const RADIUS: Field = field(
     "radius",
@@ -83,13 +86,14 @@ const RADIUS: Field = field(
 const BENDING_SPAN: Field = field(
     "bending_span",
     Quantity(Length),
-    "Distance between the two supports of a pin, sleeve, guide or nut, or across a plate. A bending moment then \
-     adds a normal force of twice the moment over this distance. Greater than 0.",
+    "Distance between the two supports of a pin, sleeve, guide or nut, or distance across a plate, \
+     greater than 0. A bending moment then adds a normal force of twice the moment divided by this \
+     distance.",
 );
 const COLLAR_RADIUS: Field = field(
     "collar_radius",
     Quantity(Length),
-    "Radius at which a collar carries the axial force of a pin, at least 0.",
+    "Radius of the collar at which the axial force of a pin acts, at least 0.",
 );
 const TORSION_ARM: Field = field(
     "torsion_arm",
@@ -104,14 +108,15 @@ const PRELOAD: Field = field(
 const COMBINE: Field = field(
     "combine",
     Choice(&["sum", "pads", "root-sum-square"]),
-    "Combination of the parts of the normal force: their sum (the default), lateral force and bending \
-     moment combined at each of two pads, or the root of the sum of squares.",
+    "Combination of the parts of the normal force: sum of all parts (the default); pads, where \
+     lateral force and bending moment are combined at each of two pads; or the root of the sum of \
+     squares.",
 );
 const SUPPORTS: Field = field(
     "supports",
     Choice(&["from", "to"]),
-    "Body with both supports, half of `bending_span` before and behind its joint origin; by default \
-     `from`.",
+    "Body that has both supports, one half of `bending_span` before and one half behind its joint \
+     origin; by default `from`.",
 );
 const GLAND: Field = field(
     "gland",
@@ -127,14 +132,14 @@ const PISTON: Field = field(
 const FLANK_ANGLE: Field = field(
     "flank_angle",
     Quantity(Angle),
-    "Half the angle between the flanks of a thread in a section along its axis, from 0 (a square thread) to \
-     below 90 degrees; required for an H joint.",
+    "Half the angle between the flanks of a thread in a section along its axis, from 0 (a square \
+     thread) to below 90 degrees; required for the friction of an H joint.",
 );
 const SMOOTHING: Field = field(
     "smoothing",
     Quantity(Force),
-    "Smooths each part x of the normal force near zero: sqrt(x^2 + smoothing^2) - smoothing. By default \
-     0, no smoothing.",
+    "Force that smooths the magnitude of each part x of the normal force near zero: sqrt(x^2 + \
+     smoothing^2) - smoothing replaces |x|. By default 0, no smoothing.",
 );
 
 /// Friction laws by name.
@@ -174,17 +179,27 @@ pub(crate) const INTERFACE: &[Field] = &[
 
 /// Tables of interfaces, for joints with two interfaces.
 const PARTS: &[Field] = &[
-    field("first", Table(INTERFACE), "Values that differ at the first axis of a U joint."),
-    field("second", Table(INTERFACE), "Values that differ at the second axis of a U joint."),
+    field(
+        "first",
+        Table(INTERFACE),
+        "Values at the first axis of a U joint that differ from those \
+        of this table.",
+    ),
+    field(
+        "second",
+        Table(INTERFACE),
+        "Values at the second axis of a U joint that differ from \
+        those of this table.",
+    ),
     field(
         "angle",
         Table(INTERFACE),
-        "Friction of the pin of a C joint whose pin and guide are separate surfaces.",
+        "Friction of the pin of a C joint, if pin and guide are separate surfaces.",
     ),
     field(
         "slide",
         Table(INTERFACE),
-        "Friction of the guide of a C joint whose pin and guide are separate surfaces.",
+        "Friction of the guide of a C joint, if pin and guide are separate surfaces.",
     ),
 ];
 

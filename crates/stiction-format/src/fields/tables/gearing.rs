@@ -9,13 +9,15 @@ pub(crate) const GEARING: &[Field] = &[
     required(
         "joints",
         Coefficients,
-        "Joints that it connects, each with its coefficient, not 0; of joints with several degrees of freedom \
-         \"joint.dof\". With { a = 1, b = -2 }, a - 2*b is constant. If one of them translates, the coefficients of \
-         rotations are lengths per angle: { nut = \"5 mm/rev\", slide = -1 }.",
+        "Joints that the gearing connects, each with a coefficient other than 0; for a joint with \
+         several degrees of freedom, the name of one, \"joint.dof\". With { a = 1, b = -2 }, the \
+         sum a - 2*b is constant. If one of the joints translates, the coefficients of rotations \
+         are lengths per angle: { nut = \"5 mm/rev\", slide = -1 }.",
     ),
     field(
         "offset",
         Quantity(Any),
-        "Value of the sum: an angle, or a length if one of the joints translates; by default 0.",
+        "Constant value of the sum: an angle, or a length if one of the joints translates; by \
+         default 0.",
     ),
 ];

@@ -20,25 +20,28 @@ const TO_AT: Field = field(
 const AXIS: Field = field(
     "axis",
     Axis,
-    "Axis of an R, P, H, C joint, first axis of a U joint, normal of an E joint, in the frame of \
-     `from`: \"x\", \"y\", \"z\", \"-x\", … or a vector. Required but for S, fixed and free.",
+    "Axis of an R, P, H or C joint, first axis of a U joint, or normal of an E joint, in the frame \
+     of `from`: \"x\", \"y\", \"z\", \"-x\", … or a vector. Required for these types; joints of \
+     type S, fixed and free need no axis.",
 );
 const SECOND_AXIS: Field = field(
     "second_axis",
     Axis,
-    "Second axis of a U joint at zero coordinates, in the frame of `from`, at right angles to `axis`; \
-     required for U joints.",
+    "Second axis of a U joint at zero coordinates, in the frame of `from`, perpendicular to \
+     `axis`; required for U joints.",
 );
 const X_AXIS: Field = field(
     "x_axis",
     Axis,
-    "Direction x of the joint's frame, in the frame of `from`, at right angles to `axis`. By default \
-     axis x turned by the smallest rotation that takes z to `axis`.",
+    "Direction of the x axis of the joint's frame, in the frame of `from`, perpendicular to \
+     `axis`. By default the x axis of `from`, turned by the smallest rotation that takes the z \
+     axis to `axis`.",
 );
 const TURN: Field = field(
     "turn",
     Rotation,
-    "Rotation of the frame of `to` relative to that of `from` at zero coordinates; by default none.",
+    "Rotation of the frame of `to` relative to that of `from` at zero coordinates; by default no \
+     rotation.",
 );
 const ACTUATED: Field = field(
     "actuated",
@@ -54,22 +57,25 @@ const START: Field = field(
 const PITCH: Field = field(
     "pitch",
     Quantity(Pitch),
-    "Advance of an H joint, for example \"5 mm/rev\"; required there.",
+    "Advance of an H joint per angle, for example \"5 mm/rev\"; required for H joints, not allowed \
+     for others.",
 );
 const FRICTION: Field =
     field("friction", Table(JOINT_FRICTION), "Friction that depends on the joint's own reaction.");
 const COMPLIANCE: Field = field(
     "compliance",
     Table(JOINT_COMPLIANCE),
-    "Compliance of the joint, which determines how redundant constraints share a load.",
+    "Compliance of the joint; it determines only how redundant constraints share a load.",
 );
 
 const RANGE: Field = field(
     "range",
     Range,
-    "Range that the joint should not leave: [least, greatest]. Of C, U and E joints a table by degree of \
-     freedom, { slide = [0, \"50 mm\"] }; `tilt` of a U joint is the angle between the normals to its axes, of an \
-     S joint that between its z axes. Runs report where a motion leaves it; results do not change.",
+    "Range that the joint should not leave: [least, greatest]. For C, U and E joints, a table by \
+     degree of freedom, such as { slide = [0, \"50 mm\"] }; `tilt` of a U joint is the angle \
+     between the directions in the two bodies that are normal to both axes at zero coordinates; \
+     `tilt` of an S joint is the angle between the z axes of its two frames. Runs report motions \
+     that leave the range; the results do not change.",
 );
 
 /// Keys of the compliances of a joint.
@@ -77,16 +83,16 @@ pub(crate) const JOINT_COMPLIANCE: &[Field] = &[
     field(
         "radial",
         Quantity(Compliance),
-        "Displacement perpendicular to the axis per unit of force; of an S joint in all directions. All \
-         compliances are at least 0; by default 0, rigid.",
+        "Displacement perpendicular to the axis per unit of force; for an S joint, displacement in \
+         any direction. All compliances are at least 0; by default 0, rigid.",
     ),
     field("axial", Quantity(Compliance), "Displacement along the axis per unit of force."),
     field("bending", Quantity(AngularCompliance), "Tilt angle of the axis per unit of moment."),
     field(
         "torsional",
         Quantity(AngularCompliance),
-        "Angle of twist about the axis per unit of moment; of a U joint about the common normal of \
-         its axes.",
+        "Angle of twist about the axis per unit of moment; for a U joint, about the common normal \
+         of its axes.",
     ),
 ];
 

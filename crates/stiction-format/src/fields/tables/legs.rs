@@ -25,15 +25,16 @@ const LEG_BODIES: Field = field("bodies", Named(BODY), "Bodies of the chain by n
 const LEG_ACTUATORS: Field = field(
     "actuators",
     Named(LEG_ACTUATOR),
-    "Drive trains by the joint of the chain that they drive. They have the name of the joint: leg1.P, leg2.P \
-     and so on.",
+    "Drive trains of each leg, by the name of the joint of the chain that they drive. They have \
+     the names of the joints: leg1.P, leg2.P and so on.",
 );
 
 const LEG_SPRINGS: Field = field(
     "springs",
     Named(SPRING),
-    "Springs of each leg by name: leg1.NAME, leg2.NAME and so on. Bodies and joints of the chain have the names of the \
-     chain; points on `from` and `to` of the legs are in their frames rotated by the leg's angle.",
+    "Springs of each leg by name: leg1.NAME, leg2.NAME and so on. Bodies and joints of the leg \
+     have their names in the chain; points on the bodies `from` and `to` of the legs are in the \
+     frames of these bodies, rotated by the leg's angle.",
 );
 
 /// Keys of a group of equal legs.
@@ -41,25 +42,26 @@ pub(crate) const LEGS: &[Field] = &[
     required(
         "chain",
         Text,
-        "Joints and the bodies between them, from `from` to `to`: \"R cylinder P* rod S\"; * means \
-         actuated. Or joints only, \"R P* S\": the names of the bodies are then those of `between`, or \
-         link1, link2 and so on.",
+        "Joints and the bodies between them in order from `from` to `to`, such as \"R cylinder P* \
+         rod S\"; * means actuated. Or joints only, \"R P* S\": the names of the bodies are then \
+         given by `between`, or are link1, link2 and so on.",
     ),
     field(
         "between",
         Names,
-        "Bodies between the joints of a chain that lists only joints: [\"cylinder\", \"rod\"].",
+        "Names of the bodies between the joints if `chain` lists only joints: [\"cylinder\", \
+         \"rod\"].",
     ),
     field("from", Name, "Body from which the legs start; by default the ground."),
     required("to", Name, "Body to which the legs lead."),
     field("about", Axis, "Axis of the rotations that place the legs; by default z."),
     FOOT,
     TIP,
-    field("angles", Quantities(Angle), "One leg for each of these angles."),
+    field("angles", Quantities(Angle), "Angles of the legs: one leg for each angle."),
     field(
         "place",
         List(PLACE),
-        "One leg for each entry, with its angle and its individual values.",
+        "Legs with individual values, instead of `angles`: one leg for each entry.",
     ),
     LEG_JOINTS,
     LEG_BODIES,

@@ -10,7 +10,8 @@ pub(crate) const LOAD: &[Field] = &[
     field(
         "payload",
         List(PAYLOAD),
-        "Parts that the mechanism carries, with weight and inertia, as [[loads.NAME.payload]].",
+        "Payloads: parts with weight and inertia that the mechanism carries, each a table \
+         [[loads.NAME.payload]].",
     ),
 ];
 
@@ -32,14 +33,19 @@ pub(crate) const PAYLOAD: &[Field] = &[
     field(
         "from",
         Quantity(Time),
-        "Time at which the part is picked up; by default from the start.",
+        "Time at which the part is picked up; by default the start of the motion.",
     ),
-    field("until", Quantity(Time), "Time at which the part is placed; by default to the end."),
+    field(
+        "until",
+        Quantity(Time),
+        "Time at which the part is placed; by default the end of the \
+        motion.",
+    ),
 ];
 
 /// Keys of the load on a body.
 pub(crate) const BODY_LOAD: &[Field] = &[
-    field("force", Vector(Force), "Force; components can be expressions in the time `t`."),
+    field("force", Vector(Force), "Force; its components can be expressions in the time `t`."),
     field("moment", Vector(Moment), "Moment about the point `at`."),
     field(
         "at",

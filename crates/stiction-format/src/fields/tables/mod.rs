@@ -31,7 +31,7 @@ use crate::expression::Measure::{Acceleration, Length, Mass, Number};
 pub(crate) const MODEL: &[Field] = &[
     field("name", Text, "Name of the mechanism; by default the name of the file."),
     field("title", Text, "One-line description."),
-    field("source", Text, "Source of the numbers."),
+    field("source", Text, "Source of the numbers, such as a data sheet or a paper."),
     required(
         "gravity",
         Vector(Acceleration),
@@ -40,8 +40,8 @@ pub(crate) const MODEL: &[Field] = &[
     field(
         "characteristic_length",
         Quantity(Length),
-        "Length that relates moments to forces and angles to lengths; by default a mean distance between \
-         the joints and centres of mass of the bodies.",
+        "Characteristic length: it makes moments comparable to forces and angles to lengths; by \
+         default a mean distance between the joints and centres of mass of the bodies.",
     ),
     field("base", Table(POSE), "Pose of the ground's frame in the world."),
     field(
@@ -54,7 +54,8 @@ pub(crate) const MODEL: &[Field] = &[
     field(
         "actuators",
         Named(ACTUATOR),
-        "Drive trains: motors with their gears or screws, each on a degree of freedom of a joint, or on several together.",
+        "Drive trains: motors with their gears or screws. Each drives one degree of freedom of a \
+         joint, or several joints together.",
     ),
     field(
         "gearings",
@@ -70,38 +71,47 @@ pub(crate) const MODEL: &[Field] = &[
     field("legs", OneOrMore(LEGS), "Equal legs around an axis: a short form for symmetric robots."),
     field("motions", Motions(MOTION), "Prescribed motions."),
     field("loads", Loads(LOAD), "External forces and moments."),
-    field("default", Table(DEFAULT), "Choices used by default."),
+    field(
+        "default",
+        Table(DEFAULT),
+        "Motion, load and friction mode that commands use by default.",
+    ),
 ];
 
 /// Keys of a pose.
 pub(crate) const POSE: &[Field] = &[
     field("position", Vector(Length), "The origin; by default [0, 0, 0]."),
-    field("rotation", Rotation, "The orientation; by default none."),
+    field("rotation", Rotation, "The orientation; by default no rotation."),
 ];
 
 const HOME: Field = field(
     "home",
     Table(POSE),
-    "Initial guess of the body's pose in the ground's frame, for the assembly. In legs: in the frame \
-     of `from`, rotated by the leg's angle.",
+    "Initial guess of the body's pose in the ground's frame, for the assembly. For bodies of legs, \
+     the pose is in the frame of `from`, rotated by the leg's angle.",
 );
 
 /// Keys of a body.
 pub(crate) const BODY: &[Field] = &[
     field("mass", Quantity(Mass), "Mass; by default 0."),
-    field("com", Vector(Length), "Centre of mass in the frame of the body; required with a mass."),
+    field(
+        "com",
+        Vector(Length),
+        "Centre of mass in the frame of the body; required if the body \
+        has a mass.",
+    ),
     field(
         "inertia",
         Inertia,
-        "Inertia about the centre of mass, in the body's axes: the diagonal [xx, yy, zz], or a table \
-         of the tensor's entries {xx, yy, zz, xy, xz, yz}, missing ones 0; required with a \
-         mass.",
+        "Inertia about the centre of mass, in the body's axes: the diagonal [xx, yy, zz], or a \
+         table of the tensor's entries {xx, yy, zz, xy, xz, yz}, whose missing entries are 0; \
+         required if the body has a mass.",
     ),
     HOME,
     field(
         "visual",
         List(VISUAL),
-        "Meshes that pages show in place of the body's symbol. Results do not depend on them.",
+        "Meshes that reports show in place of the body's symbol. Results do not depend on them.",
     ),
 ];
 
@@ -115,16 +125,27 @@ pub(crate) const VISUAL: &[Field] = &[
     field(
         "scale",
         Vector(Number),
-        "Factors of its three coordinates; by default [1, 1, 1], for a mesh in metres.",
+        "Scale factors of the three coordinates of the mesh; by default [1, 1, 1], for a mesh in \
+         metres.",
     ),
-    field("position", Vector(Length), "Its origin in the frame of the body; by default [0, 0, 0]."),
-    field("rotation", Rotation, "Its orientation; by default none."),
+    field(
+        "position",
+        Vector(Length),
+        "Origin of the mesh in the frame of the body; by default [0, \
+        0, 0].",
+    ),
+    field(
+        "rotation",
+        Rotation,
+        "Orientation of the mesh in the frame of the body; by default no \
+        rotation.",
+    ),
 ];
 
 /// Keys of the table `default`, the settings used when a command names none.
 pub(crate) const DEFAULT: &[Field] = &[
-    field("motion", Name, "The motion."),
-    field("load", Name, "The load."),
+    field("motion", Name, "Name of the motion."),
+    field("load", Name, "Name of the load."),
     field(
         "friction",
         Choice(FRICTION_MODES),

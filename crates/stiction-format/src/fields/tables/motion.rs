@@ -21,14 +21,14 @@ pub(crate) const MOTION: &[Field] = &[
     field(
         "rate",
         Quantity(Frequency),
-        "Samples per second of `file`, as the logger states it; the time column must agree with it.",
+        "Samples per second of `file`, as given by the logger; the time column must agree with it.",
     ),
-    field("step", Quantity(Time), "Time between samples of the result."),
+    field("step", Quantity(Time), "Time between samples of the results."),
     field(
         "filter",
         Quantity(Frequency),
-        "Cut-off frequency of a low-pass filter for the positions of `file`: without phase shift, -3 dB at \
-         the cut-off, without ringing at the ends. By default none.",
+        "Cut-off frequency (-3 dB) of a low-pass filter for the positions of `file`, without phase \
+         shift and without ringing at the ends. By default no filter.",
     ),
     field(
         "file",
@@ -45,59 +45,69 @@ pub(crate) const MOTION: &[Field] = &[
     field(
         "limits",
         Limits,
-        "Limits from which the durations between waypoints follow, by the name of a coordinate or of a \
-         body: then they concern the path of its origin. Behind `BODY.rotation` they concern its rotation.",
+        "Limits that determine the durations between waypoints, by the name of a coordinate or of \
+         a body. Limits of a body apply to the path of its origin, and limits of `BODY.rotation` \
+         apply to its rotation.",
     ),
 ];
 
 /// Keys of a waypoint, besides its coordinates.
 pub(crate) const WAYPOINT: &[Field] = &[
     field("at", Quantity(Time), "Time of arrival."),
-    field("duration", Quantity(Time), "Duration of the move to this waypoint."),
-    field("dwell", Quantity(Time), "Time at rest after the arrival; by default 0."),
+    field("duration", Quantity(Time), "Duration of the move that leads to this waypoint."),
+    field(
+        "dwell",
+        Quantity(Time),
+        "Time at rest at this waypoint, after the arrival; by default 0.",
+    ),
     field("law", Choice(Law::NAMES), "Motion law of the move to this waypoint."),
     field(
         "blend",
         Quantity(Time),
-        "Time before the arrival at which the next move begins, so that the corner is rounded and the \
-         waypoint is not reached; by default 0, a stop.",
+        "Time by which the next move begins before the arrival, so that the corner is rounded and \
+         the waypoint is not reached; by default 0, a stop.",
     ),
 ];
 
 /// Keys of the limits of a translation.
 pub(crate) const LIMITS: &[Field] = &[
-    field("speed", Quantity(Speed), "Greatest speed."),
-    field("acceleration", Quantity(Acceleration), "Greatest acceleration."),
-    field("jerk", Quantity(Jerk), "Greatest jerk."),
+    field("speed", Quantity(Speed), "Greatest permitted speed."),
+    field("acceleration", Quantity(Acceleration), "Greatest permitted acceleration."),
+    field("jerk", Quantity(Jerk), "Greatest permitted jerk."),
 ];
 
 /// Keys of the limits of a rotation.
 pub(crate) const ANGULAR_LIMITS: &[Field] = &[
-    field("speed", Quantity(AngularSpeed), "Greatest angular speed."),
-    field("acceleration", Quantity(AngularAcceleration), "Greatest angular acceleration."),
-    field("jerk", Quantity(AngularJerk), "Greatest angular jerk."),
+    field("speed", Quantity(AngularSpeed), "Greatest permitted angular speed."),
+    field(
+        "acceleration",
+        Quantity(AngularAcceleration),
+        "Greatest permitted angular acceleration.",
+    ),
+    field("jerk", Quantity(AngularJerk), "Greatest permitted angular jerk."),
 ];
 
 /// Coordinates of a body, as keys of a motion.
 pub(crate) const BODY_MOTION: &[Field] = &[
     field("x", Quantity(Length), "x of the body's origin in the ground's frame."),
-    field("y", Quantity(Length), "y of the body's origin."),
-    field("z", Quantity(Length), "z of the body's origin."),
+    field("y", Quantity(Length), "y of the body's origin in the ground's frame."),
+    field("z", Quantity(Length), "z of the body's origin in the ground's frame."),
     field("rx", Quantity(Angle), "Intrinsic rotation angle about x."),
     field("ry", Quantity(Angle), "Intrinsic rotation angle about y."),
     field("rz", Quantity(Angle), "Intrinsic rotation angle about z."),
-    field("r1", Quantity(Angle), "First intrinsic angle, whatever the order."),
-    field("r2", Quantity(Angle), "Second intrinsic angle."),
-    field("r3", Quantity(Angle), "Third intrinsic angle."),
+    field("r1", Quantity(Angle), "First intrinsic rotation angle in the order `order`."),
+    field("r2", Quantity(Angle), "Second intrinsic rotation angle in the order `order`."),
+    field("r3", Quantity(Angle), "Third intrinsic rotation angle in the order `order`."),
     field("rvx", Quantity(Angle), "x of the rotation vector."),
     field("rvy", Quantity(Angle), "y of the rotation vector."),
     field("rvz", Quantity(Angle), "z of the rotation vector."),
     field(
         "rotation",
         Rotation,
-        "In waypoints: the orientation. Between two of them the body turns about a fixed axis, the shorter way.",
+        "In waypoints: the orientation. Between two orientations, the body turns about a fixed \
+         axis by the smaller angle.",
     ),
-    field("order", Choice(ORDERS), "Order of the intrinsic angles; by default xyz."),
+    field("order", Choice(ORDERS), "Order of the intrinsic rotation angles; by default xyz."),
 ];
 
 /// Orders of intrinsic rotations in three-angle sequences.

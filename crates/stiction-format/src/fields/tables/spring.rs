@@ -9,8 +9,8 @@ use crate::fields::{Field, field, required};
 
 /// Keys of a spring.
 pub(crate) const SPRING: &[Field] = &[
-    field("from", Name, "The body at one end; required without a `joint`."),
-    field("to", Name, "The body at the other end; required without a `joint`."),
+    field("from", Name, "The body at one end; required unless `joint` is given."),
+    field("to", Name, "The body at the other end; required unless `joint` is given."),
     field(
         "at",
         Vector(Length),
@@ -24,8 +24,8 @@ pub(crate) const SPRING: &[Field] = &[
     field(
         "joint",
         Name,
-        "Joint on which the spring acts, instead of `from` and `to`; of a joint with several degrees of freedom one of \
-         them, such as \"leg1.U.first\".",
+        "Joint on which the spring acts, instead of `from` and `to`; for a joint with several \
+         degrees of freedom, the name of one, such as \"leg1.U.first\".",
     ),
     field(
         "stiffness",
@@ -36,18 +36,20 @@ pub(crate) const SPRING: &[Field] = &[
     field(
         "free_length",
         Quantity(Length),
-        "Length between the ends at which only the preload acts, at least 0; required with a stiffness between points.",
+        "Length between the ends at which only the preload acts, at least 0; required if a spring \
+         between points has a stiffness.",
     ),
     field(
         "rest",
         LinearOrAngular(Length, Angle),
-        "Coordinate of the joint at which only the preload acts; required with a stiffness on a joint.",
+        "Coordinate of the joint at which only the preload acts; required if a spring on a joint \
+         has a stiffness.",
     ),
     field(
         "preload",
         LinearOrAngular(Force, Moment),
-        "Force at the free length, positive if it pushes the ends apart, or effort at `rest`, positive towards larger \
-         coordinates; by default 0.",
+        "Force at the free length, positive if it pushes the ends apart; or effort at `rest`, \
+         positive in the direction of the joint coordinate; by default 0.",
     ),
     field(
         "damping",
@@ -57,24 +59,25 @@ pub(crate) const SPRING: &[Field] = &[
     field(
         "extension_force",
         Quantity(Force),
-        "Makes it a gas spring between points: its force at the extended length (F1 of data sheets), at least 0.",
+        "Force of a gas spring at its extended length (F1 in data sheets), at least 0; this key \
+         makes the spring a gas spring between points.",
     ),
     field(
         "progression",
         Quantity(Number),
-        "Force of the gas spring at the end of the stroke over its extension force (x = F2/F1), at least 1; linear over \
-         the stroke; by default 1.",
+        "Progression of a gas spring: force at the end of the stroke over extension force (x = \
+         F2/F1 in data sheets), at least 1; the force is linear over the stroke; by default 1.",
     ),
     field(
         "extended_length",
         Quantity(Length),
-        "Length between the ends of the extended gas spring; required there.",
+        "Length between the ends of the extended gas spring; required for gas springs.",
     ),
     field(
         "stroke",
         Quantity(Length),
-        "Stroke of the gas spring; required there. Runs report where its length leaves the stroke; its force is \
-         continued linearly.",
+        "Stroke of the gas spring; required for gas springs. Runs report motions that leave the \
+         stroke; beyond it, the force is continued linearly.",
     ),
 ];
 
@@ -82,13 +85,24 @@ pub(crate) const SPRING: &[Field] = &[
 pub(crate) const BUSHING: &[Field] = &[
     required("from", Name, "The body of the first frame."),
     required("to", Name, "The body of the second frame."),
-    field("frame", Table(POSE), "The first frame in `from`; by default its own."),
-    field("to_frame", Table(POSE), "The second frame in `to`; by default its own."),
+    field(
+        "frame",
+        Table(POSE),
+        "Pose of the first frame in the frame of `from`; by default the \
+        frame of `from` itself.",
+    ),
+    field(
+        "to_frame",
+        Table(POSE),
+        "Pose of the second frame in the frame of `to`; by default the \
+        frame of `to` itself.",
+    ),
     field(
         "stiffness",
         SixBySix(Stiffness),
-        "Stiffness matrix in the axes of the first frame, displacements x y z before rotations: its diagonal, or 6 rows \
-         of 6; symmetric, without negative eigenvalues; by default 0.",
+        "Stiffness matrix in the axes of the first frame, with displacements x y z before \
+         rotations: its diagonal, or 6 rows of 6 entries; symmetric and positive semidefinite; by \
+         default 0.",
     ),
     field(
         "damping",

@@ -252,14 +252,15 @@ fn replace(context: &Context<'_>, robot: &mut Description, joint: Joint, chain: 
         Universal => "a universal joint",
         Cylindrical => "a cylindrical joint",
         Planar => "a planar joint",
-        _ => "one hinge",
+        _ => "one hinge joint",
     };
     let names: Vec<String> = chain.iter().map(|&k| quoted(&robot.joints[k].name)).collect();
     let lost = joint.kind == Spherical || joint.kind == Revolute;
     let ranges = chain.iter().any(|&k| robot.joints[k].dofs.iter().any(|dof| dof.range.is_some()));
     let more = if lost && ranges { ", their ranges are left out" } else { "" };
     let message = format!(
-        "{}, with bodies without mass between them, are {what}, {}{more} (--literal keeps them)",
+        "{}, with massless bodies between them, are replaced by {what}, {}{more} (--literal keeps \
+         them)",
         names.join(", "),
         quoted(&joint.name)
     );

@@ -18,9 +18,11 @@ pub(super) fn merge(context: &Context<'_>, robot: &mut Description) {
             Some((joint, used)) => {
                 let names: Vec<String> =
                     used.iter().map(|&k| quoted(&robot.joints[k].name)).collect();
-                let what = if joint.kind == Fixed { "a rigid connection" } else { "one hinge" };
+                let what =
+                    if joint.kind == Fixed { "a rigid connection" } else { "one hinge joint" };
                 let message = format!(
-                    "the closures {} of the same bodies are {what} (--literal keeps them)",
+                    "the loop closures {} connect the same bodies and are replaced by {what} \
+                     (--literal keeps them)",
                     names.join(", ")
                 );
                 context.note(message, joint.place.clone());

@@ -22,8 +22,8 @@ pub(super) fn hinges(context: &Context<'_>, robot: &mut Description) {
             continue;
         };
         let message = format!(
-            "the closure {} is in a chain that moves in a plane: it is a hinge (--literal keeps \
-             the ball)",
+            "the loop closure {} is in a planar chain: its ball joint is replaced by a hinge joint \
+             (--literal keeps it)",
             quoted(&own.name)
         );
         context.note(message, own.place.clone());

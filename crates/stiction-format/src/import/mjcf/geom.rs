@@ -85,7 +85,7 @@ impl Reader<'_, '_> {
                 None => return Mass::none(),
             },
             other => {
-                let message = format!("geoms of type {} have no mass here", quoted(other));
+                let message = format!("geoms of type {} are imported without mass", quoted(other));
                 context.note(message, Some(geom.place()));
                 return Mass::none();
             }

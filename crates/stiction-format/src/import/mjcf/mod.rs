@@ -85,9 +85,9 @@ fn refuse_generators(context: &Context<'_>, root: &Element) -> Option<()> {
     let mut open = vec![root];
     while let Some(element) = open.pop() {
         if GENERATORS.contains(&element.tag.as_str()) {
-            let message = format!("<{}>, which makes bodies by a rule, is not read", element.tag);
-            let help = "save the model with MuJoCo, which writes these bodies out \
-                        (mj_saveLastXML), and convert the saved file";
+            let message = format!("<{}>, which generates bodies, is not read", element.tag);
+            let help = "save the model with MuJoCo (mj_saveLastXML), which writes each of these \
+                bodies, and convert the saved file";
             context.error("mjcf", message, &element.place(), help);
             return None;
         }

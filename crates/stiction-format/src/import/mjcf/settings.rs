@@ -110,7 +110,9 @@ impl Settings {
             self.mesh_folder = folder.trim_end_matches('/').to_owned();
         }
         if element.get("coordinate") == Some("global") {
-            let message = "global coordinates are not read; MuJoCo has dropped them".to_owned();
+            let message = "global coordinates are not read; newer versions of MuJoCo do not \
+                support them either"
+                .to_owned();
             let help = "save the model again with MuJoCo 2.3.3, which converts them";
             context.error("compiler", message, &element.place(), help);
         }

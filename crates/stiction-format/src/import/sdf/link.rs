@@ -102,7 +102,7 @@ impl Reader<'_, '_> {
             "cylinder" => Some(cylinder(number("radius"), 0.5 * number("length"))),
             "capsule" => Some(capsule(number("radius"), 0.5 * number("length"))),
             other => {
-                let message = format!("shapes of type {} have no mass here", quoted(other));
+                let message = format!("shapes of type {} are imported without mass", quoted(other));
                 context.note(message, Some(shape.place()));
                 None
             }

@@ -38,7 +38,7 @@ pub(super) fn write(context: &Context<'_>, out: &mut String, robot: &Description
     for gearing in &robot.gearings {
         let Some(terms) = terms(robot, gearing) else {
             let message = format!(
-                "the coupling {} leaves no gearing of two joints: it is left out",
+                "the coupling {} does not connect two movable joints: it is left out",
                 quoted(&gearing.name)
             );
             context.note(message, gearing.place.clone());

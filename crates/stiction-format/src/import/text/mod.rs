@@ -46,7 +46,7 @@ pub(super) fn write(context: &Context<'_>, robot: &Description, draft: &Draft<'_
     );
     if !draft.notes.is_empty() {
         out += "#\n";
-        comment(&mut out, "What differs from the file:");
+        comment(&mut out, "Differences from the file:");
         for note in draft.notes {
             item(&mut out, &note.line_with(super::file_name));
         }
@@ -73,7 +73,7 @@ pub(super) fn write(context: &Context<'_>, robot: &Description, draft: &Draft<'_
         out += "\n";
         comment(
             &mut out,
-            &format!("At rest where the loops close, nearest to {}.", robot.position),
+            &format!("At rest, at the position with closed loops nearest to {}.", robot.position),
         );
         out += "[motions.hold]\nduration = 0\n";
         for Held { name, value, is_angle } in motion {

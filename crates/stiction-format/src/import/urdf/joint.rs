@@ -129,7 +129,7 @@ fn properties(context: &Context<'_>, element: &Element, joint: &mut Joint) {
         };
     }
     if shared.range.is_some_and(|[lower, upper]| lower >= upper) {
-        context.note("limits that leave no range are left out", place());
+        context.note("limits with an empty range are left out", place());
         shared.range = None;
     }
     let own = (joint.kind, joint.dofs.as_mut_slice());

@@ -109,7 +109,8 @@ fn guess(context: &Context<'_>, root: &Element, tree: &Tree, robot: &mut Descrip
         }
     }
     context.note(
-        "the file does not say which joints have motors: all that may have an effort are actuated",
+        "the file does not say which joints have motors: all joints of one degree of freedom are \
+         actuated, except those that follow another joint or have an effort limit of 0",
         None,
     );
 }

@@ -46,7 +46,10 @@ fn combine(layers: &Layers<'_>, shape: InterfaceShape, notes: &mut Notes) -> Com
         _ => Combine::Sum,
     };
     let why = match (combine, shape) {
-        (Combine::Pads, InterfaceShape::Plate) => "a plate has no pads",
+        (Combine::Pads, InterfaceShape::Plate) => {
+            "a plate has no pads at which the normal force \
+            could be combined"
+        }
         (Combine::RootSumSquare, InterfaceShape::Thread) => {
             "the normal force of a thread depends on its own friction, which this combination does not support"
         }

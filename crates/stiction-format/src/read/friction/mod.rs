@@ -83,7 +83,11 @@ pub(crate) fn read(
                     ),
                 )
                 .at(context.place(&key.span), "unknown friction interface")
-                .maybe_help(did_you_mean(&key.name, "its contacts", names)),
+                .maybe_help(did_you_mean(
+                    &key.name,
+                    "its friction interfaces",
+                    names,
+                )),
             );
         }
     }

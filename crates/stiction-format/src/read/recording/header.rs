@@ -148,7 +148,7 @@ impl Header {
                 // In a result file, any other name without a suffix is not an effort.
                 if actuators.find(name).is_some() {
                     let message = format!(
-                        "the column {} is ambiguous beside columns `….drive`",
+                        "the column {} is ambiguous in a file with columns `….drive`",
                         quoted(name)
                     );
                     messages.push("duplicate", message, cell, "delete this column");

@@ -52,7 +52,8 @@ impl Timing<'_> {
             let (blend, most) = (number(blend), number(most));
             refuse(
                 format!(
-                    "the blend takes {blend} s; it can be half of the shorter of both moves, {most} s"
+                    "the blend takes {blend} s, but can take at most half of the shorter of its \
+                     two moves, {most} s"
                 ),
                 SHORTEN,
             );

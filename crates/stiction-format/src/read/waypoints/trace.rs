@@ -154,7 +154,7 @@ pub(super) fn joints(
                 format!("the limits of {} cannot be evaluated: {why}", names.join(", ")),
             )
             .at(reader.context.place(&table.span), "on the way to this waypoint")
-            .help("go another way, or limit the coordinates of the waypoints"),
+            .help("choose other waypoints, or limit the coordinates of the waypoints instead"),
         );
     };
     let mut solver = match first(reader, &goals)? {
@@ -172,7 +172,9 @@ pub(super) fn joints(
                 all.push(by_quantity(&joints, &curves));
                 continue;
             }
-            Ok(None) => "they are not smooth there, as near a singular position".to_owned(),
+            Ok(None) => "the motion of these coordinates is not smooth there, for example near a \
+                singular position"
+                .to_owned(),
             Err(error) => error.to_string(),
         };
         refuse(table, problem);

@@ -30,7 +30,7 @@ fn undeclared_prefixes_and_fixed_followers_are_noted() {
     // Places of errors are those of the file, also behind the first element.
     let wrong = text.replace("<other:thing/>", "<other:thing></robot>");
     let said = refused("r.urdf", &wrong);
-    assert!(said.contains("no well-formed XML") && said.contains("r.urdf:9:"), "{said}");
+    assert!(said.contains("not well-formed XML") && said.contains("r.urdf:9:"), "{said}");
     let many: String = (0..40).map(|k| format!("<p{k}:x/>")).collect();
     let said = refused("r.urdf", &robot(&many, LINK));
     assert!(said.contains("are not declared") && said.contains("r.urdf:8:"), "{said}");

@@ -28,14 +28,14 @@ fn hostile_files_are_refused_with_reasons() {
     let deep = format!("{}{}", "<body>".repeat(100_000), "</body>".repeat(100_000));
     let laughs = "<!DOCTYPE r [<!ENTITY a 'aaaa'><!ENTITY b '&a;&a;'>]><robot name='&b;'/>";
     for (text, reason) in [
-        ("", "no well-formed XML"),
-        ("<robot", "no well-formed XML"),
+        ("", "not well-formed XML"),
+        ("<robot", "not well-formed XML"),
         (laughs, "entities"),
         ("<html/>", "is not that of a robot file"),
         ("<robot name='r'/>", "has no links"),
         (&format!("<mujoco><worldbody>{deep}</worldbody></mujoco>"), "nested in more than"),
         ("<mujoco><include file='robot.xml'/></mujoco>", "included again"),
-        ("<mujoco><worldbody><body pos='nan 0 0'/></worldbody></mujoco>", "no finite number"),
+        ("<mujoco><worldbody><body pos='nan 0 0'/></worldbody></mujoco>", "not a finite number"),
         ("<mujoco><worldbody><body pos='1e300 0 0'/></worldbody></mujoco>", "greater than"),
         (
             "<mujoco><worldbody><body pos='1 2'/></worldbody></mujoco>",
@@ -107,7 +107,7 @@ fn odd_names_are_changed() {
     for name in ["[bodies.a_b]", "[joints._title]", "[joints._]", "[bodies._ground]"] {
         assert!(imported.text.contains(name), "{name}\n{}", imported.text);
     }
-    assert!(imported.notes.iter().any(|note| note.message.contains("is named a_b here")));
+    assert!(imported.notes.iter().any(|note| note.message.contains("is renamed to a_b")));
 }
 
 /// Parts of robot files in any order.

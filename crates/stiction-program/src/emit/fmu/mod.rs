@@ -82,9 +82,9 @@ impl Feedforward {
             token: String::new(),
             sources: vec![adapter.clone(), format!("{name}.c")],
             categories: vec![
-                ("logStatusWarning", "Efforts without friction"),
-                ("logStatusDiscard", "States without an answer"),
-                ("logStatusError", "Calls that are not possible"),
+                ("logStatusWarning", "Steps whose efforts do not include friction"),
+                ("logStatusDiscard", "Steps for which no efforts exist"),
+                ("logStatusError", "Calls that are not allowed"),
             ],
             has_events: false,
             step: 0.001,
@@ -139,30 +139,37 @@ impl Feedforward {
             ));
         }
         for (name, unit, about) in [
-            ("loops.residual", "1", "Error of the loops: lengths over the characteristic length"),
+            (
+                "loops.residual",
+                "1",
+                "Closure error of the loops, relative to the characteristic \
+                length",
+            ),
             (
                 "singularity.index",
                 "1",
-                "Singularity index: 0 where actuators do not resist some motion",
+                "Singularity index: 0 if some motion is resisted by no actuator",
             ),
             (
                 "singularity.determinant",
                 "1",
-                "Determinant of the equations relative to home: 0 at singular positions",
+                "Determinant of the equations relative to that at the home position: 0 at singular \
+                 positions",
             ),
             (
                 "friction.coupling",
                 "1",
-                "Determinant with friction relative to that without: 0 where friction locks",
+                "Determinant of the equations with friction relative to that without: 0 if \
+                 friction locks the mechanism",
             ),
-            ("joints.reaction", "N", "Largest force of a joint"),
+            ("joints.reaction", "N", "Largest reaction force of a joint"),
         ] {
             variables.push(Variable::real(name, Causality::Local, unit, about));
         }
-        let about = "Outcome: 0 complete, 1 friction at rest chosen by rule, 2 without friction, \
-                     negative: last efforts";
+        let about = "Outcome: 0 success, 1 friction at rest selected by a rule or not converged, 2 \
+            efforts without friction, negative: efforts of the last valid step";
         variables.push(Variable::integer("status", Causality::Output, about));
-        let about = "Friction while positions are held: 0 as in the last motion, 1 fading, 2 none";
+        let about = "Friction at rest: 0 that of the last motion, 1 fading, 2 none";
         let mut rest = Variable::integer("friction.rest", Causality::Parameter, about);
         (rest.start, rest.range) = (Some(Start::Integer(0)), (Some(0.0), Some(2.0)));
         variables.push(rest);
@@ -172,7 +179,7 @@ impl Feedforward {
             variables.push(own);
         };
         let size = (Some(0.0), None);
-        let about = "Rates and accelerations up to this size count as zero [rad/s, m/s]";
+        let about = "Rates and accelerations up to this magnitude count as zero [SI units]";
         parameter("friction.rest_rate", "1", about, 1e-9, size);
         let about = "Factor by which fading friction is multiplied in every step at rest";
         parameter("friction.fade", "1", about, 0.99, (Some(0.0), Some(1.0)));

@@ -70,7 +70,7 @@ impl State {
     /// friction, by at most @STEPS@ Newton steps.
     ///
     /// # Errors
-    /// [`Code::Undetermined`] where joints rest: whether they stick or begin to slide is not decided here.
+    /// [`Code::Undetermined`] if joints are at rest: this function does not decide whether they stick or begin to slide.
     /// [`Code::Frictionless`] where friction has no solution, or the steps do not converge.
     /// [`Code::Singular`] where efforts do not determine the accelerations.
     pub fn accelerations<M: Math>(

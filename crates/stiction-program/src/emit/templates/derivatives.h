@@ -1,4 +1,4 @@
-/* As @NAME@_ff, with the derivatives of the efforts with respect to positions, rates and
+/* Like @NAME@_ff, with the derivatives of the efforts with respect to positions, rates and
    accelerations: a row for each actuator, a column for each coordinate. They are exact and include the
    change of friction with the reactions. The derivatives exist only with @GUARD@_OK; otherwise the
    matrices are unchanged. If a joint slides too slowly for derivatives, the code is

@@ -41,7 +41,7 @@ enum {
     @GUARD@_BAD_INPUT = -1,
     /* The loops cannot be closed from the last position: out of reach, or too far in one step. */
     @GUARD@_OPEN = -2,
-    /* The position is singular, or home lies on the other side of a singular position. */
+    /* The position is singular, or a singular position lies between it and the home position. */
     @GUARD@_SINGULAR = -3,
     /* @NAME@_init has not been called, or has failed. */
     @GUARD@_NOT_READY = -4
@@ -59,7 +59,7 @@ enum {
 
 /* Parameters that can be changed between calls. @NAME@_defaults sets those of the model. */
 typedef struct @NAME@_params {
-@FIELDS@    /* Rates and accelerations up to this size count as zero [rad/s, m/s]. */
+@FIELDS@    /* Rates and accelerations up to this magnitude count as zero [SI units]. */
     @NAME@_real rest_rate;
     /* Factor of the friction for every call at rest, from 0 to 1, with rest = @GUARD@_FADED. */
     @NAME@_real fade;
@@ -82,13 +82,13 @@ typedef struct @NAME@_info {
     /* Closure error of the loops: lengths over the characteristic length, angles in rad. */
     @NAME@_real residual;
     /* Singularity index (type 2, actuation): smallest singular value of the dimensionless balance of all bodies, with
-       a characteristic length of @LENGTH@ m. It is 0 where actuators and constraints do not resist some motion, and
+       a characteristic length of @LENGTH@ m. It is 0 if some motion is resisted by no actuator and no constraint, and
        if the call has no result. */
     @NAME@_real singularity_index;
-    /* Determinant of the equations relative to that at home: 1 at home, positive on the same side of all singular
-       positions as home, 0 where the coordinates do not determine the motion, or the actuators do not. */
+    /* Determinant of the equations relative to that at the home position: positive on the same side of all singular
+       positions as the home position, 0 if the coordinates or the actuators do not determine the motion. */
     @NAME@_real determinant;
-    /* Determinant of the forces with friction relative to that without: 0 where friction locks. */
+    /* Determinant of the forces with friction relative to that without: 0 if friction locks the mechanism. */
     @NAME@_real coupling;
     /* Largest force of a joint [N], and the index of this joint; 0 and -1 without friction. */
     @NAME@_real reaction;
@@ -113,7 +113,7 @@ unsigned @NAME@_identity(int item);
 /* Sets the parameters of the model. */
 void @NAME@_defaults(@NAME@_params *params);
 
-/* Closes the loops at the positions q, in straight steps from home. Returns @GUARD@_OK,
+/* Closes the loops at the positions q, in steps on a straight line from the home position. Returns @GUARD@_OK,
    @GUARD@_OPEN or @GUARD@_BAD_INPUT. */
 int @NAME@_init(@NAME@_state *state, const @NAME@_real q[@GUARD@_COORDINATES]);
 
@@ -124,8 +124,8 @@ int @NAME@_ff(const @NAME@_params *params, @NAME@_state *warm,
     const @NAME@_real qdd[@GUARD@_COORDINATES], @NAME@_real tau[@GUARD@_ACTUATORS],
     @NAME@_info *info);
 
-/* As @NAME@_ff; at rest, friction opposes the rates `direction`, of which only the ratios count.
-   If `direction` is null or zero, the accelerations decide, or `rest` if they vanish too. */
+/* Like @NAME@_ff; at rest, friction opposes the rates `direction`, of which only the ratios count.
+   If `direction` is null or zero, friction opposes the accelerations; if these are zero, `rest` selects it. */
 int @NAME@_ff_towards(const @NAME@_params *params, @NAME@_state *warm,
     const @NAME@_real q[@GUARD@_COORDINATES], const @NAME@_real qd[@GUARD@_COORDINATES],
     const @NAME@_real qdd[@GUARD@_COORDINATES], const @NAME@_real direction[@GUARD@_COORDINATES],

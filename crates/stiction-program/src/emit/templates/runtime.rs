@@ -84,7 +84,7 @@ pub enum Code {
     BadInput,
     /// The loops cannot be closed from the last position.
     Open,
-    /// The position is singular, or home lies on the other side of a singular position.
+    /// The position is singular, or a singular position lies between it and the home position.
     Singular,
 }
 
@@ -102,7 +102,7 @@ pub enum Rest {
 /// Parameters that can be changed between calls; by default those of the model.
 #[derive(Clone, Debug)]
 pub struct Params {
-@FIELDS@    /// Rates and accelerations up to this size count as zero, rad/s, m/s.
+@FIELDS@    /// Rates and accelerations up to this magnitude count as zero, SI units.
     pub rest_rate: Real,
     /// Factor of the friction for every call at rest, from 0 to 1, with [`Rest::Faded`].
     pub fade: Real,
@@ -134,10 +134,10 @@ pub struct Info {
     /// constraints do not resist some motion, if the call has no result, or if it is not computed,
     /// see [`Params::wants_index`].
     pub singularity_index: Real,
-    /// Determinant of the equations relative to that at home: 1 at home, positive on the same side of all singular
-    /// positions as home, 0 where the coordinates do not determine the motion, or the actuators do not.
+    /// Determinant of the equations relative to that at the home position: positive on the same side of all singular
+    /// positions as the home position, 0 if the coordinates or the actuators do not determine the motion.
     pub determinant: Real,
-    /// Determinant of the forces with friction relative to that without: 0 where friction locks.
+    /// Determinant of the forces with friction relative to that without: 0 if friction locks the mechanism.
     pub coupling: Real,
     /// Largest force of a joint, N, and the index of this joint; `None` without friction.
     pub reaction: Option<(Real, usize)>,

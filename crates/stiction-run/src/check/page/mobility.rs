@@ -26,8 +26,7 @@ pub(super) fn mobility(job: &Job<'_>, findings: &Findings) -> String {
             "traced from this position, with closed loops after each step",
         ),
     ];
-    let head =
-        [("count", Column::Text), ("dofs", Column::Number), ("how it is counted", Column::Text)];
+    let head = [("count", Column::Text), ("dofs", Column::Number), ("method", Column::Text)];
     let mut inner = table(&head, &counts);
     inner += &gap(findings);
     if mobility.finite.traced < mobility.instantaneous {
@@ -61,13 +60,15 @@ fn gap(findings: &Findings) -> String {
         );
     };
     let dropped = match dropped {
-        Some(dropped) => format!("the largest zero value is {}", words::power_of_ten(dropped)),
-        None => "none does not".to_owned(),
+        Some(dropped) => {
+            format!("the largest that counts as zero is {}", words::power_of_ten(dropped))
+        }
+        None => "all count as nonzero".to_owned(),
     };
     note(&format!(
         "The instantaneous mobility follows from a gap between the singular values of the loop \
-         equations, relative to the largest: the smallest nonzero value is {kept:.1e}, \
-         {dropped}. The wider the gap, the more certain the mobility."
+         equations, relative to the largest: the smallest value that counts as nonzero is \
+         {kept:.1e}; {dropped}. The wider the gap, the more certain the mobility."
     ))
 }
 
@@ -88,7 +89,7 @@ fn bodies(findings: &Findings) -> String {
             row
         })
         .collect();
-    let mut head = vec![("body", Column::Text), ("can do, independently", Column::Text)];
+    let mut head = vec![("body", Column::Text), ("independent motions", Column::Text)];
     head.extend(blocked.then_some(("to first order only", Column::Text)));
     table(&head, &rows)
 }

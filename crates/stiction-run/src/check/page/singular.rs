@@ -19,14 +19,14 @@ pub(super) fn singularities(job: &Job<'_>, findings: &Findings) -> String {
         ("at t [s]", Column::Number),
         ("singular samples", Column::Number),
         ("least constrained", Column::Text),
-        ("what it is", Column::Text),
+        ("meaning", Column::Text),
     ];
     let mut inner = table(&head, &rows);
     for (kind, nearness) in findings.singularities() {
         for (time, weakness) in nearness.crossings.iter().take(LISTED) {
             let gained = words::gained(kind, weakness);
             inner +=
-                &paragraph(&format!("Singular in {} at t = {time:.7} s: {gained}.", kind.word()));
+                &paragraph(&format!("Singular ({}) at t = {time:.7} s: {gained}.", kind.word()));
         }
         if nearness.crossings.len() > LISTED {
             inner += &paragraph(&format!("And {} times more.", nearness.crossings.len() - LISTED));
@@ -35,7 +35,7 @@ pub(super) fn singularities(job: &Job<'_>, findings: &Findings) -> String {
             (nearness.singular_samples > 0, nearness.crossings.is_empty(), &nearness.weakness)
         {
             let gained = words::gained(kind, weakness);
-            inner += &paragraph(&format!("Singular in {}: {gained}.", kind.word()));
+            inner += &paragraph(&format!("Singular ({}): {gained}.", kind.word()));
         }
     }
     for sentence in words::in_general(findings).iter().chain(&words::actuation_of_motion(findings))

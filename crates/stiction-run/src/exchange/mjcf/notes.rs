@@ -16,9 +16,9 @@ pub(super) fn notes(mechanism: &Mechanism, tree: &Tree) -> Vec<String> {
     }
     if left_out > 0 {
         notes.push(format!(
-            "friction at {left_out} of {all} friction interfaces is in texts that only stiction \
-             reads: MJCF has no friction that depends on the load or the direction, and none in a \
-             ball that closes a loop; other viscous friction becomes damping"
+            "friction at {left_out} of {all} friction interfaces is in <text> elements that only \
+             stiction reads: MJCF has no friction that depends on the load or the direction, and \
+             none in a ball joint that closes a loop; other viscous friction becomes damping"
         ));
     }
     let length = mechanism.characteristic_length();
@@ -42,7 +42,8 @@ pub(super) fn notes(mechanism: &Mechanism, tree: &Tree) -> Vec<String> {
     }
     if mechanism.joints().iter().any(|joint| !joint.ranges.is_empty()) {
         notes.push(
-            "ranges of joints are in texts that only stiction reads: in MJCF they are stops"
+            "ranges of joints are in <text> elements that only stiction reads, because a range is \
+             a mechanical stop in MJCF"
                 .to_owned(),
         );
     }
@@ -64,8 +65,8 @@ pub(super) fn notes(mechanism: &Mechanism, tree: &Tree) -> Vec<String> {
         .collect();
     if !left.is_empty() {
         notes.push(format!(
-            "springs on joints outside of the tree, bushings, and springs of constant force are in texts that only \
-             stiction reads: {}",
+            "springs on joints outside of the tree, bushings, and springs of constant force are in \
+             <text> elements that only stiction reads: {}",
             left.join(", ")
         ));
     }
@@ -76,19 +77,24 @@ pub(super) fn notes(mechanism: &Mechanism, tree: &Tree) -> Vec<String> {
         train.dofs.iter().all(in_tree)
     };
     if trains.iter().filter(has_steps).any(|train| train.gear.efficiencies() != (1.0, 1.0)) {
-        notes
-            .push("losses of gears are in texts that only stiction reads: MJCF has none that grow with the load".to_owned());
+        notes.push(
+            "losses of gears are in <text> elements that only stiction reads: MJCF has none \
+                that grow with the load"
+                .to_owned(),
+        );
     }
     if trains.iter().any(|train| train.rotor_axis.is_some()) {
         notes.push(
-            "axes of rotors are in texts that only stiction reads: the armature of MJCF has no gyroscopic torque".to_owned(),
+            "axes of rotors are in <text> elements that only stiction reads: the armature of MJCF \
+             has no gyroscopic torque"
+                .to_owned(),
         );
     }
     let lost: Vec<_> =
         trains.iter().filter(|train| !has_steps(train)).map(|t| t.name.as_str()).collect();
     if !lost.is_empty() {
         notes.push(format!(
-            "motors of joints that close a loop are in texts that only stiction reads: {}",
+            "motors of joints that close a loop are in <text> elements that only stiction reads: {}",
             lost.join(", ")
         ));
     }
@@ -96,7 +102,10 @@ pub(super) fn notes(mechanism: &Mechanism, tree: &Tree) -> Vec<String> {
     let names: Vec<_> =
         of_several.iter().filter(is_lost).map(|train| train.name.as_str()).collect();
     if !names.is_empty() {
-        notes.push(format!("motors that only stiction reads: {}", names.join(", ")));
+        notes.push(format!(
+            "motors in <text> elements that only stiction reads: {}",
+            names.join(", ")
+        ));
     }
     let is_lost = |gearing: &&Gearing| {
         let in_tree = |dof: &GearedDof| tree.parts.iter().any(|p| p.joint == dof.joint.0);
@@ -108,7 +117,8 @@ pub(super) fn notes(mechanism: &Mechanism, tree: &Tree) -> Vec<String> {
         .collect();
     if !lost.is_empty() {
         notes.push(format!(
-            "gearings of joints that close a loop are in texts that only stiction reads: {}",
+            "gearings of joints that close a loop are in <text> elements that only stiction reads: \
+             {}",
             lost.join(", ")
         ));
     }

@@ -107,8 +107,11 @@ fn events(summary: &Summary, outcome: &Outcome, all: &mut Vec<Finding>) {
     }
     if let Some((_, time, at, detail)) = of("not-unique") {
         all.push(Finding::bad(
-            format!("From t = {time} s on, other motions satisfy all laws as well"),
-            format!("{detail}; the normal load of {at} differs most. This result is continued from zero friction."),
+            format!("From t = {time} s on, other motions also satisfy all friction laws"),
+            format!(
+                "{detail}; the normal load of {at} differs most. The reported motion is the \
+                solution continued from zero friction."
+            ),
         ));
     }
     if let Some((count, time, ..)) = of("singular") {

@@ -104,7 +104,7 @@ impl<'a> Used<'a> {
         let times: Vec<f64> = rows.iter().map(|&k| times[k]).collect();
         if times.len() < 2 {
             return Err(refuse(
-                format!("{} has no two rows in the chosen time", log.name),
+                format!("{} has fewer than two rows in the chosen interval of time", log.name),
                 "check `from` and `until`",
             ));
         }
@@ -197,7 +197,8 @@ pub(super) fn filtered(
     let rate = *rate;
     if rate < SLOWEST {
         cautions.push(format!(
-            "{}: samples are {:.4} s apart, for {:.0} s: check the unit of the time, which without one is s",
+            "{}: samples are {:.4} s apart, and the log lasts {:.0} s: check the unit of the time \
+             column (s if its header has none)",
             log.name,
             rate.recip(),
             used.times[used.times.len() - 1] - used.times[0]
@@ -235,7 +236,8 @@ pub(super) fn filtered(
     if !(low..=high).contains(&cutoff) {
         return Err(refuse(
             format!(
-                "{}: a filter of {cutoff} Hz does not suit a stretch of {longest:.3} s at {rate:.4} samples per second",
+                "{}: a filter of {cutoff} Hz is outside of the range for a stretch of {longest:.3} \
+                 s at {rate:.4} samples per second",
                 log.name,
             ),
             format!(
@@ -252,8 +254,8 @@ pub(super) fn filtered(
     turns.iter_mut().zip(joined).for_each(|(turns, more)| *turns += more);
     for (chosen, turns) in chosen.iter().zip(turns).filter(|(_, turns)| *turns > 0) {
         cautions.push(format!(
-            "{}: `{}` jumps by a turn {turns} times, as encoders do that count within one turn; the turns are \
-             added",
+            "{}: `{}` jumps by a full turn {turns} times, like an encoder that counts within one \
+             turn; the turns are added",
             log.name,
             log.log.columns[chosen.column()].name
         ));

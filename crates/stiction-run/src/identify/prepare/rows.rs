@@ -112,10 +112,11 @@ pub(super) fn computed(
                 if columns.matrix.column(column).iter().any(|x| !x.is_finite()) {
                     return Err(refuse(
                         format!(
-                            "{name}: the term `{}` has no value at {time:.4} s",
+                            "{name}: the term `{}` cannot be evaluated at {time:.4} s",
                             parameters[column].name
                         ),
-                        "a formula may contain the coordinates that are logged for the actuators, or in their place",
+                        "a formula can contain only the independent coordinates of the log: those \
+                         of the actuators, or those that are logged in their place",
                     ));
                 }
             }

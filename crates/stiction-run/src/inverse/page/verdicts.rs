@@ -150,14 +150,14 @@ fn friction(job: &Job<'_>, summary: &Summary, verdict: &Verdict, all: &mut Vec<F
             };
             all.push(Finding::good(
                 format!("The solution with friction is unique{more}"),
-                "Friction depends on reactions, and reactions on friction. Below a coupling of 1 there is proof \
-                 that no other solution exists.",
+                "Friction depends on reactions, and reactions on friction. A coupling below 1 \
+                 proves that no other solution exists.",
             ));
         }
         Some(coupling) => all.push(Finding::open(
             format!("With friction there may be other solutions: coupling {}", number(coupling)),
-            "Uniqueness is proved below a coupling of 1 only. The reported solution is continued from zero \
-             friction. Less friction or longer guides make it unique.",
+            "Only a coupling below 1 proves uniqueness. The reported solution is continued from \
+             zero friction. Less friction or longer guides make it unique.",
         )),
         None => all.push(Finding::open(
             "With friction there may be other solutions; their existence is not decided here",
@@ -192,7 +192,7 @@ fn friction(job: &Job<'_>, summary: &Summary, verdict: &Verdict, all: &mut Vec<F
             ),
         )),
         Some(Margin { factor: None, .. }) => all.push(Finding::good(
-            format!("Nothing jams with up to {MOST_MARGIN} times this friction"),
+            format!("Nothing locks with up to {MOST_MARGIN} times this friction"),
             "The friction margin to jamming is at least that large.",
         )),
     }

@@ -30,7 +30,7 @@ fn geared(specimen: &Specimen, joints: [&str; 2], ratio: f64, offset: f64) -> Op
     file.insert("gearings".to_owned(), Value::Table(gearings));
     let text = file.to_string();
     match read(&Source::new("geared.toml", text.clone()), &|_| Err("no files".into())) {
-        Err(error) if error.to_string().contains("all joints of a loop") => None,
+        Err(error) if error.to_string().contains("every joint of a loop") => None,
         _ => Some(model_of("geared", &text).mechanism),
     }
 }

@@ -1,7 +1,7 @@
 """Feed-forward of @NAME@ in Python: the C code by ctypes.
 
 `make library` builds the library; `python3 @NAME@.py vectors.csv` reproduces the test vectors.
-Names, units and order of all numbers are in the head of @NAME@.h.
+The comment at the beginning of @NAME@.h lists names, units and order of all numbers.
 """
 
 import ctypes
@@ -32,7 +32,7 @@ class Params(ctypes.Structure):
 
 
 class State(ctypes.Structure):
-    """What is carried from call to call."""
+    """State that is kept from one call to the next."""
 
     _fields_ = [
         ("tree", Real * @TREE@),
@@ -92,7 +92,7 @@ def _coordinates(row):
 
 
 class Robot:
-    """Feed-forward that begins at the positions q."""
+    """Feed-forward that starts at the positions q."""
 
     def __init__(self, q, library=None):
         self._code = _fitting(library or _library())

@@ -1,7 +1,8 @@
 component @NAME@_hal "Feed-forward with joint friction, from reference motions to actuator efforts";
 description """
 Written by stiction; the code is yours. While ff-enable is false, efforts are zero. When it becomes true, the loops
-are closed from home in up to 1000 steps, which may take longer than a period: enable it before the motion begins.
+are closed in up to 1000 steps from the home position, which may take longer than a period: set ff-enable before the
+motion begins.
 """;
 pin in bit ff-enable "Computes efforts";
 pin in float ref-position-#[@COORDINATES@] "Positions of the reference";
@@ -9,9 +10,9 @@ pin in float ref-rate-#[@COORDINATES@] "Rates of the reference";
 pin in float ref-acceleration-#[@COORDINATES@] "Accelerations of the reference";
 pin out float ff-effort-#[@DRIVES@] "Actuator efforts";
 pin out s32 ff-code "Return code of the last call";
-pin out float ff-residual "Error of the loops";
-pin out float ff-singularity-index "Singularity index, 0 where actuators do not resist some motion";
-pin out float ff-determinant "Determinant relative to that at home, 0 at singular positions";
+pin out float ff-residual "Closure error of the loops";
+pin out float ff-singularity-index "Singularity index, 0 if some motion is resisted by no actuator";
+pin out float ff-determinant "Determinant relative to that at the home position, 0 at singular positions";
 @HAL_TUNABLES@option singleton yes;
 option extra_setup yes;
 function _ fp "Computes the efforts.";
