@@ -119,7 +119,7 @@ pub(crate) fn find<'a>(
 ) -> Result<usize, Error> {
     let known: Vec<&str> = known.into_iter().map(String::as_str).collect();
     known.iter().position(|other| *other == name).ok_or_else(|| {
-        let help = did_you_mean(name, "known here", known)
+        let help = did_you_mean(name, "known names", known)
             .unwrap_or_else(|| format!("the model has no {what}"));
         Error::input(format!("there is no {what} `{name}`")).with_help(help)
     })

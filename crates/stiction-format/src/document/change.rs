@@ -63,7 +63,7 @@ fn change(source: &Arc<Source>, root: &mut Table, line: &str, begin: usize) -> O
         Outcome::Set => return None,
     };
     let known = known.iter().map(String::as_str);
-    Some(error.maybe_help(did_you_mean(&name, "keys here", known)))
+    Some(error.maybe_help(did_you_mean(&name, "known keys", known)))
 }
 
 /// Splits a key path at its dots; a quoted component may contain dots.

@@ -82,7 +82,7 @@ fn parts_of_legs_are_named_as_in_the_chain() {
     assert_eq!(mass(&model, "twin2.rod"), 2.0);
     for (change, says) in [
         ("legs.tubes.mass=2kg", "did you mean `tube`?"),
-        ("legs.rod.mass=2kg", "known here: `tube`, `screw`, `U`, `P`, `S`"),
+        ("legs.rod.mass=2kg", "known keys: `tube`, `screw`, `U`, `P`, `S`"),
         ("tubes.mass=2kg", "did you mean `tube`?"),
     ] {
         let message = changed("gough", &[change]).unwrap_err();

@@ -137,7 +137,7 @@ fn slips_of_units_are_named() {
         (
             "[100, 100, 100]",
             "[\"1e-4 kg m^2\", \"1e-4 kg m^2\", \"1e-4 kg m^2\"]",
-            "are its units right?",
+            "are the units of the inertia right?",
         ),
         ("[0, -9810, 0]", "[0, \"-9.81 m/s^2\", 0]", "gravity is 9810 m/s^2"),
         ("60 mm*sin(180*t)", "60 mm*sin(4*pi*t)", "180 rad/s"),

@@ -19,7 +19,7 @@ fn unknown_names_are_answered_by_the_nearest() {
     );
     assert_eq!(
         told(sample.reaction("shoulder")),
-        "there is no joint `shoulder`\nhelp: known here: `pivot`"
+        "there is no joint `shoulder`\nhelp: known names: `pivot`"
     );
     assert!(told(robot.inverse().motion("swin")).contains("`swing`"));
     assert!(told(robot.forward().at("pivut", 1.0)).contains("`pivot`"));

@@ -75,7 +75,7 @@ fn a_mimic_is_a_gearing() {
             _ => continue,
         };
         assert!(imported.text.contains(stays), "{}", imported.text);
-        assert!(!notes(&imported).contains("closed nearby"), "{}", notes(&imported));
+        assert!(!notes(&imported).contains("at a position nearby"), "{}", notes(&imported));
     }
 }
 

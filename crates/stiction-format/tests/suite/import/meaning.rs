@@ -31,10 +31,10 @@ fn hinges_of_massless_bodies_are_balls() {
     assert_eq!(mobility(&model(&understood)), 4);
     assert_eq!(mobility(&model(&literal)), 4);
     let said = |what: &str| understood.notes.iter().any(|note| note.message.contains(what));
-    assert!(said("are a ball joint") && said("are one hinge"));
+    assert!(said("are replaced by a ball joint") && said("replaced by one hinge joint"));
 }
 
-/// Positions of a file that do not close are closed nearby.
+/// Positions of a file that do not close are at a position nearby.
 #[test]
 fn open_loops_are_closed_nearby() {
     let text = r#"<mujoco><compiler angle="radian"/><default><geom type="capsule" size="0.01"/><joint axis="0 -1 0"/></default>
@@ -47,7 +47,7 @@ fn open_loops_are_closed_nearby() {
         .replace("0 0 0.32\"/></body>", "0 0 0.32\"/><site name=\"s2\" pos=\"0 0 0.32\"/></body>");
     let imported = convert("m.xml", &text);
     assert!(imported.text.contains("nearest to zero coordinates"), "{}", imported.text);
-    assert!(imported.notes.iter().any(|note| note.message.contains("closed nearby")));
+    assert!(imported.notes.iter().any(|note| note.message.contains("at a position nearby")));
     let model = model(&imported);
     assert_eq!(mobility(&model), 1);
     for joint in model.mechanism.joints() {
