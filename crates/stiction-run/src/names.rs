@@ -1,6 +1,7 @@
 //! Names of the parts of a mechanism in columns and messages.
 
 use stiction_core::mechanism::{Gearing, Mechanism};
+use stiction_draw::drawing::legs_of_joints;
 use stiction_format::ModelFile;
 
 /// Names of actuators, bodies, joints, friction interfaces and gearings in columns and messages.
@@ -64,6 +65,12 @@ impl Names {
         names.interfaces.extend(shafts.map(|(name, joint)| (format!("{name}.motor"), joint.0)));
         names
     }
+}
+
+/// Index of the leg of each actuator, whose colour it has in pictures.
+pub(crate) fn legs_of_actuators(mechanism: &Mechanism) -> Vec<Option<usize>> {
+    let legs = legs_of_joints(mechanism);
+    mechanism.actuators().map(|(joint, _)| legs[joint.0]).collect()
 }
 
 /// Width of a column that holds these names, characters; at least `least`.

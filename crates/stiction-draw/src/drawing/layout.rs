@@ -49,6 +49,17 @@ impl Layout {
     }
 }
 
+/// Index of the leg of each joint, whose colour it has in pictures; `None` between hubs.
+pub fn legs_of_joints(mechanism: &Mechanism) -> Vec<Option<usize>> {
+    let joints = joints_of_bodies(mechanism);
+    let (branch, _) = branches(mechanism, &joints, &hubs(mechanism, &joints));
+    let leg = |joint: usize| {
+        let (p, s) = ends(mechanism, joint);
+        branch[s].or(branch[p])
+    };
+    (0..mechanism.joints().len()).map(leg).collect()
+}
+
 /// Part of a name before its first dot, which is the name of the leg.
 pub(super) fn leg_of(name: &str) -> Option<&str> {
     name.split_once('.').map(|(leg, _)| leg)

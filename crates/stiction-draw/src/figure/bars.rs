@@ -1,6 +1,7 @@
 //! Horizontal bars: amounts from zero, and intervals.
 
-use super::COLOURS;
+use super::axis::Axis;
+use super::colour_name;
 use crate::drawing::px;
 use crate::numbers::number;
 use crate::xml::escape;
@@ -10,6 +11,8 @@ use crate::xml::escape;
 pub struct Bars {
     /// Title above the bars.
     pub title: String,
+    /// Name of the axis of intervals, without the unit.
+    pub axis: String,
     /// Unit of the values.
     pub unit: String,
     /// Bars from top to bottom.
@@ -26,14 +29,18 @@ pub struct Bar {
     pub ends: (f64, f64),
     /// Marked value within the interval, if any.
     pub mark: Option<f64>,
-    /// Index of the bar's colour in [`super::COLOURS`].
+    /// Index of the bar's colour in [`super::COLOURS`], or one of [`super::meaning`].
     pub colour: usize,
+    /// Index of the leg to which the quantity belongs.
+    pub leg: Option<usize>,
 }
 
 const WIDTH: f64 = 700.0;
 const ROW: f64 = 24.0;
 const LETTER: f64 = 6.8;
 const LONGEST: usize = 28;
+/// Number of steps between ticks.
+const TICKS: usize = 6;
 
 impl Bars {
     /// Markup of the title and the bars for a page; empty without bars. `label` is the accessible
@@ -69,20 +76,42 @@ impl Bars {
         let right = WIDTH - 12.0 - LETTER * letters as f64;
         let at = |x: f64| left + (right - left) * ((x - low) / (high - low)).clamp(0.0, 1.0);
         let foot = ROW * self.bars.len() as f64 + 8.0;
-        // Intervals need a label at zero, because they do not begin there.
+        // Intervals need an axis, because they do not begin at zero.
         let are_intervals = self.bars.iter().any(|bar| bar.ends.0 != 0.0 && bar.ends.1 != 0.0);
-        let height = if are_intervals { foot + 16.0 } else { foot };
+        let height = if are_intervals { foot + 36.0 } else { foot };
         let mut drawn = format!(
             "<svg class=\"curves\" viewBox=\"0 0 {WIDTH} {}\" font-family=\"Helvetica, Arial, sans-serif\" \
              font-size=\"12.5\">",
             px(height)
         );
+        if are_intervals {
+            let ticks = Axis::exact([low, high].into_iter(), TICKS).ticks();
+            for (value, label) in ticks {
+                let x = px(at(value));
+                drawn += &format!(
+                    "<path d=\"M{x} 0V{}\" stroke=\"var(--grid)\"/>\
+                     <text x=\"{x}\" y=\"{}\" text-anchor=\"middle\" fill=\"var(--ink)\">{label}</text>",
+                    px(foot),
+                    px(foot + 14.0)
+                );
+            }
+            drawn += &format!(
+                "<path d=\"M{} {foot}H{}\" stroke=\"var(--soft)\"/>\
+                 <text x=\"{}\" y=\"{}\" text-anchor=\"middle\" fill=\"var(--soft)\">{}</text>",
+                px(left),
+                px(right),
+                px(0.5 * (left + right)),
+                px(foot + 31.0),
+                escape(&format!("{} [{}]", self.axis, self.unit)),
+                foot = px(foot),
+            );
+        }
         for (k, (bar, value)) in self.bars.iter().zip(&values).enumerate() {
             let middle = 4.0 + ROW * (k as f64 + 0.5);
             let (from, to) = (at(bar.ends.0), at(bar.ends.1));
             drawn += &format!(
                 "<text x=\"{}\" y=\"{}\" text-anchor=\"end\" fill=\"var(--ink)\">{}</text>\
-                 <rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"14\" fill=\"var(--line{})\"/>\
+                 <rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"14\" fill=\"var(--{})\"/>\
                  <text x=\"{}\" y=\"{}\" fill=\"var(--soft)\">{}</text>",
                 px(left - 8.0),
                 px(middle + 4.5),
@@ -90,7 +119,7 @@ impl Bars {
                 px(from),
                 px(middle - 7.0),
                 px((to - from).max(1.0)),
-                bar.colour % COLOURS.len(),
+                colour_name(bar.colour, bar.leg),
                 px(to.max(at(0.0)) + 6.0),
                 px(middle + 4.5),
                 escape(value),
@@ -104,12 +133,6 @@ impl Bars {
             }
         }
         let zero = px(at(0.0));
-        if are_intervals {
-            drawn += &format!(
-                "<text x=\"{zero}\" y=\"{}\" text-anchor=\"middle\" fill=\"var(--soft)\">0</text>",
-                px(foot + 12.0)
-            );
-        }
         drawn
             + &format!(
                 "<path d=\"M{zero} 0V{}\" stroke=\"var(--soft)\" stroke-width=\"1\"/></svg>",
@@ -134,15 +157,18 @@ impl Bars {
 mod tests {
     use super::*;
 
-    /// Checks that the axis of intervals shows where zero is. Amounts begin at zero, so their axis
-    /// needs no such label.
+    /// Checks that intervals have an axis with ticks and its unit. Amounts begin at zero and state their value, so they
+    /// need none.
     #[test]
-    fn intervals_name_their_zero() {
+    fn intervals_have_an_axis() {
         let with = |ends| {
-            let bar = Bar { label: "a".into(), ends, mark: None, colour: 0 };
-            Bars { title: "t".into(), unit: "N".into(), bars: vec![bar] }.inline("l")
+            let bar = Bar { label: "a".into(), ends, mark: None, colour: 0, leg: None };
+            Bars { title: "t".into(), axis: "x".into(), unit: "N".into(), bars: vec![bar] }.inline("l")
         };
-        assert!(with((3.0, 5.0)).contains(">0</text>"));
+        let markup = with((3.0, 5.0));
+        for text in [">0</text>", ">1</text>", ">5</text>", ">x [N]</text>"] {
+            assert!(markup.contains(text), "{text} in {markup}");
+        }
         assert!(!with((0.0, 5.0)).contains(">0</text>"));
     }
 
@@ -153,17 +179,18 @@ mod tests {
             ends,
             mark: Some(0.0),
             colour: 9,
+            leg: None,
         };
         for ends in
             [(0.0, 0.0), (-1.0, f64::INFINITY), (f64::NEG_INFINITY, f64::INFINITY), (-1e300, 1e300)]
         {
-            let bars = Bars { title: "t".into(), unit: "N".into(), bars: vec![bar(ends)] };
+            let bars = Bars { title: "t".into(), axis: "x".into(), unit: "N".into(), bars: vec![bar(ends)] };
             let markup = bars.inline("l");
             assert!(
                 !markup.contains("NaN") && !markup.contains("inf") && !markup.contains("<b>"),
                 "{markup}"
             );
         }
-        assert!(Bars { title: "t".into(), unit: "N".into(), bars: vec![] }.inline("l").is_empty());
+        assert!(Bars { title: "t".into(), axis: "x".into(), unit: "N".into(), bars: vec![] }.inline("l").is_empty());
     }
 }

@@ -1,6 +1,6 @@
 //! Figure within a page, in the page's colours, with a legend that fits narrow screens.
 
-use super::{COLOURS, Figure, Form, Panel};
+use super::{Figure, Form, Panel};
 use crate::xml::escape;
 
 impl Figure {
@@ -32,13 +32,13 @@ impl Figure {
                 continue;
             }
             seen.push(entry);
-            let k = colour % COLOURS.len();
+            let name = self.legend_colour(colour);
             let sample = if is_band {
-                format!("<path d=\"M0 1H32V11H0Z\" fill=\"var(--line{k})\" fill-opacity=\"0.35\"/>")
+                format!("<path d=\"M0 1H32V11H0Z\" fill=\"var(--{name})\" fill-opacity=\"0.35\"/>")
             } else {
                 let dashes = if dashed { " stroke-dasharray=\"8 4\"" } else { "" };
                 format!(
-                    "<path d=\"M0 6H32\" stroke=\"var(--line{k})\" stroke-width=\"2.5\"{dashes}/>"
+                    "<path d=\"M0 6H32\" stroke=\"var(--{name})\" stroke-width=\"2.5\"{dashes}/>"
                 )
             };
             items += &format!(

@@ -3,7 +3,9 @@
 /// Results: efforts, positions, the work of actuators.
 pub const RESULT: usize = 0;
 /// Quantity for comparison: the effort without friction, or the reference.
-pub const REFERENCE: usize = 1;
+///
+/// A neutral colour, because results may have the colour of a leg.
+pub const REFERENCE: usize = usize::MAX - 1;
 /// External loads.
 pub const LOAD: usize = 2;
 /// Friction and the energy that it dissipates.
@@ -16,3 +18,6 @@ pub const POTENTIAL: usize = 5;
 pub const LIMIT: usize = 6;
 /// Constraints of the loops.
 pub const CONSTRAINT: usize = 7;
+/// Quantity of an actuator: the colour of its leg in pictures of the mechanism, as the panel or bar states it; that of
+/// a result outside the legs.
+pub const OF_LEG: usize = usize::MAX;

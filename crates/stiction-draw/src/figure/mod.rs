@@ -14,6 +14,8 @@ mod trace;
 pub use bars::{Bar, Bars};
 pub use trace::{BandTrace, JumpTrace, Trace, reversal};
 
+use crate::drawing::BRANCHES;
+use meaning::{OF_LEG, REFERENCE, RESULT};
 use std::collections::HashSet;
 
 /// Panels above each other with a common horizontal axis.
@@ -38,6 +40,8 @@ pub struct Panel {
     pub bands: Vec<Band>,
     /// True if the values are counts, so that ticks are whole numbers.
     pub is_count: bool,
+    /// Index of the leg whose quantities the panel shows; its colour is that of [`meaning::OF_LEG`].
+    pub leg: Option<usize>,
 }
 
 /// Interval of a quantity as a function of the value on the horizontal axis.
@@ -58,7 +62,7 @@ pub struct Line {
     pub label: String,
     /// Points, x and y. A point with a value that is not finite interrupts the curve.
     pub points: Vec<(f64, f64)>,
-    /// Index of the curve's colour in [`COLOURS`].
+    /// Index of the curve's colour in [`COLOURS`], or one of [`meaning`].
     pub colour: usize,
     /// True for a dashed line.
     pub dashed: bool,
@@ -90,6 +94,41 @@ pub const COLOURS: [&str; 8] =
 pub const COLOURS_ON_DARK: [&str; 8] =
     ["#5ab4e8", "#f08a5d", "#3fc79d", "#e29ac7", "#c9b458", "#93d0f3", "#b0b0b0", "#b5835a"];
 
+/// Index of a colour, the same for all indices that look the same.
+fn distinct(colour: usize) -> usize {
+    match colour {
+        REFERENCE | OF_LEG => colour,
+        colour => colour % COLOURS.len(),
+    }
+}
+
+/// Name of a colour in the style sheet of a page.
+fn colour_name(colour: usize, leg: Option<usize>) -> String {
+    match (colour, leg) {
+        (REFERENCE, _) => "soft".to_owned(),
+        (OF_LEG, Some(leg)) => format!("leg{}", leg % BRANCHES.len()),
+        (OF_LEG, None) => format!("line{RESULT}"),
+        (colour, _) => format!("line{}", colour % COLOURS.len()),
+    }
+}
+
+/// Value of a colour of [`colour_name`] and of the frame on a white sheet.
+fn on_paper(name: &str) -> &'static str {
+    let index = |prefix: &str| name.strip_prefix(prefix).and_then(|k| k.parse::<usize>().ok());
+    if let Some(k) = index("line") {
+        return COLOURS[k % COLOURS.len()];
+    }
+    if let Some(k) = index("leg") {
+        return BRANCHES[k % BRANCHES.len()];
+    }
+    match name {
+        "paper" => "#ffffff",
+        "soft" => "#5c5c5c",
+        "grid" => "#d5d9de",
+        _ => "#222222",
+    }
+}
+
 /// Largest number of letters of a name that leaves room for the panel on a narrow page, if the name
 /// is written at the end of its line.
 const LONG: usize = 20;
@@ -104,6 +143,14 @@ impl Figure {
     pub fn is_empty(&self) -> bool {
         let mut points = self.panels.iter().flat_map(|panel| &panel.lines).flat_map(|l| &l.points);
         !points.any(|(x, y)| x.is_finite() && y.is_finite())
+    }
+
+    /// Name of a colour in a legend of all panels: neutral for a colour that differs from leg to leg.
+    fn legend_colour(&self, colour: usize) -> String {
+        match colour == OF_LEG && self.panels.iter().any(|panel| panel.leg.is_some()) {
+            true => "ink".to_owned(),
+            false => colour_name(colour, None),
+        }
     }
 
     /// Returns true if the names of the lines are written at their ends; false if one legend serves
@@ -144,10 +191,10 @@ impl Panel {
     fn labels(&self) -> impl Iterator<Item = (&str, usize, bool, bool)> {
         let lines = self.lines.iter();
         let lines = lines
-            .map(|line| (line.label.as_str(), line.colour % COLOURS.len(), line.dashed, false));
+            .map(|line| (line.label.as_str(), distinct(line.colour), line.dashed, false));
         let bands = self.bands.iter().filter(|band| !band.points.is_empty());
         lines.chain(
-            bands.map(|band| (band.label.as_str(), band.colour % COLOURS.len(), false, true)),
+            bands.map(|band| (band.label.as_str(), distinct(band.colour), false, true)),
         )
     }
 }

@@ -1,6 +1,6 @@
 //! Figures as PNG, rendered by the library kuva, which no other module uses.
 
-use super::{COLOURS, Figure, Line};
+use super::{Figure, Line, colour_name, on_paper};
 use crate::xml::is_of_xml;
 use kuva::prelude::*;
 use kuva::render::figure::Figure as Sheet;
@@ -29,7 +29,8 @@ impl Figure {
                     };
                     [end(|p| p.1, &band.label), end(|p| p.2, "")]
                 });
-                panel.lines.iter().cloned().chain(bands).flat_map(|line| plots(&line)).collect()
+                let lines = panel.lines.iter().cloned().chain(bands);
+                lines.flat_map(|line| plots(&line, panel.leg)).collect()
             })
             .collect();
         let layouts = self.panels.iter().zip(&rows).map(|(panel, plots)| {
@@ -55,8 +56,8 @@ fn clean(text: &str) -> String {
 }
 
 /// Plots of the parts of a line between its interruptions; a part with one point becomes a marker.
-fn plots(line: &Line) -> Vec<Plot> {
-    let colour = COLOURS[line.colour % COLOURS.len()];
+fn plots(line: &Line, leg: Option<usize>) -> Vec<Plot> {
+    let colour = on_paper(&colour_name(line.colour, leg));
     let runs = line.points.split(|(x, y)| !(x.is_finite() && y.is_finite()));
     let runs = runs.filter(|run| !run.is_empty()).enumerate();
     runs.map(|(k, run)| {

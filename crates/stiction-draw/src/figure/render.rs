@@ -1,7 +1,8 @@
 //! Rendering of figures as SVG, for files and for pages.
 
 use super::axis::Axis;
-use super::{Band, COLOURS, Figure, Form, Line, Panel};
+use super::meaning::OF_LEG;
+use super::{Band, Figure, Form, Line, Panel, colour_name, on_paper};
 use crate::drawing::px;
 use crate::xml::escape;
 use std::fmt::Write;
@@ -86,17 +87,7 @@ impl<'a> Renderer<'a> {
         if self.form == Form::Page {
             return format!("var(--{name})");
         }
-        let line = name.strip_prefix("line").and_then(|k| k.parse::<usize>().ok());
-        line.map_or(
-            match name {
-                "paper" => "#ffffff",
-                "soft" => "#5c5c5c",
-                "grid" => "#d5d9de",
-                _ => "#222222",
-            },
-            |k| COLOURS[k % COLOURS.len()],
-        )
-        .to_owned()
+        on_paper(name).to_owned()
     }
 
     fn text(&mut self, (x, y): (f64, f64), anchor: &str, more: &str, colour: &str, content: &str) {
@@ -202,7 +193,7 @@ impl<'a> Renderer<'a> {
 
     /// Draws a sample of a line or a band, 28 px wide.
     fn sample(&mut self, (x, y): (f64, f64), colour: usize, dashed: bool, is_band: bool) {
-        let name = format!("line{}", colour % COLOURS.len());
+        let name = self.figure.legend_colour(colour);
         if is_band {
             let fill = self.colour(&name);
             let _ = write!(
@@ -255,8 +246,20 @@ impl<'a> Renderer<'a> {
         for (height, label) in &ticks_y {
             self.text((left - 7.0, height + 4.0), "end", "", "ink", label);
         }
+        // The leg of the panel, in its colour in pictures of the mechanism.
+        let mut name_at = left;
+        if panel.leg.is_some() {
+            let fill = self.colour(&colour_name(OF_LEG, panel.leg));
+            let _ = write!(
+                self.drawn,
+                "<rect x=\"{}\" y=\"{}\" width=\"10\" height=\"10\" rx=\"2\" fill=\"{fill}\"/>",
+                px(left),
+                px(top - 17.5)
+            );
+            name_at += 16.0;
+        }
         self.text(
-            (left, top - 8.0),
+            (name_at, top - 8.0),
             "start",
             " font-size=\"13\" font-weight=\"600\"",
             "ink",
@@ -289,7 +292,7 @@ impl<'a> Renderer<'a> {
             );
         }
         for line in &panel.lines {
-            self.line(line, &y, bottom);
+            self.line(line, panel.leg, &y, bottom);
         }
         if is_page {
             self.drawn += "</g>";
@@ -303,8 +306,8 @@ impl<'a> Renderer<'a> {
         self.left + (self.right - self.left) * self.x.place(value)
     }
 
-    fn line(&mut self, line: &Line, y: &Axis, bottom: f64) {
-        let name = format!("line{}", line.colour % COLOURS.len());
+    fn line(&mut self, line: &Line, leg: Option<usize>, y: &Axis, bottom: f64) {
+        let name = colour_name(line.colour, leg);
         let mut path = String::new();
         let mut runs: Vec<Vec<(String, String)>> = vec![Vec::new()];
         for &(x, value) in &line.points {
@@ -356,7 +359,7 @@ impl<'a> Renderer<'a> {
 
     /// Draws the intervals of a band as areas, and isolated samples as bars.
     fn band(&mut self, band: &Band, y: &Axis, bottom: f64) {
-        let name = format!("line{}", band.colour % COLOURS.len());
+        let name = colour_name(band.colour, None);
         let fill = self.colour(&name);
         let at = |value: f64| bottom - self.height * y.place(value);
         let mut drawn = String::new();
@@ -411,7 +414,7 @@ impl<'a> Renderer<'a> {
             most = label.1 - apart;
         }
         for (end, place, label, colour, dashed, is_band) in all {
-            let name = format!("line{}", colour % COLOURS.len());
+            let name = colour_name(colour, panel.leg);
             let x = self.right + 3.0;
             if is_band {
                 let fill = self.colour(&name);

@@ -17,6 +17,8 @@ const thinned = (own, list) => {
   return kept.map(f => [own.times[f], list(own, f)]).filter(([, y]) => Number.isFinite(y));
 };
 const shownRuns = () => [run, ...(state.other >= 0 ? [others[state.other]] : [])];
+// The colour of the selected joint's leg, as in the picture and in plots of actuators.
+const ownColour = () => { const leg = scene.joints[state.joint]?.leg; return leg === null || leg === undefined ? "var(--line0)" : `var(--leg${leg % 7})`; };
 const curve = (title, unit, list) => {
   const lines = shownRuns().map(own => thinned(own, list)).filter(points => points.length > 1), all = lines.flat();
   if (!all.length) return null;
@@ -30,7 +32,7 @@ const curve = (title, unit, list) => {
     element.textContent = text;
     return element;
   };
-  const svg = part("svg", { viewBox: `0 0 ${W} ${H}`, class: "joint-curve", role: "img", "aria-label": `${title} over time` });
+  const svg = part("svg", { viewBox: `0 0 ${W} ${H}`, class: "joint-curve", style: `--own:${ownColour()}`, role: "img", "aria-label": `${title} over time` });
   const label = (text, at, height, anchor, kind) => part("text", { x: at, y: height, "text-anchor": anchor, class: kind }, text);
   svg.append(
     label(`${title} [${unit}]`, left, 14, "start", "what"),

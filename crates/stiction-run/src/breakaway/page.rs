@@ -3,12 +3,12 @@
 use super::Findings;
 use super::terminal::{certainty_text, unpowered_text, verdict_word};
 use crate::Job;
-use crate::names::Names;
+use crate::names::{Names, legs_of_actuators};
 use crate::report::animation::Animation;
 use crate::report::html::{self, Column, card, note, section, text};
 use crate::report::{Finding, findings, footer, header, repeat};
 use stiction_core::dynamics::Verdict;
-use stiction_draw::figure::meaning::{LIMIT, RESULT};
+use stiction_draw::figure::meaning::{LIMIT, OF_LEG};
 use stiction_draw::figure::{Bar, Bars};
 use stiction_draw::numbers::number;
 
@@ -16,6 +16,7 @@ use stiction_draw::numbers::number;
 /// actuators. `command` is the command line that produced the results, if any.
 pub fn draw_report(job: &Job<'_>, found: &Findings, command: Option<&str>) -> String {
     let names = Names::new(&job.model.mechanism);
+    let legs = legs_of_actuators(&job.model.mechanism);
     let about = format!(
         "At rest at t = {} s of the motion {}; load {}.",
         number(found.time),
@@ -28,7 +29,7 @@ pub fn draw_report(job: &Job<'_>, found: &Findings, command: Option<&str>) -> St
         header(job.model, &about),
         cards(&names, found),
         section("The mechanism", &still.figure("Drag to turn it.", None)),
-        section("Efforts that hold it, and that move it", &efforts(&names, found)),
+        section("Efforts that hold it, and that move it", &efforts(&names, &legs, found)),
         findings(&verdicts(&names, found)),
         repeat(command, &found.json(job)["options"]),
         footer(job.model),
@@ -61,7 +62,7 @@ fn cards(names: &Names, found: &Findings) -> String {
     html::cards(&all)
 }
 
-fn efforts(names: &Names, found: &Findings) -> String {
+fn efforts(names: &Names, legs: &[Option<usize>], found: &Findings) -> String {
     let mut inner = note(
         "Static friction allows any effort of the bar; the mark is the effort without friction. Beyond the bar the \
          joint begins to move.",
@@ -72,10 +73,12 @@ fn efforts(names: &Names, found: &Findings) -> String {
             label: names.drives[k].0.clone(),
             ends: found.forces.effort_bounds[k],
             mark: Some(found.forces.efforts_frictionless[k]),
-            colour: if found.forces.effort_bounds[k].0.is_finite() { RESULT } else { LIMIT },
+            colour: if found.forces.effort_bounds[k].0.is_finite() { OF_LEG } else { LIMIT },
+            leg: legs[k],
         });
-        let (title, unit) = (format!("Efforts at rest [{unit}]"), unit.to_owned());
-        inner += &html::bars(&Bars { title, unit, bars: bars.collect() });
+        let (title, unit) = ("Efforts at rest".to_owned(), unit.to_owned());
+        let axis = "effort".to_owned();
+        inner += &html::bars(&Bars { title, axis, unit, bars: bars.collect() });
     }
     let row = |k: usize| {
         let (name, unit) = &names.drives[k];

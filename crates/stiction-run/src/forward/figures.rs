@@ -4,15 +4,18 @@ use super::job::Job;
 use super::rows::{Layout, Rows};
 use super::summary::Summary;
 use crate::by_leg::ByLeg;
+use crate::names::legs_of_actuators;
 use crate::{Sink, SinkError};
 use stiction_core::forward::{Event, EventKind};
-use stiction_draw::figure::meaning::{ENERGY, FRICTION, LIMIT, LOAD, POTENTIAL, REFERENCE, RESULT};
+use stiction_draw::figure::meaning::{ENERGY, FRICTION, LIMIT, LOAD, OF_LEG, POTENTIAL, REFERENCE, RESULT};
 use stiction_draw::figure::{Figure, Panel, Trace};
 
 /// Collector of the curves of a simulation, sample by sample.
 #[derive(Clone, Debug)]
 pub struct Curves {
     layout: Layout,
+    /// Leg of each actuator.
+    legs: Vec<Option<usize>>,
     title: String,
     /// Degrees of freedom that are plotted.
     drawn: Vec<usize>,
@@ -44,6 +47,7 @@ impl Curves {
             drives: vec![trace.clone(); actuators],
             friction: ByLeg::new(job.model, &layout.names, count),
             energy: std::array::from_fn(|_| trace.clone()),
+            legs: legs_of_actuators(&job.model.mechanism),
             drawn,
             first: None,
             layout,
@@ -61,12 +65,13 @@ impl Curves {
         let mut reference = self.reference.into_iter();
         for (&dof, trace) in self.drawn.iter().zip(self.positions).take(PANELS) {
             let dof = &layout.dofs[dof];
-            let mut lines = vec![trace.line("position", RESULT, false)];
+            let mut lines = vec![trace.line("position", OF_LEG, false)];
             let reference =
                 reference.next().filter(|_| dof.actuator.is_some_and(|a| layout.reference[a]));
             lines.extend(reference.map(|reference| reference.line("reference", REFERENCE, true)));
             let y_label = format!("{} [{}]", dof.name, dof.units()[0]);
-            panels.push(Panel { y_label, lines, ..Panel::default() });
+            let leg = dof.actuator.and_then(|a| self.legs[a]);
+            panels.push(Panel { y_label, lines, leg, ..Panel::default() });
         }
         if !panels.is_empty() {
             let title = format!("Motion: {}", self.title);
@@ -79,18 +84,20 @@ impl Curves {
             let panels = errors.map(|((trace, &dof), _)| {
                 let dof = &layout.dofs[dof];
                 let y_label = format!("{} [m{}]", dof.name, dof.units()[0]);
-                let lines = vec![trace.line("error", LIMIT, false)];
-                Panel { y_label, lines, ..Panel::default() }
+                let lines = vec![trace.line("error", OF_LEG, false)];
+                let leg = dof.actuator.and_then(|a| self.legs[a]);
+                Panel { y_label, lines, leg, ..Panel::default() }
             });
             let title = format!("Tracking error: {}", self.title);
             let panels = panels.collect();
             figures.push(("error", Figure { title, x_label: x_label.clone(), panels }));
         }
-        let drives = self.drives.into_iter().zip(&layout.names.drives).take(PANELS);
+        let drives = self.drives.into_iter().zip(&layout.names.drives).zip(&self.legs).take(PANELS);
         let panels: Vec<Panel> = drives
-            .map(|(trace, (name, unit))| Panel {
+            .map(|((trace, (name, unit)), &leg)| Panel {
                 y_label: format!("{name} [{unit}]"),
-                lines: vec![trace.line("effort", RESULT, false)],
+                lines: vec![trace.line("effort", OF_LEG, false)],
+                leg,
                 ..Panel::default()
             })
             .collect();

@@ -139,6 +139,7 @@ impl ShareCurves {
     pub(super) fn figure(
         self,
         names: &Names,
+        legs: &[Option<usize>],
         colours: &[usize],
         title: String,
         x_label: String,
@@ -153,7 +154,8 @@ impl ShareCurves {
                 lines.push(trace.line(&names.interfaces[interface].0, colour, false));
             }
             let (name, unit) = &names.drives[drive];
-            panels.push(Panel { y_label: format!("{name} [{unit}]"), lines, ..Panel::default() });
+            let (y_label, leg) = (format!("{name} [{unit}]"), legs[drive]);
+            panels.push(Panel { y_label, lines, leg, ..Panel::default() });
         }
         Figure { title, x_label, panels }
     }

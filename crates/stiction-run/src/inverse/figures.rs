@@ -5,11 +5,11 @@ use super::motor_curves::MotorCurves;
 use super::sample::Sample;
 use crate::by_leg::ByLeg;
 use crate::job::Job;
-use crate::names::Names;
+use crate::names::{Names, legs_of_actuators};
 use crate::{Sink, SinkError};
 use stiction_core::dynamics::{FrictionMode, InterfaceForce};
 use stiction_draw::figure::meaning::{
-    CONSTRAINT, ENERGY, FRICTION, LIMIT, LOAD, REFERENCE, RESULT,
+    CONSTRAINT, ENERGY, FRICTION, LIMIT, LOAD, OF_LEG, REFERENCE, RESULT,
 };
 use stiction_draw::figure::{BandTrace, Figure, JumpTrace, Panel, Trace, reversal};
 
@@ -17,6 +17,8 @@ use stiction_draw::figure::{BandTrace, Figure, JumpTrace, Panel, Trace, reversal
 #[derive(Clone, Debug)]
 pub struct Curves {
     names: Names,
+    /// Leg of each actuator.
+    legs: Vec<Option<usize>>,
     has_friction: bool,
     title: String,
     drives: Vec<(JumpTrace, Trace)>,
@@ -47,6 +49,7 @@ impl Curves {
             last: None,
             shares: ShareCurves::new(&names, count),
             motors: MotorCurves::new(job, count),
+            legs: legs_of_actuators(&job.model.mechanism),
             names,
         }
     }
@@ -58,20 +61,22 @@ impl Curves {
 
         let mut panels = Vec::new();
         let drives = self.drives.into_iter().zip(self.intervals);
-        for ((name, unit), ((with, without), interval)) in self.names.drives.iter().zip(drives) {
+        let drives = self.names.drives.iter().zip(drives).zip(&self.legs);
+        for (((name, unit), ((with, without), interval)), &leg) in drives {
             let lines = if self.has_friction {
                 vec![
                     without.line("frictionless", REFERENCE, true),
-                    with.line("with friction", RESULT, false),
+                    with.line("with friction", OF_LEG, false),
                 ]
             } else {
-                vec![without.line("effort", RESULT, false)]
+                vec![without.line("effort", OF_LEG, false)]
             };
             let bands = interval.band("possible at rest", LIMIT).into_iter().collect();
             panels.push(Panel {
                 y_label: format!("{name} [{unit}]"),
                 lines,
                 bands,
+                leg,
                 ..Panel::default()
             });
         }
@@ -88,7 +93,7 @@ impl Curves {
             figures.push(("friction", Figure { title, x_label: x_label.clone(), panels }));
             if !self.names.drives.is_empty() {
                 let title = format!("Friction contributions to the efforts: {}", self.title);
-                let figure = self.shares.figure(&self.names, &colours, title, x_label.clone());
+                let figure = self.shares.figure(&self.names, &self.legs, &colours, title, x_label.clone());
                 figures.push(("contributions", figure));
             }
         }

@@ -80,13 +80,14 @@ pub(crate) fn by_joint(
         ends: (0.0, sums[joint]),
         mark: None,
         colour: FRICTION,
+        leg: None,
     };
     let bars = order.iter().take(BARS).map(bar).collect();
     let title = match order.len() > BARS {
         true => format!("Dissipation by joint, the {BARS} greatest"),
         false => "Dissipation by joint".to_owned(),
     };
-    html::bars(&Bars { title, unit: unit.to_owned(), bars })
+    html::bars(&Bars { title, axis: String::new(), unit: unit.to_owned(), bars })
 }
 
 /// Section with the options and the program version that repeat the run; `options` are those of the summary.
