@@ -40,7 +40,7 @@ const ROW: f64 = 24.0;
 const LETTER: f64 = 6.8;
 const LONGEST: usize = 28;
 /// Number of steps between ticks.
-const TICKS: usize = 6;
+const TICKS: usize = 8;
 
 impl Bars {
     /// Markup of the title and the bars for a page; empty without bars. `label` is the accessible
@@ -89,7 +89,7 @@ impl Bars {
             for (value, label) in ticks {
                 let x = px(at(value));
                 drawn += &format!(
-                    "<path d=\"M{x} 0V{}\" stroke=\"var(--grid)\"/>\
+                    "<g stroke=\"var(--grid)\"><path d=\"M{x} 0V{}\"/></g>\
                      <text x=\"{x}\" y=\"{}\" text-anchor=\"middle\" fill=\"var(--ink)\">{label}</text>",
                     px(foot),
                     px(foot + 14.0)
@@ -112,7 +112,8 @@ impl Bars {
             drawn += &format!(
                 "<text x=\"{}\" y=\"{}\" text-anchor=\"end\" fill=\"var(--ink)\">{}</text>\
                  <rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"14\" fill=\"var(--{})\"/>\
-                 <text x=\"{}\" y=\"{}\" fill=\"var(--soft)\">{}</text>",
+                 <text x=\"{}\" y=\"{}\" fill=\"var(--soft)\" stroke=\"var(--paper)\" stroke-width=\"4\" \
+                 paint-order=\"stroke\">{}</text>",
                 px(left - 8.0),
                 px(middle + 4.5),
                 escape(&short(&bar.label)),
@@ -163,7 +164,8 @@ mod tests {
     fn intervals_have_an_axis() {
         let with = |ends| {
             let bar = Bar { label: "a".into(), ends, mark: None, colour: 0, leg: None };
-            Bars { title: "t".into(), axis: "x".into(), unit: "N".into(), bars: vec![bar] }.inline("l")
+            Bars { title: "t".into(), axis: "x".into(), unit: "N".into(), bars: vec![bar] }
+                .inline("l")
         };
         let markup = with((3.0, 5.0));
         for text in [">0</text>", ">1</text>", ">5</text>", ">x [N]</text>"] {
@@ -184,13 +186,22 @@ mod tests {
         for ends in
             [(0.0, 0.0), (-1.0, f64::INFINITY), (f64::NEG_INFINITY, f64::INFINITY), (-1e300, 1e300)]
         {
-            let bars = Bars { title: "t".into(), axis: "x".into(), unit: "N".into(), bars: vec![bar(ends)] };
+            let bars = Bars {
+                title: "t".into(),
+                axis: "x".into(),
+                unit: "N".into(),
+                bars: vec![bar(ends)],
+            };
             let markup = bars.inline("l");
             assert!(
                 !markup.contains("NaN") && !markup.contains("inf") && !markup.contains("<b>"),
                 "{markup}"
             );
         }
-        assert!(Bars { title: "t".into(), axis: "x".into(), unit: "N".into(), bars: vec![] }.inline("l").is_empty());
+        assert!(
+            Bars { title: "t".into(), axis: "x".into(), unit: "N".into(), bars: vec![] }
+                .inline("l")
+                .is_empty()
+        );
     }
 }

@@ -190,12 +190,10 @@ impl Panel {
     /// Lists for each line and band: name, index of the colour, true if dashed, true for a band.
     fn labels(&self) -> impl Iterator<Item = (&str, usize, bool, bool)> {
         let lines = self.lines.iter();
-        let lines = lines
-            .map(|line| (line.label.as_str(), distinct(line.colour), line.dashed, false));
+        let lines =
+            lines.map(|line| (line.label.as_str(), distinct(line.colour), line.dashed, false));
         let bands = self.bands.iter().filter(|band| !band.points.is_empty());
-        lines.chain(
-            bands.map(|band| (band.label.as_str(), distinct(band.colour), false, true)),
-        )
+        lines.chain(bands.map(|band| (band.label.as_str(), distinct(band.colour), false, true)))
     }
 }
 
@@ -233,6 +231,30 @@ mod tests {
             assert!(!svg.contains("NaN") && !svg.contains("inf"), "{case:?}");
             assert!(!svg.contains("<more>") && svg.contains("&lt;more&gt;"));
         }
+    }
+
+    /// Checks that a curve of an actuator has the colour of its leg, in a page and on paper, and that a common legend
+    /// shows a neutral sample, because the colour differs from panel to panel.
+    #[test]
+    fn actuators_have_the_colours_of_their_legs() {
+        let mut pair = figure(vec![vec![(0.0, 0.0), (1.0, 1.0)], vec![(0.0, 1.0), (1.0, 0.0)]]);
+        pair.panels[0].lines[0].colour = OF_LEG;
+        pair.panels[0].lines[1].colour = REFERENCE;
+        pair.panels.push(pair.panels[0].clone());
+        for (panel, leg) in pair.panels.iter_mut().zip([2, 10]) {
+            panel.leg = Some(leg);
+        }
+        let page = pair.inline("forces");
+        for expected in ["stroke=\"var(--leg2)\"", "stroke=\"var(--leg3)\"", "fill=\"var(--leg3)\""]
+        {
+            assert!(page.contains(expected), "{expected} in {page}");
+        }
+        let (legend, _) = page.split_once("</ul>").unwrap();
+        assert!(legend.contains("stroke=\"var(--ink)\"") && !legend.contains("--leg"), "{legend}");
+        assert!(pair.svg().contains(BRANCHES[2]) && pair.svg().contains(BRANCHES[3]));
+        pair.panels.truncate(1);
+        pair.panels[0].leg = None;
+        assert!(pair.inline("forces").contains("var(--line0)"));
     }
 
     /// Checks that a single point is drawn as a marker, because a line through it would be

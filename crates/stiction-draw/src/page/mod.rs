@@ -179,7 +179,11 @@ mod tests {
     /// Checks that lines have a contrast of at least 3, as WCAG 2.2 requires for graphics.
     #[test]
     fn lines_are_legible() {
-        for (is_dark, colours) in [(false, COLOURS), (true, COLOURS_ON_DARK)] {
+        let all = [
+            (false, COLOURS.iter().chain(&BRANCHES)),
+            (true, COLOURS_ON_DARK.iter().chain(&BRANCHES_ON_DARK)),
+        ];
+        for (is_dark, colours) in all {
             for line in colours {
                 let found = contrast(colour("paper", is_dark), line);
                 assert!(found >= 3.0, "{line}, dark: {is_dark}: {found}");

@@ -7,7 +7,9 @@ use crate::by_leg::ByLeg;
 use crate::names::legs_of_actuators;
 use crate::{Sink, SinkError};
 use stiction_core::forward::{Event, EventKind};
-use stiction_draw::figure::meaning::{ENERGY, FRICTION, LIMIT, LOAD, OF_LEG, POTENTIAL, REFERENCE, RESULT};
+use stiction_draw::figure::meaning::{
+    ENERGY, FRICTION, LIMIT, LOAD, OF_LEG, POTENTIAL, REFERENCE, RESULT,
+};
 use stiction_draw::figure::{Figure, Panel, Trace};
 
 /// Collector of the curves of a simulation, sample by sample.

@@ -93,7 +93,8 @@ impl Curves {
             figures.push(("friction", Figure { title, x_label: x_label.clone(), panels }));
             if !self.names.drives.is_empty() {
                 let title = format!("Friction contributions to the efforts: {}", self.title);
-                let figure = self.shares.figure(&self.names, &self.legs, &colours, title, x_label.clone());
+                let figure =
+                    self.shares.figure(&self.names, &self.legs, &colours, title, x_label.clone());
                 figures.push(("contributions", figure));
             }
         }

@@ -38,7 +38,7 @@ pub fn draw_report(
         html::warnings(&summary.cautions(job)),
         section("The robot", &animation.shared.figure(caption, None)),
         of("Motion", tables::motion(summary) + &plot(&["motion", "error"])),
-        of("Actuator efforts", plot(&["drives"])),
+        of("Actuator efforts", tables::efforts(summary) + &plot(&["drives"])),
         of("Motors", tables::motors(summary)),
         of("Friction", tables::friction(summary, outcome) + &plot(&["friction"])),
         of("Events", tables::events(summary, outcome)),

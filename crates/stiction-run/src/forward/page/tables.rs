@@ -5,6 +5,7 @@ use crate::forward::outcome::Outcome;
 use crate::forward::summary::Summary;
 use crate::report::html::{Column, instant, long_table, table, table_of, text};
 use crate::report::{LISTED, by_joint};
+use crate::statistics::Size;
 use stiction_draw::numbers::{number, percent};
 
 /// Largest number of events in the table; `events.csv` contains all.
@@ -15,7 +16,25 @@ fn settled(x: f64) -> String {
     if x.abs() < 1e-14 { "0".to_owned() } else { number(x) }
 }
 
-/// Table of efforts, final positions and tracking errors of the actuators.
+/// Table of the efforts of the actuators.
+pub(super) fn efforts(summary: &Summary) -> String {
+    let names = &summary.layout.names.drives;
+    let head = [
+        ("actuator", Column::Text),
+        ("peak", Column::Number),
+        ("at [s]", Column::Number),
+        ("rms", Column::Number),
+        ("unit", Column::Text),
+    ];
+    let row = |((name, unit), size): (&(String, &str), &Size)| {
+        let peak = [text(name), text(&number(size.peak)), instant(size.peak_time)];
+        peak.into_iter().chain([text(&number(size.rms())), text(unit)]).collect()
+    };
+    let rows: Vec<Vec<String>> = names.iter().zip(&summary.drives).map(row).collect();
+    long_table(&head, &rows, 2 * LISTED)
+}
+
+/// Table of the actuators' final positions and rates, and of their tracking errors.
 pub(super) fn motion(summary: &Summary) -> String {
     let layout = &summary.layout;
     if summary.last.forward.is_empty() || layout.names.drives.is_empty() {
@@ -24,27 +43,21 @@ pub(super) fn motion(summary: &Summary) -> String {
     let follows = layout.reference.contains(&true);
     let mut head = vec![
         ("actuator", Column::Text),
-        ("effort, peak", Column::Number),
-        ("at [s]", Column::Number),
-        ("rms", Column::Number),
-        ("unit", Column::Text),
         ("position at the end", Column::Number),
         ("rate at the end", Column::Number),
     ];
     if follows {
-        head.extend([("tracking error, peak", Column::Number), ("rms", Column::Number)]);
+        head.extend([("error, peak", Column::Number), ("error, rms", Column::Number)]);
     }
     let row = |k: usize| {
         let dof = layout.dof_of_actuator[k];
         let motion = layout.motion_in(&summary.last.forward, dof);
         let [place, speed, _] = layout.dofs[dof].units();
-        let (size, (name, unit)) = (&summary.drives[k], &layout.names.drives[k]);
-        let mut row = vec![text(name), text(&number(size.peak)), instant(size.peak_time)];
-        row.extend([text(&number(size.rms())), text(unit)]);
-        row.extend([
+        let mut row = vec![
+            text(&layout.names.drives[k].0),
             text(&format!("{} {place}", settled(motion[0]))),
             text(&format!("{} {speed}", settled(motion[1]))),
-        ]);
+        ];
         if follows {
             let small = if place == "m" { "mm" } else { "mrad" };
             let error = &summary.errors[k];
