@@ -1,12 +1,13 @@
 //! Comparison of runs: their headline figures side by side, and their efforts in one plot.
 
 use crate::motor_load::MotorLoad;
-use crate::names::Names;
+use crate::names::{Names, legs_of_actuators};
 pub use crate::report::animation::Reel;
 use crate::statistics::Size;
 use serde_json::{Value, json};
 use std::fmt::{self, Write};
 use stiction_core::mechanism::{DriveTrain, Mechanism};
+use stiction_draw::figure::meaning::{OF_LEG, REFERENCE};
 use stiction_draw::figure::{Figure, Panel, Trace};
 use stiction_draw::numbers::{exact, number, percent};
 
@@ -262,6 +263,7 @@ impl Comparison {
 #[derive(Clone, Debug)]
 pub struct EffortCurves {
     names: Vec<(String, &'static str)>,
+    legs: Vec<Option<usize>>,
     traces: Vec<Trace>,
 }
 
@@ -269,7 +271,11 @@ impl EffortCurves {
     /// Creates empty curves with room for `count` samples of a mechanism.
     pub fn new(mechanism: &Mechanism, count: usize) -> Self {
         let names = Names::new(mechanism).drives;
-        Self { traces: vec![Trace::new(count); names.len()], names }
+        Self {
+            traces: vec![Trace::new(count); names.len()],
+            legs: legs_of_actuators(mechanism),
+            names,
+        }
     }
 
     /// Adds the efforts of all actuators at a time, s.
@@ -280,16 +286,26 @@ impl EffortCurves {
     }
 }
 
-/// Draws the efforts of several runs in one figure, with a panel for each actuator.
+/// Draws the efforts of several runs in one figure, with a panel for each actuator. As in pictures of two robots, the
+/// first of two runs has the colours of the legs, and the second one is grey and dashed; each of more runs has a colour
+/// of its own, the same in all panels.
 pub fn overlay(title: String, runs: Vec<(String, EffortCurves)>) -> Figure {
     let mut panels: Vec<Panel> = Vec::new();
+    let is_pair = runs.len() <= 2;
     for (run, (label, curves)) in runs.into_iter().enumerate() {
-        for ((name, unit), trace) in curves.names.iter().zip(curves.traces) {
+        let colour = match run {
+            0 if is_pair => OF_LEG,
+            1 if is_pair => REFERENCE,
+            run => run,
+        };
+        for (((name, unit), leg), trace) in curves.names.iter().zip(curves.legs).zip(curves.traces)
+        {
             let y_label = format!("{name} [{unit}]");
-            let line = trace.line(&label, run, run % 2 == 1);
+            let line = trace.line(&label, colour, run % 2 == 1);
+            let leg = leg.filter(|_| is_pair);
             match panels.iter_mut().find(|panel| panel.y_label == y_label) {
                 Some(panel) => panel.lines.push(line),
-                None => panels.push(Panel { y_label, lines: vec![line], ..Panel::default() }),
+                None => panels.push(Panel { y_label, lines: vec![line], leg, ..Panel::default() }),
             }
         }
     }

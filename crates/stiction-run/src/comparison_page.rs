@@ -24,8 +24,7 @@ impl Comparison {
             _ => format!("The first {MOST_RUNS} runs. "),
         };
         let caption = format!(
-            "{caption}The other run is dashed, at the same time, with its own arrows. Click a joint for its \
-             values in both."
+            "{caption}The other run is grey and dashed, at the same time, with its own arrows."
         );
         let robots = together(reels, &caption);
         let links: Vec<String> = self
@@ -68,12 +67,15 @@ impl Comparison {
             .rows()
             .map(|row| {
                 let mut cells = vec![text(&row.headline().name), text(row.headline().unit)];
-                let values = row.shown_values();
-                cells.extend(values.map(|value| text(&value.map_or("-".to_owned(), number))));
+                let values: Vec<Option<f64>> = row.shown_values().collect();
+                cells.extend(values.iter().map(|v| text(&v.map_or("-".to_owned(), number))));
                 if pair {
-                    let (difference, relative) = match row.difference() {
-                        Some((difference, relative)) => (number(difference), percent(relative)),
-                        None => ("-".to_owned(), "-".to_owned()),
+                    // Differences of the shown values, because exact values may differ by rounding errors.
+                    let (difference, relative) = match (&values[..], row.difference()) {
+                        ([Some(a), Some(b)], Some((_, relative))) => {
+                            (number(b - a), percent(relative))
+                        }
+                        _ => ("-".to_owned(), "-".to_owned()),
                     };
                     cells.extend([text(&difference), text(&relative)]);
                 } else {

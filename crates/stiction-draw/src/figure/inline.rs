@@ -1,6 +1,7 @@
 //! Figure within a page, in the page's colours, with a legend that fits narrow screens.
 
-use super::{Figure, Form, Panel};
+use super::{Figure, Form, Panel, colour_name};
+use crate::drawing::px;
 use crate::xml::escape;
 
 impl Figure {
@@ -32,14 +33,22 @@ impl Figure {
                 continue;
             }
             seen.push(entry);
-            let name = self.legend_colour(colour);
             let sample = if is_band {
+                let name = colour_name(colour, None);
                 format!("<path d=\"M0 1H32V11H0Z\" fill=\"var(--{name})\" fill-opacity=\"0.35\"/>")
             } else {
-                let dashes = if dashed { " stroke-dasharray=\"8 4\"" } else { "" };
-                format!(
-                    "<path d=\"M0 6H32\" stroke=\"var(--{name})\" stroke-width=\"2.5\"{dashes}/>"
-                )
+                let pieces = self.sample(colour, dashed);
+                let dashes = match dashed && pieces.len() == 1 {
+                    true => " stroke-dasharray=\"8 4\"",
+                    false => "",
+                };
+                let piece = |(start, end, name): &(f64, f64, String)| {
+                    let (start, end) = (px(32.0 * start), px(32.0 * end));
+                    format!(
+                        "<path d=\"M{start} 6H{end}\" stroke=\"var(--{name})\" stroke-width=\"2.5\"{dashes}/>"
+                    )
+                };
+                pieces.iter().map(piece).collect()
             };
             items += &format!(
                 "<li><svg viewBox=\"0 0 32 12\" aria-hidden=\"true\">{sample}</svg>{}</li>\n",

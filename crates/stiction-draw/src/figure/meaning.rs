@@ -2,10 +2,12 @@
 
 /// Results: efforts, positions, the work of actuators.
 pub const RESULT: usize = 0;
-/// Quantity for comparison: the effort without friction, or the reference.
+/// Quantity for comparison: the effort without friction, the reference, or the second of two runs. Dashed.
 ///
 /// A neutral colour, because results may have the colour of a leg.
 pub const REFERENCE: usize = usize::MAX - 1;
+/// Measured data of a log: the colour of text.
+pub const MEASURED: usize = usize::MAX - 2;
 /// External loads.
 pub const LOAD: usize = 2;
 /// Friction and the energy that it dissipates.

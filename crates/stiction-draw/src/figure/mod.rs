@@ -15,7 +15,7 @@ pub use bars::{Bar, Bars};
 pub use trace::{BandTrace, JumpTrace, Trace, reversal};
 
 use crate::drawing::BRANCHES;
-use meaning::{OF_LEG, REFERENCE, RESULT};
+use meaning::{MEASURED, OF_LEG, REFERENCE, RESULT};
 use std::collections::HashSet;
 
 /// Panels above each other with a common horizontal axis.
@@ -97,7 +97,7 @@ pub const COLOURS_ON_DARK: [&str; 8] =
 /// Index of a colour, the same for all indices that look the same.
 fn distinct(colour: usize) -> usize {
     match colour {
-        REFERENCE | OF_LEG => colour,
+        REFERENCE | MEASURED | OF_LEG => colour,
         colour => colour % COLOURS.len(),
     }
 }
@@ -106,6 +106,7 @@ fn distinct(colour: usize) -> usize {
 fn colour_name(colour: usize, leg: Option<usize>) -> String {
     match (colour, leg) {
         (REFERENCE, _) => "soft".to_owned(),
+        (MEASURED, _) => "ink".to_owned(),
         (OF_LEG, Some(leg)) => format!("leg{}", leg % BRANCHES.len()),
         (OF_LEG, None) => format!("line{RESULT}"),
         (colour, _) => format!("line{}", colour % COLOURS.len()),
@@ -145,11 +146,28 @@ impl Figure {
         !points.any(|(x, y)| x.is_finite() && y.is_finite())
     }
 
-    /// Name of a colour in a legend of all panels: neutral for a colour that differs from leg to leg.
-    fn legend_colour(&self, colour: usize) -> String {
-        match colour == OF_LEG && self.panels.iter().any(|panel| panel.leg.is_some()) {
-            true => "ink".to_owned(),
-            false => colour_name(colour, None),
+    /// Pieces of the sample of a line in a common legend: start and end as fractions of its length, and the name of
+    /// the colour. The sample of a colour that differs from panel to panel has pieces in the colours of up to three
+    /// legs, with gaps if `dashed`.
+    fn sample(&self, colour: usize, dashed: bool) -> Vec<(f64, f64, String)> {
+        let mut names: Vec<String> = Vec::new();
+        for panel in &self.panels {
+            let name = colour_name(colour, panel.leg);
+            if !names.contains(&name) && panel.lines.iter().any(|line| line.colour == colour) {
+                names.push(name);
+            }
+        }
+        match &names[..] {
+            [] => vec![(0.0, 1.0, colour_name(colour, None))],
+            [name] => vec![(0.0, 1.0, name.clone())],
+            names => (0..3)
+                .map(|k| {
+                    let (step, length) =
+                        if dashed { (0.375, 0.25) } else { (1.0 / 3.0, 1.0 / 3.0) };
+                    let start = step * k as f64;
+                    (start, start + length, names[k % names.len()].clone())
+                })
+                .collect(),
         }
     }
 
@@ -234,7 +252,7 @@ mod tests {
     }
 
     /// Checks that a curve of an actuator has the colour of its leg, in a page and on paper, and that a common legend
-    /// shows a neutral sample, because the colour differs from panel to panel.
+    /// shows the colours of all panels.
     #[test]
     fn actuators_have_the_colours_of_their_legs() {
         let mut pair = figure(vec![vec![(0.0, 0.0), (1.0, 1.0)], vec![(0.0, 1.0), (1.0, 0.0)]]);
@@ -250,7 +268,11 @@ mod tests {
             assert!(page.contains(expected), "{expected} in {page}");
         }
         let (legend, _) = page.split_once("</ul>").unwrap();
-        assert!(legend.contains("stroke=\"var(--ink)\"") && !legend.contains("--leg"), "{legend}");
+        for expected in
+            ["stroke=\"var(--leg2)\"", "stroke=\"var(--leg3)\"", "stroke=\"var(--soft)\""]
+        {
+            assert!(legend.contains(expected), "{expected} in {legend}");
+        }
         assert!(pair.svg().contains(BRANCHES[2]) && pair.svg().contains(BRANCHES[3]));
         pair.panels.truncate(1);
         pair.panels[0].leg = None;

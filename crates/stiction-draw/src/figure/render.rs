@@ -123,8 +123,7 @@ impl<'a> Renderer<'a> {
                 top = self.legend(top);
             }
         }
-        let begin = top + NAME;
-        let mut bottom = begin;
+        let mut bottom = top + NAME;
         let count = figure.panels.len();
         for (index, panel) in figure.panels.iter().enumerate() {
             let is_last = index + 1 == count;
@@ -141,11 +140,9 @@ impl<'a> Renderer<'a> {
         let over_time = figure.x_label.starts_with("time [s]");
         let cursor = match self.form == Form::Page && over_time {
             true => format!(
-                " data-left=\"{}\" data-right=\"{}\" data-top=\"{}\" data-bottom=\"{}\" data-first=\"{:?}\" data-end=\"{:?}\"",
+                " data-left=\"{}\" data-right=\"{}\" data-first=\"{:?}\" data-end=\"{:?}\"",
                 px(self.left),
                 px(self.right),
-                px(begin),
-                px(bottom),
                 self.x.low,
                 self.x.high
             ),
@@ -193,9 +190,8 @@ impl<'a> Renderer<'a> {
 
     /// Draws a sample of a line or a band, 28 px wide.
     fn sample(&mut self, (x, y): (f64, f64), colour: usize, dashed: bool, is_band: bool) {
-        let name = self.figure.legend_colour(colour);
         if is_band {
-            let fill = self.colour(&name);
+            let fill = self.colour(&colour_name(colour, None));
             let _ = write!(
                 self.drawn,
                 "<rect x=\"{}\" y=\"{}\" width=\"28\" height=\"10\" fill=\"{fill}\" fill-opacity=\"0.35\"/>",
@@ -203,8 +199,12 @@ impl<'a> Renderer<'a> {
                 px(y - 5.0)
             );
         } else {
-            let path = format!("M{} {}h28", px(x), px(y));
-            self.stroke(&path, &name, dashes(dashed));
+            let pieces = self.figure.sample(colour, dashed);
+            let more = dashes(dashed && pieces.len() == 1);
+            for (start, end, name) in pieces {
+                let path = format!("M{} {}H{}", px(x + 28.0 * start), px(y), px(x + 28.0 * end));
+                self.stroke(&path, &name, more);
+            }
         }
     }
 

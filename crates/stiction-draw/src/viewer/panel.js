@@ -167,7 +167,7 @@ const meaning = make("p", { class: "key note" });
 controls.append(meaning);
 const key = () => {
   const ghost = state.ghost ? `Dashed, at t = ${shown(times[ghostFrame])} s: the motion that the robot resists least with its actuators held (singularity index ${shown(film.ghost.index)}). ` : "";
-  const other = state.other >= 0 ? `Solid: ${run.label}. Orange: ${others[state.other].label}, dashed. ` : "";
+  const other = state.other >= 0 ? `In colours: ${run.label}. Grey and dashed: ${others[state.other].label}. ` : "";
   meaning.textContent = ghost + other + (state.colour === "power" ? `From white, no friction power, to red, ${shown(most.power)} W, by its square root.`
     : state.colour === "slip" ? "Blue: at rest. Red: slides. Yellow: some of its interfaces at rest." : "");
 };
@@ -223,6 +223,7 @@ canvas.addEventListener("keydown", event => {
 
 document.documentElement.classList.add("live");
 const kept = figure.querySelector(".kept");
+kept.append(film.columns.length ? ` Click a joint for its reaction and friction${others.length ? " in both runs" : ""}.` : " Drag to turn it.");
 // What the script of the shaded view needs, and how it joins.
 if (film.meshes.length) figure.shading = {
   film, camera, room,
@@ -237,7 +238,7 @@ if (film.meshes.length) figure.shading = {
     resize();
   },
 };
-if (frames < film.of) kept.textContent = ` ${frames} of ${film.of} samples are kept here, among them all peaks of the tables; the cursor snaps to them.`;
+if (frames < film.of) kept.append(` ${frames} of ${film.of} samples are kept here, among them all peaks of the tables; the cursor snaps to them.`);
 const resize = () => {
   const box = canvas.parentElement.getBoundingClientRect();
   if (!(box.width > 0)) return;

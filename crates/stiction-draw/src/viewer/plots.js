@@ -3,7 +3,8 @@ const number = (element, name) => Number(element.getAttribute(`data-${name}`));
 const placeIn = (svg, event) => new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse());
 // The cursor of every plot over time; a click in a plot sets the time.
 const plots = [...document.querySelectorAll("svg[data-left]")].map(svg => {
-  const [left, right, top, bottom, first, end] = ["left", "right", "top", "bottom", "first", "end"].map(name => number(svg, name));
+  const [left, right, first, end] = ["left", "right", "first", "end"].map(name => number(svg, name));
+  const heights = [...svg.querySelectorAll("g.panel")].map(panel => [number(panel, "top"), number(panel, "bottom")]);
   const mark = document.createElementNS(SPACE, "path");
   mark.setAttribute("class", "cursor");
   svg.append(mark);
@@ -14,7 +15,7 @@ const plots = [...document.querySelectorAll("svg[data-left]")].map(svg => {
   });
   return () => {
     const x = left + (right - left) * (times[state.frame] - first) / (end - first || 1);
-    mark.setAttribute("d", x >= left - 0.5 && x <= right + 0.5 ? `M${x.toFixed(1)} ${top}V${bottom}` : "");
+    mark.setAttribute("d", x >= left - 0.5 && x <= right + 0.5 ? heights.map(([top, bottom]) => `M${x.toFixed(1)} ${top}V${bottom}`).join("") : "");
   };
 });
 

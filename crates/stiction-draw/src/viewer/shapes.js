@@ -4,7 +4,7 @@ let pen = canvas.getContext("2d");
 let ink = {}, size = 8;
 const refreshColours = () => {
   const style = getComputedStyle(document.documentElement);
-  const names = ["paper", "ink", "soft", "edge", "tint", "link", "bad", "good", "open", "grid", "side", "drive", "driveside", "hub", "hubedge", "plate", "mark", "line1"];
+  const names = ["paper", "ink", "soft", "edge", "tint", "link", "bad", "good", "open", "grid", "side", "drive", "driveside", "hub", "hubedge", "plate", "mark"];
   for (let k = 0; k < 7; k++) names.push(`leg${k}`);
   ink = Object.fromEntries(names.map(name => [name, style.getPropertyValue(`--${name}`).trim()]));
 };

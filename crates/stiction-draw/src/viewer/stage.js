@@ -76,17 +76,17 @@ const drawPath = (own, point, colour) => {
   path.push(project(own.placed(own.frames - 1, point.body, point.at)));
   pen.globalAlpha = 0.65; trace(path); stroke(colour, 1.6); pen.globalAlpha = 1;
 };
-// Another run at the same time: outlines, joints, paths and arrows, orange as in plots.
+// Another run at the same time: outlines, joints, paths and arrows, grey and dashed as in plots.
 const drawOther = own => {
   const frame = own.nearestFrame(times[state.frame]), places = own.scene.joints.map(joint => own.jointAt(frame, joint));
-  own.scene.traced.forEach(point => drawPath(own, point, ink.line1));
+  own.scene.traced.forEach(point => drawPath(own, point, ink.soft));
   own.scene.bodies.forEach((_, k) => {
     if (!k) return;
     const { outline, middle } = outlineOf(own, k, frame, places);
-    if (outline.length < 2) { disc(middle, 3, ink.line1); return; }
-    trace(outline, outline.length > 2); stroke(ink.paper, 4, [7, 4]); stroke(ink.line1, 2, [7, 4]);
+    if (outline.length < 2) { disc(middle, 3, ink.soft); return; }
+    trace(outline, outline.length > 2); stroke(ink.paper, 4, [7, 4]); stroke(ink.soft, 2, [7, 4]);
   });
-  places.forEach(place => disc(project(place), 2.6, ink.line1, ink.paper));
+  places.forEach(place => disc(project(place), 2.6, ink.soft, ink.paper));
   arrowsAt(own, frame, places);
 };
 
@@ -126,7 +126,7 @@ const groundMark = (index, frame, at, places) => {
 const round = x => { const power = 10 ** Math.floor(Math.log10(x)); return ([5, 2].find(d => d * power <= x) || 1) * power; };
 const reach = () => 0.26 * Math.min(room.width, room.height);
 const arrowsAt = (own, frame, places) => {
-  const inkOf = colour => own === run ? colour : ink.line1, side = own === run ? 1 : -1;
+  const inkOf = colour => own === run ? colour : ink.soft, side = own === run ? 1 : -1;
   if (state.loads && most.load > 0) for (const k of own.loaded) {
     const body = own.scene.bodies[k], [x, y] = flat(times3(own.vectorAt(body.name, "f", frame), reach() / most.load));
     const from = project(own.placed(frame, k, body.com));
@@ -182,16 +182,17 @@ const legend = () => {
   // Bars: a round length, and round forces of the arrows.
   let x = 92;
   const bar = (length, text, colour, isArrow) => {
-    if (!(length > 4) || x + Math.max(length, 60) > room.width) return;
+    const wide = Math.max(length, pen.measureText(text).width);
+    if (!(length > 4) || x + wide + 6 > room.width) return;
     if (isArrow) arrow([x, base], [x + length, base], colour);
     else { segment([x, base], [x + length, base], colour, 2); [x, x + length].forEach(e => segment([e, base - 5], [e, base + 5], colour, 2)); }
     words(text, [x, base - 13], colour === ink.ink ? ink.soft : colour, "left");
-    x += Math.max(length, pen.measureText(text).width) + 22;
+    x += wide + 22;
   };
   const metres = round(90 / perMetre());
   bar(metres * perMetre(), metres >= 1 ? `${shown(metres)} m` : `${shown(metres * 1e3)} mm`, ink.ink, false);
   const force = (scale, text, colour) => { if (scale > 0) { const n = round(0.75 * scale); bar(n / scale * reach(), `${text} ${shown(n)} N`, colour, true); } };
-  if (state.drives) force(most.force, "drive", ink.open);
+  if (state.drives) force(most.force, "effort", ink.open);
   if (state.reactions) force(most.reaction, "reaction", ink.ink);
   if (state.loads) force(most.load, "load", ink.good);
 };

@@ -28,7 +28,7 @@ pub fn draw_report(job: &Job<'_>, found: &Findings, command: Option<&str>) -> St
     let inner = [
         header(job.model, &about),
         cards(&names, found),
-        section("The mechanism", &still.figure("Drag to turn it.", None)),
+        section("The mechanism", &still.figure("", None)),
         section("Efforts that hold it, and that move it", &efforts(&names, &legs, found)),
         findings(&verdicts(&names, found)),
         repeat(command, &found.json(job)["options"]),

@@ -6,7 +6,7 @@ use crate::report::animation::together;
 use crate::report::html::{self, Column, card, long_table, note, section, table_of, text};
 use crate::report::{Finding, findings, footer, header, repeat};
 use serde_json::json;
-use stiction_draw::figure::meaning::{ENERGY, FRICTION, REFERENCE, RESULT};
+use stiction_draw::figure::meaning::{FRICTION, MEASURED, OF_LEG};
 use stiction_draw::figure::{Figure, Line, Panel, Trace};
 use stiction_draw::numbers::number;
 use stiction_format::ModelFile;
@@ -47,7 +47,7 @@ impl Identified {
         let reel = |log: &LogTrace| Some((log.name.clone(), log.robot.reel(traces.logs.len())?));
         let caption = match traces.logs.len() {
             1 => "The robot along the log.",
-            _ => "The robot along the first log; along the other ones it is dashed and orange.",
+            _ => "The robot along the first log; along the other ones it is dashed and grey.",
         };
         let robots = together(traces.logs.iter().filter_map(reel).collect(), caption);
         let is_moving = !robots.is_empty();
@@ -222,6 +222,7 @@ fn efforts(traces: &Traces, log: &LogTrace) -> String {
             Panel {
                 y_label: format!("{name} [{unit}]"),
                 lines: lines.collect(),
+                leg: traces.legs[channel],
                 ..Panel::default()
             }
         };
@@ -231,12 +232,12 @@ fn efforts(traces: &Traces, log: &LogTrace) -> String {
     let used = if log.used_for_fit { "fitted" } else { "not used for the fit" };
     let both = figure(
         format!("Efforts: {}, {used}", log.name),
-        &[("measured", REFERENCE, false), ("predicted", RESULT, true)],
+        &[("measured", MEASURED, false), ("predicted", OF_LEG, true)],
         |sample| vec![sample.measured, sample.predicted],
     );
     let residuals = figure(
         format!("Residuals: {}", log.name),
-        &[("measured less predicted", ENERGY, false)],
+        &[("measured less predicted", OF_LEG, false)],
         |sample| vec![sample.measured - sample.predicted],
     );
     both + &residuals
@@ -265,7 +266,7 @@ fn friction(trace: &FrictionTrace) -> Option<String> {
         dashed: false,
     };
     let lines = vec![
-        line("data", dots.collect(), REFERENCE),
+        line("data", dots.collect(), MEASURED),
         line("identified law", law.collect(), FRICTION),
     ];
     let panel = Panel { y_label: format!("friction [{}]", trace.unit), lines, ..Panel::default() };

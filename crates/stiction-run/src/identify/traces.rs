@@ -5,7 +5,7 @@ use super::options::IdentifySettings;
 use super::prepare::{MeasuredLog, Prepared};
 use super::run::{Identified, differences, parameters_of, read_terms};
 use super::selection::choice;
-use crate::names::Names;
+use crate::names::{Names, legs_of_actuators};
 use crate::report::animation::Animation;
 use nalgebra::DVector;
 use std::fmt::Write as _;
@@ -21,6 +21,8 @@ const EFFECT: f64 = 0.5;
 pub struct Traces {
     /// Name and unit of the effort of each actuator.
     pub efforts: Vec<(String, &'static str)>,
+    /// Index of the leg of each actuator, whose colour it has in pictures.
+    pub(super) legs: Vec<Option<usize>>,
     /// Logs in the order of the fit.
     pub logs: Vec<LogTrace>,
     /// Friction of the interfaces and actuators whose friction the data determine.
@@ -78,8 +80,12 @@ impl Traces {
     ) -> Result<Self, IdentifyError> {
         let mechanism = &model.mechanism;
         let terms = read_terms(model, settings)?;
-        let mut traces =
-            Self { efforts: Names::new(mechanism).drives, logs: Vec::new(), friction: Vec::new() };
+        let mut traces = Self {
+            efforts: Names::new(mechanism).drives,
+            legs: legs_of_actuators(mechanism),
+            logs: Vec::new(),
+            friction: Vec::new(),
+        };
         let values: Vec<f64> = identified.parameters.iter().map(|p| p.value).collect();
         let choice = choice(mechanism, logs, settings, terms.len())?;
         for log in logs {

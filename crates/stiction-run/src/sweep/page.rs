@@ -22,10 +22,10 @@ pub fn draw_report(
     let about =
         "A study: inverse dynamics of each design along its motion, evaluated by the objectives.";
     let caption = match reels.len() {
-        0 | 1 => "Click a joint for its reaction and friction.",
+        0 | 1 => "",
         _ => {
-            "Designs with an extreme of an objective: the first is solid, the other, to be chosen, dashed, at the same \
-             time, with its own arrows. Click a joint for its values in both."
+            "Designs with an extreme of an objective: the first in colours, the other, to be chosen, grey and dashed, at \
+             the same time, with its own arrows."
         }
     };
     let robots = together(reels, caption);

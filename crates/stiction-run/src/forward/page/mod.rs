@@ -31,12 +31,11 @@ pub fn draw_report(
         false => section(title, &inner),
     };
     let length = job.model.mechanism.characteristic_length();
-    let caption = "Click a joint for its reaction and friction.";
     let inner = [
         header(job.model, &about(job, summary)),
         cards(summary, outcome),
         html::warnings(&summary.cautions(job)),
-        section("The robot", &animation.shared.figure(caption, None)),
+        section("The robot", &animation.shared.figure("", None)),
         of("Motion", tables::motion(summary) + &plot(&["motion", "error"])),
         of("Actuator efforts", tables::efforts(summary) + &plot(&["drives"])),
         of("Motors", tables::motors(summary)),

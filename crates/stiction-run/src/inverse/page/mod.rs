@@ -81,7 +81,7 @@ fn caption(job: &Job<'_>) -> String {
         "" => job.motion_name.as_str(),
         title => title,
     };
-    format!("{title}. Click a joint for its reaction and friction.")
+    format!("{title}.")
 }
 
 /// Cards with the headline figures.
