@@ -139,7 +139,7 @@ pub(crate) fn run_all(
         files.extend(outputs.complete(&["drives.png", FILE])?);
     }
     if !as_json {
-        note_folder(folder, files.len());
+        note_folder(folder, &files);
     }
     report.show(folder);
     Ok(())

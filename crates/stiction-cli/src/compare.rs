@@ -104,7 +104,7 @@ fn execute(options: &Compare) -> Result<(), Failure> {
         curves.push((side.to_owned(), run.efforts));
         reels.extend(run.reel.map(|reel| (side.to_owned(), reel)));
     }
-    let about = text.replace('\n', " ");
+    let about = text.replace("\n   ", "; ");
     let comparison = Comparison::new(figures);
     let json = json!({ "comparison": comparison.json(), "A": runs[0], "B": runs[1] });
     if options.json {
@@ -140,7 +140,7 @@ fn execute(options: &Compare) -> Result<(), Failure> {
         files.extend(outputs.complete(&["drives.png", report::FILE])?);
     }
     if !options.json {
-        note_folder(folder, files.len());
+        note_folder(folder, &files);
     }
     options.report.show(folder);
     Ok(())

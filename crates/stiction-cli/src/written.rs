@@ -1,12 +1,16 @@
 //! Notes on the files that a run wrote.
 
+use crate::report;
 use std::io::{IsTerminal, stderr};
 use std::path::{Path, PathBuf};
 
 /// Prints a note that names the folder with the results, or the option that writes them.
-pub(crate) fn note_folder(folder: Option<&Path>, files: usize) {
+pub(crate) fn note_folder(folder: Option<&Path>, files: &[PathBuf]) {
+    // After the reports of single runs, that of all runs.
+    let report = files.iter().rev().find(|path| path.ends_with(report::FILE));
+    let report = report.map_or(String::new(), |path| format!("; report: {}", path.display()));
     match folder {
-        Some(folder) => note!("\nwrote {files} files into {}", folder.display()),
+        Some(folder) => note!("\nwrote {} files into {}{report}", files.len(), folder.display()),
         None => note_files(&[], false),
     }
 }

@@ -64,25 +64,41 @@ fn thousandths(value: f64) -> f64 {
     1e3 * value
 }
 
+/// Plots of the errors of all controllers, and of those whose errors are too small to be read beside the largest ones.
 fn errors(found: &Controllers) -> String {
+    // A plot can be read to about this fraction of its largest value.
+    const LEGIBLE: f64 = 0.1;
     let drawn = || found.tracking.iter().filter(|own| own.is_drawn);
-    let panel = |(k, (name, unit, _)): (usize, &(String, &str, &str))| {
-        let line = |(colour, own): (usize, &Tracking)| {
-            let mut trace = Trace::new(own.errors.len());
-            own.errors.iter().for_each(|(time, errors)| trace.push(*time, thousandths(errors[k])));
-            trace.line(&own.label, colour, false)
+    let figure = |title: &str, is_shown: &dyn Fn(&Tracking) -> bool| {
+        let panel = |(k, (name, unit, _)): (usize, &(String, &str, &str))| {
+            let line = |(run, own): (usize, &Tracking)| {
+                let mut trace = Trace::new(own.errors.len());
+                let errors = own.errors.iter();
+                errors.for_each(|(time, errors)| trace.push(*time, thousandths(errors[k])));
+                trace.line(&own.label, run, run % 2 == 1)
+            };
+            let lines = drawn().enumerate().filter(|(_, own)| is_shown(own)).map(line).collect();
+            Panel { y_label: format!("{name} [m{unit}]"), lines, ..Panel::default() }
         };
-        let lines = drawn().enumerate().map(line).collect();
-        Panel { y_label: format!("{name} [m{unit}]"), lines, ..Panel::default() }
+        let panels: Vec<Panel> = found.actuators.iter().enumerate().map(panel).collect();
+        html::curves(&Figure { title: title.to_owned(), x_label: "time [s]".to_owned(), panels })
     };
-    let panels: Vec<Panel> = found.actuators.iter().enumerate().map(panel).collect();
-    let title = "Reference minus position of each actuator".to_owned();
-    let figure = Figure { title, x_label: "time [s]".to_owned(), panels };
+    let peak = |own: &Tracking, k: usize| {
+        own.errors.iter().map(|(_, errors)| errors[k].abs()).fold(0.0, f64::max)
+    };
+    let count = found.actuators.len();
+    let largest: Vec<f64> =
+        (0..count).map(|k| drawn().map(|own| peak(own, k)).fold(0.0, f64::max)).collect();
+    let is_small = |own: &Tracking| (0..count).all(|k| peak(own, k) < LEGIBLE * largest[k]);
+    let mut plots = figure("Reference minus position of each actuator", &|_| true);
+    if drawn().any(is_small) {
+        plots += &figure("The controllers with small errors", &is_small);
+    }
     let more = match drawn().count() < found.tracking.len() {
         true => note("The first transition of each controller; the others are in compensate.csv."),
         false => String::new(),
     };
-    more + &html::curves(&figure)
+    more + &plots
 }
 
 fn figures(found: &Controllers) -> String {

@@ -73,6 +73,12 @@ pub(crate) fn legs_of_actuators(mechanism: &Mechanism) -> Vec<Option<usize>> {
     mechanism.actuators().map(|(joint, _)| legs[joint.0]).collect()
 }
 
+/// Index of the leg of each friction interface.
+pub(crate) fn legs_of_interfaces(mechanism: &Mechanism, names: &Names) -> Vec<Option<usize>> {
+    let legs = legs_of_joints(mechanism);
+    names.interfaces.iter().map(|(_, joint)| legs[*joint]).collect()
+}
+
 /// Width of a column that holds these names, characters; at least `least`.
 pub(crate) fn width<'a>(names: impl Iterator<Item = &'a str>, least: usize) -> usize {
     names.map(str::len).fold(least, usize::max)

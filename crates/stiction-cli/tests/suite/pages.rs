@@ -125,7 +125,7 @@ fn a_study_shows_its_extreme_designs() {
 /// All kinds of pages, by name, written into a folder of this name.
 fn pages(folder: &str) -> Vec<(&'static str, String)> {
     let folder = Folder::new(folder);
-    let commands: [(&str, &[&str]); 8] = [
+    let commands: [(&str, &[&str]); 9] = [
         ("inverse", &["inverse", "3rps"]),
         ("envelope", &["inverse", "five-bar", "--load", "none", "--load", "left_crank.fz = 1 N"]),
         ("forward", &["forward", "four-bar", "--until", "0.2"]),
@@ -147,6 +147,7 @@ fn pages(folder: &str) -> Vec<(&'static str, String)> {
                 "peak(A.effort)",
             ],
         ),
+        ("compensate", &["compensate", "five-bar", "--controller", "pd,computed-torque"]),
         ("view", &["view", "gough"]),
     ];
     let mut pages = Vec::new();

@@ -23,3 +23,11 @@ pub const CONSTRAINT: usize = 7;
 /// Quantity of an actuator: the colour of its leg in pictures of the mechanism, as the panel or bar states it; that of
 /// a result outside the legs.
 pub const OF_LEG: usize = usize::MAX;
+
+/// First of the colours of legs.
+pub(super) const LEGS: usize = usize::MAX - 64;
+
+/// Quantity of a joint of this leg in a panel that is not of one leg: the colour of the leg in pictures.
+pub const fn of_leg(leg: usize) -> usize {
+    LEGS + leg % crate::drawing::BRANCHES.len()
+}

@@ -15,7 +15,7 @@ pub use bars::{Bar, Bars};
 pub use trace::{BandTrace, JumpTrace, Trace, reversal};
 
 use crate::drawing::BRANCHES;
-use meaning::{MEASURED, OF_LEG, REFERENCE, RESULT};
+use meaning::{LEGS, MEASURED, OF_LEG, REFERENCE, RESULT};
 use std::collections::HashSet;
 
 /// Panels above each other with a common horizontal axis.
@@ -97,7 +97,7 @@ pub const COLOURS_ON_DARK: [&str; 8] =
 /// Index of a colour, the same for all indices that look the same.
 fn distinct(colour: usize) -> usize {
     match colour {
-        REFERENCE | MEASURED | OF_LEG => colour,
+        LEGS.. => colour,
         colour => colour % COLOURS.len(),
     }
 }
@@ -109,6 +109,7 @@ fn colour_name(colour: usize, leg: Option<usize>) -> String {
         (MEASURED, _) => "ink".to_owned(),
         (OF_LEG, Some(leg)) => format!("leg{}", leg % BRANCHES.len()),
         (OF_LEG, None) => format!("line{RESULT}"),
+        (LEGS.., _) => format!("leg{}", colour - LEGS),
         (colour, _) => format!("line{}", colour % COLOURS.len()),
     }
 }

@@ -44,7 +44,7 @@ const fit = () => {
   camera.centre = plus(plus(times3(camera.right, middle[0]), times3(camera.up, middle[1])), times3(camera.toward, middle[2]));
   const spans = box.map(([low, high]) => high - low), most = Math.max(...spans, 1e-9);
   const margin = Math.min(110, 0.24 * room.width);
-  camera.scale = Math.min((room.width - margin) / Math.max(spans[0], 0.05 * most), (room.height - 120) / Math.max(spans[1], 0.05 * most));
+  camera.scale = Math.min((room.width - margin) / Math.max(spans[0], 0.05 * most), (room.height - (film.actuators.some(own => own.turns) ? 150 : 120)) / Math.max(spans[1], 0.05 * most));
 };
 const perMetre = () => camera.scale * camera.zoom;
 // A point of the world in the picture, px, y downwards.

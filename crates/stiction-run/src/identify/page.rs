@@ -132,12 +132,15 @@ impl Identified {
             ("verdict", Column::Text),
         ];
         let row = |p: &&Named| {
-            let change = (p.value - p.prior) / p.sigma;
+            // Without the sign of a zero.
+            let change = (10.0 * (p.value - p.prior) / p.sigma).round() / 10.0 + 0.0;
             let change = if change.is_finite() { format!("{change:.1}") } else { "-".to_owned() };
             let [value, sigma] = [p.value, p.sigma].map(number);
             let prior = if p.prior.is_nan() { "none".to_owned() } else { number(p.prior) };
             let verdict = p.verdict.to_string();
-            [&p.name, p.unit, &prior, &value, &sigma, &change, &verdict].map(text).to_vec()
+            [p.name.as_str(), &unit(p.unit), &prior, &value, &sigma, &change, &verdict]
+                .map(text)
+                .to_vec()
         };
         let of = |told: bool| -> Vec<Vec<String>> {
             let is_told = |p: &&Named| {
@@ -166,7 +169,8 @@ impl Identified {
             .iter()
             .map(|c| {
                 let verdict = c.verdict.to_string();
-                let cells = [&c.name, c.unit, &number(c.value), &number(c.sigma), &verdict];
+                let cells =
+                    [c.name.as_str(), &unit(c.unit), &number(c.value), &number(c.sigma), &verdict];
                 cells.map(text).to_vec()
             })
             .collect();
@@ -198,6 +202,11 @@ impl Identified {
 const FRICTION_NOTE: &str = "Friction of each joint over the magnitude of its rate, as an effort of the joint against its \
     motion. Points are the measured efforts minus everything else that was identified; the line is the \
     identified law, averaged over the normal loads at each rate.";
+
+/// Unit as in other tables of pages.
+fn unit(unit: &str) -> String {
+    unit.replace("^2", "²")
+}
 
 /// Plots of the efforts of one log.
 fn efforts(traces: &Traces, log: &LogTrace) -> String {

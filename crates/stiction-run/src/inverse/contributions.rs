@@ -6,7 +6,7 @@ use crate::statistics::Size;
 use serde_json::{Value, json};
 use std::fmt::{self, Write};
 use stiction_core::dynamics::{Contributions, FrictionMode};
-use stiction_draw::figure::meaning::LIMIT;
+use stiction_draw::figure::meaning::{LIMIT, of_leg};
 use stiction_draw::figure::{COLOURS, Figure, JumpTrace, Panel};
 use stiction_draw::numbers::number;
 
@@ -134,12 +134,13 @@ impl ShareCurves {
         }
     }
 
-    /// Figure with a panel for each actuator and its largest contributions. An interface has its
+    /// Figure with a panel for each actuator and its largest contributions. An interface has the colour of its leg, and
+    /// the second one of a leg in a panel is dashed. In a panel with more interfaces of one leg, an interface has its
     /// colour in `colours`, unless another interface of the panel has the same colour.
     pub(super) fn figure(
         self,
         names: &Names,
-        legs: &[Option<usize>],
+        (legs, interface_legs): (&[Option<usize>], &[Option<usize>]),
         colours: &[usize],
         title: String,
         x_label: String,
@@ -149,9 +150,12 @@ impl ShareCurves {
             let mut lines = vec![all.line("all friction", ALL, true)];
             let ranked = self.ranking.ranked(drive);
             let ranked = &ranked[..ranked.len().min(INTERFACES_LISTED)];
-            for (&interface, colour) in ranked.iter().zip(distinct(ranked, colours)) {
+            let styles = by_leg(ranked, interface_legs).unwrap_or_else(|| {
+                distinct(ranked, colours).into_iter().map(|colour| (colour, false)).collect()
+            });
+            for (&interface, (colour, dashed)) in ranked.iter().zip(styles) {
                 let trace = traces[interface].clone();
-                lines.push(trace.line(&names.interfaces[interface].0, colour, false));
+                lines.push(trace.line(&names.interfaces[interface].0, colour, dashed));
             }
             let (name, unit) = &names.drives[drive];
             let (y_label, leg) = (format!("{name} [{unit}]"), legs[drive]);
@@ -159,6 +163,18 @@ impl ShareCurves {
         }
         Figure { title, x_label, panels }
     }
+}
+
+/// Colour of the leg of each interface, and true for the second one of a leg, which is dashed; `None` if an interface
+/// has no leg or a leg has more than two of them.
+fn by_leg(interfaces: &[usize], legs: &[Option<usize>]) -> Option<Vec<(usize, bool)>> {
+    let mut chosen = Vec::new();
+    for interface in interfaces {
+        let colour = of_leg(legs[*interface]?);
+        let style = [(colour, false), (colour, true)];
+        chosen.push(style.into_iter().find(|style| !chosen.contains(style))?);
+    }
+    Some(chosen)
 }
 
 /// Colours of some interfaces. Each keeps its own colour, or gets a free colour if an earlier
@@ -179,6 +195,17 @@ fn distinct(interfaces: &[usize], colours: &[usize]) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Interfaces have the colours of their legs, which a panel shows for at most two interfaces of each leg.
+    #[test]
+    fn contributions_have_the_colours_of_legs() {
+        let legs = [Some(0), Some(0), Some(1), None, Some(0)];
+        let styles = by_leg(&[1, 2, 0], &legs);
+        let expected = vec![(of_leg(0), false), (of_leg(1), false), (of_leg(0), true)];
+        assert_eq!(styles, Some(expected));
+        assert_eq!(by_leg(&[0, 1, 4], &legs), None);
+        assert_eq!(by_leg(&[2, 3], &legs), None);
+    }
 
     /// Interfaces keep the colour of their own plot, and no two interfaces of a panel share a
     /// colour.

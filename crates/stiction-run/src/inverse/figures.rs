@@ -5,7 +5,7 @@ use super::motor_curves::MotorCurves;
 use super::sample::Sample;
 use crate::by_leg::ByLeg;
 use crate::job::Job;
-use crate::names::{Names, legs_of_actuators};
+use crate::names::{Names, legs_of_actuators, legs_of_interfaces};
 use crate::{Sink, SinkError};
 use stiction_core::dynamics::{FrictionMode, InterfaceForce};
 use stiction_draw::figure::meaning::{
@@ -19,6 +19,8 @@ pub struct Curves {
     names: Names,
     /// Leg of each actuator.
     legs: Vec<Option<usize>>,
+    /// Index of the leg of each friction interface.
+    interface_legs: Vec<Option<usize>>,
     has_friction: bool,
     title: String,
     drives: Vec<(JumpTrace, Trace)>,
@@ -50,6 +52,7 @@ impl Curves {
             shares: ShareCurves::new(&names, count),
             motors: MotorCurves::new(job, count),
             legs: legs_of_actuators(&job.model.mechanism),
+            interface_legs: legs_of_interfaces(&job.model.mechanism, &names),
             names,
         }
     }
@@ -93,8 +96,9 @@ impl Curves {
             figures.push(("friction", Figure { title, x_label: x_label.clone(), panels }));
             if !self.names.drives.is_empty() {
                 let title = format!("Friction contributions to the efforts: {}", self.title);
+                let legs = (&self.legs[..], &self.interface_legs[..]);
                 let figure =
-                    self.shares.figure(&self.names, &self.legs, &colours, title, x_label.clone());
+                    self.shares.figure(&self.names, legs, &colours, title, x_label.clone());
                 figures.push(("contributions", figure));
             }
         }

@@ -61,16 +61,21 @@ pub(crate) fn bars(bars: &Bars) -> String {
     }
 }
 
-/// Table whose cells are markup, as made by [`text`] and [`instant`]; empty without rows.
+/// Table whose cells are markup, as made by [`text`] and [`instant`]; empty without rows. A column without a name and
+/// without a text is left out.
 pub(crate) fn table_of(head: &[(&str, Column)], rows: &[Vec<String>]) -> String {
     if rows.is_empty() {
         return String::new();
     }
-    let head: Vec<_> = head.iter().map(|(name, column)| (escape(name), *column)).collect();
+    let is_used = |k: usize| !head[k].0.is_empty() || rows.iter().any(|row| !row[k].is_empty());
+    let used: Vec<usize> = (0..head.len()).filter(|k| is_used(*k)).collect();
+    let rows = rows.iter().map(|row| used.iter().map(|k| row[*k].clone()).collect::<Vec<_>>());
+    let rows: Vec<Vec<String>> = rows.collect();
+    let head: Vec<_> = used.iter().map(|k| (escape(head[*k].0), head[*k].1)).collect();
     // A table that is wider than the page scrolls, also by keyboard.
     format!(
         "<div class=\"wide\" tabindex=\"0\" role=\"group\" aria-label=\"table\">{}</div>\n",
-        page::table(&head, rows)
+        page::table(&head, &rows)
     )
 }
 

@@ -3,11 +3,15 @@
 use super::figures::{Picture, Pictures};
 use super::findings::{Findings, LISTED, cells};
 use crate::comparison::Reel;
+use crate::names::listed;
 use crate::report::animation::together;
 use crate::report::html::{self, Column, card, note, section, table, warnings};
 use crate::report::repeat;
 use serde_json::Value;
 use stiction_draw::xml::escape;
+
+/// Largest number of rows that a caution lists.
+const NAMED: usize = 12;
 
 /// Writes the report of a study: counts, extremes of the objectives, the animated robots of `reels`
 /// (each with its label) overlaid on each other, pictures, the first designs, and the options that
@@ -65,10 +69,20 @@ fn cards(findings: &Findings) -> String {
     html::cards(&all)
 }
 
-/// Lists the first cautions and failures, and the number of further ones.
+/// Lists the first cautions and failures, each with its rows, and the number of further ones.
 fn remarks(findings: &Findings) -> Vec<String> {
-    let listed = findings.remarks.iter();
-    let mut all: Vec<String> = listed.map(|(row, remark)| format!("row {row}: {remark}")).collect();
+    let mut groups: Vec<(&str, Vec<u64>)> = Vec::new();
+    for (row, remark) in &findings.remarks {
+        match groups.iter_mut().find(|(known, _)| known == remark) {
+            Some((_, rows)) => rows.push(*row),
+            None => groups.push((remark, vec![*row])),
+        }
+    }
+    let line = |(remark, rows): &(&str, Vec<u64>)| match &rows[..] {
+        [row] => format!("row {row}: {remark}"),
+        rows => format!("rows {}: {remark}", listed(rows.iter().map(u64::to_string), NAMED)),
+    };
+    let mut all: Vec<String> = groups.iter().map(line).collect();
     let more = findings.doubtful + findings.failed - findings.remarks.len() as u64;
     if more > 0 {
         all.push(format!("and {more} more; the column `status` of sweep.csv shows all of them"));
