@@ -32,6 +32,8 @@ pub(crate) fn build() -> Result<(), String> {
     engine
         .args(["--target", TARGET])
         .env("CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS", "-C link-arg=-zstack-size=4194304");
+    // The pages state the digest of the script of reports as this workspace builds it.
+    let shaded = crate::viewer::include_shaded_in(&mut engine);
     if !succeeds(&mut engine) {
         return Err("the build failed".to_owned());
     }
@@ -41,7 +43,9 @@ pub(crate) fn build() -> Result<(), String> {
     // compiled again.
     let pages = ["build", "--quiet", "--locked", "--workspace", "--bin", "playground-pages"];
     let program = Path::new("target/debug").join(format!("playground-pages{EXE_SUFFIX}"));
-    if !succeeds(&mut cargo(&pages)) || !succeeds(Command::new(program).arg(&module).arg(FOLDER)) {
+    let mut write = Command::new(program);
+    write.arg(&module).arg(FOLDER).args(shaded);
+    if !succeeds(&mut cargo(&pages)) || !succeeds(&mut write) {
         return Err("the pages could not be written".to_owned());
     }
     for name in ["index.html", "stiction.wasm", "stiction-playground.html"] {

@@ -1,7 +1,6 @@
 //! `cargo xtask viewer`: the shaded view of reports, bundled from three.js into `target/viewer/shaded.js`.
 //!
-//! Releases and wheels contain it. All other builds need no npm and draw robots without meshes; a page of the
-//! playground cannot read the files of meshes.
+//! Releases, wheels and the playground contain it. All other builds need no npm and draw robots without meshes.
 
 use crate::{npm, succeeds};
 use std::fs;
@@ -9,6 +8,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 const FOLDER: &str = "target/viewer";
+/// Program of esbuild in the folder of the installed packages.
+const ESBUILD: &str = "node_modules/esbuild/bin/esbuild";
 const ENTRY: &str = "crates/stiction-draw/src/viewer/shaded/shaded.js";
 
 pub(crate) fn viewer() -> ExitCode {
@@ -24,14 +25,27 @@ pub(crate) fn viewer() -> ExitCode {
     }
 }
 
-/// Makes a build contain the shaded view. Without npm the build continues without it and prints a
-/// remark.
+/// Makes a build contain the shaded view, and the script of the moving robot shortened by esbuild. Without npm the build
+/// continues with the script as it is and without the shaded view, and prints a remark.
 pub(crate) fn include_in(build: &mut Command) {
+    if include_shaded_in(build).is_some() {
+        let esbuild = Path::new("target/npm/viewer").join(ESBUILD);
+        build.env("STICTION_ESBUILD", esbuild.canonicalize().unwrap_or(esbuild));
+    }
+}
+
+/// Makes a build contain the shaded view, and returns the file of its script. Without npm the build continues without
+/// it and prints a remark.
+pub(crate) fn include_shaded_in(build: &mut Command) -> Option<PathBuf> {
     match bundle() {
         Ok(file) => {
-            build.env("STICTION_SHADED", file);
+            build.env("STICTION_SHADED", &file);
+            Some(file)
         }
-        Err(why) => eprintln!("== without the shaded view of meshes: {why}"),
+        Err(why) => {
+            eprintln!("== without the shaded view of meshes: {why}");
+            None
+        }
     }
 }
 
@@ -48,7 +62,7 @@ fn bundle() -> Result<PathBuf, String> {
     let file = Path::new(FOLDER).join("shaded.js");
     let mut esbuild = Command::new("node");
     esbuild
-        .arg(tools.join("node_modules/esbuild/bin/esbuild"))
+        .arg(tools.join(ESBUILD))
         .arg(ENTRY)
         .args(["--bundle", "--minify", "--format=iife", "--target=es2022", "--legal-comments=none"])
         .args(["--log-level=warning", "--charset=ascii"])

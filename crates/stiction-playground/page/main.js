@@ -8,7 +8,7 @@ const status = byId("status"), bar = byId("progress"), failure = byId("failure")
 const PAUSE = 250;
 let models = [], pending = 0;
 
-const request = command => ({ command, name: editor.name, text: editor.text, changes: sliders.changes });
+const request = command => ({ command, name: editor.name, text: editor.text, changes: sliders.changes, meshes: meshes.files });
 
 /** Messages of an error, for the list below the editor. */
 const defects = error =>
@@ -35,9 +35,10 @@ async function read() {
     frame.classList.add("old");
     return false;
   }
-  const { values, motions, loads, default_motion, default_load, warnings, title } = answer.ok;
+  const { values, motions, loads, default_motion, default_load, warnings, title, meshes: named } = answer.ok;
   editor.show(warnings);
   sliders.take(values);
+  meshes.tell(named);
   fill(choice.motion, motions, `default${default_motion ? ` (${default_motion})` : ""}`);
   fill(choice.load, loads, `default (${default_load})`);
   document.title = `${title}: Stiction playground`;
@@ -124,6 +125,14 @@ async function begin() {
   choice.gallery.onchange = () => choose(choice.gallery.value);
   editor.area.addEventListener("input", () => changed(true));
   sliders.onchange = () => changed(false);
+  byId("meshes").onchange = async () => {
+    try {
+      await meshes.take(byId("meshes").files);
+      changed(false);
+    } catch (error) {
+      byId("meshed").textContent = error.message;
+    }
+  };
   for (const name of ["command", "motion", "load", "friction", "until"]) {
     choice[name].onchange = () => { byId("span").hidden = choice.command.value !== "forward"; run(); };
   }

@@ -1,10 +1,12 @@
 //! Answers to the requests of the page.
 //!
 //! A request is a JSON object with `command`. All commands except `gallery` also need the `name`
-//! and the `text` of a model, and accept `changes` of single values (`"mu = 0.2"`). The answer is
+//! and the `text` of a model, and accept `changes` of single values (`"mu = 0.2"`) and `meshes`,
+//! files that the model names (`["tool.stl", CONTENT]`, the content in base 64). The answer is
 //! `{"ok": …}`, or `{"error": …}` with the content of [`stiction::Error::to_json`].
 
 use crate::values::numeric_values;
+use base64::prelude::{BASE64_STANDARD, Engine as _};
 use serde_json::{Value, json};
 use stiction::{Error, FrictionMode, ModelParts, ModelText, Robot};
 
@@ -55,7 +57,20 @@ fn model(request: &Value) -> Result<ModelText, Error> {
         changes: Vec::new(),
         filter: None,
     });
-    Ok(changes.iter().filter_map(Value::as_str).fold(model, |model, change| model.with(change)))
+    let model = changes.iter().filter_map(Value::as_str).fold(model, ModelText::with);
+    Ok(model.with_meshes(mesh_files(request)?))
+}
+
+/// Names and contents of the mesh files of a request.
+fn mesh_files(request: &Value) -> Result<Vec<(String, Vec<u8>)>, Error> {
+    let file = |file: &Value| {
+        let (name, content) = (file[0].as_str()?, file[1].as_str()?);
+        Some((name.to_owned(), BASE64_STANDARD.decode(content).ok()?))
+    };
+    let files = request["meshes"].as_array().into_iter().flatten().map(file);
+    files
+        .collect::<Option<_>>()
+        .ok_or_else(|| Error::input("`meshes` must contain names with contents in base 64"))
 }
 
 fn gallery() -> Result<Value, Error> {
@@ -78,8 +93,21 @@ fn describe(robot: &Robot) -> Result<Value, Error> {
         "default_motion": motion,
         "default_load": load,
         "values": numeric_values(text),
+        "meshes": meshes(robot),
         "warnings": robot.warnings().to_json(),
     }))
+}
+
+/// Names of the model's mesh files, each with true if it is shown.
+fn meshes(robot: &Robot) -> Vec<Value> {
+    let mut names: Vec<(&str, bool)> = Vec::new();
+    for visual in &robot.model().visuals {
+        let entry = (visual.file.as_str(), visual.mesh.is_some());
+        if !names.contains(&entry) {
+            names.push(entry);
+        }
+    }
+    names.into_iter().map(|(name, is_shown)| json!([name, is_shown])).collect()
 }
 
 fn check(robot: &Robot, request: &Value, progress: Progress<'_>) -> Result<Value, Error> {

@@ -19,6 +19,7 @@ const SCRIPT: &str = concat!(
     include_str!("../page/editor.js"),
     include_str!("../page/sliders.js"),
     include_str!("../page/link.js"),
+    include_str!("../page/meshes.js"),
     include_str!("../page/main.js"),
     "})();\n"
 );
@@ -32,15 +33,15 @@ pub enum Engine<'a> {
     Inside(&'a [u8]),
 }
 
-/// The whole page.
+/// The whole page. `shaded` is the script of the shaded view that the engine contains; empty without it.
 ///
-/// The content security policy of the page permits only its own script and that of the reports,
+/// The content security policy of the page permits only its own script and those of the reports,
 /// identified by their digests, the worker, which the page creates from a text that it contains,
 /// and the module.
 ///
 /// # Errors
 /// The module cannot be compressed.
-pub fn page(engine: Engine<'_>) -> io::Result<String> {
+pub fn page(engine: Engine<'_>, shaded: &str) -> io::Result<String> {
     let (module, connections) = match engine {
         Engine::Beside => (String::new(), "'self'"),
         Engine::Inside(bytes) => {
@@ -49,11 +50,13 @@ pub fn page(engine: Engine<'_>) -> io::Result<String> {
             (BASE64_STANDARD.encode(packed.finish()?), "'none'")
         }
     };
+    let shaded = if shaded.is_empty() { String::new() } else { source_of(shaded) };
     let policy = format!(
-        "style-src 'unsafe-inline'; script-src {} {} blob: 'wasm-unsafe-eval'; worker-src blob:; \
+        "style-src 'unsafe-inline'; script-src {} {} {} blob: 'wasm-unsafe-eval'; worker-src blob:; \
          connect-src {connections}; img-src data: blob:",
         source_of(SCRIPT),
         source_of(VIEWER),
+        shaded,
     );
     // Data blocks, which browsers do not execute.
     let data = format!(

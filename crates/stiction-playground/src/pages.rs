@@ -1,10 +1,11 @@
-//! Writes the playground: `playground-pages ENGINE FOLDER`, with the compiled module and the folder.
+//! Writes the playground: `playground-pages ENGINE FOLDER [SHADED]`, with the compiled module, the folder, and the
+//! script of the shaded view that the module contains.
 //!
 //! The folder receives `index.html` with the module as a separate file, for any web server, and
 //! `stiction-playground.html`, which contains the module and can be opened as a file.
 
 use std::env::args_os;
-use std::fs::{copy, create_dir_all, read, write};
+use std::fs::{copy, create_dir_all, read, read_to_string, write};
 use std::io;
 use std::path::Path;
 use std::process::ExitCode;
@@ -12,11 +13,15 @@ use stiction_playground::{ENGINE, Engine, page};
 
 fn main() -> ExitCode {
     let arguments: Vec<_> = args_os().skip(1).collect();
-    let [engine, folder] = arguments.as_slice() else {
-        eprintln!("usage: playground-pages ENGINE FOLDER");
-        return ExitCode::from(2);
+    let (engine, folder, shaded) = match arguments.as_slice() {
+        [engine, folder] => (engine, folder, None),
+        [engine, folder, shaded] => (engine, folder, Some(Path::new(shaded))),
+        _ => {
+            eprintln!("usage: playground-pages ENGINE FOLDER [SHADED]");
+            return ExitCode::from(2);
+        }
     };
-    match build(Path::new(engine), Path::new(folder)) {
+    match build(Path::new(engine), Path::new(folder), shaded) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {}: {error}", Path::new(folder).display());
@@ -25,9 +30,10 @@ fn main() -> ExitCode {
     }
 }
 
-fn build(engine: &Path, folder: &Path) -> io::Result<()> {
+fn build(engine: &Path, folder: &Path, shaded: Option<&Path>) -> io::Result<()> {
+    let shaded = shaded.map_or(Ok(String::new()), read_to_string)?;
     create_dir_all(folder)?;
     copy(engine, folder.join(ENGINE))?;
-    write(folder.join("index.html"), page(Engine::Beside)?)?;
-    write(folder.join("stiction-playground.html"), page(Engine::Inside(&read(engine)?))?)
+    write(folder.join("index.html"), page(Engine::Beside, &shaded)?)?;
+    write(folder.join("stiction-playground.html"), page(Engine::Inside(&read(engine)?), &shaded)?)
 }

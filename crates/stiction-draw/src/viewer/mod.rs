@@ -10,20 +10,7 @@ use std::io::Write as _;
 use std::sync::Arc;
 
 /// Script of the animated robot. A page with a robot but without meshes may run no other script.
-pub const SCRIPT: &str = concat!(
-    "\n\"use strict\";\n(() => {\n",
-    include_str!("data.js"),
-    include_str!("camera.js"),
-    include_str!("shapes.js"),
-    include_str!("ghost.js"),
-    include_str!("shading.js"),
-    include_str!("stage.js"),
-    include_str!("readout.js"),
-    include_str!("saving.js"),
-    include_str!("plots.js"),
-    include_str!("panel.js"),
-    "})();\n"
-);
+pub const SCRIPT: &str = include_str!(concat!(env!("OUT_DIR"), "/viewer.js"));
 
 /// Script of the shaded view, which draws meshes with three.js; empty in a program that was built
 /// without it. Pages with meshes may also run this script. `cargo xtask viewer` bundles it, and

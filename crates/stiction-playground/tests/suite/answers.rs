@@ -1,5 +1,6 @@
 //! Answers to requests, outside a browser.
 
+use base64::prelude::{BASE64_STANDARD, Engine as _};
 use serde_json::{Value, json};
 use stiction::Robot;
 use stiction_playground::{Engine, answer, page};
@@ -57,6 +58,23 @@ fn defects_have_places() {
     assert_eq!(line, at);
 }
 
+/// Mesh files of a request belong to the meshes of the model by the last part of their paths.
+#[test]
+fn mesh_files_of_a_request_are_used() {
+    let visual = "[bodies.tool]\nvisual = [{ mesh = 'parts/tool.obj' }, { mesh = 'plate.stl' }]";
+    let text = text("five-bar").replacen("[bodies.tool]", visual, 1);
+    let pyramid = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 1 3 4\nf 2 3 4\n";
+    let files = json!([["tool.obj", BASE64_STANDARD.encode(pyramid)]]);
+    let found = asked(&json!({ "command": "read", "text": text, "meshes": files }));
+    let found = &found["ok"];
+    assert_eq!(found["meshes"], json!([["parts/tool.obj", true], ["plate.stl", false]]), "{found}");
+    let warnings = found["warnings"].as_array().unwrap();
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
+    assert!(warnings[0]["message"].as_str().unwrap().contains("plate.stl"), "{warnings:?}");
+    let bad = asked(&json!({ "command": "read", "text": text, "meshes": [["tool.obj", "?"]] }));
+    assert!(bad["error"]["message"].as_str().unwrap().contains("base 64"), "{bad}");
+}
+
 #[test]
 fn nonsense_is_answered() {
     for request in ["", "[]", "{}", "{\"command\": 3}", "\u{0}", "{\"command\": \"fly\"}"] {
@@ -96,11 +114,13 @@ fn names_and_titles_are_no_markup() {
 fn the_page_allows_its_own_scripts_only() {
     for (engine, connections) in [(Engine::Beside, "'self'"), (Engine::Inside(b"module"), "'none'")]
     {
-        let page = page(engine).unwrap();
+        let page = page(engine, "shaded view").unwrap();
         let policy =
             page.split("Content-Security-Policy").nth(1).unwrap().split("/>").next().unwrap();
         assert!(policy.contains(&format!("connect-src {connections}")), "{policy}");
         let scripts = policy.split("script-src").nth(1).unwrap().split(';').next().unwrap();
-        assert!(!scripts.contains("unsafe-inline") && scripts.contains("sha256-"), "{scripts}");
+        assert!(!scripts.contains("unsafe-inline"), "{scripts}");
+        // The page itself, the reports, and their shaded view.
+        assert_eq!(scripts.matches("sha256-").count(), 3, "{scripts}");
     }
 }

@@ -187,3 +187,66 @@ fn a_long_run_is_cancelled() {
     );
     person.wait_for(DONE);
 }
+
+/// Mesh files that a reader picks show the body in the report; the page says which ones are given, and which picked
+/// file the model does not name.
+#[test]
+fn picked_mesh_files_are_shown() {
+    let Some(mut person) = open("playground-meshes", 1200) else { return };
+    person.wait_for(DONE);
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("picked");
+    fs::create_dir_all(&folder).unwrap();
+    let pyramid = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 1 3 4\nf 2 3 4\n";
+    let files = ["plate.obj", "other.obj"].map(|name| folder.join(name));
+    files.iter().for_each(|file| fs::write(file, pyramid).unwrap());
+    person.value(
+        "(() => { const t = document.getElementById('text'); \
+         t.value = t.value.replace('[bodies.platform]', '[bodies.platform]\\nvisual = [{ mesh = \"parts/plate.obj\", \
+         scale = [0.2, 0.2, 0.2] }]'); \
+         document.getElementById('status').textContent = ''; t.dispatchEvent(new Event('input')); })()",
+    );
+    person.wait_for(DONE);
+    let told = "document.getElementById('meshed').textContent";
+    assert_eq!(person.value(told), json!("0 of 1 meshes of the model are given"));
+    let messages = person.value("document.getElementById('messages').textContent");
+    assert!(messages.as_str().unwrap().contains("its file is not given"), "{messages}");
+
+    person.value("document.getElementById('status').textContent = ''");
+    let root = person.call("DOM.getDocument", json!({}))["root"]["nodeId"].clone();
+    let field = person.call("DOM.querySelector", json!({ "nodeId": root, "selector": "#meshes" }));
+    person.call(
+        "DOM.setFileInputFiles",
+        json!({ "nodeId": field["nodeId"], "files": files.map(|file| file.display().to_string()) }),
+    );
+    person.wait_for(DONE);
+    assert_eq!(
+        person.value(told),
+        json!("1 of 1 meshes of the model are given; the model does not name other.obj")
+    );
+    assert_eq!(person.value("document.getElementById('messages').textContent"), json!(""));
+    let page = person.value("document.getElementById('page').srcdoc");
+    let page = page.as_str().unwrap();
+    if page.contains("without the shaded view") {
+        return;
+    }
+    assert!(page.contains("This page contains one mesh file, 1 kB."));
+    let tree = person.call("Page.getFrameTree", json!({}));
+    let frame = tree["frameTree"]["childFrames"][0]["frame"]["id"].clone();
+    let world = person.call("Page.createIsolatedWorld", json!({ "frameId": frame }));
+    let mut is_drawn = false;
+    for _ in 0..200 {
+        let asked = json!({
+            "expression": "document.querySelector('canvas.shaded') !== null",
+            "contextId": world["executionContextId"], "returnByValue": true,
+        });
+        is_drawn = person.call("Runtime.evaluate", asked)["result"]["value"] == json!(true);
+        if is_drawn {
+            break;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(50));
+    }
+    assert!(is_drawn, "the report draws no mesh: {:?}", person.noise);
+    picture(&mut person, "playground-meshes");
+    let noise = std::mem::take(&mut person.noise);
+    assert!(noise.iter().all(|line| line.starts_with("request: blob:")), "{noise:?}");
+}

@@ -82,7 +82,12 @@ pub struct ModelText {
     /// options of the conversion.
     imported: bool,
     import: Import,
+    /// Mesh files by name; `None` if meshes are read from the folder.
+    meshes: Option<Arc<Vec<MeshFile>>>,
 }
+
+/// Name and content of a mesh file.
+type MeshFile = (String, Vec<u8>);
 
 /// Parts of a [`ModelText`], for storing it or sending it elsewhere.
 #[derive(Clone, Debug, PartialEq)]
@@ -247,7 +252,16 @@ impl ModelText {
             notes: Arc::default(),
             imported: false,
             import: Import::default(),
+            meshes: None,
         }
+    }
+
+    /// Takes the meshes of the model from these files, each a name and a content, instead of from its folder. A mesh
+    /// of the model is found by the last part of its path.
+    #[must_use]
+    pub fn with_meshes(mut self, files: impl IntoIterator<Item = (String, Vec<u8>)>) -> Self {
+        self.meshes = Some(Arc::new(files.into_iter().collect()));
+        self
     }
 
     /// Changes a value: `KEY = VALUE` with the path of a key (`bodies.platform.mass = 2 kg`) or the name
@@ -299,6 +313,11 @@ impl ModelText {
     /// Content of a mesh file, found by its name in the robot file from which the model was
     /// converted.
     fn mesh(&self, file: &str) -> Result<Vec<u8>, String> {
+        if let Some(given) = &self.meshes {
+            let last = file.rsplit(['/', '\\']).next().unwrap_or(file);
+            let found = given.iter().find(|(name, _)| name == last);
+            return found.map_or(Err("its file is not given".to_owned()), |own| Ok(own.1.clone()));
+        }
         match &self.folder {
             Some(folder) => self.import.bytes(folder, file, &self.files),
             None => Err("a built-in model has no other files".to_owned()),
