@@ -193,6 +193,10 @@ const legend = () => {
   bar(metres * perMetre(), metres >= 1 ? `${shown(metres)} m` : `${shown(metres * 1e3)} mm`, ink.ink, false);
   const force = (scale, text, colour) => { if (scale > 0) { const n = round(0.75 * scale); bar(n / scale * reach(), `${text} ${shown(n)} N`, colour, true); } };
   if (state.drives) force(most.force, "effort", ink.open);
+  if (state.drives && most.torque > 0) {
+    const text = `effort: ¾ turn ${shown(most.torque)} N m`, wide = pen.measureText(text).width;
+    if (x + wide + 6 <= room.width) { words(text, [x, base - 13], ink.open, "left"); x += wide + 22; }
+  }
   if (state.reactions) force(most.reaction, "reaction", ink.ink);
   if (state.loads) force(most.load, "load", ink.good);
 };
