@@ -8,13 +8,13 @@ use crate::spatial::Vec3;
 /// The joint is rigid in directions with zero compliance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Compliance {
-    /// Across the axis, m/N; of a spherical joint in all directions.
-    pub radial: f64,
     /// Compliance across the axis, m/N; of a spherical joint in all directions.
-    pub axial: f64,
+    pub radial: f64,
     /// Compliance along the axis, m/N.
-    pub bending: f64,
+    pub axial: f64,
     /// Compliance against tilting of the axis, rad/(N m).
+    pub bending: f64,
+    /// Compliance against twisting about the axis, rad/(N m); of a universal joint about the common normal of its axes.
     pub torsional: f64,
 }
 
