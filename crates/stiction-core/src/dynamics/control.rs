@@ -82,6 +82,31 @@ impl Status {
     pub fn is_converged(self) -> bool {
         self == Self::Converged
     }
+
+    /// The outcome in words, without a capital letter and a full stop.
+    pub fn reason(self) -> &'static str {
+        match self {
+            Self::Converged => "all equations hold",
+            Self::InputNotFinite => "a coordinate, rate, acceleration or load is NaN or infinite",
+            Self::LoopsOpen { .. } => "the loops do not close: the position is out of reach",
+            Self::MotionInconsistent => "the rates or accelerations would open a loop",
+            Self::Singular => {
+                "the position is singular: the coordinates do not determine the motion"
+            }
+            Self::SpringWithoutDirection { .. } => "the ends of a spring coincide",
+            Self::SpringTurned { .. } => "a bushing or a spring on a joint is rotated too far",
+            Self::NoOverlap { .. } => "the two supports of a guide have passed each other",
+            Self::FrictionNotConverged { .. } => {
+                "the coupling of friction and reactions did not converge: friction is close to \
+                 locking the mechanism"
+            }
+            Self::FrictionLocks => "friction locks the mechanism",
+            Self::Unbalanced { .. } => {
+                "the forces do not balance to 1e-9: the position is close to a singular one, or far \
+                 from the home position"
+            }
+        }
+    }
 }
 
 impl Model {

@@ -436,15 +436,18 @@ fn fitted(
             .filter(|log| !log.predict)
             .find_map(|log| log.linearise(&at, groups).err());
         if let Some(why) = failed {
-            // Friction beyond jamming has no forces, so the coefficients are halved.
+            // Forces do not exist beyond locking, so the coefficients are halved.
             for (value, p) in at.iter_mut().zip(parameters) {
                 if matches!(p.kind, Kind::Mu(_)) {
                     *value *= 0.5;
                 }
             }
-            let locks = format!("the identified friction locks the mechanism {why}");
-            if !cautions.contains(&locks) {
-                cautions.push(locks);
+            let halved = format!(
+                "with the identified friction, forces could not be computed {why}; coefficients of \
+                 friction were halved"
+            );
+            if !cautions.contains(&halved) {
+                cautions.push(halved);
             }
             last = f64::INFINITY;
             continue;

@@ -161,25 +161,10 @@ pub fn status_name(status: Status) -> &'static str {
 /// Reason why a row has no result, as a sentence without a full stop.
 pub fn status_reason(status: Status) -> &'static str {
     match status {
-        Status::Converged => "all equations hold",
-        Status::InputNotFinite => "a coordinate, rate or acceleration is NaN or infinite",
         Status::LoopsOpen { .. } => {
             "the loops do not close: the position is out of reach from the home position along a straight \
              line of the coordinates"
         }
-        Status::MotionInconsistent => "the rates or accelerations would open a loop",
-        Status::Singular => "the position is singular: the coordinates do not determine the motion",
-        Status::SpringWithoutDirection { .. } => "the ends of a spring coincide",
-        Status::NoOverlap { .. } => "the two supports of a guide have passed each other",
-        Status::FrictionNotConverged { .. } => {
-            "the coupling of friction and reactions did not converge: friction is close to locking the \
-             mechanism"
-        }
-        Status::FrictionLocks => "friction locks the mechanism",
-        Status::Unbalanced { .. } => {
-            "the forces do not balance to 1e-9: the position is close to a singular one, or far from the home \
-             position"
-        }
-        _ => "the computation failed",
+        status => status.reason(),
     }
 }

@@ -185,7 +185,7 @@ impl Prepared {
         for (time, [q, v, a]) in &self.instants {
             let found = self.regressor.loads(engine, &mut data, [q, v, a]);
             if let Err(status) = &found {
-                failed.get_or_insert_with(|| format!("at {time:.4} s: {status:?}"));
+                failed.get_or_insert_with(|| format!("at {time:.4} s: {}", status.reason()));
             }
             all.push(found.ok());
         }

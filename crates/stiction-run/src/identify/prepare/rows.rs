@@ -95,13 +95,13 @@ pub(super) fn computed(
             (Coordinate::Joint { joint, dof }, is_angle)
         })
         .collect();
-    let mut failure: Option<(f64, String)> = None;
+    let mut failure: Option<(f64, &str)> = None;
     for (&time, targets) in motion.times.iter().zip(&motion.targets) {
         let [q, v, a] = reversals::split(targets);
         let mut columns = match regressor.at(&q, &v, &a) {
             Ok(columns) => columns,
             Err(status) => {
-                failure.get_or_insert((time, format!("{status:?}")));
+                failure.get_or_insert((time, status.reason()));
                 continue;
             }
         };
