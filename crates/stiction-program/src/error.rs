@@ -101,7 +101,7 @@ impl fmt::Display for RecordError {
             Self::ActuatorCount { actuators, coordinates } => write!(
                 f,
                 "forward dynamics needs as many actuators as prescribed coordinates, and at least one: \
-                 there are {actuators} and {coordinates}"
+                 there are {actuators} actuators and {coordinates} prescribed coordinates"
             ),
             Self::DriveTrains => {
                 write!(

@@ -327,7 +327,7 @@ mod tests {
         }
     }
 
-    /// Tests that a difference from a value that is a rounding error has no percentage.
+    /// Tests that no percentage is given if the reference value is only a rounding error.
     #[test]
     fn rounding_errors_are_no_reference() {
         let work = |value: f64, scale: f64| {

@@ -21,10 +21,10 @@ impl Comparison {
     ) -> String {
         let caption = match reels.len() {
             0..=MOST_RUNS => String::new(),
-            _ => format!("The first {MOST_RUNS} runs. "),
+            _ => format!("Only the first {MOST_RUNS} runs are shown. "),
         };
         let caption = format!(
-            "{caption}The other run is grey and dashed, at the same time, with its own arrows."
+            "{caption}A run chosen for comparison is drawn grey and dashed, at the same instant, with its own arrows."
         );
         let robots = together(reels, &caption);
         let links: Vec<String> = self

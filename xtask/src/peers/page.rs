@@ -59,7 +59,7 @@ fn tables(data: &Value) -> String {
     let python = &data["python"];
     let _ = write!(
         text,
-        "From Python, `{}`, times in µs:\n\n\
+        "Times of calls from Python for `{}`, in µs:\n\n\
          | who, what | median | minimum | what it is |\n| --- | --- | --- | --- |\n",
         word(&python["model"])
     );

@@ -157,7 +157,8 @@ impl<T: Scalar> RotorParameters<T> {
     }
 }
 
-/// Rigid gearing of degrees of freedom, its equation divided by the greatest coefficient to be of order one.
+/// Rigid gearing between degrees of freedom. Its equation is divided by its largest coefficient, so that all terms are of
+/// order one.
 #[doc(hidden)]
 #[derive(Clone, Debug)]
 pub struct GearingParameters<T> {

@@ -26,7 +26,7 @@ const SMALL: f64 = 1e-4;
 /// matrix itself: refinement, which gains a factor of (squared value divided by the Gram matrix's
 /// round-off) per pass, would converge too slowly.
 const TINY: f64 = 1e-6;
-/// Maximum number of refinement passes; for values at [`TINY`], each pass gains a factor of a hundred.
+/// Maximum number of refinement passes; for values near [`TINY`], each pass reduces the error to a hundredth.
 const PASSES: usize = 10;
 /// Round-off of a Gram matrix and its decomposition, relative to the squared largest entry, with a
 /// margin.

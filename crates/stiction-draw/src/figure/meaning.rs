@@ -27,7 +27,7 @@ pub const OF_LEG: usize = usize::MAX;
 /// First of the colours of legs.
 pub(super) const LEGS: usize = usize::MAX - 64;
 
-/// Quantity of a joint of this leg in a panel that is not of one leg: the colour of the leg in pictures.
+/// Colour of a joint of this leg in a panel that shows several legs: the colour that the leg has in pictures of the robot.
 pub const fn of_leg(leg: usize) -> usize {
     LEGS + leg % crate::drawing::BRANCHES.len()
 }

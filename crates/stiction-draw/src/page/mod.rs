@@ -111,7 +111,7 @@ pub enum Column {
     Number,
 }
 
-/// Creates a table; names and cells are markup.
+/// Creates an HTML table; column names and cells are inserted as HTML, without escaping.
 pub fn table(head: &[(String, Column)], rows: &[Vec<String>]) -> String {
     let cell = |element: &str, column: Column, inner: &str| {
         let class = if column == Column::Number { " class=\"number\"" } else { "" };

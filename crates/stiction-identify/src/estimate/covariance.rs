@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector};
 
 /// Smallest number of lags, in rows: several correlation times of the filter.
 const LAGS: usize = 24;
-/// Largest number of lags. Errors of the model that change more slowly count as constant.
+/// Largest number of lags. Model errors that stay correlated over more samples than this count as constant.
 const MOST_LAGS: usize = 1000;
 /// Autocorrelation below which residuals count as uncorrelated.
 const INDEPENDENT: f64 = 0.05;

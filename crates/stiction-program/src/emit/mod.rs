@@ -82,7 +82,8 @@ pub struct SourceOptions {
     pub adapters: Adapters,
 }
 
-/// Test vector: an independent state with the actuator forces that the code must reproduce.
+/// Test vector: a state of the prescribed coordinates, and the actuator forces of the general solver there, which the
+/// generated code must reproduce.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TestVector {
     /// Positions of the prescribed coordinates, m or rad.

@@ -132,8 +132,8 @@ impl InverseProgram {
         self.layout.visit(self.layout.motions(state), &state.coordinates, targets, loads, put);
     }
 
-    /// Sets one lane from the motions of [`Self::bodies`], in their order: the program includes
-    /// inverse kinematics. `coordinates` are those of the whole tree, of which the program reads
+    /// Sets one lane of a program with inverse kinematics from the motions of [`Self::bodies`], given
+    /// in that order. `coordinates` are all coordinates of the tree; the program reads only those in
     /// [`Self::coordinates`].
     ///
     /// # Panics

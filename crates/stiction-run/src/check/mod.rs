@@ -50,8 +50,8 @@ pub struct Findings {
     pub constraint: Nearness,
     /// Closest approach to leg singularities, if the mechanism has legs.
     pub leg: Option<Nearness>,
-    /// For mechanisms with motions that are instantaneous only: least and greatest actuation index
-    /// of the finite motions, and the time of the least index, s.
+    /// Least and greatest actuation index of the finite motions, and the time of the least index, s; only for mechanisms of
+    /// which some motions are possible to first order only.
     pub actuation_of_motion: Option<(f64, f64, f64)>,
     /// Pairs of times, s, of neighbouring samples between which the motion passes an actuation singularity.
     pub passed: Vec<(f64, f64)>,

@@ -14,7 +14,7 @@ pub(super) struct ActingLoads<'a> {
 }
 
 impl ActingLoads<'_> {
-    /// Describes the load of a formula, for messages.
+    /// Name of the load that a formula defines, for messages.
     fn name(&self, law: &LoadLaw) -> String {
         format!("the load on `{}`", self.mechanism.bodies()[law.body.0].name)
     }

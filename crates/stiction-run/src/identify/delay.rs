@@ -26,7 +26,7 @@ const EXPLAINED: f64 = 0.02;
 /// Change of a delay, in standard deviations, below which the iteration has converged.
 const SETTLED: f64 = 0.1;
 
-/// Signal of an effect in all fitted logs; `None` if one of the logs cannot show the effect.
+/// Regressor signals of an effect, one for each fitted log; `None` if the effect cannot be computed for one of the logs.
 pub(super) fn candidate(all: &[Prepared], channel: usize, effect: Effect) -> Option<Candidate> {
     let fits = all.iter().filter(|log| !log.predict);
     let signal: Option<Vec<_>> = fits.map(|log| log.effect(channel, effect)).collect();

@@ -48,7 +48,7 @@ pub(super) struct Massless {
     pub(super) body: usize,
 }
 
-/// Decomposed balance at one position under given constraints.
+/// Factorised force balance at one position, for a given set of constraints.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Balance {
     pub(super) rows: ConstraintRows,

@@ -14,8 +14,8 @@ use crate::forward::inputs::{InputState, Inputs};
 use crate::forward::instant::Instant;
 use crate::kinematics::State;
 
-/// Largest change of the rates by the projection that counts as regular, as a fraction of the fastest rate. Integration
-/// errors are orders of magnitude smaller, at any tolerance that steps can satisfy near a singular position.
+/// A change of the rates by the projection onto the constraints counts as abrupt above this fraction of the fastest rate.
+/// Integration errors are orders of magnitude smaller, at any tolerance that steps can satisfy near a singular position.
 const CHANGE: f64 = 1e-5;
 /// Largest residual of the energy balance over a step, as a fraction of the energy exchanged in it. A step of order
 /// eight whose rates are accurate to 1e-10 leaves a thousandth of this residual. [`ROUNDING`] is the additional

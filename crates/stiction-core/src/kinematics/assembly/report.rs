@@ -139,7 +139,7 @@ impl AssemblyReport {
                 let turned = (*turned > 1e-9)
                     .then(|| format!("{} deg", significant(turned.to_degrees(), 3)));
                 let by: Vec<String> = [moved, turned].into_iter().flatten().collect();
-                format!(", most of all {body} by {}", by.join(" and "))
+                format!("; {body} moves most, by {}", by.join(" and "))
             });
             notes.push(format!(
                 "the assembled configuration is far from that given by `home` and `start`: rms \

@@ -36,8 +36,8 @@ const SPARSE: usize = 8;
 /// Quantile of the residuals from which noise is estimated, and its value for a normal
 /// distribution of unit variance. It is low, so that disturbed residuals do not count.
 const NOISE_QUANTILE: (f64, f64) = (0.3, 0.385_320_466);
-/// Ratio of the standard deviation of the acceleration to its peak above which noise is reported; the peak of the
-/// noise is then some 5 % of that of the acceleration.
+/// Noise is reported if its standard deviation in the acceleration exceeds this fraction of the peak acceleration. The
+/// peak of the noise is then about 5 % of the peak acceleration.
 const NOISE_LIMIT: f64 = 0.014;
 /// Noise up to this multiple of the rounding of the written numbers is attributed to rounding.
 const EXPLAINED: f64 = 6.0;
