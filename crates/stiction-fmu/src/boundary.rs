@@ -93,7 +93,7 @@ pub(crate) unsafe fn free(instance: *mut c_void) {
     }
 }
 
-/// Array of the caller; empty if `count` is zero.
+/// Slice over an array of the caller; empty if `count` is zero.
 ///
 /// # Safety
 /// `first` points to `count` values that do not change during the call, or is null.

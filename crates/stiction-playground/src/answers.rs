@@ -165,7 +165,7 @@ fn forward(robot: &Robot, request: &Value, progress: Progress<'_>) -> Result<Val
     )
 }
 
-/// Reports progress, and returns true: a page stops a computation by terminating its worker.
+/// Reports progress. Always returns true (continue), because the page stops a computation by terminating its worker.
 fn goes_on(progress: Progress<'_>, done: usize, of: usize) -> bool {
     let part = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
     progress(part(done), part(of));

@@ -37,7 +37,7 @@ pub(crate) struct LoadProblem {
     pub(super) influence: InfluenceMatrix,
 }
 
-/// Buffers of a solution, and its result: the normal loads [`Self::loads`], N.
+/// Buffers of the solver, and its result: the normal loads [`Self::loads`], N.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LoadWorkspace {
     pub(crate) loads: Vec<f64>,

@@ -47,7 +47,7 @@ impl Compliance {
         parts.contains(&part)
     }
 
-    /// Compliances along the axes of J, m/N, and about these axes, rad/(N m).
+    /// Compliances along the axes of the joint frame J, m/N, and about these axes, rad/(N m).
     pub fn along_axes(&self, joint_type: JointType) -> (Vec3<f64>, Vec3<f64>) {
         let Self { radial, axial, bending, torsional } = *self;
         match joint_type {

@@ -14,7 +14,7 @@ use stiction_identify::{FitVerdict, Verdict};
 
 /// Number of rows of a table above which the others are folded.
 const LISTED: usize = 40;
-/// Largest number of points of a friction curve, and number of speed intervals in the curve of the law.
+/// Largest number of measured points in a friction plot; the curve of the friction law there has as many intervals of speed.
 const POINTS: usize = 400;
 const INTERVALS: usize = 40;
 /// Half the width of the dash that marks a point, as a fraction of the horizontal axis.
