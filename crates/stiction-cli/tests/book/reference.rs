@@ -133,8 +133,8 @@ fn table(page: &mut String, schema: &Value, heading: &str, path: &str) {
         let _ = match others["$ref"].as_str() {
             Some("#/$defs/coordinates") => writeln!(
                 page,
-                "\nAny other key is a coordinate: that of a joint, or the name of a body followed by one of its \
-                 coordinates, {}. Its value is a quantity that can contain the time `t`.",
+                "\nAny other key is a coordinate: that of a joint, or the name of a body followed by one of \
+                 `{}`. Its value is a quantity that can contain the time `t`.",
                 table["$comment"]
                     .as_str()
                     .unwrap()

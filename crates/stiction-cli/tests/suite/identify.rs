@@ -230,7 +230,7 @@ fn unusable_input_is_refused() {
     run("missing.csv", &[]).fails(2, &["cannot read missing.csv"]);
     run("short.csv", &[]).fails(2, &["independent samples", "for 65 parameters"]);
     run("unknown.csv", &[]).fails(2, &["left_moter", "left_motor"]);
-    run("unit.csv", &[]).fails(2, &["the unit of `left_motor.effort`"]);
+    run("unit.csv", &[]).fails(2, &["`left_motor.effort` has the unit of a force"]);
     run("effort.csv", &[]).fails(2, &["left_elbow", "has no actuator"]);
     run("good.csv", &["--options", "options.toml"]).fails(2, &["fliter", "filter"]);
     run("good.csv", &["--options", "hold.toml"]).fails(2, &["names no parameter"]);
