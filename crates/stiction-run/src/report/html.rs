@@ -67,10 +67,11 @@ pub(crate) fn table_of(head: &[(&str, Column)], rows: &[Vec<String>]) -> String 
     if rows.is_empty() {
         return String::new();
     }
-    let is_used = |k: usize| !head[k].0.is_empty() || rows.iter().any(|row| !row[k].is_empty());
+    let has_text = |row: &Vec<String>, k: usize| row.get(k).is_some_and(|cell| !cell.is_empty());
+    let is_used = |k: usize| !head[k].0.is_empty() || rows.iter().any(|row| has_text(row, k));
     let used: Vec<usize> = (0..head.len()).filter(|k| is_used(*k)).collect();
-    let rows = rows.iter().map(|row| used.iter().map(|k| row[*k].clone()).collect::<Vec<_>>());
-    let rows: Vec<Vec<String>> = rows.collect();
+    let cells = |row: &Vec<String>| used.iter().filter_map(|k| row.get(*k).cloned()).collect();
+    let rows: Vec<Vec<String>> = rows.iter().map(cells).collect();
     let head: Vec<_> = used.iter().map(|k| (escape(head[*k].0), head[*k].1)).collect();
     // A table that is wider than the page scrolls, also by keyboard.
     format!(
