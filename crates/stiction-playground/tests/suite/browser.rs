@@ -9,6 +9,7 @@ use serde_json::json;
 use std::fs;
 use std::io::Write as _;
 use std::path::Path;
+use stiction_draw::page::source_of;
 
 fn open(name: &str, width: u32) -> Option<Person> {
     let file = Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -230,23 +231,21 @@ fn picked_mesh_files_are_shown() {
         return;
     }
     assert!(page.contains("This page contains one mesh file, 1 kB."));
-    let tree = person.call("Page.getFrameTree", json!({}));
-    let frame = tree["frameTree"]["childFrames"][0]["frame"]["id"].clone();
-    let world = person.call("Page.createIsolatedWorld", json!({ "frameId": frame }));
-    let mut is_drawn = false;
-    for _ in 0..200 {
-        let asked = json!({
-            "expression": "document.querySelector('canvas.shaded') !== null",
-            "contextId": world["executionContextId"], "returnByValue": true,
-        });
-        is_drawn = person.call("Runtime.evaluate", asked)["result"]["value"] == json!(true);
-        if is_drawn {
-            break;
-        }
-        std::thread::sleep(std::time::Duration::from_millis(50));
-    }
-    assert!(is_drawn, "the report draws no mesh: {:?}", person.noise);
+    // The policy of the page, which applies in the frame of the report, allows all scripts of the report.
+    let policy = person.value("document.querySelector('meta[http-equiv]').content");
+    let scripts =
+        page.split("<script>").skip(1).map(|rest| rest.split("</script>").next().unwrap());
+    let sources: Vec<String> = scripts.map(source_of).collect();
+    assert_eq!(sources.len(), 2);
+    assert!(sources.iter().all(|source| policy.as_str().unwrap().contains(source)), "{policy}");
     picture(&mut person, "playground-meshes");
     let noise = std::mem::take(&mut person.noise);
     assert!(noise.iter().all(|line| line.starts_with("request: blob:")), "{noise:?}");
+
+    // The frame has a process of its own; opened by itself, the report draws the mesh.
+    let mut report = Browser::find().unwrap().open("playground-meshes-report", page, 1000);
+    report.wait_for("document.querySelector('canvas.shaded') !== null");
+    // The driver of WebGL without a graphics card speaks of its speed.
+    report.noise.retain(|line| !line.contains("GL Driver Message"));
+    assert!(report.noise.is_empty(), "{:?}", report.noise);
 }
