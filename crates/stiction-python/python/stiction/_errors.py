@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -127,6 +129,13 @@ def _from_native(
 
 def _floats(name: str, value: object) -> NDArray[np.float64]:
     """Convert an argument to an array of floating-point numbers; an exception contains the argument's name."""
+    if isinstance(value, np.ma.MaskedArray):
+        if np.ma.is_masked(value):
+            raise InputError(
+                f"`{name}` has {int(np.ma.getmaskarray(value).sum())} masked values",
+                "remove their rows, or give every value: `array.filled(...)`",
+            )
+        value = value.data
     try:
         array = np.asarray(value)
     except Exception as error:
@@ -150,6 +159,31 @@ def _text(name: str, value: object) -> str:
             f"`{name}` is not valid text: {value!r}: {error.reason}", "give a text of Unicode characters"
         ) from error
     return value
+
+
+def _path(name: str, value: object) -> str:
+    """Check that an argument is a path whose name is valid text; an exception contains the argument's name."""
+    if not isinstance(value, (str, os.PathLike)):
+        raise InputError(f"`{name}` is a {type(value).__name__}, not a path", "give a str or a pathlib.Path")
+    try:
+        path = os.fspath(value)
+    except Exception as error:
+        raise InputError(f"`{name}` is not a path: {error}") from error
+    return _text(name, path)
+
+
+def _writable(name: str, value: object) -> Path:
+    """Check that an argument is a path to which this package can write; an exception contains the argument's name."""
+    path = _path(name, value)
+    if "\0" in path:
+        raise InputError(f"`{name}` contains a null character: {path!r:.60}", "give the name of a file or folder")
+    return Path(path)
+
+
+def _unwritable(path: Path, error: Exception) -> OutputError:
+    """Create the exception for a file that cannot be written."""
+    reason = getattr(error, "strerror", None) or str(error)
+    return OutputError(f"cannot write {path}: {reason}", "give a folder in which you can write")
 
 
 def _texts(name: str, values: object) -> list[str]:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _native
-from ._errors import Error, InputError, _count, _floats, _number, _text, _texts
+from ._errors import Error, InputError, _count, _floats, _number, _path, _text, _texts
 from ._results import (
     Floats,
     ForwardResults,
@@ -20,7 +20,7 @@ from ._results import (
     Report,
     _unknown,
 )
-from ._states import BodyMotions, InverseDynamics, Jacobians, MassMatrices, _Names
+from ._states import BodyMotions, InverseDynamics, Jacobians, MassMatrices, _Names, _rows
 
 Progress = Callable[[int, int], object]
 
@@ -124,7 +124,8 @@ class Model:
     """A robot, created by :func:`stiction.load`. It is immutable.
 
     **States.** ``q`` is a row of independent coordinates, m and rad: those of the actuators in the order of
-    :attr:`actuators`, unless ``coordinates`` names others. Angles of joints are counted as in the model file.
+    :attr:`actuators`, unless ``coordinates`` names others. Columns of a table of pandas, polars or pyarrow are matched
+    by their names, in any order. Angles of joints are counted as in the model file.
     The home position, :meth:`home`, is the position at the first instant of the default motion, or at the time
     ``at`` of another ``motion``. It is the initial guess for closing the loops, and determines the assembly mode.
     Each row is reached from the previous row along a straight line in the coordinates, in short steps, so all rows
@@ -507,8 +508,8 @@ class Model:
         stiction._errors.InputError: cannot read no-such-log.csv: ...
         """
         data, text, model = self._native.identify(
-            [os.fspath(log) for log in logs],
-            None if options is None else os.fspath(options),
+            [_path("logs", log) for log in logs],
+            None if options is None else _path("options", options),
             None if filter is None else _number("filter", filter),
         )
         return Report({**json.loads(data), "model": model}, text)
@@ -596,6 +597,10 @@ class Model:
     ) -> InverseDynamics:
         """Compute efforts for given positions, rates and accelerations of the coordinates.
 
+        As in :meth:`inverse`, an effort is that at the output of a drive train: it contains neither the reflected
+        inertia of the rotor (``rotor_inertia``, ``armature`` of MJCF) nor the losses of motor and gear. :meth:`inverse`
+        computes torques of motors, in ``tables["motors"]``.
+
         Args:
             q: coordinates, m and rad, shape (n, k) for n states or (k,) for one; see the class.
             v: rates, m/s and rad/s, of the shape of ``q``; zero by default. Joints whose surfaces slide
@@ -629,7 +634,8 @@ class Model:
         if threads is not None and not (type(threads) is int and threads == 1):
             threads = _count("threads", threads)
         outputs = bool(reactions), bool(frictions), bool(derivatives)
-        raw = states.inverse_dynamics(q, v, a, threads, *outputs)
+        rows = (_rows("q", q, states), _rows("v", v, states), _rows("a", a, states))
+        raw = states.inverse_dynamics(*rows, threads, *outputs)
         return InverseDynamics(self._names, raw)
 
     def kinematics(
@@ -655,7 +661,8 @@ class Model:
         """
         states = self._compiled(coordinates, motion, None, None, at)
         threads = None if threads is None else _count("threads", threads)
-        return BodyMotions(self._names, states.kinematics(q, v, a, threads))
+        rows = (_rows("q", q, states), _rows("v", v, states), _rows("a", a, states))
+        return BodyMotions(self._names, states.kinematics(*rows, threads))
 
     def jacobian(
         self,
@@ -675,7 +682,7 @@ class Model:
         """
         states = self._compiled(coordinates, motion, None, None, at)
         threads = None if threads is None else _count("threads", threads)
-        return Jacobians(self._names, states.jacobian(q, threads))
+        return Jacobians(self._names, states.jacobian(_rows("q", q, states), threads))
 
     def mass_matrix(
         self,
@@ -697,7 +704,7 @@ class Model:
         """
         states = self._compiled(None, motion, load, None, at)
         threads = None if threads is None else _count("threads", threads)
-        return MassMatrices(states.mass_matrix(q, threads))
+        return MassMatrices(states.mass_matrix(_rows("q", q, states), threads))
 
 
 def _again(parts: tuple[str, str, str | None, list[str], float | None, list[str]]) -> Model:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ._errors import Error, InputError, UnknownNameError, _text
+from ._errors import Error, InputError, UnknownNameError, _text, _unwritable, _writable
 
 if TYPE_CHECKING:
     import os
@@ -299,19 +299,29 @@ class Results:
 
         The metadata of each file contain the summary of the run as JSON, those of its fields the units.
         Each file is written under a temporary name and then renamed, so that no incomplete file appears.
+
+        Raises:
+            InputError: ``folder`` is not a path, or pyarrow is not installed.
+            OutputError: a file cannot be written.
         """
+        place = _writable("folder", folder)
         tables = {name: table.to_arrow() for name, table in self.tables.items()}
         import pyarrow.parquet
 
-        place = Path(folder)
-        place.mkdir(parents=True, exist_ok=True)
+        try:
+            place.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise _unwritable(place, error) from error
         summary = {"stiction.summary": json.dumps(self.summary)}
         written = []
         for name, table in tables.items():
             path = place / f"{name}.parquet"
             part = path.with_suffix(".parquet.part")
-            pyarrow.parquet.write_table(table.replace_schema_metadata(summary), part)
-            part.replace(path)
+            try:
+                pyarrow.parquet.write_table(table.replace_schema_metadata(summary), part)
+                part.replace(path)
+            except OSError as error:
+                raise _unwritable(path, error) from error
             written.append(path)
         return written
 

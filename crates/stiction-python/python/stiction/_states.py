@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _native
-from ._errors import ComputationError, InputError
+from ._errors import ComputationError, InputError, _floats
 from ._results import Bools, ByName, Floats
 
 _OUTCOMES = _native.outcomes()
@@ -219,6 +219,11 @@ class BodyMotions(_Rows):
         """Velocity and angular velocity of each body by name, shape (n, 6) or (6,)."""
         return _by_name("body", self._names.bodies, self.twists, 2)
 
+    @property
+    def acceleration(self) -> ByName[Floats]:
+        """Acceleration and angular acceleration of each body by name, shape (n, 6) or (6,)."""
+        return _by_name("body", self._names.bodies, self.accelerations, 2)
+
 
 class Jacobians(_Rows):
     """Jacobians of all bodies; see :meth:`stiction.Model.jacobian`.
@@ -263,6 +268,48 @@ class _Names:
         self.joints = native.joints
         self.interfaces = native.friction_interfaces
         self.bodies = native.bodies
+
+
+def _rows(name: str, value: Any, states: _native.States) -> Any:
+    """Numbers of a state or of states. The columns of a table, and the labels of a pandas Series, are matched by name."""
+    if type(value) is np.ndarray or value is None:
+        return value
+    if isinstance(value, np.ma.MaskedArray):
+        return _floats(name, value)
+    if type(value).__module__.split(".")[0] not in ("pandas", "polars", "pyarrow"):
+        return value
+    labels = getattr(value, "columns", None)
+    if type(value).__module__.startswith("pyarrow"):
+        labels = getattr(value, "column_names", None)
+    elif labels is None:
+        labels = getattr(value, "index", None)
+        # Numbers as labels count the values; they are no names.
+        if labels is None or not all(isinstance(label, str) for label in labels):
+            return value
+    if labels is None:
+        return value
+    units = dict(states.coordinates)
+    places: dict[str, Any] = {}
+    for label in labels:
+        text = str(label)
+        head, bracket, unit = text.rpartition(" [")
+        known = head if bracket and head in units and unit == f"{units[head]}]" else text
+        if known not in units or known in places:
+            raise _mismatch(name, list(labels), units)
+        places[known] = label
+    if len(places) != len(units):
+        raise _mismatch(name, list(labels), units)
+    columns = [_floats(f"{name}[{one!r}]", value[places[one]]) for one in units]
+    return np.stack(columns, axis=-1) if columns else np.empty((0, 0))
+
+
+def _mismatch(name: str, labels: list[Any], units: dict[str, str]) -> InputError:
+    found = ", ".join(str(label) for label in labels[:12]) + (", ..." if len(labels) > 12 else "")
+    return InputError(
+        f"the columns of `{name}` are {found or 'none'}, not the coordinates {', '.join(units)}",
+        "name each column after its coordinate, in any order; `to_numpy()` gives the numbers in their order",
+        name,
+    )
 
 
 def _by_name(what: str, names: list[str], values: Floats, axes: int) -> ByName[Floats]:

@@ -32,7 +32,8 @@ def sweep(
         model: the robot.
         table: the designs: a mapping of keys to lists of values, one for each design, or a pandas or polars table. A
             key is the path of a key of the model or the name of a parameter, with the unit of its numbers:
-            ``"mu"``, ``"tool.mass [kg]"``, ``"motion.platform.z [mm]"``. Values are numbers or texts (``"20 mm"``); ``None``
+            ``"mu"``, ``"tool.mass [kg]"``, ``"motion.platform.z [mm]"``. Without a unit, numbers of a parameter are in
+            its SI unit, as in :meth:`Model.with_`. Values are numbers or texts (``"20 mm"``); ``None``
             keeps the value of the model.
         objectives: statistics to compute, such as ``"peak(leg1.P.effort)"``, ``"min(distance.actuation)"``.
         motion: name of a motion of the model, a file, or assignments. Default: that of the model.
@@ -58,7 +59,8 @@ def sweep(
     if not isinstance(model, Model):
         raise InputError("`model` is not a Model", "create one with `stiction.load`")
     names, values = _columns(table)
-    columns = [(name, _cells(name, column)) for name, column in zip(names, values)]
+    units = model.parameter_units
+    columns = [(_with_unit(name, units), _cells(name, column)) for name, column in zip(names, values)]
     headers, measured, statuses = model._native.sweep(
         columns,
         _texts("objectives", objectives),
@@ -105,6 +107,12 @@ def _columns(table: Any) -> tuple[list[str], list[Any]]:
         return names, [list(table[name]) for name in names]
     except Exception as error:
         raise InputError(f"`table` cannot be read: {error}", "give a sequence of values for each key") from error
+
+
+def _with_unit(name: str, units: Mapping[str, str]) -> str:
+    """Key of a column; numbers of a parameter without a unit are in its SI unit, as in :meth:`Model.with_`."""
+    unit = units.get(name.strip(), "")
+    return f"{name.strip()} [{unit}]" if unit else name
 
 
 def _cells(name: str, values: list[Any]) -> list[float] | list[str]:
