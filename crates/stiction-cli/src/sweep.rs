@@ -253,10 +253,11 @@ impl Results {
             let others: Vec<String> = (1..=PICTURES).map(|k| format!("sweep-{k}.svg")).collect();
             let possible = others.iter().map(String::as_str).chain(["sweep.svg", report::FILE]);
             let table = outputs.path(TABLE);
+            // A merged table is one of the other outputs.
             if let Some(journal) = journal {
                 journal.complete(&table)?;
+                files.push(table);
             }
-            files.push(table);
             files.extend(outputs.complete(&possible.collect::<Vec<_>>())?);
         }
         if !options.json {

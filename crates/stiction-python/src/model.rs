@@ -13,9 +13,9 @@ use stiction::core::kinematics::Target;
 use stiction::format::Note;
 use stiction::forward::Forward;
 use stiction::run::identify::IdentifySettings;
-use stiction::run::inverse::Phase;
 use stiction::{
-    Conversion, Diagnostics, Error, Import, Measured, Method, ModelParts, ModelText, Robot,
+    Conversion, Diagnostics, Error, FrictionMode, Import, Inverse, Measured, Method, ModelParts,
+    ModelText, Robot,
 };
 
 /// Name, text, folder, changes, cut-off frequency of the filter (Hz), and remarks of the
@@ -37,7 +37,7 @@ fn load(
     text: impl FnOnce() -> Result<ModelText, Error> + Send,
 ) -> PyResult<NativeModel> {
     let (robot, notes) = computed(py, || {
-        let text = text()?;
+        let text = text()?.with_fixed_folder();
         let notes = text.notes().iter().map(Note::line).collect();
         Ok((text.read()?, notes))
     })?;
@@ -86,12 +86,6 @@ impl NativeModel {
             .text()
             .ok_or_else(|| input(py, "the model has no text", "load it from a file or a text"))?;
         let ModelParts { name, text, folder, changes, filter } = text.parts();
-        // A worker process may have another working directory.
-        let absolute = |folder: PathBuf| std::path::absolute(&folder).unwrap_or(folder);
-        let folder = folder.map(|folder| match folder.as_os_str().is_empty() {
-            true => std::env::current_dir().unwrap_or(folder),
-            false => absolute(folder),
-        });
         Ok((name, text, folder, changes, filter, self.notes.clone()))
     }
 
@@ -170,20 +164,29 @@ impl NativeModel {
         computed(py, || self.robot.drawing())
     }
 
-    /// The robot in the format of another program: the text and notes.
-    fn converted(&self, py: Python<'_>, to: &str) -> PyResult<(String, Vec<String>)> {
+    /// The robot in the format of another program: the text, the YAML file beside it, and notes.
+    fn converted(
+        &self,
+        py: Python<'_>,
+        to: &str,
+    ) -> PyResult<(String, Option<String>, Vec<String>)> {
         let to = match to {
             "mjcf" => Conversion::Mjcf,
             "sdf" => Conversion::Sdf,
+            "urdf" => Conversion::Urdf,
             "json" => Conversion::Json,
             "toml" => Conversion::Model,
             _ => {
                 let what = format!("there is no format `{}`", to.escape_debug());
-                return Err(input(py, &what, "give \"mjcf\", \"sdf\", \"json\" or \"toml\""));
+                return Err(input(
+                    py,
+                    &what,
+                    "give \"mjcf\", \"urdf\", \"sdf\", \"json\" or \"toml\"",
+                ));
             }
         };
         let converted = computed(py, || self.robot.check_along().convert(to))?;
-        Ok((converted.text, converted.notes))
+        Ok((converted.text, converted.beside, converted.notes))
     }
 
     /// Inverse dynamics along a motion.
@@ -205,26 +208,36 @@ impl NativeModel {
         let threads = crate::options::threads(py, threads)?;
         let watch = Watch::new(progress);
         let outcome = computed(py, || {
-            let mut request =
-                self.robot.inverse().threads(threads).friction_margin(friction_margin);
-            if let Some(motion) = motion {
-                request = request.motion(motion)?;
-            }
-            if let Some(load) = load {
-                request = request.load(load)?;
-            }
-            if let Some(friction) = friction {
-                request = request.friction(friction);
-            }
-            if let Some(step) = step {
-                request = request.step(step);
-            }
-            request.tabulate(|phase, done, of| match phase {
-                Phase::Motion => watch.goes_on(done, 2 * of),
-                Phase::Forces => watch.goes_on(of + done, 2 * of),
-            })
+            let request = self.inverse_request(motion, load, friction, step)?;
+            let request = request.threads(threads).friction_margin(friction_margin);
+            request.tabulate(|phase, done, of| watch.goes_on_in(phase, done, of))
         });
         results(py, watch.finish(outcome)?)
+    }
+
+    /// Report of inverse dynamics along a motion, an HTML page.
+    #[pyo3(signature = (*, motion=None, load=None, friction=None, step=None, threads=None,
+                        friction_margin=false))]
+    #[expect(clippy::too_many_arguments, reason = "the options of one call")]
+    fn inverse_report(
+        &self,
+        py: Python<'_>,
+        motion: Option<&str>,
+        load: Option<&str>,
+        friction: Option<&str>,
+        step: Option<f64>,
+        threads: Option<usize>,
+        friction_margin: bool,
+    ) -> PyResult<String> {
+        let friction = friction.map(|word| crate::options::friction(py, word)).transpose()?;
+        let threads = crate::options::threads(py, threads)?;
+        let watch = Watch::new(None);
+        let page = computed(py, || {
+            let request = self.inverse_request(motion, load, friction, step)?;
+            let request = request.threads(threads).friction_margin(friction_margin);
+            Ok(request.report(|phase, done, of| watch.goes_on_in(phase, done, of))?.page)
+        });
+        watch.finish(page)
     }
 
     /// Statistics of inverse dynamics for many designs.
@@ -268,18 +281,7 @@ impl NativeModel {
                 let law = move |measured: &Measured<'_>| called_law(&law, measured, &watch);
                 request = request.control_law(period, law)?;
             }
-            for (option, text, number) in &calls {
-                request = called(request, option, text, *number)?;
-            }
-            if let Some(until) = until {
-                request = request.until(until);
-            }
-            if let Some(step) = step {
-                request = request.step(step);
-            }
-            if let Some(tolerance) = tolerance {
-                request = request.tolerance(tolerance)?;
-            }
+            request = with_calls(request, &calls, (until, step, tolerance))?;
             request.tabulate(|done, of| watch.goes_on(done, of))
         });
         let simulation = watch.finish(outcome)?;
@@ -288,6 +290,24 @@ impl NativeModel {
         let events = simulation.events.into_iter();
         let events = events.map(|event| (event.time, event.event, event.at, event.detail));
         Ok((results(py, simulation.results)?, events.collect(), ended))
+    }
+
+    /// Report of a simulation, an HTML page.
+    #[pyo3(signature = (calls, *, until=None, step=None, tolerance=None))]
+    fn forward_report(
+        &self,
+        py: Python<'_>,
+        calls: Vec<(String, String, f64)>,
+        until: Option<f64>,
+        step: Option<f64>,
+        tolerance: Option<f64>,
+    ) -> PyResult<String> {
+        let watch = Watch::new(None);
+        let page = computed(py, || {
+            let request = with_calls(self.robot.forward(), &calls, (until, step, tolerance))?;
+            Ok(request.plan()?.report(|done, of| watch.goes_on(done, of))?.page)
+        });
+        watch.finish(page)
     }
 
     /// Mobility, redundancy and singularities: JSON and text.
@@ -308,10 +328,7 @@ impl NativeModel {
             if let Some(step) = step {
                 request = request.step(step);
             }
-            let report = request.run_with(|phase, done, of| match phase {
-                Phase::Motion => watch.goes_on(done, 2 * of),
-                Phase::Forces => watch.goes_on(of + done, 2 * of),
-            })?;
+            let report = request.run_with(|phase, done, of| watch.goes_on_in(phase, done, of))?;
             Ok((report.to_json().to_string(), report.as_text().to_owned()))
         });
         watch.finish(outcome)
@@ -397,6 +414,53 @@ impl NativeModel {
             request.compile()
         })?;
         Ok(NativeStates::new(states))
+    }
+}
+
+impl NativeModel {
+    /// Request of inverse dynamics with the options of a call.
+    fn inverse_request(
+        &self,
+        motion: Option<&str>,
+        load: Option<&str>,
+        friction: Option<FrictionMode>,
+        step: Option<f64>,
+    ) -> Result<Inverse, Error> {
+        let mut request = self.robot.inverse();
+        if let Some(motion) = motion {
+            request = request.motion(motion)?;
+        }
+        if let Some(load) = load {
+            request = request.load(load)?;
+        }
+        if let Some(friction) = friction {
+            request = request.friction(friction);
+        }
+        if let Some(step) = step {
+            request = request.step(step);
+        }
+        Ok(request)
+    }
+}
+
+/// Adds options to the request of a simulation: `calls`, and the end time, the step and the tolerance.
+fn with_calls(
+    mut request: Forward,
+    calls: &[(String, String, f64)],
+    (until, step, tolerance): (Option<f64>, Option<f64>, Option<f64>),
+) -> Result<Forward, Error> {
+    for (option, text, number) in calls {
+        request = called(request, option, text, *number)?;
+    }
+    if let Some(until) = until {
+        request = request.until(until);
+    }
+    if let Some(step) = step {
+        request = request.step(step);
+    }
+    match tolerance {
+        Some(tolerance) => request.tolerance(tolerance),
+        None => Ok(request),
     }
 }
 

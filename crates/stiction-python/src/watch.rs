@@ -3,6 +3,7 @@
 use pyo3::prelude::*;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
+use stiction::run::inverse::Phase;
 
 /// Time between two checks for signals; the progress function is called at the same interval.
 const EVERY: Duration = Duration::from_millis(50);
@@ -57,6 +58,15 @@ impl Watch {
                 state.raised.get_or_insert(error);
                 false
             }
+        }
+    }
+
+    /// Reports that `done` of `of` samples are complete in one of the two phases of inverse dynamics; returns false if
+    /// the computation must stop.
+    pub(crate) fn goes_on_in(&self, phase: Phase, done: usize, of: usize) -> bool {
+        match phase {
+            Phase::Motion => self.goes_on(done, 2 * of),
+            Phase::Forces => self.goes_on(of + done, 2 * of),
         }
     }
 

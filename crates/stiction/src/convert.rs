@@ -2,6 +2,7 @@
 
 use crate::check::Check;
 use crate::error::Error;
+use stiction_run::Job;
 use stiction_run::exchange::{
     Home, Instant, Mjcf, Sdf, Unfit, Urdf, json_text, mjcf, model_file, sdf, urdf,
 };
@@ -34,7 +35,8 @@ pub struct Converted {
 }
 
 impl Check {
-    /// Converts the robot in its configuration at the first instant of the motion.
+    /// Converts the robot in its configuration at the first instant of the motion. Coordinates that the motion does not
+    /// determine have the values of the initial guess.
     ///
     /// ```
     /// use stiction::{Conversion, Robot};
@@ -48,11 +50,27 @@ impl Check {
     /// The robot cannot be assembled, or the format cannot express it.
     pub fn convert(&self, to: Conversion) -> Result<Converted, Error> {
         let job = self.job()?;
+        let locked = job.locked_start()?;
+        let job = match &locked {
+            Some((motion, _)) => Job { motion, ..job },
+            None => job,
+        };
         let home = Home::of(&job)?;
+        let mut converted = self.written(&home, to)?;
+        if let Some((_, names)) = &locked {
+            converted.notes.push(format!(
+                "the motion does not determine the position: it is that of the initial guess for {}",
+                names.join(", ")
+            ));
+        }
+        Ok(converted)
+    }
+
+    fn written(&self, home: &Home<'_>, to: Conversion) -> Result<Converted, Error> {
         let plain = |text: String| Converted { text, beside: None, notes: Vec::new() };
         let unfit = |unfit: Unfit| Error::input(unfit.to_string()).with_help(unfit.help());
         match to {
-            Conversion::Json => Ok(plain(json_text(&home))),
+            Conversion::Json => Ok(plain(json_text(home))),
             Conversion::Model => {
                 let friction = self.robot.model().default_friction;
                 let instant = Instant { motion: &home.motion, loads: &[], friction };
@@ -64,15 +82,15 @@ impl Check {
                 })
             }
             Conversion::Mjcf => {
-                let Mjcf { text, notes } = mjcf(&home).map_err(unfit)?;
+                let Mjcf { text, notes } = mjcf(home).map_err(unfit)?;
                 Ok(Converted { text, beside: None, notes })
             }
             Conversion::Sdf => {
-                let Sdf { text, notes } = sdf(&home).map_err(unfit)?;
+                let Sdf { text, notes } = sdf(home).map_err(unfit)?;
                 Ok(Converted { text, beside: None, notes })
             }
             Conversion::Urdf => {
-                let Urdf { text, yaml, notes } = urdf(&home).map_err(unfit)?;
+                let Urdf { text, yaml, notes } = urdf(home).map_err(unfit)?;
                 Ok(Converted { text, beside: yaml, notes })
             }
         }

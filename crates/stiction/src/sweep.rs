@@ -129,14 +129,18 @@ impl Study {
     /// when `receive` returns `false`. Results are bit-identical for any number of threads.
     ///
     /// # Errors
-    /// `receive` returned an error, or `designs` contained one; the first is returned.
+    /// `receive` returned an error, or `designs` contained one; the first is returned. Or the first design fails because
+    /// the numbers of a parameter have no unit.
     pub fn run(
         &self,
         designs: impl Iterator<Item = Result<Vec<Setting>, Error>> + Send,
         threads: NonZeroUsize,
         mut receive: impl FnMut(Vec<Setting>, Row) -> Result<bool, Error>,
     ) -> Result<(), Error> {
-        let mut designs = designs;
+        let mut designs = designs.peekable();
+        if let Some(Ok(first)) = designs.peek() {
+            self.check_units(first)?;
+        }
         in_order(
             threads.get(),
             || designs.next(),

@@ -93,6 +93,20 @@ fn the_motion_selects_the_position() {
     assert!((at(&["--motion", "A = 75 deg; duration = 0"]) - 75.0).abs() < 1e-12);
 }
 
+/// A model without a motion is written at its home position, with a note.
+#[test]
+fn a_model_without_a_motion_is_converted() {
+    let folder = Folder::new("convert-pose");
+    let text = "[bodies.b]\nmass = \"1 kg\"\ncom = [0.1, 0, 0]\ninertia = [1, 1, 1]\n\
+                [joints.j]\ntype = \"R\"\nfrom = \"ground\"\nto = \"b\"\naxis = \"y\"\nactuated = true\n";
+    folder.write("arm.toml", text);
+    for format in ["json", "model", "mjcf", "urdf", "sdf"] {
+        let said = folder.stiction(&["convert", "arm.toml", "--to", format]);
+        said.succeeds();
+        assert!(said.err.contains("it is that of the initial guess for j"), "{}", said.err);
+    }
+}
+
 #[test]
 fn misuse_is_reported() {
     let folder = Folder::new("convert-wrong");

@@ -120,6 +120,7 @@ fn threads_and_merged_parts_give_the_same_bytes() {
     }
     let said = run(&folder, &["sweep", "--merge", "part3", "part1", "part2", "-o", "all"]);
     assert!(said.out.contains("7 designs: 5 ok, 2 without results"), "{}", said.out);
+    assert_eq!(said.err.matches("sweep.csv").count(), 1, "{}", said.err);
     assert_eq!(folder.read("all/sweep.csv"), whole);
     let (headers, rows) = rows(&whole);
     assert_eq!(
@@ -141,6 +142,24 @@ fn threads_and_merged_parts_give_the_same_bytes() {
     );
     refused(&["sweep", "--merge", "part1", "one", "-o", "x"], "are not parts of one study");
     refused(&["sweep", "--merge", "nowhere", "-o", "x"], "not the folder of a complete part");
+}
+
+/// Numbers of a parameter without the unit that its formulas need are refused before the first row.
+#[test]
+fn numbers_without_the_unit_of_a_parameter_are_refused() {
+    let folder = Folder::new("sweep-unit");
+    let sweep = |vary: &str| {
+        let all =
+            ["sweep", "3rps", "--objective", "peak(leg1.P.effort)", "--vary", vary, "-o", "x"];
+        folder.stiction(&all)
+    };
+    let said = sweep("base_radius = 0.4..0.5 in 3000");
+    said.fails(2, &["the values of `base_radius` have no unit", "in m", "`base_radius [m]`"]);
+    assert_eq!(said.out, "");
+    sweep("base_radius = 0.4 m..0.5 m in 2").succeeds();
+    folder.write("designs.csv", "base_radius\n0.45\n450 mm\n");
+    let table = ["sweep", "3rps", "--objective", "peak(leg1.P.effort)", "--table", "designs.csv"];
+    folder.stiction(&table).fails(2, &["the values of `base_radius` have no unit"]);
 }
 
 /// Sampled designs are equal in every run, and a longer Sobol design begins with a shorter one.

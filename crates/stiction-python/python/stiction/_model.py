@@ -284,13 +284,18 @@ class Model:
         return self._native.drawing()
 
     def convert(self, to: str) -> str:
-        """Convert the robot at its home position to another format: ``"mjcf"`` (MuJoCo), ``"sdf"``, ``"json"`` (plain
-        numbers), ``"toml"`` (a model file without formulas).
+        """Convert the robot at its home position to another format: ``"mjcf"`` (MuJoCo), ``"urdf"``, ``"sdf"``,
+        ``"json"`` (plain numbers), ``"toml"`` (a model file without formulas).
+
+        A URDF file cannot contain loop closures and motors: they are in a YAML file of the same name beside it, whose
+        text is ``convert("urdf-yaml")``; it is empty if the robot needs none.
 
         >>> import stiction
         >>> "<mujoco" in stiction.load("3rps").convert("mjcf")
         True
         """
+        if to == "urdf-yaml":
+            return self._native.converted("urdf")[1] or ""
         return self._native.converted(_text("to", to))[0]
 
     def _repr_html_(self) -> str:
@@ -335,16 +340,17 @@ class Model:
         >>> bool((r.effort["left_motor"] == r.effort_frictionless["left_motor"]).all())
         True
         """
-        raw = self._native.inverse(
-            motion=_optional_text("motion", motion),
-            load=_optional_text("load", load),
-            friction=_friction(friction),
-            step=None if step is None else _number("step", step),
-            threads=None if threads is None else _count("threads", threads),
-            friction_margin=bool(friction_margin),
-            progress=_progress(progress),
-        )
-        return InverseResults(self.name, raw, json.loads(raw[1]))
+        options: dict[str, Any] = {
+            "motion": _optional_text("motion", motion),
+            "load": _optional_text("load", load),
+            "friction": _friction(friction),
+            "step": None if step is None else _number("step", step),
+            "threads": None if threads is None else _count("threads", threads),
+            "friction_margin": bool(friction_margin),
+        }
+        raw = self._native.inverse(**options, progress=_progress(progress))
+        draw = _Draw(self, "inverse_report", (), options)
+        return InverseResults(self.name, raw, json.loads(raw[1]), draw)
 
     def forward(
         self,
@@ -437,15 +443,14 @@ class Model:
             for key, value in (values or {}).items():
                 calls.append((option, _text(option, key), _number(f"{option}[{key!r}]", value)))
         calls.extend(("stop", text, 0.0) for text in _texts("stop", stop))
-        raw, events, ended = self._native.forward(
-            calls,
-            until=None if until is None else _number("until", until),
-            step=None if step is None else _number("step", step),
-            tolerance=None if tolerance is None else _number("tolerance", tolerance),
-            law=law,
-            progress=_progress(progress),
-        )
-        results = ForwardResults(self.name, raw, json.loads(raw[1]), events, ended)
+        options: dict[str, Any] = {
+            "until": None if until is None else _number("until", until),
+            "step": None if step is None else _number("step", step),
+            "tolerance": None if tolerance is None else _number("tolerance", tolerance),
+        }
+        raw, events, ended = self._native.forward(calls, **options, law=law, progress=_progress(progress))
+        draw = None if law is not None else _Draw(self, "forward_report", (calls,), options)
+        results = ForwardResults(self.name, raw, json.loads(raw[1]), events, ended, draw)
         if ended is not None:
             ended.result = results
             raise ended
@@ -705,6 +710,17 @@ class Model:
         states = self._compiled(None, motion, load, None, at)
         threads = None if threads is None else _count("threads", threads)
         return MassMatrices(states.mass_matrix(_rows("q", q, states), threads))
+
+
+class _Draw:
+    """Draws the report of a run, which it computes again. It can be pickled."""
+
+    def __init__(self, model: Model, method: str, arguments: tuple[Any, ...], options: dict[str, Any]) -> None:
+        self._model, self._method, self._arguments, self._options = model, method, arguments, options
+
+    def __call__(self) -> str:
+        page: str = getattr(self._model._native, self._method)(*self._arguments, **self._options)
+        return page
 
 
 def _again(parts: tuple[str, str, str | None, list[str], float | None, list[str]]) -> Model:

@@ -54,7 +54,7 @@ class Model:
     @property
     def parameters(self) -> list[tuple[str, float, str]]: ...
     def drawing(self) -> str: ...
-    def converted(self, to: str) -> tuple[str, list[str]]: ...
+    def converted(self, to: str) -> tuple[str, str | None, list[str]]: ...
     def inverse(
         self,
         *,
@@ -66,6 +66,16 @@ class Model:
         friction_margin: bool = False,
         progress: Any = None,
     ) -> _Results: ...
+    def inverse_report(
+        self,
+        *,
+        motion: str | None = None,
+        load: str | None = None,
+        friction: str | None = None,
+        step: float | None = None,
+        threads: int | None = None,
+        friction_margin: bool = False,
+    ) -> str: ...
     def sweep(
         self,
         columns: list[tuple[str, Any]],
@@ -88,6 +98,14 @@ class Model:
         law: tuple[float, Any] | None = None,
         progress: Any = None,
     ) -> tuple[_Results, list[tuple[float, str, str, str]], Error | None]: ...
+    def forward_report(
+        self,
+        calls: list[tuple[str, str, float]],
+        *,
+        until: float | None = None,
+        step: float | None = None,
+        tolerance: float | None = None,
+    ) -> str: ...
     def check(
         self, motion: str | None = None, step: float | None = None, progress: Any = None
     ) -> tuple[str, str]: ...

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from ._errors import Error, InputError, UnknownNameError, _text, _unwritable, _writable
+from ._errors import Error, InputError, UnknownNameError, _floats, _text, _unwritable, _writable
 
 if TYPE_CHECKING:
     import os
@@ -183,7 +183,9 @@ class Results:
 
     _main = ""
 
-    def __init__(self, model: str, raw: _RawResults, summary: dict[str, Any]) -> None:
+    def __init__(
+        self, model: str, raw: _RawResults, summary: dict[str, Any], draw: Callable[[], str] | None = None
+    ) -> None:
         tables, _, text = raw
         self.model = model
         all_tables = [(file.rpartition(".")[0], header, values) for file, header, values in tables]
@@ -192,6 +194,7 @@ class Results:
         )
         self.summary: dict[str, Any] = summary
         self.text = text
+        self._draw = draw
 
     @property
     def time(self) -> Floats:
@@ -293,6 +296,38 @@ class Results:
     def to_arrow(self, table: str | None = None) -> pyarrow.Table:
         """Convert a table to a pyarrow Table; the main table if no name is given."""
         return self._table(None if table is None else _text("table", table)).to_arrow()
+
+    def report(self, path: str | os.PathLike[str] | None = None) -> str:
+        """Draw the report of the run, ``report.html`` of the command line: a page of HTML with tables, plots and the
+        moving robot. Return its text, and write it to the file ``path`` if it is given.
+
+        The run is computed again for its report. A simulation under a control law that is a function has none, because
+        the function may have a state.
+
+        Raises:
+            InputError: ``path`` is not a path, or the run has no report.
+            OutputError: the file cannot be written.
+
+        >>> import stiction
+        >>> stiction.load("five-bar").inverse(step=0.1).report().startswith("<!DOCTYPE html>")
+        True
+        """
+        target = None if path is None else _writable("path", path)
+        if self._draw is None:
+            raise InputError(
+                "a simulation under a control law that is a function has no report",
+                "give the controller as a text, such as `computed-torque`",
+                "controller",
+            )
+        page = self._draw()
+        if target is not None:
+            part = target.with_name(target.name + ".part")
+            try:
+                part.write_text(page, encoding="utf-8")
+                part.replace(target)
+            except (OSError, ValueError) as error:
+                raise _unwritable(target, error) from error
+        return page
 
     def to_parquet(self, folder: str | os.PathLike[str]) -> list[Path]:
         """Write each table to a Parquet file in a folder; return the paths.
@@ -474,10 +509,51 @@ class ForwardResults(Results):
         summary: dict[str, Any],
         events: list[tuple[float, str, str, str]],
         ended: Error | None,
+        draw: Callable[[], str] | None = None,
     ) -> None:
-        super().__init__(model, raw, summary)
+        super().__init__(model, raw, summary, draw)
         self.events: list[Event] = [Event(*event) for event in events]
         self.ended: Error | None = ended
+
+    def joint_at(self, times: ArrayLike) -> ByName[JointMotion]:
+        """Joint coordinates at any times, s, of the simulation; each array has the shape of ``times``.
+
+        Between samples, positions are the cubic polynomials that have the positions and rates of the samples; rates
+        and accelerations are their derivatives. The error of positions decreases with the fourth power of ``step``
+        where no event lies between two samples.
+
+        Raises:
+            InputError: a time is outside of the simulation.
+
+        >>> import stiction
+        >>> r = stiction.load("five-bar").forward(until=0.1)
+        >>> r.joint_at([0.012, 0.0137])["left_motor"].position.shape
+        (2,)
+        """
+        at = _floats("times", times)
+        time = self.time
+        if not np.all((at >= time[0]) & (at <= time[-1])):
+            raise InputError(
+                f"`times` are not all from {time[0]:g} s to {time[-1]:g} s", "give times of the simulation", "times"
+            )
+        if len(time) < 2:
+            return ByName("joint coordinate", {k: JointMotion(*(x[0] + 0 * at for x in j)) for k, j in self.joint.items()})
+        place = np.clip(np.searchsorted(time, at, side="right") - 1, 0, len(time) - 2)
+        width = time[place + 1] - time[place]
+        s = (at - time[place]) / width
+
+        def between(joint: JointMotion) -> JointMotion:
+            start = joint.position[place]
+            change = joint.position[place + 1] - start
+            before, after = joint.rate[place] * width, joint.rate[place + 1] * width
+            square, cube = 3 * change - 2 * before - after, before + after - 2 * change
+            return JointMotion(
+                start + s * (before + s * (square + s * cube)),
+                (before + s * (2 * square + 3 * s * cube)) / width,
+                (2 * square + 6 * s * cube) / width**2,
+            )
+
+        return ByName("joint coordinate", {name: between(joint) for name, joint in self.joint.items()})
 
     @property
     def reference(self) -> ByName[Floats]:

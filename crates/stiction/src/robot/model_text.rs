@@ -272,6 +272,19 @@ impl ModelText {
         self
     }
 
+    /// Fixes the folder in which files that the model names are searched, so that it does not change with the current
+    /// folder.
+    #[must_use]
+    pub fn with_fixed_folder(mut self) -> Self {
+        self.folder = self.folder.map(|folder| {
+            // `absolute` refuses an empty path.
+            let is_current = folder.as_os_str().is_empty();
+            let named = if is_current { Path::new(".") } else { &folder };
+            std::path::absolute(named).unwrap_or(folder)
+        });
+        self
+    }
+
     /// Sets the cut-off frequency, in Hz, of a low-pass filter for all recorded motions of the robot: motions of the
     /// model, whose own `filter` it replaces, and motions from files given later.
     #[must_use]

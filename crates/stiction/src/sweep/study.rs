@@ -115,6 +115,32 @@ impl Study {
         if unknown.has_errors() { Err(unknown.into()) } else { Ok(()) }
     }
 
+    /// Refuses a design whose model is defective because the numbers of a parameter have no unit: each further design
+    /// would fail in the same way.
+    pub(super) fn check_units(&self, design: &[Setting]) -> Result<(), Error> {
+        let robot = &self.sweep.robot;
+        let unit_of = |path: &str| {
+            let found = robot.parameters().find(|(name, ..)| *name == path);
+            found.map(|(.., unit)| unit).filter(|unit| !unit.is_empty())
+        };
+        let without = self.keys.iter().zip(design).find_map(|(key, setting)| {
+            let is_plain = key.unit.is_empty() && matches!(setting, Setting::Number(_));
+            Some((&key.path, unit_of(&key.path).filter(|_| is_plain)?))
+        });
+        let Some((path, unit)) = without else { return Ok(()) };
+        match self.with_job(design, |_| Ok(())) {
+            Err(error) if error.kind() == ErrorKind::Input => Err(Error::input(format!(
+                "the values of `{path}` have no unit, but the parameter is in {unit}: {}",
+                reason(&error)
+            ))
+            .with_help(format!(
+                "write the unit at each value, such as \"{path} = 0.4 {unit}..0.5 {unit} in 5\"; in the header of a \
+                 table, write `{path} [{unit}]`"
+            ))),
+            _ => Ok(()),
+        }
+    }
+
     fn with_options(&self, mut request: Inverse) -> Inverse {
         if let Some(friction) = self.sweep.friction {
             request = request.friction(friction);
