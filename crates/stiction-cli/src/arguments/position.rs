@@ -22,7 +22,7 @@ pub(crate) struct Check {
     pub(crate) sampling: Sampling,
     #[command(flatten)]
     pub(crate) report: Report,
-    /// Write a report with the moving mechanism, check.json and mechanism.svg into this folder
+    /// Write a report that shows the mechanism move, and the files check.json and mechanism.svg, into this folder
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
     /// Print the findings or the error as JSON

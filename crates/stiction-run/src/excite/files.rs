@@ -50,7 +50,7 @@ impl Excitation {
                 .filter(|name| !friction_only || !self.inertias.contains(name))
                 .collect();
             if !held.is_empty() {
-                text += "\n# The motion is designed for the other parameters; these keep the values of the model.\nhold = [\n";
+                text += "\n# These parameters keep the values of the model; the motion is designed for all others.\nhold = [\n";
                 held.iter().for_each(|name| {
                     let _ = writeln!(text, "    {name:?},");
                 });

@@ -142,7 +142,7 @@ pub(crate) const VISUAL: &[Field] = &[
     ),
 ];
 
-/// Keys of the table `default`, the settings used when a command names none.
+/// Keys of the table `default`: the settings that a command uses if its arguments name none.
 pub(crate) const DEFAULT: &[Field] = &[
     field("motion", Name, "Name of the motion."),
     field("load", Name, "Name of the load."),
