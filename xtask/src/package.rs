@@ -94,18 +94,52 @@ pub(crate) fn assemble(folder: &Path, libraries: &Path) -> Result<(), String> {
     Ok(())
 }
 
+/// Options of the builder of the wheel.
+#[derive(Default)]
+struct Wheel {
+    profile: Option<String>,
+    /// Target of the compiler; that of this machine if absent.
+    target: Option<String>,
+    /// Systems on which the wheel can be installed, such as `manylinux2014`; the builder tags it as built if absent.
+    compatibility: Option<String>,
+    /// Links with Zig, which links against old versions of the C library.
+    zig: bool,
+}
+
+impl Wheel {
+    fn parse(mut arguments: impl Iterator<Item = String>) -> Option<Self> {
+        let mut wheel = Self::default();
+        while let Some(option) = arguments.next() {
+            let place = match option.as_str() {
+                "--profile" => &mut wheel.profile,
+                "--target" => &mut wheel.target,
+                "--compatibility" => &mut wheel.compatibility,
+                "--zig" => {
+                    wheel.zig = true;
+                    continue;
+                }
+                _ => return None,
+            };
+            *place = Some(arguments.next()?);
+        }
+        Some(wheel)
+    }
+
+    /// True if Python of this machine can install the wheel.
+    fn can_be_tried(&self) -> bool {
+        self.target.is_none() || self.target == crate::dist::host()
+    }
+}
+
 /// Builds the wheel into `target/wheels`, installs it into an empty environment and tries it there.
 pub(crate) fn wheel(arguments: impl Iterator<Item = String>) -> ExitCode {
-    let arguments: Vec<String> = arguments.collect();
-    let profile = match arguments.as_slice() {
-        [] => "release",
-        [option, profile] if option == "--profile" => profile,
-        _ => {
-            eprintln!("usage: cargo xtask wheel [--profile PROFILE]");
-            return ExitCode::from(2);
-        }
+    let Some(wheel) = Wheel::parse(arguments) else {
+        eprintln!(
+            "usage: cargo xtask wheel [--profile PROFILE] [--target TARGET] [--compatibility TAG] [--zig]"
+        );
+        return ExitCode::from(2);
     };
-    match build_and_try(profile) {
+    match build_and_try(&wheel) {
         Ok(wheel) => {
             eprintln!("== wheel: {}", wheel.display());
             ExitCode::SUCCESS
@@ -130,7 +164,7 @@ fn write_licences() -> Result<(), String> {
 /// Tests parameter studies on local clusters of Dask and Ray: the rows must be bitwise equal to
 /// those of threads, and as fast.
 pub(crate) fn clusters() -> Result<bool, String> {
-    let wheel = build_and_try("release")?;
+    let wheel = build_and_try(&Wheel::default())?;
     let place = built().join("clusters");
     let told = |missing: Missing| missing.text().to_owned();
     create(&place, LEAST_PYTHON).map_err(told)?;
@@ -145,7 +179,7 @@ pub(crate) fn clusters() -> Result<bool, String> {
     Ok(succeeds(run.current_dir(&place)))
 }
 
-fn build_and_try(profile: &str) -> Result<PathBuf, String> {
+fn build_and_try(wheel: &Wheel) -> Result<PathBuf, String> {
     let told = |missing: Missing| missing.text().to_owned();
     let requirements = source().join("requirements-wheel.txt");
     let environment = Environment {
@@ -159,31 +193,43 @@ fn build_and_try(profile: &str) -> Result<PathBuf, String> {
     let _ = fs::remove_dir_all(&fresh);
     write_licences()?;
     let mut maturin = Command::new(&python);
+    let profile = wheel.profile.as_deref().unwrap_or("release");
     maturin.args(["-m", "maturin", "build", "--locked", "--profile", profile, "--manifest-path"]);
     maturin.arg(source().join("Cargo.toml")).arg("--out").arg(&fresh);
+    for (option, value) in [("--target", &wheel.target), ("--compatibility", &wheel.compatibility)]
+    {
+        value.as_ref().map(|value| maturin.args([option, value]));
+    }
+    if wheel.zig {
+        maturin.arg("--zig");
+    }
     crate::viewer::include_in(&mut maturin);
     if !succeeds(&mut maturin) {
         return Err("maturin cannot build it".to_owned());
     }
     let files = fs::read_dir(&fresh).map_err(|error| format!("{}: {error}", fresh.display()))?;
     let is_wheel = |path: &PathBuf| path.extension() == Some(OsStr::new("whl"));
-    let wheel =
+    let file =
         files.flatten().map(|entry| entry.path()).find(is_wheel).ok_or("there is no wheel")?;
 
-    let trial = built().join("trial");
-    create(&trial, LEAST_PYTHON).map_err(told)?;
-    let python = interpreter_in(&trial);
-    install(&python, &[&wheel]).map_err(told)?;
-    // Isolated, so that it finds the installed package only.
-    let mut run = Command::new(&python);
-    run.arg("-I").arg(source().join("tests/trial.py")).current_dir(&trial);
-    if !succeeds(&mut run) {
-        return Err("the installed package does not work".to_owned());
+    if wheel.can_be_tried() {
+        let trial = built().join("trial");
+        create(&trial, LEAST_PYTHON).map_err(told)?;
+        let python = interpreter_in(&trial);
+        install(&python, &[&file]).map_err(told)?;
+        // Isolated, so that it finds the installed package only.
+        let mut run = Command::new(&python);
+        run.arg("-I").arg(source().join("tests/trial.py")).current_dir(&trial);
+        if !succeeds(&mut run) {
+            return Err("the installed package does not work".to_owned());
+        }
+    } else {
+        eprintln!("== the wheel of another system is not tried");
     }
     let wheels = root().join("target/wheels");
-    let kept = wheels.join(wheel.file_name().unwrap_or_default());
+    let kept = wheels.join(file.file_name().unwrap_or_default());
     fs::create_dir_all(&wheels)
-        .and_then(|()| fs::rename(&wheel, &kept))
+        .and_then(|()| fs::rename(&file, &kept))
         .map_err(|error| format!("{}: {error}", kept.display()))?;
     Ok(kept)
 }

@@ -146,3 +146,14 @@ def test_codes_are_those_of_the_native_module():
     names = [name for name, _ in _native.outcomes()]
     assert names == [status.name.lower() for status in stiction.Status]
     assert all(status.reason for status in stiction.Status)
+
+
+@pytest.mark.parametrize("name", ["3rrr", "3rps", "five-bar", "gough", "delta"])
+def test_a_motion_that_begins_at_home_begins_in_its_assembly_mode(name):
+    robot = stiction.load(name)
+    units = robot.coordinates()
+    motion = "; ".join(f"{key} = {float(q)!r} {units[key]}" for key, q in zip(units, robot.home()))
+    r = robot.inverse(motion + "; duration = 0", load="none", friction=False)
+    home = robot.kinematics(robot.home())
+    for body in robot.bodies[1:]:
+        assert abs(r.position[body][0] - home.position[body]).max() < 1e-9

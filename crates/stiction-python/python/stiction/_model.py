@@ -581,7 +581,13 @@ class Model:
         motion: str | None = None,
         at: float | None = None,
     ) -> Floats:
-        """Coordinates of the home position, m and rad, shape (k,); it determines the assembly mode of all states."""
+        """Coordinates of the home position, m and rad, shape (k,); it determines the assembly mode of all states.
+
+        The home position is the first position of the motion, whose loops are closed from the initial guesses of the
+        model. Its coordinates alone may belong to several assembly modes: another motion that begins with these
+        coordinates begins in the mode that is nearest to the initial guesses, which may be another one.
+        :meth:`kinematics` returns the positions of all bodies at home.
+        """
         return self._compiled(coordinates, motion, None, None, at).home
 
     def inverse_dynamics(
