@@ -233,3 +233,23 @@ fn build_and_try(wheel: &Wheel) -> Result<PathBuf, String> {
         .map_err(|error| format!("{}: {error}", kept.display()))?;
     Ok(kept)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parsed(arguments: &str) -> Option<Wheel> {
+        Wheel::parse(arguments.split_whitespace().map(str::to_owned))
+    }
+
+    #[test]
+    fn options_of_wheels() {
+        let plain = parsed("").expect("no option is needed");
+        assert!(plain.can_be_tried() && plain.profile.is_none() && !plain.zig);
+        let text = "--target riscv64gc-unknown-linux-gnu --zig --compatibility manylinux_2_31";
+        let other = parsed(text).expect("all options are known");
+        assert!(!other.can_be_tried() && other.zig);
+        assert_eq!(other.compatibility.as_deref(), Some("manylinux_2_31"));
+        assert!(parsed("--target").is_none() && parsed("--zag").is_none());
+    }
+}

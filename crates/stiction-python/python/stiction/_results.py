@@ -519,8 +519,8 @@ class ForwardResults(Results):
         """Joint coordinates at any times, s, of the simulation; each array has the shape of ``times``.
 
         Between samples, positions are the cubic polynomials that have the positions and rates of the samples; rates
-        and accelerations are their derivatives. Where no event lies between two samples, the error of positions decreases with the
-        fourth power of ``step``, down to the error of the integration.
+        and accelerations are their derivatives. Where no event lies between two samples, the error of positions
+        decreases with the fourth power of ``step``, down to the error of the integration.
 
         Raises:
             InputError: a time is outside of the simulation.
