@@ -79,9 +79,9 @@ mod tests {
         }
     }
 
-    /// Compares Dahl's friction, at any speed and as a function of the displacement `x` from rest,
-    /// with `mu (1 - exp(-stiffness x / mu))`; integrates by the fourth-order Runge-Kutta method in
-    /// SIMD lanes of dual numbers.
+    /// Checks that Dahl's friction follows `mu (1 - exp(-stiffness x / mu))` as a function of the
+    /// displacement `x` from rest, at any speed. The rate of the deflection is integrated by the
+    /// fourth-order Runge-Kutta method in SIMD lanes of dual numbers.
     #[test]
     fn dahl_rises_exponentially_with_displacement() {
         type S = Dual<Lanes<f64, 2>, 1>;

@@ -7,7 +7,7 @@ use crate::joint::{Carrier, JointType};
 /// Friction parameters of one friction interface of a joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointFriction {
-    /// Index of the interface within [`interfaces_of`] the joint's type.
+    /// Index of the interface in the list that [`interfaces_of`] returns for the joint's type.
     pub place: usize,
     /// Radius of the sliding surface, m; for a plate, the effective radius at which friction
     /// opposes rotation. `None` for guides, which slide along their axis.

@@ -430,7 +430,7 @@ mod tests {
                     let found = [gradient.linear.to_array(), gradient.angular.to_array()].concat();
                     for (i, component) in found.iter().enumerate() {
                         let error = component - dual.value.slope[i];
-                        // Round-off of unit vectors whose length is a difference.
+                        // The unit vectors are normalised differences, which lose digits.
                         prop_assert!(error.abs() < 1e-11, "{map:?} {i}: {error}");
                     }
                 }

@@ -8,13 +8,13 @@ use super::newton::largest;
 
 /// Largest number of iterations.
 const STEPS: usize = 16;
-/// Relative change below which the iteration has converged (`SETTLED`), and below which a change
-/// counts as round-off once the changes stop decreasing.
+/// Relative change of the loads below which the iteration has converged (`SETTLED`), and below
+/// which a change counts as round-off once the changes stop decreasing (`STAGNATED`).
 const SETTLED: f64 = 1e-14;
 const STAGNATED: f64 = 1e-12;
-/// Largest ratio of successive changes at which the map counts as a contraction. The determinant of
-/// the coupled system is then positive; the distance to 1 is a margin for directions that the
-/// iteration has not explored.
+/// Largest ratio of the change of `map(x)` to the change of `x` at which the map counts as a
+/// contraction. The determinant of the coupled system is then positive; the distance to 1 is a
+/// margin for directions that the iteration has not explored.
 const CONTRACTS: f64 = 0.5;
 /// Number of earlier iterations that Anderson's method combines.
 const MEMORY: usize = 3;
@@ -65,7 +65,7 @@ impl FixedPoint {
                 residuals.resize_with(MEMORY, Vec::new);
                 difference(&mut points[place], x, &before.0);
                 difference(&mut residuals[place], residual, &before.1);
-                // The map changes by the sum of both.
+                // The change of `map(x)` is the sum of the changes of the point and the residual.
                 let moved = points[place].iter().zip(&residuals[place]);
                 let mapped = moved.fold(0.0_f64, |m, (p, r)| m.max((p + r).abs()));
                 if mapped > CONTRACTS * largest(&points[place]) && change > STAGNATED * size {

@@ -15,7 +15,7 @@ const SETTLED: f64 = 1e-9;
 /// Relative change below which the loads are accepted once the changes no longer decrease, because
 /// only round-off remains.
 const STAGNATED: f64 = 1e-10;
-/// Multiple of the largest starting load above which normal loads count as unbounded.
+/// Normal loads above this multiple of the largest starting load count as unbounded.
 pub(crate) const UNBOUNDED: f64 = 1e9;
 
 /// Buffers of Newton's method.
@@ -73,7 +73,8 @@ impl LoadProblem {
                 gradients.push(state.gradient);
             }
             if accepted.residual > 0.0 && largest(change) <= accepted.residual * largest(loads) {
-                // The loads of these frictions are closer to the solution.
+                // Accept the computed normal loads, `loads - change`, which are closer to the
+                // solution.
                 loads.iter_mut().zip(&*change).for_each(|(load, change)| *load -= change);
                 return Some(true);
             }

@@ -7,17 +7,18 @@ use super::normal_load::Configuration;
 use super::small_system::{Four, blocks_of, solve_in_place};
 use crate::scalar::Scalar;
 
-/// Largest numbers of plain and of damped power iterations; every iterate yields a valid bound.
-/// Plain iterations converge faster, damped iterations converge for every matrix.
+/// Largest numbers of plain power iterations (`PLAIN`) and of damped ones (`DAMPED`); every iterate
+/// yields a valid bound. Plain iterations converge faster, damped iterations converge for every
+/// matrix.
 const PLAIN: usize = 30;
 const DAMPED: usize = 60;
-/// Relative change of the bound from one iteration to the next that counts as round-off, and number
-/// of such changes in a row after which the iteration stops.
+/// Relative change of the bound in one iteration that counts as round-off (`STILL`), and number of
+/// such changes in a row after which the iteration stops (`REPEATED`).
 const STILL: f64 = 1e-13;
 const REPEATED: usize = 3;
 
-/// Largest number of steps of inverse iteration, and relative distance between lower and upper
-/// bound at which it has converged.
+/// Largest number of steps of inverse iteration (`INVERSE`), and relative distance between lower
+/// and upper bound at which it has converged (`CONVERGED`).
 const INVERSE: usize = 6;
 const CONVERGED: f64 = 1e-13;
 

@@ -474,7 +474,7 @@ mod tests {
                 let (errors, _) = joint_type.misfit(j.inverse() * wrong, PITCH);
                 for (error, constraint) in errors.iter().zip(joint_type.constraints()) {
                     let expected = displacement.power(constraint.wrench(&j, &k, PITCH));
-                    // Second order in the displacement.
+                    // The remaining difference is of second order in the displacement.
                     prop_assert!((error - expected).abs() < 1e-10, "{joint_type:?} {constraint:?}");
                 }
             }

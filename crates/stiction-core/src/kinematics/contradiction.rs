@@ -15,8 +15,8 @@ use crate::parameters::Parameters;
 /// Relative tolerance of a constraint equation, as a fraction of the sum of the magnitudes of its
 /// terms. Interpolated recordings of redundant coordinates agree more closely.
 const RELATIVE: f64 = 1e-5;
-/// Absolute tolerance, 1/s and 1/s², with lengths in characteristic lengths: below the rates of any
-/// practical motion, and above the round-off of rates at a reversal.
+/// Absolute tolerance, 1/s and 1/s², with lengths in characteristic lengths. It is below the rates
+/// of any practical motion, and above the round-off of rates at a reversal.
 const ABSOLUTE: f64 = 1e-9;
 
 /// A violated constraint equation: its row, and its residual (`by`).
@@ -24,7 +24,7 @@ const ABSOLUTE: f64 = 1e-9;
 struct Missed {
     row: usize,
     by: f64,
-    /// Residual with lengths in characteristic lengths.
+    /// Magnitude of the residual, with lengths in characteristic lengths.
     size: f64,
 }
 

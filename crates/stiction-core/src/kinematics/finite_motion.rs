@@ -6,17 +6,18 @@ use super::bodies::{Bodies, State};
 use super::tracing::Loops;
 use nalgebra::DVector;
 
-/// Size of a step, in rad and characteristic lengths, and number of steps.
+/// Size of a step, in rad and characteristic lengths (`STRIDE`), and number of steps (`STRIDES`).
 const STRIDE: f64 = 0.05;
 const STRIDES: usize = 20;
-/// Number of corrections after each step, and their damping, which suppresses singular values below
-/// 1e-6.
+/// Number of corrections after each step (`CORRECTIONS`), and their damping, which suppresses
+/// singular values below 1e-6 (`DAMPING`).
 const CORRECTIONS: usize = 8;
 const DAMPING: f64 = 1e-12;
-/// Largest permitted scaled error of the loops along the motion, for dimensions given with six digits.
+/// Largest permitted scaled error of the loops along the motion. It admits dimensions given with
+/// six digits.
 const OPEN: f64 = 1e-6;
-/// Smallest component along the step, as a fraction of the step, that must remain after the
-/// corrections.
+/// The motion ends if the component of a corrected step along its direction is below this fraction
+/// of the step.
 const REMAINS: f64 = 0.5;
 
 /// A motion over a finite distance.
@@ -92,7 +93,8 @@ impl Loops<'_> {
     }
 }
 
-/// Body with the largest displacement between two placements: its index, m and rad.
+/// Body with the largest displacement between two placements: its index, its displacement, m, and
+/// its rotation, rad.
 pub(super) fn farthest(a: &Bodies<f64>, b: &Bodies<f64>, length: f64) -> Option<(usize, f64, f64)> {
     let each = a.pose.iter().zip(&b.pose).enumerate().skip(1).map(|(body, (a, b))| {
         let apart = a.inverse() * *b;

@@ -16,23 +16,24 @@ use crate::topology::Topology;
 use core::cell::OnceCell;
 use nalgebra::DVector;
 
-/// Initial damping, its limits, and its factors after a successful and a failed step.
+/// Initial damping (`DAMPING`), its limits, and its factors after a successful step (`RELAX`) and a
+/// failed step (`TIGHTEN`).
 const DAMPING: f64 = 1e-3;
 const LEAST_DAMPING: f64 = 1e-15;
 const GREATEST_DAMPING: f64 = 1e12;
 const RELAX: f64 = 0.2;
 const TIGHTEN: f64 = 5.0;
-/// Upper limit of any component of a step, rad or characteristic lengths: longer steps jump between
+/// Largest permitted component of a step, rad or characteristic lengths; longer steps jump between
 /// assembly modes.
 const STRIDE: f64 = 0.25;
 
-/// Number of steps after which steps include a correction for the curvature of the errors, and the
-/// largest ratio of this correction to the step.
+/// Number of steps after which further steps include a correction for the curvature of the errors
+/// (`SLOW`), and largest ratio of this correction to the step (`BEND`).
 const SLOW: usize = 20;
 const BEND: f64 = 0.375;
-/// Fraction of a step for the finite difference of its curvature.
+/// Length of the finite difference for the curvature along a step, as a fraction of the step.
 const PROBE: f64 = 0.1;
-/// Maximum number of steps off stationary points that are not minima.
+/// Maximum number of steps that leave stationary points that are not minima.
 const STEPS_OFF: usize = 3;
 
 /// Position equations of a mechanism, restricted to a selection of equations and of degrees of
@@ -226,7 +227,8 @@ impl<'a> PositionEquations<'a> {
             let Some(step) = step_off else { break };
             left -= 1;
             stationary = Some((state.clone(), moved.clone(), errors.norm()));
-            // Steps after it do not begin at the start of the search.
+            // Later steps do not begin at the start of the search, so their sizes do not indicate
+            // contraction.
             sizes.resize(2, f64::INFINITY);
             let rates = self.unscaled(&step);
             state.advance(self.topology, &rates);

@@ -17,8 +17,8 @@ use crate::spatial::{Mat3, Pose, Vec3};
 use crate::topology::{Link, Topology};
 use core::ops::Range;
 
-/// Accepted difference between a computed coordinate and the known one, rad or characteristic
-/// lengths.
+/// Largest accepted difference between a computed coordinate and its known value, rad or
+/// characteristic lengths.
 const SAME: f64 = 1e-7;
 
 /// Legs of a mechanism with closed-form solutions.
@@ -32,7 +32,7 @@ pub struct Legs {
 struct Element {
     axis: usize,
     slides: bool,
-    /// Sign: -1 for a joint traversed against its direction.
+    /// Sign of the coordinate: -1 for a joint traversed against its direction, otherwise 1.
     sign: f64,
     /// Index among the coordinates of the tree.
     coordinate: usize,
@@ -100,7 +100,7 @@ impl Element {
         }
     }
 
-    /// Coordinate that belongs to a displacement along the axis, m.
+    /// Coordinate of a translation for a displacement along the element's axis, m.
     fn slide<T: Scalar>(&self, displacement: T) -> T {
         displacement * T::from_f64(self.sign)
     }
@@ -109,7 +109,8 @@ impl Element {
         (sine * T::from_f64(self.sign)).atan2(cosine)
     }
 
-    /// Coordinate at which the squared distance between `point` and `centre` is `square`.
+    /// Coordinate that moves `point` to a position with the squared distance `square` from
+    /// `centre`; `branch` selects one of two solutions.
     fn by_distance<T: Scalar>(&self, point: Vec3<T>, centre: Vec3<T>, square: T, branch: T) -> T {
         let axis = self.axis();
         if self.slides {
@@ -124,8 +125,8 @@ impl Element {
         self.by_product(point, centre, product, branch)
     }
 
-    /// Angle at which the components of `point` and `other` normal to the axis have this scalar
-    /// product.
+    /// Angle that rotates `point` about the axis such that its component normal to the axis has the
+    /// scalar product `product` with that of `other`; `branch` selects one of two solutions.
     fn by_product<T: Scalar>(&self, point: Vec3<T>, other: Vec3<T>, product: T, branch: T) -> T {
         let axis = self.axis();
         let cosine = point.dot(other) - point.dot(axis) * other.dot(axis);

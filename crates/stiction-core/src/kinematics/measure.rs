@@ -192,8 +192,8 @@ pub(super) fn seen_from<T: Scalar>(ground: Pose<T>, body: Pose<T>) -> Mat3<T> {
     ground.rotation.transpose() * body.rotation
 }
 
-/// Axes of an order and the sign of their permutation. For orders like zxz the third axis is the
-/// unused one.
+/// Axes of an order, and the sign of their permutation. For orders like zxz, the third axis is the
+/// one that the order does not contain.
 fn parity(order: AngleOrder) -> (usize, usize, usize, f64) {
     let [i, j, last] = order.axes();
     let k = if order.is_tait_bryan() { last } else { 3 - i - j };

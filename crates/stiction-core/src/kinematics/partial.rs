@@ -15,20 +15,21 @@ use nalgebra::DVector;
 
 /// Tolerance of closed loops and given values (rad, or m divided by the characteristic length).
 pub(super) const MET: f64 = 1e-12;
-/// Scaled error below which Newton's method with minimum-norm steps follows the damped steps.
+/// Newton's method with minimum-norm steps replaces the damped steps once the scaled error is below
+/// this value.
 const NEAR: f64 = 1e-3;
 /// Scaled error at which Newton's method stops.
 const ROUND_OFF: f64 = 1e-15;
-/// Error at which damped steps stop, relative to [`MET`].
+/// Damped steps stop at this fraction of [`MET`].
 const FRACTION: f64 = 0.1;
-/// Longest step of Newton's method, rad and characteristic lengths. At a regular position, errors
-/// below [`NEAR`] need no longer step; near a singular position, a longer step leads to a distant
-/// solution.
+/// Longest accepted step of Newton's method, rad and characteristic lengths. At a regular position
+/// with errors below [`NEAR`], shorter steps suffice; near a singular position, a longer step leads
+/// to a distant solution.
 const LONGEST: f64 = 0.25;
-/// Maximum number of damped steps, and of Newton steps.
+/// Maximum number of damped steps, and maximum number of Newton steps.
 const STEPS: usize = 500;
-/// Relative size of the independent component of a row of the Jacobian below which the row counts
-/// as dependent on other rows.
+/// A row of the Jacobian counts as dependent on other rows if its independent component is at most
+/// this fraction of the largest norm of a row (or of one, if that is greater).
 const DEPENDENT: f64 = 1e-10;
 
 /// A violated condition and its residual (`by`), m or rad.
@@ -188,7 +189,7 @@ impl RateRows {
         Self { matrix, rights, scales, are_angles }
     }
 
-    /// The condition that a row expresses.
+    /// Condition that a row of the position or rate equations expresses.
     pub(crate) fn what(topology: &Topology, row: usize) -> What {
         what(topology, row)
     }

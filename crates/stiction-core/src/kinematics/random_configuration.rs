@@ -12,9 +12,10 @@ use nalgebra::DVector;
 const STRIDE: f64 = 0.1;
 /// Number of steps from one position to the next.
 const STRIDES: usize = 8;
-/// Maximum number of attempts per step; near the end of the range of motion few directions succeed.
+/// Maximum number of attempts per step. Near the end of the range of motion, few directions
+/// succeed.
 const TRIES: usize = 6;
-/// Relative singular values below this count as open motions.
+/// Singular vectors with relative singular values below this limit are open motions.
 const OPEN: f64 = 1e-6;
 
 /// Random positions, and their largest distance from the initial position.

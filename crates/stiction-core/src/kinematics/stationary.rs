@@ -13,18 +13,21 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 /// Step of the central second differences, rad and characteristic lengths; their round-off is about
 /// 1e-8.
 const DIFFERENCE: f64 = 1e-4;
-/// Curvature of the error sum, relative to the errors, that round-off of the differences may cause.
+/// Curvatures of the error sum up to this multiple of the error norm may be round-off of the
+/// differences.
 const FLAT: f64 = 1e-6;
-/// Fraction of the error norm that first-order steps can remove, above which a position does not
-/// count as stationary.
+/// A position counts as stationary unless first-order steps can remove more than this fraction of
+/// the error norm.
 const STATIONARY: f64 = 0.5;
-/// Second derivative of the errors along a unit step, in characteristic lengths, below which a step
-/// does not count, because it leaves the loops as open as before.
+/// A step is rejected if the second derivative of the errors along a unit step, in characteristic
+/// lengths and without the part that other directions can reduce, is at most this value. Such a
+/// step leaves the loops as open as before.
 const STRAIGHT: f64 = 1e-2;
-/// Number of degrees of freedom above which steps off stationary points are not computed, because
-/// they need a dense decomposition.
+/// Steps off stationary points need a dense decomposition, so they are not computed for more
+/// degrees of freedom than this.
 const LARGE: usize = 150;
-/// Largest number of directions with small derivatives, and largest step.
+/// Largest number of directions with small derivatives (`DIRECTIONS`), and length of the longest
+/// step (`STRIDE`).
 const DIRECTIONS: usize = 8;
 const STRIDE: f64 = 0.25;
 /// Largest number of iterations for the eigenvalues of a symmetric matrix of at most [`DIRECTIONS`]
@@ -51,7 +54,7 @@ impl PositionEquations<'_> {
         // Second derivatives are of order one.
         let rank = svd.rank_of_order_one(size.sqrt());
         let reducible = svd.u.columns(0, rank);
-        // Elsewhere errors decrease to first order, down to round-off.
+        // A position is not stationary if steps can reduce the errors to first order.
         if reducible.tr_mul(&errors).norm() > STATIONARY * size {
             return None;
         }
@@ -96,7 +99,7 @@ impl PositionEquations<'_> {
         let direction = DMatrix::from_columns(&open) * eigen.eigenvectors.column(least);
         let bend = second(kinematics, &direction);
         let rest = &bend - reducible * reducible.tr_mul(&bend);
-        // A mobility along which the loops hardly open leads to no solution.
+        // A motion that leaves the loop errors nearly unchanged leads to no solution.
         let opening = rest.norm();
         if opening <= STRAIGHT || opening.is_nan() {
             return None;

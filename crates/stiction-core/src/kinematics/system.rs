@@ -306,7 +306,8 @@ impl<T: Scalar> Kinematics<T> {
         }
     }
 
-    /// True if the last factorisation belongs to the position at which rates were last computed.
+    /// Returns `true` if the last factorisation belongs to the position at which rates were last
+    /// computed.
     pub(super) fn is_factored(&self) -> bool {
         self.is_factored
     }

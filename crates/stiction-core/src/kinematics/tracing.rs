@@ -14,9 +14,10 @@ use crate::random::Random;
 use crate::topology::Topology;
 use nalgebra::{DMatrix, DVector};
 
-/// Size of a step: angles in radians, lengths in characteristic lengths. Closing the loops shortens
-/// a step along a blocked motion to the square root of the closure tolerance if the motion is
-/// blocked at second order, and to the fourth root, 6e-4, if it is blocked at fourth order.
+/// Size of a step: angles in radians, lengths in characteristic lengths. After closing the loops,
+/// the remainder of a step along a blocked motion is about the square root of the closure tolerance
+/// if the motion is blocked at second order, and the fourth root, 6e-4, if it is blocked at fourth
+/// order.
 const STEP: f64 = 4e-3;
 /// Size of the step away from a possible intersection of branches. Near an intersection, the radius
 /// of curvature of a branch is about its distance from the intersection: over a [`STEP`], a branch
@@ -26,20 +27,21 @@ const AWAY: f64 = 0.1;
 const CLOSED: f64 = 1e-13;
 /// Maximum number of corrections to close the loops.
 const CORRECTIONS: usize = 400;
-/// Minimum and maximum ratio of the errors after and before a correction. For the equations `x^2 =
-/// 0` and `x y = 0`, long steps lead straight to the origin, although y is free; short steps lead
-/// to the line `x = 0`.
+/// Minimum and maximum ratio of the error after a correction to the error before it, so that
+/// corrections stay short. For the equations `x^2 = 0` and `x y = 0`, long corrections lead
+/// straight to the origin, although y is free; short corrections lead to the line `x = 0`.
 const GENTLY: (f64, f64) = (0.25, 0.6);
-/// Error below which the ratio [`GENTLY`] is not checked. Blocked motions have then decreased to
-/// about 1e-3, far below free motions.
+/// Error below which the ratio [`GENTLY`] is not checked. At this error, displacements along
+/// blocked motions have decreased to about 1e-3, far below those along free motions.
 const NEAR: f64 = 1e-6;
-/// Threshold of the displacement that remains of a unit step after closing the loops. A remaining
-/// displacement above it is motion; below it are the curvature of a motion (about 0.04) and the
-/// remainder of a blocked motion (at most 0.14, see [`STEP`]).
+/// A displacement that remains after closing the loops counts as motion if it exceeds this fraction
+/// of the step. The curvature of a motion leaves less (about 0.04), and so does a blocked motion
+/// (at most 0.14, see [`STEP`]).
 const MOVES: f64 = 0.2;
 
-/// Smallest length of a path, in rad and characteristic lengths, that counts as a finite motion, and
-/// largest number of directions to follow.
+/// Length above which a path counts as a finite motion, in rad and characteristic lengths
+/// (`FINITE`), and largest number of directions to follow that are open at second order
+/// (`DIRECTIONS`).
 const FINITE: f64 = 0.2;
 const DIRECTIONS: usize = 4;
 
@@ -104,8 +106,8 @@ impl<'a> LoopsAt<'a> {
         loops.decompose(state, Limit::OfOrderOne(negligible)).values()
     }
 
-    /// Smallest singular value that counts as non-zero, and largest that counts as zero, both relative to
-    /// the largest of all; `None` if no such value exists.
+    /// Smallest singular value that counts as non-zero, and largest that counts as zero, both
+    /// relative to the largest of all; `None` for a value that does not exist.
     pub(crate) fn gap(&self) -> (Option<f64>, Option<f64>) {
         let Some(last) = self.rank.checked_sub(1) else { return (None, None) };
         let relative = |k| self.decomposition.value(k) / self.decomposition.largest();

@@ -14,11 +14,12 @@ use std::sync::OnceLock;
 /// faster from about 60 columns on, but solutions by seminormal equations are less accurate for
 /// nearly singular matrices.
 pub(crate) const LARGE: usize = 260;
-/// Factor by which the smallest non-zero singular value must exceed the limit between zero and
-/// non-zero, and by which this limit must exceed the remainders that count as zero.
+/// Sparse factors decide the rank only if the smallest non-zero singular value exceeds the limit
+/// between zero and non-zero by this factor, and the limit exceeds the remainders that count as
+/// zero by the same factor.
 const CLEAR: f64 = 10.0;
-/// Relative residuals at which the iterations for the largest and the smallest squared singular
-/// value stop. The relative errors of the values are of the order of the squares of these
+/// Relative residuals at which the iterations for the largest and for the smallest non-zero squared
+/// singular value stop. The relative errors of the values are of the order of the squares of these
 /// residuals.
 const ACCURACY_OF_LARGEST: f64 = 1e-3;
 const ACCURACY_OF_SMALLEST: f64 = 1e-11;
@@ -37,7 +38,7 @@ pub struct Decomposition {
     rank: usize,
 }
 
-/// Sparse factors of a matrix whose rank is beyond doubt.
+/// Sparse factors of a matrix, for a rank that they decide clearly.
 #[derive(Clone, Debug)]
 struct SparseRank {
     /// Triangular factor `R` of `A P = Q R`.
@@ -46,7 +47,8 @@ struct SparseRank {
     /// values of `A` that are not zero.
     square: Option<(SparseMatrix, SparseQr)>,
     largest: f64,
-    /// Smallest singular value that is not zero, and its right singular vector.
+    /// Smallest singular value that is not zero (`smallest`), and its right singular vector
+    /// (`weakest`).
     smallest: f64,
     weakest: Vec<f64>,
 }

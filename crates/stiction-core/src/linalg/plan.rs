@@ -40,7 +40,7 @@ pub(crate) struct Plan {
     pub smallest_pivot: f64,
 }
 
-/// Error: some columns depend on the others.
+/// Error for a matrix some of whose columns depend on the others.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct RankDeficient {
     /// Columns without a pivot.
@@ -50,10 +50,9 @@ pub(crate) struct RankDeficient {
 /// Smallest admissible pivot relative to the largest entry in its column. A larger threshold is more
 /// accurate, a smaller threshold leaves more choice to keep the factors sparse.
 const THRESHOLD: f64 = 0.25;
-/// Magnitude of scaled entries, relative to the largest entry of the matrix, below which they count
-/// as round-off.
+/// Scaled entries below this fraction of the largest entry of the matrix count as round-off.
 const NEGLIGIBLE: f64 = 1e-11;
-/// Number of columns that compete for a pivot: those with the fewest rows that are not yet
+/// Number of candidate columns for each pivot: those with the fewest rows that are not yet
 /// eliminated.
 const CANDIDATES: usize = 4;
 

@@ -10,7 +10,8 @@ const BLOCK: usize = 3;
 const STEPS: usize = 60;
 /// Relative accuracy at which the iteration stops.
 const ACCURACY: f64 = 1e-13;
-/// Singular value relative to the largest entry below which squaring the matrix loses digits.
+/// Squaring the matrix loses digits if the singular value is below this fraction of the largest
+/// entry.
 const SQUARABLE: f64 = 1e-3;
 
 /// Smallest of the `min(rows, columns)` singular values of a matrix.

@@ -65,7 +65,7 @@ pub(crate) struct SparseQr {
     dependent: Vec<usize>,
     /// Index of the first entry of each row, followed by the number of entries.
     starts: Vec<usize>,
-    /// Columns and values of the entries, row by row.
+    /// Columns (`indices`) and values (`values`) of the entries, row by row.
     indices: Vec<usize>,
     values: Vec<f64>,
     /// Frobenius norm of the remainders of the dependent columns, which are set to zero.

@@ -20,7 +20,8 @@ pub struct Svd {
     pub v: DMatrix<f64>,
 }
 
-/// Number of columns from which an initial basis by another decomposition is faster.
+/// Number of columns from which it is faster to begin with an initial basis from another
+/// decomposition.
 const LARGE: usize = 24;
 
 /// Maximum number of sweeps over all pairs of columns; six to ten usually suffice.

@@ -110,7 +110,7 @@ fn added_joint(
         frame_k: Pose::identity(),
         pitch: 0.0,
         actuated: vec![false; joint_type.dofs().len()],
-        // The constraints determine it.
+        // The constraints determine the coordinate.
         start: None,
         friction: Vec::new(),
         compliance: None,

@@ -159,7 +159,8 @@ impl GenericRank {
             open: self.open,
             kept: both(self.kept, other.kept, f64::min),
             dropped: both(self.dropped, other.dropped, f64::max),
-            // One clear position decides: at other positions a value may be small by coincidence.
+            // Clear singular values at one position decide: at other positions, a value may be
+            // small by coincidence.
             decided: self.decided || other.decided,
         }
     }

@@ -36,8 +36,8 @@ impl Play {
     }
 }
 
-/// Self-stress forces below this fraction of the largest moment, divided by the characteristic
-/// length, count as zero: they do not block motions.
+/// A self-stress whose largest force is below this fraction of its largest moment divided by the
+/// characteristic length has no force: clearance then permits no motion.
 const NO_FORCE: f64 = 1e-9;
 
 /// Finds the motions that are open at first order and blocked at second order at the solver's position.
@@ -92,7 +92,7 @@ pub(super) fn play(solver: &InverseDynamics, loops: &mut LoopsAt<'_>) -> Vec<Pla
                     pairs.filter_map(|(row, amount)| Some(motion.biases[(*row)?] * amount)).sum()
                 })
                 .collect();
-            // The combined self-stress that blocks this motion most.
+            // Combination of self-stresses that blocks this motion most.
             let combined = stresses
                 .iter()
                 .zip(&openings)

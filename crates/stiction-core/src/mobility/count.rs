@@ -37,8 +37,8 @@ pub struct Mobility {
     pub branches_meet: bool,
     /// Number of redundant constraints at this position.
     pub redundant_constraints: usize,
-    /// Smallest singular value that counts as non-zero, and largest that counts as zero, both relative to the
-    /// largest of all: the gap that decides the rank. `None` if no such value exists.
+    /// Gap that decides the rank: smallest singular value that counts as non-zero, and largest that
+    /// counts as zero, both relative to the largest of all; `None` for a value that does not exist.
     pub gap: (Option<f64>, Option<f64>),
     /// The motions of each moving body, in the order of the mechanism's bodies.
     pub bodies: Vec<BodyDofs>,

@@ -86,7 +86,7 @@ fn basis(vectors: &[DVector<f64>]) -> Vec<DVector<f64>> {
         return Vec::new();
     }
     let matrix = DMatrix::from_columns(vectors);
-    // The decomposition has a vector for each column: few for the shorter side.
+    // The decomposition yields one vector per column, so decompose the matrix with fewer columns.
     let is_wide = matrix.ncols() > matrix.nrows();
     let svd = if is_wide { Svd::new(&matrix.transpose()) } else { Svd::new(&matrix) };
     let basis = if is_wide { &svd.v } else { &svd.u };

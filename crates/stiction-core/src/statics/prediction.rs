@@ -3,22 +3,26 @@
 
 use crate::linalg::{BLOCK, Part};
 
-/// Relative residual of the eigenvector without a shift. With a shift, the error of the eigenvalue
-/// is the residual times the relative distance of the shift, so larger residuals suffice. If the
-/// start vector contains little of the eigenvector, round-off costs two more digits: eigenvalues
-/// are accurate to 1e-9 for certain, and usually to round-off, because the error is quadratic.
+/// Relative residual at which inverse iteration without a shift stops. With a shift, the error of
+/// the eigenvalue is the residual times the relative distance between shift and eigenvalue, so a
+/// larger residual suffices. If the start vector contains little of the eigenvector, round-off
+/// costs two more digits. Eigenvalues are thus certainly accurate to 1e-9, and usually to
+/// round-off, because the error is quadratic in the residual.
 const ACCURACY: f64 = 2e-11;
-/// Largest possible relative error of an eigenvalue; beyond it, the matrix is not shifted.
+/// Largest accepted bound on the relative error of an eigenvalue; if a shift leads to a larger
+/// bound, the result is rejected.
 const CERTAIN: f64 = 1e-9;
-/// Ratio of the distance of the shift from the predicted value to the error of the last prediction.
+/// Distance of the shift from the predicted value, as a multiple of the error of the last
+/// prediction.
 const SAFETY: f64 = 4.0;
-/// Limits of the relative distance of the shift from the predicted value, and the distance to use before
-/// the first prediction has been checked.
+/// Smallest and largest relative distance of the shift from the predicted value (`NEAREST`,
+/// `FARTHEST`), and the distance before the first prediction has been checked (`UNCHECKED`).
 const NEAREST: f64 = 1e-4;
 const FARTHEST: f64 = 0.5;
 const UNCHECKED: f64 = 0.1;
-/// Weight of the last eigenvector in the start vector, relative to a general vector. The general vector
-/// serves to detect another eigenvalue that becomes the smallest, with an orthogonal eigenvector.
+/// Weight of the last eigenvector in the start vector, relative to that of a general vector. The
+/// general vector makes the iteration find an eigenvalue with an orthogonal eigenvector that has
+/// become the smallest.
 const KNOWN: f64 = 4.0;
 
 /// Smallest eigenvalue and its eigenvector at the last positions.
@@ -65,7 +69,7 @@ impl Prediction {
         Some(self.before.map_or(last, |before| 2.0 * last - before))
     }
 
-    /// Adds the result at the next position.
+    /// Adds the eigenvalue and eigenvector found at the next position.
     pub(super) fn add(&mut self, eigenvalue: f64, vector: &[Part]) {
         self.missed = self.expected().map(|expected| ((eigenvalue - expected) / eigenvalue).abs());
         self.before = self.last.replace(eigenvalue);

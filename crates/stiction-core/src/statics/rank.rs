@@ -142,8 +142,8 @@ impl Statics {
         self.row_scales.len() - self.rank()
     }
 
-    /// Computes coefficients of `units` (one additional demand per passive spin) such that the
-    /// demand plus these multiples is feasible, as far as possible.
+    /// Computes the multiples of `units` (one additional demand per passive spin) that, added to
+    /// the demand, make it feasible as far as possible.
     pub fn amounts_into_reach(
         &self,
         demand: &DVector<f64>,
@@ -161,7 +161,7 @@ impl Statics {
         };
         let columns: Vec<_> = units.iter().map(outside).collect();
         let missing = outside(&self.less_friction(demand, friction));
-        // The units differ in size with the inertias, so each is normalised.
+        // The units differ in size because the inertias do, so normalise each.
         let sizes: Vec<f64> = columns.iter().map(|c| c.norm().max(f64::MIN_POSITIVE)).collect();
         let scaled: Vec<_> = columns.iter().zip(&sizes).map(|(c, s)| c / *s).collect();
         let svd = Svd::new(&DMatrix::from_columns(&scaled));

@@ -23,15 +23,17 @@ use crate::spatial::Wrench;
 /// round-off, about 1e-14, to the squared value.
 const SMALL: f64 = 1e-4;
 /// Singular values below this fraction of the largest entry are computed by a decomposition of the
-/// matrix itself: refinement, which gains a factor of (squared value divided by the Gram matrix's
-/// round-off) per pass, would converge too slowly.
+/// matrix itself, because refinement would converge too slowly: each pass multiplies the error by
+/// the ratio of the Gram matrix's round-off to the squared value.
 const TINY: f64 = 1e-6;
-/// Maximum number of refinement passes; for values near [`TINY`], each pass reduces the error to a hundredth.
+/// Maximum number of refinement passes. For singular values at [`TINY`], each pass divides the
+/// error by about a hundred.
 const PASSES: usize = 10;
 /// Round-off of a Gram matrix and its decomposition, relative to the squared largest entry, with a
 /// margin.
 const ROUNDED: f64 = 1e-11;
-/// Relative size of a correction below which the correction is round-off and refinement ends.
+/// Refinement ends if the correction, relative to the solution, is below this value, which is about
+/// round-off.
 const REFINED: f64 = 1e-14;
 /// Relative residual at which eigenvectors from refined solutions have converged.
 const REFINED_ACCURACY: f64 = 1e-12;
@@ -89,8 +91,8 @@ struct Content {
     drives: Vec<Dof>,
 }
 
-/// Two joints on one body; `ends` tells for each whether the body is its predecessor (0) or
-/// successor (1).
+/// Two joints on one body. For each joint, `ends` is 0 if the body is its predecessor, and 1 if it
+/// is its successor.
 #[derive(Clone, Copy, Debug)]
 struct Meeting {
     joints: [usize; 2],

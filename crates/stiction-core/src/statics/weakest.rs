@@ -53,7 +53,8 @@ impl GainedTwist {
 /// A passive spin: index of the body, and axis in the world.
 pub(crate) type IdleAxis = (usize, Vec3<f64>);
 
-/// Singular values below this value count as zero; their singular vectors are not unique.
+/// Singular values below this fraction of the largest count as zero; their singular vectors are not
+/// unique.
 const MIXED: f64 = 1e-9;
 
 impl Statics {

@@ -155,7 +155,8 @@ impl Topology {
         for geared in mechanism.gearings().iter().flat_map(|gearing| &gearing.dofs) {
             keep[geared.joint.0] = true;
         }
-        // Angles of cut joints do not include full turns, but a torsion spring requires them.
+        // Cut cost of a joint with a torsion spring. It keeps the joint in the tree, because angles
+        // of cut joints do not include full turns, which the spring requires.
         const TURNS: usize = 100;
         for spring in mechanism.joint_springs() {
             if !joints[spring.joint.0].joint_type.dofs()[spring.dof].translates() {

@@ -109,7 +109,7 @@ pub(super) fn smooth_friction(
         if size <= 1e-12 * norm(free) {
             break;
         }
-        // Slope along the error.
+        // Slope of the friction law along the error.
         let step = 1e-6 * size;
         let ahead = law.friction(load, [0, 1, 2].map(|k| velocity[k] + step * error[k] / size));
         let slope: f64 =

@@ -7,12 +7,12 @@ use crate::linalg::RowSpace;
 /// Relative residual below which a solution is accepted once the residual no longer decreases,
 /// because only round-off remains.
 const STAGNATED: f64 = 1e-9;
-/// Largest number of Newton steps, and largest number of halvings of a step until the residual
-/// decreases.
+/// Largest number of Newton steps (`STEPS`), and of halvings of one step until the residual
+/// decreases (`HALVINGS`).
 const STEPS: usize = 40;
 const HALVINGS: usize = 10;
-/// Relative size of the independent part of a row of the Newton matrix below which the row counts
-/// as dependent on the others.
+/// A row of the Newton matrix counts as dependent on the others if its independent part is at most
+/// this fraction of the largest norm of a row (or of one, if that is greater).
 const DEPENDENT: f64 = 1e-11;
 
 impl Complementarity<'_> {

@@ -40,7 +40,7 @@ pub(super) fn check_existence(
     }
 }
 
-/// Largest accepted magnitude, in SI units, above which squares might overflow.
+/// Largest accepted magnitude of a number, in SI units; squares of larger numbers might overflow.
 const LARGEST: f64 = 1e30;
 
 fn check_number(coordinates: &[Coordinate], targets: &[Target<f64>]) {

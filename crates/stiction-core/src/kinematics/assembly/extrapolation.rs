@@ -4,12 +4,14 @@
 /// Initial estimate of the factor by which a Newton step with the matrix of the last position
 /// reduces the error.
 const UNKNOWN: f64 = 1e-3;
-/// Factor by which this estimate decreases with each position at which no such step was taken.
+/// Factor on the estimated ratio of the errors after and before a Newton step with the matrix of
+/// the last position. It applies whenever the estimate rules such a step out, so that the step is
+/// tried again later.
 const HOPE: f64 = 0.7;
 
-/// State of the extrapolation. Results then depend on the previous positions, within round-off.
-/// Extrapolation must be off if an assembly is to continue with bitwise identical results from its
-/// position alone.
+/// State of the extrapolation. Extrapolated results depend on the previous positions, within
+/// round-off. Extrapolation must therefore be off if an assembly is to continue with bitwise
+/// identical results from its position alone.
 #[derive(Clone, Debug)]
 pub(super) struct Extrapolation {
     is_active: bool,
@@ -35,14 +37,16 @@ impl Extrapolation {
         self.is_active = true;
     }
 
-    /// Clears the step history, after the position has changed in another way.
+    /// Clears the step history; required after any change of the position other than a step along
+    /// the motion.
     pub(super) fn forget(&mut self) {
         (self.steps, self.passed) = ([None; 2], None);
     }
 
-    /// Begins a step of `step` seconds: returns the weights of the changes of the accelerations in the last
-    /// two steps, newest first, in the change of the coordinates, s^2. `None` if the last step is unknown. Unless
-    /// [`Self::stepped`] follows, the last steps are forgotten.
+    /// Begins a step of `step` seconds. Returns two factors, s^2: multiplied by the changes of the
+    /// accelerations in the last two steps (newest first) and added, they correct the predicted
+    /// change of the coordinates. `None` if the last step is unknown. Clears the step history
+    /// unless [`Self::stepped`] follows.
     pub(super) fn weights(&mut self, step: f64) -> Option<[f64; 2]> {
         let [last, before] = core::mem::take(&mut self.steps);
         self.passed = last;
@@ -111,7 +115,7 @@ mod tests {
             + newest * (acceleration(2) - acceleration(1))
             + oldest * (acceleration(1) - acceleration(0));
         assert!((found - motion(times[3])[0]).abs() < 1e-14, "{found}");
-        // A motion that goes back and forth passes the same time twice.
+        // A motion that goes back and forth passes the same instant twice.
         for step in [0.5, -0.5] {
             let _ = extrapolation.weights(step);
             extrapolation.stepped(step);

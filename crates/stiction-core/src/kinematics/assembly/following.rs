@@ -8,12 +8,13 @@ use crate::kinematics::error::AssemblyError;
 use crate::parameters::Parameters;
 use crate::spatial::Pose;
 
-/// Distance from the predicted pose below which the difference is not a jump: angles in rad,
+/// Differences from the predicted pose below this distance do not count as jumps: angles in rad,
 /// lengths in units of the characteristic length.
 const NEGLIGIBLE: f64 = 1e-6;
 /// Maximum number of halvings of a step of the motion.
 const HALVINGS: u32 = 12;
-/// Fraction of a motion above which a step that does not converge is halved without a search.
+/// A step longer than this fraction of the motion is halved without a search if it does not
+/// converge.
 const LONG: f64 = 1.0 / 16.0;
 
 impl Assembly {
@@ -82,8 +83,8 @@ impl Assembly {
         Ok(())
     }
 
-    /// Returns the gap at time `to`, s, if the mechanism cannot be assembled at that time. An
-    /// unreachable position is not a jump.
+    /// Searches for a configuration at time `to`, s, and returns the error if the mechanism cannot
+    /// be assembled there. An unreachable position is thus not reported as a jump.
     fn out_of_reach(
         &mut self,
         parameters: &Parameters<f64>,

@@ -8,12 +8,13 @@ use crate::spatial::Pose;
 use core::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Path costs in the choice of a body's pose: across a joint with given coordinates (`ACROSS`),
-/// from the body's home pose, and across a joint without any information.
+/// Costs of the steps of a path by which a body's pose is determined: across a joint with given
+/// coordinates (`ACROSS`), from the body's home pose (`HOME`), and across a joint without any
+/// information (`UNKNOWN`).
 const ACROSS: u64 = 1;
 const HOME: u64 = 1 << 20;
 const UNKNOWN: u64 = 1 << 40;
-/// Difference between given quantities above which they conflict, in rad or characteristic lengths.
+/// Given quantities that differ by more than this conflict; in rad or characteristic lengths.
 pub(super) const CONFLICT: f64 = 1.0;
 
 /// Poses of all bodies relative to the reference point.

@@ -12,9 +12,9 @@ use crate::linalg::{RowSpace, StaticLu, Svd};
 use crate::mechanism::{BodyId, JointId};
 use nalgebra::{DMatrix, DVector};
 
-/// Singular value below which a singular vector belongs to the near-null space.
+/// Singular vectors with singular values below this limit span the near-null space.
 const NEARLY_SINGULAR: f64 = 1e-5;
-/// Step of the central differences, in rad or in characteristic lengths.
+/// Step of the central differences of the Jacobian, in rad or in characteristic lengths.
 const DIFFERENCE: f64 = 1e-4;
 /// Number of Newton steps towards a singular position.
 const REFINEMENTS: usize = 4;
@@ -42,7 +42,8 @@ impl Given<'_> {
         let basis = DMatrix::from_columns(&open);
         let mut rates = DMatrix::zeros(candidates.len(), open.len());
         let mut values = vec![0.0; candidates.len()];
-        // All three components of a rotation vector together have other rows than one alone.
+        // Prescribing all three components of a rotation vector yields other equations than
+        // prescribing one alone.
         for axis in 0..3 {
             let is_of = |coordinate: &Coordinate| match coordinate {
                 Coordinate::RotationVector { axis: own, .. } => *own == axis,

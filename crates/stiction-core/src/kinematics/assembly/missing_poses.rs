@@ -13,13 +13,14 @@ use crate::random::Random;
 use crate::topology::{Link, Role, Topology};
 use core::f64::consts::PI;
 
-/// Closure tolerance, in rad or characteristic lengths. Large, because home poses and start
-/// coordinates are given to few digits.
+/// Tolerance of closed loops, in rad or characteristic lengths. It is large, because home poses and
+/// start coordinates are given with few digits.
 const ROUGHLY_CLOSED: f64 = 0.05;
-/// Number of starts of the search for the coordinates of a group, and number of steps per start.
+/// Number of starts of the search for the coordinates of a group (`STARTS`), and number of steps
+/// per start (`STEPS`).
 const STARTS: usize = 16;
 const STEPS: usize = 60;
-/// Number of degrees of freedom of a group above which its loops are closed one at a time.
+/// The loops of groups with more degrees of freedom than this are closed one at a time.
 const LARGE: usize = 60;
 
 /// Group of undetermined coordinates that loop closure determines together.
@@ -166,8 +167,9 @@ impl Given<'_> {
     }
 }
 
-/// Groups nodes with undetermined coordinates that common rows connect, with all these rows.
-/// Divides large groups into parts, each with the rows that involve no further node.
+/// Groups the nodes with undetermined coordinates that common rows connect, together with these
+/// rows. Divides large groups into parts, each with the rows that connect its nodes only with each
+/// other and with nodes of earlier parts.
 fn groups(topology: &Topology, constraints: &MotionConstraints, is_open: &[bool]) -> Vec<Group> {
     let open_nodes: Vec<Vec<usize>> = constraints
         .rows

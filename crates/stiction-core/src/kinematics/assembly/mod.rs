@@ -41,15 +41,15 @@ use std::sync::Arc;
 const CLOSED: f64 = 1e-14;
 /// Closure tolerance near a singular position, which magnifies round-off.
 const CLOSED_AT_WORST: f64 = 1e-12;
-/// Closure error above which a search has not ended at a singular position. At a singular position
-/// it stops near 1e-12, because errors decrease with the square of the distance.
+/// A search that ends with a larger closure error has not found a singular position: there, it
+/// stops near 1e-12, because the errors decrease with the square of the distance.
 const SINGULAR: f64 = 1e-10;
 /// Closure error below which Newton's method converges quadratically.
 const NEAR: f64 = 1e-7;
-/// Closure error below which a Newton step with the matrix of the previous step leaves an error of
-/// about the product of the present and the previous error.
+/// Closure error below which a Newton step with the matrix of the previous step reduces the error
+/// to about the product of the errors before both steps.
 const CLOSE: f64 = 1e-3;
-/// Fraction of the closure tolerance that is about round-off.
+/// Errors below this fraction of the closure tolerance are about round-off.
 const ROUNDED: f64 = 0.1;
 /// Maximum number of Newton steps before the search by damped least squares.
 const NEWTON_STEPS: usize = 12;
@@ -78,7 +78,7 @@ pub(crate) struct Assembly {
     planned_at: Vec<f64>,
     body_names: Vec<String>,
     joint_names: Vec<String>,
-    /// Number of elimination plans so far.
+    /// Number of elimination plans made so far.
     plans: u64,
     report: AssemblyReport,
 }
@@ -204,12 +204,12 @@ impl Assembly {
         }
     }
 
-    /// Compiled kinematics, and the motion of all bodies as input and output of dynamics.
+    /// Compiled kinematics, and the motion of all bodies, which dynamics reads and updates.
     pub(crate) fn parts(&mut self) -> (&KinematicModel, &mut Kinematics<f64>) {
         (&self.model, &mut self.kinematics)
     }
 
-    /// Number of elimination plans so far.
+    /// Number of elimination plans made so far.
     pub(crate) fn plans(&self) -> u64 {
         self.plans
     }
@@ -376,7 +376,7 @@ impl Assembly {
     /// Closes the loops to round-off by Newton's method with a new plan.
     fn complete(&mut self, parameters: &Parameters<f64>) -> Result<(), AssemblyError> {
         if let Err(error) = self.plan(parameters) {
-            // The search ends short of a closed position only where none is near.
+            // A search ends with open loops only if no closed position is near.
             return Err(match self.is_closed(parameters) {
                 true => error,
                 false => AssemblyError::Gap(self.gap(parameters)),
@@ -389,7 +389,8 @@ impl Assembly {
         self.plan(parameters)
     }
 
-    /// Tests if the loops are closed and the prescribed values are met as nearly as at a singular position.
+    /// Returns `true` if the loops are closed and the prescribed values are met within the accuracy
+    /// of a search at a singular position.
     fn is_closed(&mut self, parameters: &Parameters<f64>) -> bool {
         self.row_scales = self.model.constraints.row_scales(parameters.length);
         self.place(parameters) < SINGULAR
@@ -437,11 +438,11 @@ impl Assembly {
                 self.state.clone_from(&self.sound);
                 return false;
             }
-            // The error before this step.
+            // Error before the present step.
             let before = self.scaled_error();
             if before < CLOSE {
                 error = self.place(parameters);
-                // The matrix of this step is still good enough for two more steps, down to round-off.
+                // Two more steps with the matrix of this step reduce the error to round-off.
                 let again = if before < NEAR { 0 } else { 2 };
                 for _ in 0..again {
                     if error < ROUNDED * closed {

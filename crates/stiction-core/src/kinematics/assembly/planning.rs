@@ -11,9 +11,10 @@ use crate::parameters::Parameters;
 use crate::spatial::Vec3;
 use std::sync::Arc;
 
-/// Pivot of the scaled system below which the rank is determined from singular values.
+/// The rank is determined from singular values if a pivot of the scaled system is smaller than this
+/// value.
 const SUSPICIOUS_PIVOT: f64 = 1e-3;
-/// Angular rate in unit motions below which it counts as round-off.
+/// Angular rates below this value, in motions of unit norm, count as round-off.
 const SPINS: f64 = 1e-4;
 
 impl Assembly {
@@ -60,7 +61,8 @@ impl Assembly {
         Err(AssemblyError::Open { open })
     }
 
-    /// For each body, the axis of the locked passive spins in which it moves, in the body's frame; `None` without any.
+    /// For each body, the axis of its locked passive spins, in the body's frame; `None` for a body
+    /// without passive spins.
     pub(super) fn spin_axes(&mut self, parameters: &Parameters<f64>) -> Vec<Option<Vec3<f64>>> {
         let mut axes = vec![None; self.body_names.len()];
         let spins = self.model.constraints.spins().len();
@@ -78,7 +80,7 @@ impl Assembly {
             let rates: Vec<f64> = motion.iter().zip(&columns).map(|(x, s)| x * s).collect();
             let twists = dof::body_twists(&self.model.topology, bodies, &rates);
             for (body, twist) in twists.iter().enumerate() {
-                // Independent spins of one body have the same axis.
+                // All independent spins of one body have the same axis.
                 if twist.angular.norm() > SPINS {
                     let axis = bodies.pose[body].rotation.transpose_mul(twist.angular);
                     axes[body] = axis.direction();

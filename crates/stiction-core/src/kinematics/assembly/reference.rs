@@ -37,8 +37,8 @@ pub(in crate::kinematics) struct Reference {
     /// Pose of each body relative to the reference point; `None` if the given data do not determine
     /// it.
     poses: Vec<Option<Pose<f64>>>,
-    /// Bodies with poses that the given data determine without the closure of loops, which may have several
-    /// solutions.
+    /// True for each body whose pose follows from the given data alone. Poses that follow from loop
+    /// closure are not certain, because loop closure may have several solutions.
     is_certain: Vec<bool>,
     /// Contradictions among homes, starts and prescribed coordinates.
     pub(super) conflicts: Vec<Conflict>,
@@ -115,7 +115,8 @@ impl Given<'_> {
         }
     }
 
-    /// The prescribed value of each scalar coordinate of a joint.
+    /// Prescribed value of each scalar coordinate of a joint; `None` for a coordinate that is not
+    /// prescribed.
     fn prescribed_values(&self, joint: usize) -> Vec<Option<f64>> {
         let mut values = vec![None; self.topology.joint_types[joint].dofs().len()];
         for (coordinate, target) in self.coordinates.iter().zip(self.targets) {
@@ -184,7 +185,8 @@ impl Reference {
         }))
     }
 
-    /// Tests if the given data determine the pose of a body without the closure of loops.
+    /// Returns `true` if the pose of a body follows from the given data alone, without the closure
+    /// of loops.
     pub(super) fn is_certain(&self, body: usize) -> bool {
         self.is_certain[body]
     }

@@ -4,10 +4,10 @@ use super::ties::TIE;
 use crate::words::significant;
 use core::fmt;
 
-/// Distance from the given configuration above which a note is reported, in the metric of
-/// [`AssemblyReport::distance`].
+/// A note is reported if [`AssemblyReport::distance`] exceeds this value.
 pub(super) const FAR: f64 = 0.5;
-/// Distance ratio below which another assembly mode is reported.
+/// Another assembly mode is reported if its distance from the given configuration is less than this
+/// multiple of the distance of the assembled mode.
 pub(super) const NEARLY_AS_NEAR: f64 = 3.0;
 
 /// A contradiction among `home`, `start` and prescribed coordinates.
@@ -58,8 +58,8 @@ impl fmt::Display for Conflict {
     }
 }
 
-/// Assembly modes among which the given data do not choose: the joint coordinate that differs most between
-/// the assembled mode and another one.
+/// Assembly modes that the given data do not distinguish, described by the joint coordinate that
+/// differs most between the assembled mode and another one.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct OpenMode {
@@ -112,7 +112,7 @@ pub struct AssemblyReport {
     pub farthest: Option<(String, f64, f64)>,
     /// Contradictions in the given data.
     pub conflicts: Vec<Conflict>,
-    /// Modes among which the given data do not choose; `None` if no such modes were found.
+    /// Assembly modes that the given data do not distinguish; `None` if no such modes were found.
     pub open_mode: Option<OpenMode>,
 }
 
@@ -134,7 +134,8 @@ impl AssemblyReport {
         let found = significant(distance, 2);
         if distance > FAR {
             let body = self.farthest.as_ref().map_or_else(String::new, |(body, moved, turned)| {
-                // A body that only turns, or only moves, keeps the rest within round-off.
+                // The rotation or displacement of a body that only moves or only turns is
+                // round-off; omit it.
                 let moved = (*moved > 1e-9).then(|| format!("{} mm", significant(moved * 1e3, 3)));
                 let turned = (*turned > 1e-9)
                     .then(|| format!("{} deg", significant(turned.to_degrees(), 3)));

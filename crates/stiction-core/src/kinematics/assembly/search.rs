@@ -22,24 +22,28 @@ use std::sync::Arc;
 
 /// Maximum number of steps of a search.
 const SEARCH_STEPS: usize = 500;
-/// Error at which a search stops: passive spins are visible only with closed loops.
+/// Error at which a search stops. It is small, because passive spins are detectable only with
+/// closed loops.
 pub(super) const CLOSELY: f64 = 1e-12;
 /// A search has found a closed configuration if the largest weighted error is below this value.
 const FOUND: f64 = 1e-6;
-/// Maximum number of moves away from configurations at which the angles of a body have no rates.
+/// Maximum number of perturbations to leave configurations at which the prescribed angles of a body
+/// have no rates.
 const UNDEFINED_AT_MOST: usize = 8;
 /// Minimum size of a random perturbation, rad and characteristic lengths.
 const NUDGE: f64 = 0.1;
-/// Ratio of the distances from the reference of the start opposite to the first result, and of the first
-/// result.
+/// Factor for the search that begins opposite to the first result: its start is the reference,
+/// displaced by the reversed displacement to the first result times this factor.
 const OVERSHOOT: f64 = 1.3;
 /// Maximum number of searches from random configurations.
 const RANDOM_STARTS: usize = 12;
-/// Degrees of freedom of the tree above which the number of searches decreases.
+/// Number of degrees of freedom of the tree above which fewer searches are made.
 pub(super) const LARGE: usize = 150;
-/// Factor for the estimated distance of another mode.
+/// Safety factor on the distance at which another mode is worth a search, because the distance is
+/// only estimated.
 const SAFETY: f64 = 1.5;
-/// Distance, rms in characteristic lengths, below which configurations belong to one assembly mode.
+/// Configurations closer than this belong to one assembly mode; root mean square displacement in
+/// characteristic lengths.
 pub(super) const SAME_MODE: f64 = 1e-3;
 
 /// A closed configuration from a search.
@@ -92,8 +96,8 @@ impl Assembly {
         self.search_directly(parameters, steps)
     }
 
-    /// Replaces complete orientations prescribed by angles of orders like zxz by rotation vectors; returns all
-    /// prescribed coordinates with their targets, or `None` without such orientations.
+    /// Prescribed coordinates and targets in which rotation vectors replace complete orientations
+    /// prescribed by angles of orders like zxz; `None` without such orientations.
     fn by_rotations(&self) -> Option<(MotionConstraints, Vec<Target<f64>>)> {
         let mut coordinates = self.model.constraints.coordinates().to_vec();
         let mut targets = self.targets.clone();
@@ -134,7 +138,7 @@ impl Assembly {
     ) -> Result<Descent, AssemblyError> {
         let topology = Arc::clone(&self.model.topology);
         let topology = &*topology;
-        // Report an infeasible motion as a gap in the loops.
+        // This weight makes a search report an infeasible motion as a gap in the loops.
         const PRESCRIBED_WEIGHT: f64 = 100.0;
         if self.kinematics.errors().len() != self.model.constraints.row_count() {
             self.kinematics = Kinematics::new(topology, &self.model.constraints, &self.model.rates);
@@ -225,8 +229,8 @@ impl Assembly {
         outcome
     }
 
-    /// The state of [`Self::twin`] if its mode may be nearly as near to the reference as the
-    /// present one.
+    /// Returns the state of [`Self::twin`] if its mode may be nearly as near to the reference as
+    /// the present one.
     fn near_twin(
         &mut self,
         parameters: &Parameters<f64>,
@@ -260,7 +264,7 @@ impl Assembly {
             }
             Err(error) => (None, error),
         };
-        // Locked spins belong to the first result.
+        // The locked spins apply only to the first result.
         let coordinates = self.model.constraints.coordinates().to_vec();
         self.constrain(&coordinates, &[]);
         if let Some(twin) = twin {

@@ -1,4 +1,4 @@
-//! Assembly modes among which the given data do not choose.
+//! Search for further assembly modes that the given data do not distinguish from the assembled one.
 
 use super::super::bodies::Bodies;
 use super::super::least_squares::PositionEquations;
@@ -14,15 +14,17 @@ use crate::random::Random;
 use core::f64::consts::TAU;
 use std::sync::Arc;
 
-/// Number of searches, and sizes of the random steps before them, rad and characteristic lengths.
+/// Number of searches (`STARTS`), and sizes of the random steps before them (`SIZES`), rad and
+/// characteristic lengths.
 const STARTS: usize = 12;
 const SIZES: [f64; 3] = [1.0, 2.0, 3.0];
-/// Maximum number of steps of a search: searches that reach another mode take some ten, and every set-up
-/// of a mechanism with open poses waits for those that reach none.
+/// Maximum number of steps of a search. Searches that reach another mode take about ten steps; a
+/// larger limit would delay every setup of a mechanism with undetermined poses by futile searches.
 const STEPS: usize = 25;
-/// Error at which the search with the open degrees of freedom only ends: the search with all of them follows.
+/// Error at which a search that moves only the open degrees of freedom ends; a search with all
+/// degrees of freedom follows.
 const ROUGHLY: f64 = 1e-3;
-/// Distances that differ by less are equal within rounding.
+/// Distances that differ by less than this count as equal.
 pub(super) const TIE: f64 = 1e-6;
 
 impl Assembly {
@@ -82,7 +84,8 @@ impl Assembly {
 }
 
 impl Assembly {
-    /// Searches from the current state with the open degrees of freedom only, as far as they can close the loops.
+    /// Searches from the current state, moving only the open degrees of freedom, to close the loops
+    /// as far as they can.
     fn close_open(&mut self, parameters: &Parameters<f64>, is_open: &[bool]) {
         let (topology, constraints) = (Arc::clone(&self.model.topology), &*self.model.constraints);
         self.kinematics = Kinematics::new(&topology, constraints, &self.model.rates);
@@ -91,8 +94,9 @@ impl Assembly {
         equations.solve(&mut self.kinematics, &mut self.state, ROUGHLY, STEPS);
     }
 
-    /// Tests if a slide has the same length in the opposite direction in two placements: a leg through its
-    /// foot, which is no mode of the robot.
+    /// Returns `true` if a prismatic joint has the same length, but in the opposite direction, in
+    /// two placements. Such a leg passes through its foot, so the placement is not a mode of the
+    /// robot.
     fn reverses_slides(&self, parameters: &Parameters<f64>, both: [&Bodies<f64>; 2]) -> bool {
         let types = &self.model.topology.joint_types[..parameters.frame_j.len()];
         let mut slides =

@@ -9,7 +9,8 @@ use crate::parameters::Parameters;
 
 /// Step of the central difference, rad and characteristic lengths.
 const DIFFERENCE: f64 = 1e-3;
-/// Largest distance, in rad and characteristic lengths, at which a quadratic equation represents the other mode.
+/// Largest distance, in rad and characteristic lengths, up to which the quadratic equation is
+/// trusted to locate the other mode.
 const NEARBY: f64 = 1.0;
 
 impl Assembly {

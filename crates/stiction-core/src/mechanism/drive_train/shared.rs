@@ -38,8 +38,8 @@ pub struct SharedMotors {
 /// the output.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GearInput {
-    /// Input effort at zero output: for the acceleration of the rotor and the friction of the
-    /// motor.
+    /// Effort at the input for zero effort at the output; it accelerates the rotor and overcomes
+    /// the friction of the motor.
     resistance: f64,
     /// Ratio of input to output effort, first while the motor drives, then while the motor is
     /// driven.
@@ -214,8 +214,8 @@ impl SharedMotors {
         Some((-greatest(&motors, -low), greatest(&motors, high)))
     }
 
-    /// Returns whether a gear has a negative efficiency while its motor is driven: a load along the motion then also holds
-    /// the gear against a motor that pushes it.
+    /// Returns `true` if a gear has a negative efficiency while its motor is driven. A load along
+    /// the motion then also holds the gear against a motor that pushes it.
     pub fn may_jam(&self, trains: &[DriveTrain]) -> bool {
         let mut own = self.trains.iter().filter_map(|&k| trains.get(k));
         own.any(|train| train.gear.efficiencies().1 < 0.0)
@@ -225,7 +225,7 @@ impl SharedMotors {
 /// Static friction of a motor that shares an effort.
 struct Holding {
     share: f64,
-    /// Constant friction, as an effort.
+    /// Constant friction torque of the motor, multiplied by the transmission.
     friction: f64,
     efficiencies: (f64, f64),
 }
@@ -263,7 +263,7 @@ fn greatest(motors: &[Holding], output: f64) -> f64 {
             } else if motor.share == 0.0 && motor.friction == 0.0 {
                 0.0
             } else {
-                // The motor does not turn a self-locking gear, against any effort.
+                // The motor cannot turn a self-locking gear against any effort.
                 return end;
             };
             slope += factor * motor.share;

@@ -229,7 +229,8 @@ impl DriveTrainSpec {
                 check("mesh.mu", Some(mu), NOT_NEGATIVE);
                 check("mesh.lead_angle", Some(lead_angle), "between 0 and 90 degrees");
                 check("mesh.flank_angle", Some(flank_angle), "from 0 to below 90 degrees");
-                // Where this fails, friction keeps the screw from turning.
+                // A forward efficiency of zero or less means that friction keeps the motor from
+                // turning the screw.
                 let (forward, _) = self.train.gear.efficiencies();
                 if defects.is_empty() && forward <= 0.0 {
                     let problem = format!(
