@@ -65,7 +65,7 @@ pub enum InterfaceShape {
     Thread,
     /// A sleeve about the z axis of J: degree of freedom 0 is the rotation, 1 the translation.
     Sleeve,
-    /// A ball: degrees of freedom 0, 1, 2 are the angular velocity in K.
+    /// A ball: degrees of freedom 0, 1, 2 are the components of the angular velocity in K.
     Ball,
     /// Shaft of a motor, whose friction depends only on the effort that its gear transmits. Drive
     /// trains add this interface; no joint type has it.
@@ -106,9 +106,9 @@ impl InterfaceShape {
 const PIN_Z: InterfaceShape =
     InterfaceShape::Pin { dof: 0, axis: 2, carrier: Carrier::Predecessor };
 
-/// Friction interfaces of a joint type, each with its name (empty for a single interface). Fixed
-/// and free joints have no interfaces. A cylindrical joint has either its sleeve or its pin and
-/// guide.
+/// Friction interfaces of a joint type, each with its name; the name of a single interface is
+/// empty. Fixed and free joints have no interfaces. A cylindrical joint has either its sleeve or
+/// its pin and guide.
 pub const fn interfaces_of(joint_type: JointType) -> &'static [(&'static str, InterfaceShape)] {
     match joint_type {
         JointType::Revolute => &[("", PIN_Z)],

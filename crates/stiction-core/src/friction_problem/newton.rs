@@ -8,12 +8,12 @@ use crate::spatial::Twist;
 
 /// Largest number of Newton steps from one start.
 const STEPS: usize = 30;
-/// Relative change of the loads in the last step below which the iteration has converged. The
-/// remaining error is about the square of this change, and therefore round-off even if the system
-/// is close to singular.
+/// The iteration has converged if the relative change of the loads in the last step is at most this
+/// value. The remaining error is about the square of this change, and therefore round-off even if
+/// the system is close to singular.
 const SETTLED: f64 = 1e-9;
-/// Relative change below which the loads are accepted once the changes no longer decrease, because
-/// only round-off remains.
+/// Loads whose relative change is at most this value are accepted once the changes no longer
+/// decrease, because only round-off remains.
 const STAGNATED: f64 = 1e-10;
 /// Normal loads above this multiple of the largest starting load count as unbounded.
 pub(crate) const UNBOUNDED: f64 = 1e9;

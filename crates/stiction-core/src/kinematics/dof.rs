@@ -10,9 +10,9 @@ use crate::spatial::{Twist, Vec3, describe_motion};
 use crate::topology::{Actuator, Link, Topology};
 use nalgebra::{DMatrix, DVector};
 
-/// Fraction of the largest singular value (or of one, if that is greater) below which a singular
-/// value counts as zero. If a motion is blocked at second order only, positions and singular values
-/// are accurate to the square root of round-off, 1e-8.
+/// Singular values below this fraction of the largest (or of one, if that is greater) count as
+/// zero. If a motion is blocked at second order only, positions and singular values are accurate to
+/// the square root of round-off, 1e-8.
 pub(super) const OPEN: f64 = 1e-6;
 
 /// Undetermined motions at a position.
@@ -105,7 +105,7 @@ fn idle_spins(
     twists: &[Vec<Twist<f64>>],
 ) -> Option<Vec<Spin>> {
     let length = parameters.length;
-    // Components of unit motions below this count as zero.
+    // Components of unit motions below this value count as zero.
     let small = 1e-4;
     for actuator in &topology.actuators {
         let dof = &topology.joint_types[actuator.joint].dofs()[actuator.dof];

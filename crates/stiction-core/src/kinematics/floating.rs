@@ -27,8 +27,9 @@ impl State<f64> {
         }
     }
 
-    /// Adds the correction to a step of floating bodies because twists at two instants do not commute
-    /// (Magnus): `factor` times the Lie bracket of `a` and `b`, which are rates or accelerations.
+    /// Corrects a step of floating bodies for the fact that twists at two instants do not commute
+    /// (Magnus): adds `factor` times the Lie bracket of `a` and `b`, which are rates or
+    /// accelerations.
     pub(crate) fn add_bracket(
         topology: &Topology,
         step: &mut [f64],

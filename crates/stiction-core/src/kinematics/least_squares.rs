@@ -62,9 +62,10 @@ pub(super) struct Descent {
 }
 
 impl Descent {
-    /// Tests if the steps shrink from the beginning like steps of Newton's method near a simple root.
-    /// For a quadratic equation, the second step is less than a quarter of the first exactly if the
-    /// other root is more than about 3.8 times as far from the start as the root found.
+    /// Returns `true` if the steps shrink from the beginning like steps of Newton's method near a
+    /// simple root. For a quadratic equation, the second step is less than a quarter of the first
+    /// exactly if the other root is more than about 3.8 times as far from the start as the root
+    /// found.
     pub(super) fn contracts(&self) -> bool {
         let [first, second] = self.first_steps;
         first < 0.5 && second <= 0.25 * first

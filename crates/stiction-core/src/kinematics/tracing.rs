@@ -378,8 +378,8 @@ impl<'a> Loops<'a> {
         )
     }
 
-    /// Takes steps in random open directions at a position, closes the loops, and counts the
-    /// independent displacements that remain.
+    /// Takes steps in random directions that are open at a position, closes the loops, and counts
+    /// the independent displacements that remain.
     fn motions_at(&mut self, branch: &Branch, random: &mut Random) -> usize {
         let Branch { reached, open, .. } = branch;
         let mut left = Vec::new();

@@ -136,9 +136,9 @@ impl Decomposition {
         }
     }
 
-    /// Singular values, largest first, one for each column. Sparse factors give only the largest value, the
-    /// smallest nonzero value, which stands for all between, and an upper bound of the values that
-    /// count as zero.
+    /// Singular values, largest first, one for each column. Sparse factors give only three values:
+    /// the largest, the smallest that is not zero, which replaces all nonzero values except the
+    /// largest, and an upper bound, which replaces the values that count as zero.
     pub(crate) fn values(&self) -> Vec<f64> {
         match &self.sparse {
             None => self.svd().singular_values.as_slice().to_vec(),
@@ -158,8 +158,8 @@ impl Decomposition {
         self.sparse.as_ref().map(|sparse| sparse.weakest.as_slice())
     }
 
-    /// Basis of the null space, given the rank, of unit vectors: orthonormal from a dense
-    /// decomposition, otherwise each with as few components as its dependent column allows.
+    /// Basis of the null space, given the rank, as unit vectors. The basis of a dense decomposition
+    /// is orthonormal; otherwise, each vector has as few components as its dependent column allows.
     pub fn null_space(&self, rank: usize) -> Vec<SparseVector> {
         let Some(sparse) = self.sparse.as_ref().filter(|_| rank == self.rank) else {
             let dense = |vector: &DVector<f64>| vector.iter().copied().enumerate().collect();

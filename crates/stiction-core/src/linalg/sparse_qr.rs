@@ -13,7 +13,8 @@ pub(crate) struct ColumnOrder {
     columns: Vec<usize>,
     /// Index of each column in this order.
     places: Vec<usize>,
-    /// Step at which the column at each of these places is eliminated, together with its group.
+    /// Elimination step of each column, in the order of `columns`; the columns of a group share one
+    /// step.
     steps: Vec<usize>,
 }
 
@@ -278,7 +279,7 @@ impl Front {
         made
     }
 
-    /// Norm of a column from a row on.
+    /// Norm of the entries of a column from row `from` on.
     fn norm(&self, column: usize, from: usize) -> f64 {
         let part = &self.values[column * self.rows + from..(column + 1) * self.rows];
         part.iter().map(|x| x * x).sum::<f64>().sqrt()
@@ -292,8 +293,9 @@ impl Front {
         }
     }
 
-    /// Reflects the rows from `from` on, so that only the first entry of a column of this norm
-    /// remains; changes this column and the columns after it.
+    /// Applies a Householder reflection to the rows from `from` on. Of the entries of `column` in
+    /// these rows, with the norm `norm`, only the first remains. Changes this column and the
+    /// columns after it.
     fn reflect(&mut self, column: usize, from: usize, norm: f64) {
         let rows = self.rows;
         let (before, behind) = self.values.split_at_mut((column + 1) * rows);
@@ -314,8 +316,8 @@ impl Front {
         reflector[0] = new;
     }
 
-    /// The rows after the first `done`, without the first `own` columns; reduced to triangular form if
-    /// there are many rows.
+    /// Returns the rows after the first `done`, without the first `own` columns. If there are more
+    /// rows than columns, reduces them to triangular form.
     fn remainder(mut self, done: usize, own: usize) -> Self {
         let rest = self.places.len() - own;
         let mut end = self.rows;

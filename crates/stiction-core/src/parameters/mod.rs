@@ -59,7 +59,7 @@ pub struct Parameters<T> {
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weights<T> {
-    /// Weighting factors of force components, dimensionless.
+    /// Weights of force components, dimensionless.
     pub force: Vec3<T>,
     /// Weights of moments about the joint's origin, 1/m^2.
     pub moment: Vec3<T>,
@@ -157,17 +157,18 @@ impl<T: Scalar> RotorParameters<T> {
     }
 }
 
-/// Rigid gearing between degrees of freedom. Its equation is divided by its largest coefficient, so that all terms are of
-/// order one.
+/// Rigid gearing of degrees of freedom. Its equation is divided by `size`, so that it is of order
+/// one.
 #[doc(hidden)]
 #[derive(Clone, Debug)]
 pub struct GearingParameters<T> {
     /// Coefficient of each degree of freedom.
     pub coefficients: Vec<T>,
-    /// Value of the weighted sum, divided like the coefficients, rad or m.
+    /// Value of the weighted sum, divided by `size`, rad or m.
     pub offset: T,
-    /// The greatest coefficient before the division. The effort of the gearing is the multiplier of
-    /// the divided equation, divided by this coefficient.
+    /// Greatest magnitude of a coefficient before the division; if the sum is a length,
+    /// coefficients of rotations count divided by the characteristic length. The effort of the
+    /// gearing is the multiplier of the divided equation, divided by this value.
     pub size: f64,
 }
 

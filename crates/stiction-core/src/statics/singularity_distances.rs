@@ -58,8 +58,8 @@ pub struct SingularityDistances {
     on: Vec<[[Part; BLOCK]; 2]>,
     /// Scaled unit wrenches at the previous position, for [`Self::travel`].
     passed: Vec<[[Part; BLOCK]; 2]>,
-    /// Sums of the magnitudes of changes in the rows of each body, for [`Self::travel`]: over the
-    /// constraints, and over the actuators.
+    /// Sums of the magnitudes of the changes in each row of each body, for [`Self::travel`]: over
+    /// the columns of constraints, and over the columns of actuators.
     row_sums: Vec<[Part; 2]>,
     /// Transposed constraint wrenches of each joint on its predecessor and successor: for each
     /// component of the wrench, one value per constraint.
@@ -260,7 +260,8 @@ impl SingularityDistances {
         self.place(parameters, bodies);
         let Self { row_sums, .. } = self;
         row_sums.fill([[0.0; BLOCK]; 2]);
-        // Largest sums in a column: over constraints, and over all unknowns.
+        // Largest sums of magnitudes in a column: over the columns of constraints, and over those
+        // of actuators.
         let mut columns = [0.0_f64; 2];
         for ((joint, on), passed) in self.joints.iter().zip(&self.on).zip(&self.passed) {
             let mut sums = [0.0; BLOCK];
@@ -414,7 +415,7 @@ impl SingularityDistances {
         };
         let start = self.actuation.start(all);
         let motion = weakest(matrix, &mut self.lanczos, start, shift, product)?;
-        // Use the matrix itself: the product has fewer digits.
+        // Use the matrix itself, because the Gram matrix has fewer digits.
         let mut square = 0.0;
         for (index, joint) in self.joints.iter().enumerate() {
             for unknown in 0..joint.unknowns {

@@ -32,8 +32,8 @@ pub(crate) use problem::{Complementarity, Member};
 
 use super::continuation::{self, Branch, StepPolicy};
 
-/// Residual of the friction laws, relative to the largest force, below which the iteration has
-/// converged.
+/// The iteration has converged if the residual of the friction laws, relative to the largest force,
+/// is at most this value.
 const SETTLED: f64 = 1e-12;
 /// Number of Gauss-Seidel sweeps over all interfaces before Newton's method is tried again; doubles
 /// after each failure.

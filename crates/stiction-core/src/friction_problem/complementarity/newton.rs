@@ -4,8 +4,8 @@ use super::SETTLED;
 use super::problem::Complementarity;
 use crate::linalg::RowSpace;
 
-/// Relative residual below which a solution is accepted once the residual no longer decreases,
-/// because only round-off remains.
+/// A solution with a relative residual up to this value is accepted once the residual no longer
+/// decreases, because only round-off remains.
 const STAGNATED: f64 = 1e-9;
 /// Largest number of Newton steps (`STEPS`), and of halvings of one step until the residual
 /// decreases (`HALVINGS`).

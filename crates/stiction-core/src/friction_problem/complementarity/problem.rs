@@ -32,14 +32,16 @@ pub(crate) struct Complementarity<'a> {
     /// Change of the wrench at each member's joint (rows) per unit of each unknown (columns), row
     /// by row.
     pub(super) influence: Vec<Wrench<f64>>,
-    /// Upper limit on the relative residual of a sticking member: `slack` times the member's rate
-    /// relative to the largest frictionless rate. Infinite: only the force residual counts.
+    /// Factor on the rate of a sticking member, relative to the largest frictionless rate. The
+    /// relative residual of the member is at most this product. If infinite, only the force
+    /// residual counts.
     pub(crate) slack: f64,
     /// Response to its own friction of each dry member with several components (ball or plate);
     /// `None` for all other members.
     pub(super) local: Vec<Option<LocalResponse>>,
     pub(super) scaling: Scaling,
-    /// Largest friction force of any member at the frictionless normal loads, N.
+    /// Largest friction force that any member exerts under the normal loads of the frictionless
+    /// problem, N.
     force: f64,
 }
 

@@ -5,7 +5,7 @@ use super::problem::Complementarity;
 use crate::friction::Load;
 use crate::friction_problem::surface_vector::norm;
 
-/// Fraction of the largest frictionless rate below which a rate counts as round-off.
+/// Rates below this fraction of the largest frictionless rate count as round-off.
 const ROUND_OFF: f64 = 1e-14;
 
 /// Residual of the friction laws.

@@ -37,7 +37,8 @@ impl Assembly {
         }
         self.state.coordinates.copy_from_slice(coordinates);
         self.differentiate(parameters);
-        // At a singular position these differ from the solution of the equations.
+        // At a singular position, the saved rates and accelerations differ from the solution of the
+        // equations.
         self.state.rates.copy_from_slice(rates);
         self.state.accelerations.copy_from_slice(accelerations);
         Some(rest)

@@ -15,8 +15,9 @@ pub(super) struct Metric<'a> {
     pub(super) spin_axes: Vec<Option<Vec3<f64>>>,
 }
 
-/// Displacement of a body between two poses, divided by the characteristic length: the distance between the
-/// origins and, as an orthogonal component, the rotation angle times the characteristic length.
+/// Displacement of a body between two poses, divided by the characteristic length. The distance
+/// between the origins and the rotation angle times the characteristic length are combined as
+/// orthogonal components.
 pub(super) fn displacement(a: &Pose<f64>, b: &Pose<f64>, length: f64) -> f64 {
     let apart = a.inverse() * *b;
     (apart.position.norm() / length).hypot(apart.rotation.rotation_vector().norm())
@@ -57,8 +58,8 @@ impl Metric<'_> {
         rms(pairs.map(|(body, (a, b))| self.displacement(body, a, b))).unwrap_or(0.0)
     }
 
-    /// Returns true if a centre of mass or a joint differs in position between two configurations
-    /// by more than [`SAME_MODE`].
+    /// Returns `true` if the position of a centre of mass or of a joint differs between two
+    /// configurations by more than [`SAME_MODE`].
     pub(super) fn is_shape_other(&self, a: &Bodies<f64>, b: &Bodies<f64>) -> bool {
         let centres = |bodies: &Bodies<f64>| -> Vec<Vec3<f64>> {
             let com = bodies.pose.iter().zip(self.com).map(|(pose, com)| pose.apply(*com));

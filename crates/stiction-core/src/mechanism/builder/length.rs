@@ -3,7 +3,8 @@
 use crate::mechanism::{Body, BodyId, Joint};
 use crate::spatial::Vec3;
 
-/// Computes the default of [`crate::mechanism::Mechanism::characteristic_length`], m.
+/// Computes the default of [`crate::mechanism::Mechanism::characteristic_length`], m; one metre if
+/// all points of each body coincide.
 pub(super) fn own_length(bodies: &[Body], joints: &[Joint]) -> f64 {
     let mut squares = Vec::new();
     let mut points_of: Vec<Vec<Vec3<f64>>> = vec![Vec::new(); bodies.len()];

@@ -92,10 +92,12 @@ impl Mechanism {
 
 impl Group {
     /// Returns `true` if the gears do not transmit the efforts of the joints in the ratio of the
-    /// shares: more motors than degrees of freedom, and losses that differ between the motors.
+    /// shares. This requires more motors than degrees of freedom and a gear with losses; in
+    /// addition, the group has several degrees of freedom, or rotors, frictions or losses are not
+    /// in this ratio.
     fn shares_vary(&self, trains: &[DriveTrain]) -> bool {
         let mut all = self.trains.iter().map(|&train| &trains[train]);
-        // A motor without a share has no ratio that others could have.
+        // Compare with the motor with the largest share: a motor without a share defines no ratio.
         let main = all.clone().max_by(|a, b| a.share.total_cmp(&b.share));
         self.trains.len() > self.dofs.len()
             && all.clone().any(|train| train.losses().is_some())
