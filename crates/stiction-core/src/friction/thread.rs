@@ -82,7 +82,7 @@ impl<T: Scalar> Thread<T> {
             + back * (own.constant + own.coefficient * other.value);
         let sign = axial.if_positive(T::one(), (-axial).if_positive(-T::one(), T::zero()));
         let left = map.flank_cosine.unwrap_or(T::one()) - sign * back * own.coefficient;
-        // A zero divisor gives an infinite load.
+        // If `left` vanishes or is negative, the load is infinite: friction jams the thread.
         let left = left.if_positive(left, T::zero());
         let factor = sign / left;
         let gradient = Twist { angular: Vec3::zero(), linear: axis * over_cosine }

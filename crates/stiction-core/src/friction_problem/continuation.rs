@@ -12,8 +12,8 @@ pub(crate) struct Lock {
     pub(crate) interface: usize,
 }
 
-/// Coupling bound, slightly below one, up to which the first step may extend because the solution
-/// is unique.
+/// The first step may extend to the fraction at which the coupling bound reaches this value,
+/// slightly below one, because the solution is unique up to there.
 const CERTAIN: f64 = 0.99;
 
 /// Step sizes of the continuation, as fractions of the given friction coefficients.

@@ -249,7 +249,8 @@ mod tests {
         super::radius_bound(matrix, matrix.len().isqrt(), &mut Default::default())
     }
 
-    /// Compares with power iterations, for matrices that change slowly and matrices that decouple.
+    /// Compares inverse iteration with power iterations, for matrices that change slowly and
+    /// matrices that decouple.
     #[test]
     fn inverse_iteration_agrees_with_power_iterations() {
         use super::{RadiusWorkspace, bound_by_inverse_iteration};

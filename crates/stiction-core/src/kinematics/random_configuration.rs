@@ -12,15 +12,16 @@ use nalgebra::DVector;
 const STRIDE: f64 = 0.1;
 /// Number of steps from one position to the next.
 const STRIDES: usize = 8;
-/// Maximum number of attempts per step. Near the end of the range of motion, few directions
-/// succeed.
+/// Maximum number of further attempts if the first attempt at a step fails. Near the end of the
+/// range of motion, few directions succeed.
 const TRIES: usize = 6;
-/// Singular vectors with relative singular values below this limit are open motions.
+/// Singular vectors with singular values below this fraction of the largest are open motions.
 const OPEN: f64 = 1e-6;
 
 /// Random positions, and their largest distance from the initial position.
 pub(crate) struct RandomConfiguration {
-    /// The positions; the initial position is not included unless the mechanism is immobile.
+    /// Positions at which all loops are closed. The initial position appears only if no step from
+    /// it succeeds, for example if the mechanism is immobile.
     pub(crate) states: Vec<State<f64>>,
     /// Largest distance of a position from the initial position, in rad and characteristic lengths.
     pub(crate) reach: f64,

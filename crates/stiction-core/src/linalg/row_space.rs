@@ -84,8 +84,8 @@ impl RowSpace {
         self.rank
     }
 
-    /// Component of the last independent row orthogonal to the other rows, relative to the largest
-    /// norm of a row; one if there are no rows.
+    /// Component of the last independent row orthogonal to the other independent rows, relative to
+    /// the largest norm of a row; one if no row is independent.
     pub(crate) fn least_part(&self) -> f64 {
         let diagonal = |k: usize| self.work[k * self.columns + k].abs();
         self.rank.checked_sub(1).map_or(1.0, |last| diagonal(last) / diagonal(0))

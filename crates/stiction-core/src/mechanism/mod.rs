@@ -244,9 +244,10 @@ impl Mechanism {
     }
 
     /// Length, m, that relates moments to forces and angles to lengths (singularity indices,
-    /// default weights, ranks). Either declared, or the root mean square of the distances between points
-    /// of the same body, over all bodies including the ground; the points are joint origins and the centre
-    /// of mass. It depends on the geometry alone.
+    /// default weights, ranks). It is either declared, or the root mean square of the distances
+    /// between points of the same body, over all bodies including the ground; the points are joint
+    /// origins and the centre of mass. If all these distances vanish, it is one metre. It depends
+    /// on the geometry alone.
     pub fn characteristic_length(&self) -> f64 {
         self.characteristic_length
     }

@@ -5,8 +5,8 @@ use crate::kinematics::coordinate::Target;
 use crate::parameters::Parameters;
 
 impl Assembly {
-    /// Appends the current position to `numbers`: the tree's coordinates, rates and accelerations,
-    /// the targets, and the coordinates at which the rate equations were compiled.
+    /// Appends the current position to `numbers`: coordinates, rates and accelerations of the tree,
+    /// the targets, and the coordinates of the tree at which the rate equations were compiled.
     pub(crate) fn save(&self, numbers: &mut Vec<f64>) {
         let Self { state, planned_at, targets, .. } = self;
         let parts = [&state.coordinates, &state.rates, &state.accelerations, planned_at];

@@ -42,9 +42,9 @@ pub struct DriveTrain {
     pub ratio: f64,
     /// Travel per revolution of the screw or pulley, m; only for degrees of freedom that translate, not zero.
     pub lead: Option<f64>,
-    /// Weight of this motor where several motors share the efforts of joints; for a single degree of freedom, the
-    /// fraction of its effort that this motor exerts: at the output of its gear in inverse dynamics, by its torque in
-    /// simulations. One if no efforts are shared.
+    /// Weight of this motor if several motors share the efforts of joints, otherwise one. For a
+    /// single degree of freedom, it is the fraction of the effort that this motor exerts: in
+    /// inverse dynamics at the output of its gear, in simulations by its torque.
     pub share: f64,
     /// Moment of inertia of all parts that turn with the motor, about the motor's axis, kg m^2; nonnegative.
     pub rotor_inertia: f64,

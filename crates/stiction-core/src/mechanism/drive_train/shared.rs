@@ -150,7 +150,8 @@ impl SharedMotors {
         let each = inputs.iter().zip(even.iter());
         let mut driving: Vec<bool> = each.map(|(input, output)| input.drives(*output)).collect();
         let mut seen = HashSet::new();
-        // For gears that do not lock themselves, the directions of the last solution lead to the next.
+        // For gears that are not self-locking, the directions of power in the last solution are
+        // those to try next.
         while seen.insert(driving.clone()) {
             match self.with_directions(inputs, &outputs, &driving) {
                 Some((efforts, None)) => return Some(efforts),
