@@ -39,8 +39,8 @@ impl Configuration<'_> {
 
     /// Computes an upper bound on the change of an interface's normal load, N, if the wrench at its
     /// joint changes by `wrench`: the load under `wrench` alone, without preload and smoothing. For
-    /// a thread with the friction `coefficient`, the larger of the bounds for both sliding
-    /// directions.
+    /// a thread with the friction `coefficient`, and for the shaft of a motor, returns the larger
+    /// of the bounds for both sliding directions.
     pub(crate) fn largest_load_change(
         &self,
         interface: usize,

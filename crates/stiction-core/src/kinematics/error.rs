@@ -122,13 +122,15 @@ pub struct Gap {
     pub missed_angle: f64,
     /// Number of prescribed coordinates, and mobility, if the number exceeds the mobility.
     pub prescribed: Option<(usize, usize)>,
-    /// The mechanism's characteristic length, m; negligible gaps relative to it are not reported.
+    /// Characteristic length of the mechanism, m. Gaps that are negligible relative to it are not
+    /// reported.
     pub scale: f64,
 }
 
 impl core::fmt::Display for Gap {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        // A gap that is small altogether is reported in full.
+        // If all amounts of a gap are small, report all of them except those negligible beside the
+        // largest.
         let sizes = [self.length, self.missed_length].map(|length| length / self.scale);
         let angles = [self.angle, self.missed_angle];
         let largest = sizes.into_iter().chain(angles).fold(0.0, f64::max);
@@ -186,10 +188,10 @@ fn amounts(length: f64, angle: f64, scale: f64, negligible: f64) -> String {
     [length, angle].into_iter().flatten().collect::<Vec<_>>().join(" and ")
 }
 
-/// Gap in rad or characteristic lengths below which an amount is not reported.
+/// Amounts of a gap below this value, in rad or characteristic lengths, are not reported.
 const NEGLIGIBLE: f64 = 1e-6;
-/// Fraction of the largest amount of a gap that replaces [`NEGLIGIBLE`] as the threshold if the
-/// whole gap is small.
+/// If the whole gap is small, amounts below this fraction of the largest one are not reported,
+/// instead of those below [`NEGLIGIBLE`].
 const PART: f64 = 1e-3;
 
 /// Motion left undetermined by the loops and the prescribed coordinates.

@@ -190,10 +190,11 @@ impl<'a> LoopsAt<'a> {
         Some((body, moved, turned, path.closure))
     }
 
-    /// Finds the motions open at first order, as rates of the tree. Some are blocked at second order:
-    /// the equations are dependent along them, but the second derivatives are incompatible. The second
-    /// derivatives along the self-stresses of the loops are exact quadratic forms. (If the forms
-    /// are indefinite, branches of motion meet, and `to_second` contains too few motions.)
+    /// Finds the motions open at first order, as rates of the tree. Some are blocked at second
+    /// order: the equations are dependent along them, but the second derivatives are incompatible.
+    /// The second derivatives along the self-stresses of the loops are exact quadratic forms. If
+    /// these forms are indefinite, branches of motion meet, and `to_second` contains too few
+    /// motions.
     pub(crate) fn open_motions(&mut self) -> OpenMotions {
         let to_second = self.open_to_second();
         let columns = &self.loops.columns;
@@ -206,8 +207,8 @@ impl<'a> LoopsAt<'a> {
         }
     }
 
-    /// Smallest total change of the coordinates in a unit motion (scaled) that is open to second
-    /// order; `None` if there is no such motion.
+    /// Smallest change of the coordinates (root of the sum of squares, scaled) in a unit motion
+    /// that is open at second order; `None` if no motion is.
     pub(crate) fn governed_by(
         &mut self,
         coordinates: &[Coordinate],

@@ -91,11 +91,11 @@ impl Architecture {
     }
 }
 
-/// Computes the actuation index of the finite motions at the solver's position: the least total actuator
-/// displacement in a unit motion (angles in radians, lengths in characteristic lengths). The index is zero
-/// if the Jacobian in equation (21) of Zhang et al. does not exist. If the instantaneous mobility
-/// exceeds the finite mobility, the balance has no solution even for a positive index. `None` for an
-/// immobile mechanism.
+/// Computes the actuation index of the finite motions at the solver's position: the least change of
+/// the actuator coordinates (root of the sum of squares) in a unit motion, with angles in radians
+/// and lengths in characteristic lengths. The index is zero if the Jacobian in equation (21) of
+/// Zhang et al. does not exist. If the instantaneous mobility exceeds the finite mobility, the
+/// balance has no solution even for a positive index. `None` for an immobile mechanism.
 pub fn actuation_of_motion(solver: &InverseDynamics) -> Option<f64> {
     let (topology, parameters) = (solver.topology(), solver.parameters());
     actuation_of_motion_at(topology, parameters, solver.state())

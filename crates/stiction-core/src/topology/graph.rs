@@ -100,7 +100,8 @@ impl Spanning {
         Self::grow(&graph, &floating, |joint| !is_cut[joint])
     }
 
-    /// Builds a random tree with random floating bodies; it contains the joints to keep, which must form no loop.
+    /// Builds a random tree with random floating bodies. The tree contains the joints to keep,
+    /// which must form no loop.
     pub(super) fn random(bodies: usize, ends: &[(usize, usize)], keep: &[bool], seed: u64) -> Self {
         let mut random = Random::new(seed);
         let graph = Graph::new(bodies, ends);

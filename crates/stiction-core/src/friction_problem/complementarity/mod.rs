@@ -68,7 +68,8 @@ pub(crate) struct Solution {
 }
 
 impl Complementarity<'_> {
-    /// Solves the problem, starting from `start`. Returns `None` if no solution is found.
+    /// Solves the problem, starting from the unknowns `start`. Returns `None` if no solution is
+    /// found.
     pub(crate) fn solve(&mut self, start: &[f64]) -> Option<Solution> {
         if self.count() == 0 {
             return Some(self.complete(Vec::new()));
@@ -108,7 +109,8 @@ impl Complementarity<'_> {
         worst.map(|member| member.interface)
     }
 
-    /// Runs Newton's method from `start`, trying each scaling in turn.
+    /// Runs Newton's method from `start` with one scaling after the other, until it converges.
+    /// Returns `None` if all fail.
     fn newton_from(&mut self, start: &[f64]) -> Option<Vec<f64>> {
         let mut found = None;
         for scaling in SCALINGS {

@@ -33,7 +33,8 @@ pub struct Motor {
 }
 
 impl Motor {
-    /// True if the joint stays at rest without torque of the motor.
+    /// Returns `true` if the joint can stay at rest without torque of the motor: zero lies within
+    /// `torque_bounds`.
     pub fn holds_without_power(&self) -> bool {
         let (low, high) = self.torque_bounds;
         low <= 0.0 && high >= 0.0
