@@ -1,6 +1,6 @@
 //! Messages of an import, and access to further files.
 
-use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::diagnostic::{Diagnostic, Diagnostics, quoted};
 use crate::source::{Place, Source};
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -53,6 +53,10 @@ pub(super) struct Context<'a> {
     pub(super) literal: bool,
     pub(super) out: RefCell<Diagnostics>,
     notes: RefCell<Vec<Note>>,
+    /// Whether each mesh file can be read.
+    meshes: RefCell<HashMap<String, bool>>,
+    /// Mesh files that cannot be read, with the places that name them.
+    missing: RefCell<Vec<(String, Place)>>,
     /// Index of the note for each message, so that further places are added to it.
     known: RefCell<HashMap<String, usize>>,
 }
@@ -64,6 +68,8 @@ impl<'a> Context<'a> {
             literal,
             out: RefCell::default(),
             notes: RefCell::default(),
+            meshes: RefCell::default(),
+            missing: RefCell::default(),
             known: RefCell::default(),
         }
     }
@@ -113,10 +119,53 @@ impl<'a> Context<'a> {
         std::mem::take(&mut *self.notes.borrow_mut())
     }
 
-    /// Tests if a mesh can be shown: its format is known, and its file can be read.
-    pub(super) fn has_mesh(&self, file: &str) -> bool {
+    /// Tests if a mesh can be shown: its file can be read, and its format is known. Reports other meshes.
+    pub(super) fn has_mesh(&self, file: &str, place: Place) -> bool {
+        if !self.is_mesh_file(file, &place) {
+            return false;
+        }
         let ending = file.rsplit_once('.').map_or("", |(_, ending)| ending).to_ascii_lowercase();
-        ["stl", "obj", "glb", "gltf"].contains(&ending.as_str()) && (self.files)(file).is_ok()
+        let is_shown = ["stl", "obj", "glb", "gltf"].contains(&ending.as_str());
+        if !is_shown {
+            let message = "only meshes in STL, OBJ, GLB and glTF files are shown";
+            self.note(message, Some(place));
+        }
+        is_shown
+    }
+
+    /// Tests if the file of a mesh can be read; remembers it otherwise.
+    pub(super) fn is_mesh_file(&self, file: &str, place: &Place) -> bool {
+        let known = self.meshes.borrow().get(file).copied();
+        let is_read = known.unwrap_or_else(|| (self.files)(file).is_ok());
+        self.meshes.borrow_mut().insert(file.to_owned(), is_read);
+        if !is_read {
+            self.missing.borrow_mut().push((file.to_owned(), place.clone()));
+        }
+        is_read
+    }
+
+    /// Reports all mesh files that cannot be read, in one remark.
+    pub(super) fn note_missing_meshes(&self) {
+        const MOST: usize = 6;
+        let missing = self.missing.take();
+        let mut names: Vec<String> = Vec::new();
+        for (file, _) in &missing {
+            let name = quoted(file);
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        let more = names.len().saturating_sub(MOST);
+        names.truncate(MOST);
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        let message = format!(
+            "mesh files that cannot be read are not shown: {}{more}; --package-path names folders in which package:// \
+             and model:// files are searched",
+            names.join(", ")
+        );
+        for (_, place) in missing {
+            self.note(message.clone(), Some(place));
+        }
     }
 
     /// Reads another file that must be text, and returns it with its name.

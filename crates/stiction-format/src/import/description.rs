@@ -16,6 +16,8 @@ pub(super) struct Description {
     pub(super) format: &'static str,
     pub(super) name: String,
     pub(super) gravity: Vec3<f64>,
+    /// Default mode of friction, as in a model file.
+    pub(super) friction: Option<String>,
     /// Bodies; the first is the ground.
     pub(super) bodies: Vec<Body>,
     pub(super) joints: Vec<Joint>,
@@ -237,6 +239,7 @@ impl Description {
             format,
             name: name.into(),
             gravity,
+            friction: None,
             bodies: vec![Body::massless("ground", None)],
             joints: Vec::new(),
             springs: Vec::new(),

@@ -12,6 +12,7 @@
 //! | `from` | the predecessor of a joint whose bodies are exchanged in the file |
 //! | `start` | coordinates of the joint at which the robot starts |
 //! | `coordinates` | coordinates of the joint at the position of the file, which are zero in the file |
+//! | `default` | the value of this name in the table `default`: `friction` |
 //! | `gravity` | three numbers, without a name |
 
 use super::context::Context;
@@ -26,6 +27,9 @@ use toml::Table;
 
 /// Namespace of the elements.
 pub const NAMESPACE: &str = "urn:stiction:1";
+
+/// Modes of friction in a model file.
+const FRICTIONS: [&str; 3] = ["on", "one-pass", "off"];
 
 /// One element.
 #[derive(Clone, Debug)]
@@ -80,6 +84,15 @@ pub(super) fn apply(
                     robot.gravity = Vec3::new(x, y, z);
                 }
             }
+            "default" if entry.name == "friction" => {
+                if FRICTIONS.contains(&entry.text.as_str()) {
+                    robot.friction = Some(entry.text);
+                } else {
+                    let message = format!("{} is no mode of friction", quoted(&entry.text));
+                    let help = "write on, one-pass or off";
+                    context.error("extension", message, &entry.place, help);
+                }
+            }
             "spring" => {
                 let table = table(context, &entry);
                 robot.spring_tables.extend(table.map(|table| (entry.name.clone(), table)));
@@ -96,12 +109,22 @@ pub(super) fn apply(
             _ => match robot.joints.iter().position(|joint| {
                 joint.name == entry.name && (joint.kind != JointType::Fixed || !joint.closes)
             }) {
+                // The bodies of a joint may be known only after merging.
+                Some(index) if entry.kind == "from" && !is_end(robot, index, &entry.text) => {
+                    left.push(entry);
+                }
                 Some(index) => joint(context, robot, index, &entry),
                 None => left.push(entry),
             },
         }
     }
     left
+}
+
+/// Tests if a joint connects the body of this name with another one.
+fn is_end(robot: &Description, joint: usize, body: &str) -> bool {
+    let joint = &robot.joints[joint];
+    [joint.from, joint.to].iter().any(|end| robot.bodies[*end].name == body)
 }
 
 /// Names of the coordinates that a table of the model file names by `joint` or `joints`.
@@ -185,10 +208,15 @@ pub(super) fn supersede(robot: &mut Description) {
     }
 }
 
-/// Reports extension elements that belong to no existing joint.
-pub(super) fn note_left(context: &Context<'_>, entries: Vec<Entry>) {
+/// Reports extension elements that belong to no existing joint, or to another body than its joint.
+pub(super) fn note_left(context: &Context<'_>, robot: &Description, entries: Vec<Entry>) {
     for entry in entries {
-        let message = format!("there is no joint {} for <{}>", quoted(&entry.name), entry.kind);
+        let name = quoted(&entry.name);
+        let is_joint = robot.joints.iter().any(|joint| joint.name == entry.name);
+        let message = match is_joint && entry.kind == "from" {
+            true => format!("joint {name} does not connect the body {}", quoted(&entry.text)),
+            false => format!("there is no joint {name} for <{}>", entry.kind),
+        };
         context.note(message, Some(entry.place));
     }
 }

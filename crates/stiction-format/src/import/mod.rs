@@ -10,6 +10,7 @@ mod description;
 mod extension;
 mod inertia;
 mod joint_motors;
+mod locks;
 mod masses;
 mod meaning;
 mod mesh;
@@ -18,8 +19,10 @@ mod names;
 mod position;
 mod rotation;
 mod sdf;
+mod shell;
 mod solid;
 mod text;
+mod unread;
 mod urdf;
 mod xml;
 mod yaml;
@@ -74,6 +77,7 @@ pub fn import(
         .ok()
         .and_then(|root| describe(&context, &root, stem(&source.name)))
         .filter(|_| !context.has_errors());
+    context.note_missing_meshes();
     let text = robot.and_then(|robot| write(&context, &source, robot));
     let mut out = context.out.take();
     out.sort();
@@ -151,6 +155,8 @@ fn describe(context: &Context<'_>, root: &Element, stem: &str) -> Option<Descrip
 /// Writes the model file twice: first without a motion, to find a position in which all loops
 /// close, then with a motion that keeps the robot in this position.
 fn write(context: &Context<'_>, source: &Source, mut robot: Description) -> Option<String> {
+    // Extension elements name the bodies that a joint connects, not links that mark its frames.
+    meaning::fold(&mut robot);
     let entries = std::mem::take(&mut robot.extensions);
     let left = extension::apply(context, &mut robot, entries);
     if robot.bodies.len() == 1 {
@@ -165,7 +171,6 @@ fn write(context: &Context<'_>, source: &Source, mut robot: Description) -> Opti
         context.push(Diagnostic::error("missing", message).help(help));
         return None;
     }
-    meaning::fold(&mut robot);
     names::tidy(context, &mut robot);
     if !context.literal {
         meaning::simplify(context, &mut robot);
@@ -173,7 +178,7 @@ fn write(context: &Context<'_>, source: &Source, mut robot: Description) -> Opti
     // Joints that the file contains in parts have their names only after merging.
     let left = extension::apply(context, &mut robot, left);
     extension::supersede(&mut robot);
-    extension::note_left(context, left);
+    extension::note_left(context, &robot, left);
     // Extension elements name joints as the file or the merging does.
     names::separate(context, &mut robot);
     masses::check(context, &mut robot);

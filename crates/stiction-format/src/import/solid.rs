@@ -4,7 +4,7 @@ use super::inertia::Mass;
 use std::f64::consts::PI;
 use stiction_core::spatial::{Mat3, Vec3};
 
-fn with_moments(mass: f64, moments: [f64; 3]) -> Mass {
+pub(super) fn with_moments(mass: f64, moments: [f64; 3]) -> Mass {
     Mass { mass, com: Vec3::zero(), inertia: Mat3::diagonal(Vec3::from(moments)) }
 }
 

@@ -1,8 +1,9 @@
 //! Extension elements: properties of a mechanism for which another format has no element. Only this program reads them.
 
-use super::model_file::{actuator, friction, gearing_table, joint, spring};
+use super::model_file::{actuator, friction, friction_word, gearing_table, joint, spring};
 use stiction_core::mechanism::Mechanism;
 use stiction_core::spatial::{Pose, Vec3};
+use stiction_format::ModelFile;
 
 /// Content of an extension element: kind of property, name of the joint, spring or other element that has it, and its
 /// text.
@@ -21,6 +22,12 @@ pub(super) fn frictions(mechanism: &Mechanism) -> Vec<Entry> {
         Some(Entry { kind: "friction", name: joint.name.clone(), text: text.trim().to_owned() })
     };
     mechanism.joints().iter().filter_map(table).collect()
+}
+
+/// The friction with which the model is computed unless another one is asked for.
+pub(super) fn default_friction(model: &ModelFile) -> Option<Entry> {
+    let text = friction_word(model.default_friction?).to_owned();
+    Some(Entry { kind: "default", name: "friction".to_owned(), text })
 }
 
 /// Lists the springs; the texts are tables of a model file.
@@ -79,6 +86,7 @@ pub(super) fn tag(kind: &str) -> &'static str {
         "actuator" => "stiction:actuator",
         "gearing" => "stiction:gearing",
         "range" => "stiction:range",
+        "default" => "stiction:default",
         "from" => "stiction:from",
         "start" => "stiction:start",
         _ => "stiction:coordinates",

@@ -104,6 +104,7 @@ pub fn sdf(home: &Home<'_>) -> Result<Sdf, Unfit> {
         write_joint(&mut xml, home, index, &bodies, &mimics);
     }
     let mut entries = extension::frictions(mechanism);
+    entries.extend(extension::default_friction(home.model));
     entries.extend(extension::springs(mechanism));
     entries.extend(extension::others(mechanism));
     entries.extend(extension::coordinates(home));

@@ -326,6 +326,7 @@ impl Writer<'_> {
         let mechanism = &self.home.model.mechanism;
         self.xml.text("stiction:gravity", &[], &numbers(&mechanism.gravity().to_array()));
         let mut entries = extension::frictions(mechanism);
+        entries.extend(extension::default_friction(self.home.model));
         entries.extend(extension::springs(mechanism));
         entries.extend(extension::others(mechanism));
         entries.extend(extension::reversed(mechanism, self.reversed.iter().copied()));

@@ -65,11 +65,21 @@ fn same(coordinate: Coordinate, from: &Mechanism, to: &Mechanism) -> Coordinate 
     }
 }
 
+/// Wrench of a joint.
+struct Reaction {
+    name: String,
+    /// Components that statics determines: force and moment about the joint's origin, world axes.
+    determined: [bool; 6],
+    origin: Vec3<f64>,
+    force: Vec3<f64>,
+    /// Moment about the origin of the world.
+    moment: Vec3<f64>,
+}
+
 struct Results {
     /// Frictionless and frictional efforts by the name of the actuator.
     efforts: Vec<(String, f64, f64)>,
-    /// Determined wrenches about the origin of the world by the name of the joint.
-    reactions: Vec<(String, Vec3<f64>, Vec3<f64>)>,
+    reactions: Vec<Reaction>,
     /// True if statics determines all reactions, and with them the friction.
     is_determined: bool,
 }
@@ -108,11 +118,11 @@ fn forces(original: &ModelFile, model: &ModelFile, t: f64) -> Option<Results> {
     let name = |joint: JointId| mechanism.joints()[joint.0].name.clone();
     let efforts = efforts.map(|((joint, _), (a, b))| (name(joint), *a, b)).collect();
     let flags = without.statics().determined_reactions();
-    let determined = |index: &usize| flags[*index].iter().all(|flag| *flag);
-    let reactions = (0..mechanism.joints().len()).filter(determined).map(|index| {
+    let reactions = (0..mechanism.joints().len()).map(|index| {
         let (force, moment) = forces.reactions[index];
         let origin = without.bodies().frame_j[index].position;
-        (name(JointId(index)), force, moment + origin.cross(force))
+        let moment = moment + origin.cross(force);
+        Reaction { name: name(JointId(index)), determined: flags[index], origin, force, moment }
     });
     let is_determined = flags.iter().flatten().all(|flag| *flag);
     Some(Results { efforts, reactions: reactions.collect(), is_determined })
@@ -130,6 +140,7 @@ fn the_gallery_returns_from_each_format() {
         }
         for format in [Format::Mjcf, Format::Sdf, Format::Urdf] {
             let again = round_trip(&original, format);
+            assert_eq!(again.default_friction, original.default_friction, "{name} {format:?}");
             for t in [0.0, 0.3] {
                 let Some(expected) = forces(&original, &original, t) else { continue };
                 let found = forces(&original, &again, t);
@@ -151,21 +162,28 @@ fn the_gallery_returns_from_each_format() {
                         frictions += 1;
                     }
                 }
-                for (name, force, moment) in &expected.reactions {
-                    // If the format divides a joint, only the whole reaction may be determined, not
-                    // the parts; the joint is then skipped.
-                    let own = found.reactions.iter().find(|(other, ..)| other == name);
-                    let Some((_, f, m)) = own else { continue };
-                    let size = force.norm() + moment.norm() + size;
-                    let error = (*f + -*force).norm() + (*m + -*moment).norm();
-                    assert!(error < 1e-10 * size, "{}: {error:e} of {size}", what(name));
-                    compared += 1;
+                for own in &expected.reactions {
+                    // A format may divide a joint into several.
+                    let again = found.reactions.iter().find(|other| other.name == own.name);
+                    let Some(again) = again else { continue };
+                    // Both about the same point, so that a moment is compared where it is determined.
+                    let six = |joint: &Reaction| {
+                        let moment = joint.moment + -own.origin.cross(joint.force);
+                        [joint.force.to_array(), moment.to_array()].concat()
+                    };
+                    let (a, b) = (six(again), six(own));
+                    let size = b.iter().map(|part| part.abs()).fold(size, f64::max);
+                    for k in (0..6).filter(|k| own.determined[*k]) {
+                        let good = (a[k] - b[k]).abs() < 1e-10 * size;
+                        assert!(good, "{} {k}: {} {}", what(&own.name), a[k], b[k]);
+                        compared += 1;
+                    }
                 }
             }
         }
     }
-    // Several hundred joints are compared in all formats together.
-    assert!(compared > 500 && frictions > 50, "{compared} {frictions}");
+    // Some thousand components are compared in all formats together.
+    assert!(compared > 3000 && frictions > 50, "{compared} {frictions}");
 }
 
 /// Gearings, motors of several joints, springs, bushings and ranges.

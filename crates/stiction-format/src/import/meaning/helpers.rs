@@ -1,10 +1,12 @@
-//! Removes links whose only purpose is to mark a joint's frame; exports of this program contain
-//! such links.
+//! Removes links whose only purpose is to mark a joint's frame, and joins the parts of divided bodies; exports of this
+//! program contain both.
 
-use super::super::description::{Description, GROUND, Joint};
+use super::super::description::{Body, Description, GROUND, Joint};
+use super::super::inertia::Mass;
 use super::remove;
 use stiction_core::joint::JointType;
 use stiction_core::mechanism::GROUND_NAME;
+use stiction_core::spatial::Pose;
 
 /// Endings of the names of such links: the frame of a joint on its child, and the frames of a closure.
 const ENDINGS: [&str; 3] = [".frame", ".from", ".to"];
@@ -12,6 +14,7 @@ const ENDINGS: [&str; 3] = [".frame", ".from", ".to"];
 /// Removes links that mark a frame, and moves the frame to the joint itself.
 pub(in crate::import) fn fold(robot: &mut Description) {
     fold_ground(robot);
+    join_parts(robot);
     while let Some((body, mount, joint)) = next(robot) {
         let mount_joint = robot.joints[mount].clone();
         // Body on which the link is mounted, and pose of the link in this body.
@@ -33,6 +36,57 @@ pub(in crate::import) fn fold(robot: &mut Description) {
     }
 }
 
+/// Joins bodies that an export divided at a closure: `rocker@D` is a part of `rocker`, welded to it.
+///
+/// As separate bodies, they would distribute redundant reactions differently from the undivided body.
+fn join_parts(robot: &mut Description) {
+    while let Some((weld, body, part)) = next_part(robot) {
+        let joint = &robot.joints[weld];
+        let place = match joint.to == part {
+            true => joint.relative(),
+            false => joint.relative().inverse(),
+        };
+        let mass = |body: &Body| Mass { mass: body.mass, com: body.com, inertia: body.inertia };
+        let sum = mass(&robot.bodies[body]).with(mass(&robot.bodies[part]).placed(place));
+        let own = &mut robot.bodies[body];
+        (own.mass, own.com, own.inertia) = (sum.mass, sum.com, sum.inertia);
+        move_to(robot, part, (body, place));
+        remove(robot, &[weld], &[part]);
+    }
+}
+
+/// A weld between a body and a part of it; returns the indices of all three.
+fn next_part(robot: &Description) -> Option<(usize, usize, usize)> {
+    let is_part = |part: usize, body: usize| {
+        let name = robot.bodies[part].name.rsplit_once('@');
+        body != GROUND && name.is_some_and(|(whole, _)| whole == robot.bodies[body].name)
+    };
+    robot.joints.iter().enumerate().find_map(|(index, joint)| match (joint.from, joint.to) {
+        _ if joint.kind != JointType::Fixed || !joint.closes => None,
+        (body, part) if is_part(part, body) => Some((index, body, part)),
+        (part, body) if is_part(part, body) => Some((index, body, part)),
+        _ => None,
+    })
+}
+
+/// Moves everything on a body to another one, in which the body has this pose.
+fn move_to(robot: &mut Description, body: usize, (target, place): (usize, Pose<f64>)) {
+    for joint in &mut robot.joints {
+        if joint.from == body {
+            (joint.from, joint.frame_j) = (target, place * joint.frame_j);
+        } else if joint.to == body {
+            (joint.to, joint.frame_k) = (target, place * joint.frame_k);
+        }
+    }
+    for spring in &mut robot.springs {
+        for (end, point) in spring.ends.iter_mut().zip(&mut spring.points) {
+            if *end == body {
+                (*end, *point) = (target, place.apply(*point));
+            }
+        }
+    }
+}
+
 /// Replaces a massless link named `ground`, fixed to the world, by the ground.
 fn fold_ground(robot: &mut Description) -> Option<()> {
     let is_ground =
@@ -44,20 +98,7 @@ fn fold_ground(robot: &mut Description) -> Option<()> {
             && is_ground(joint.to)
     })?;
     let (body, place) = (robot.joints[mount].to, robot.joints[mount].relative());
-    for joint in &mut robot.joints {
-        if joint.from == body {
-            (joint.from, joint.frame_j) = (GROUND, place * joint.frame_j);
-        } else if joint.to == body {
-            (joint.to, joint.frame_k) = (GROUND, place * joint.frame_k);
-        }
-    }
-    for spring in &mut robot.springs {
-        for (end, point) in spring.ends.iter_mut().zip(&mut spring.points) {
-            if *end == body {
-                (*end, *point) = (GROUND, place.apply(*point));
-            }
-        }
-    }
+    move_to(robot, body, (GROUND, place));
     remove(robot, &[mount], &[body]);
     Some(())
 }

@@ -77,10 +77,19 @@ impl Reader<'_, '_> {
             let most = range[0].abs().max(range[1].abs());
             (is_limited && most > 0.0).then_some(most)
         };
+        let is_motor = element.tag == "motor" || is_direct(element);
         let force = greatest("forcerange", "forcelimited");
-        let control = (element.tag == "motor").then(|| greatest("ctrlrange", "ctrllimited"));
-        let effort = force.or(control.flatten()).map(|force| force * gear.abs());
-        if !matches!(element.tag.as_str(), "motor" | "general") {
+        // The force is the control signal times the gain, which `motor` sets to 1.
+        let gain = match element.tag.as_str() {
+            "general" => element.list(context, "gainprm").and_then(|gains| gains.first().copied()),
+            _ => None,
+        };
+        let gain = gain.unwrap_or(1.0).abs();
+        let control = is_motor.then(|| greatest("ctrlrange", "ctrllimited")).flatten();
+        let control = control.map(|control| control * gain).filter(|force| *force > 0.0);
+        let effort = [force, control].into_iter().flatten().reduce(f64::min);
+        let effort = effort.map(|force| force * gear.abs());
+        if !is_motor {
             let message = "control laws of actuators are left out: they become motors without a \
                 controller";
             context.note(message, Some(place.clone()));
@@ -118,4 +127,11 @@ impl Reader<'_, '_> {
         });
         Some(())
     }
+}
+
+/// Tests if a general actuator has a force that is proportional to its control signal.
+fn is_direct(element: &Element) -> bool {
+    let is = |key: &str, plain: &str| element.get(key).is_none_or(|word| word == plain);
+    let plain = is("dyntype", "none") && is("gaintype", "fixed") && is("biastype", "none");
+    element.tag == "general" && plain
 }

@@ -127,7 +127,8 @@ impl Reader<'_, '_> {
         }
         // The intermediate bodies between several joints of one body come before the body itself.
         let between = self.read_joints(&joints, (parent, in_parent), &name, element);
-        let mass = self.mass_of(element, &name, &items);
+        let is_fixed = joints.is_empty() && self.fixed[parent];
+        let mass = self.mass_of(element, (&name, is_fixed), &items);
         let mut body = Body::massless(name.clone(), Some(element.place()));
         (body.mass, body.com, body.inertia) = (mass.mass, mass.com, mass.inertia);
         body.visuals = items
@@ -137,6 +138,8 @@ impl Reader<'_, '_> {
         let index = self.robot.bodies.len();
         self.robot.bodies.push(body);
         self.poses.push(pose);
+        self.fixed.resize(index, false);
+        self.fixed.push(is_fixed);
         if let Some(last) = between.last() {
             self.robot.joints[*last].to = index;
         }
@@ -153,7 +156,12 @@ impl Reader<'_, '_> {
     }
 
     /// Mass of a body from its `inertial` element or from its geoms.
-    fn mass_of(&mut self, element: &Element, name: &str, items: &[Item<'_>]) -> Mass {
+    fn mass_of(
+        &mut self,
+        element: &Element,
+        (name, is_fixed): (&str, bool),
+        items: &[Item<'_>],
+    ) -> Mass {
         let inertial = items.iter().find(|item| item.element.tag == "inertial");
         let from_geoms = match self.settings.from_geoms {
             FromGeoms::Always => true,
@@ -166,7 +174,7 @@ impl Reader<'_, '_> {
                 let geoms = items.iter().filter(|item| item.element.tag == "geom");
                 geoms.fold(Mass::none(), |sum, item| {
                     let geom = self.defaults.applied(self.context, item.element, item.class);
-                    sum.with(self.geom_mass(&geom, name).placed(item.frame))
+                    sum.with(self.geom_mass(&geom, name, is_fixed).placed(item.frame))
                 })
             }
             _ => Mass::none(),

@@ -97,9 +97,13 @@ pub(super) struct Defaults {
     main: String,
 }
 
-/// Name under which the defaults of actuators are kept.
+/// Name under which the defaults of an element are kept: actuators share theirs, and so do tendons.
 fn family(tag: &str) -> &str {
-    if ACTUATORS.contains(&tag) { "general" } else { tag }
+    match tag {
+        "fixed" | "spatial" => "tendon",
+        _ if ACTUATORS.contains(&tag) => "general",
+        _ => tag,
+    }
 }
 
 impl Defaults {
@@ -138,6 +142,20 @@ impl Defaults {
         element: &Element,
         inherited: Option<&str>,
     ) -> Element {
+        self.of_family(context, element, (family(&element.tag), inherited))
+    }
+
+    /// Returns an equality, whose tag may be `joint` or `tendon`, completed by the defaults of equalities.
+    pub(super) fn equality(&self, context: &Context<'_>, element: &Element) -> Element {
+        self.of_family(context, element, ("equality", None))
+    }
+
+    fn of_family(
+        &self,
+        context: &Context<'_>,
+        element: &Element,
+        (family, inherited): (&str, Option<&str>),
+    ) -> Element {
         let mut applied = element.clone();
         let own = element.get("class");
         if let Some(name) = own
@@ -152,7 +170,7 @@ impl Defaults {
         for _ in 0..=self.classes.len() {
             let Some(class) = next.as_ref().and_then(|name| self.classes.get(name)) else { break };
             let oriented = is_oriented(&applied);
-            for attribute in class.attributes.get(family(&element.tag)).into_iter().flatten() {
+            for attribute in class.attributes.get(family).into_iter().flatten() {
                 let is_other = oriented && ORIENTATIONS.contains(&attribute.name.as_str());
                 if applied.attribute(&attribute.name).is_none() && !is_other {
                     applied.attributes.push(attribute.clone());

@@ -11,9 +11,12 @@ use stiction_core::spatial::{Pose, Vec3};
 
 impl Reader<'_, '_> {
     pub(super) fn read_equalities(&mut self, root: &Element, tendons: &Tendons) {
+        if !self.settings.has("equality") {
+            return;
+        }
         for equality in root.all("equality") {
             for (number, element) in equality.children.iter().enumerate() {
-                let element = self.defaults.applied(self.context, element, None);
+                let element = self.defaults.equality(self.context, element);
                 if element.get("active") == Some("false") {
                     let message = "an equality that is not active is left out";
                     self.context.note(message, Some(element.place()));

@@ -128,8 +128,11 @@ impl Reader<'_, '_> {
         Some(joint)
     }
 
-    /// First number of a key; newer files may contain polynomials here.
+    /// First number of a key; newer files may contain polynomials here. Zero for a part that the file disables.
     fn first(&self, element: &Element, key: &str) -> f64 {
+        if !self.settings.has(part_of(key)) {
+            return 0.0;
+        }
         let numbers = element.list(self.context, key).unwrap_or_default();
         if numbers.iter().skip(1).any(|number| *number != 0.0) {
             let message = format!("only the linear part of `{key}` is kept");
@@ -163,12 +166,23 @@ impl Reader<'_, '_> {
         let positive = |value: f64| value.max(0.0);
         Coordinate {
             position: number("ref").map_or(0.0, measure),
-            range: range.filter(|[least, greatest]| limited && least < greatest),
+            range: range.filter(|[least, greatest]| {
+                limited && least < greatest && self.settings.has("limit")
+            }),
             damping: positive(self.first(element, "damping")),
-            friction: positive(number("frictionloss").unwrap_or(0.0)),
+            friction: positive(self.first(element, "frictionloss")),
             armature: positive(number("armature").unwrap_or(0.0)),
             spring: (stiffness > 0.0).then_some([stiffness, rest]),
             actuated: false,
         }
+    }
+}
+
+/// Part of the mechanics to which a property of a joint or tendon belongs, as flags of a file name it.
+pub(super) fn part_of(key: &str) -> &str {
+    match key {
+        "stiffness" => "spring",
+        "damping" => "damper",
+        other => other,
     }
 }

@@ -7,6 +7,8 @@ mod equality;
 mod geom;
 mod joint;
 mod keyframe;
+mod known;
+mod mesh;
 mod settings;
 mod tendon;
 
@@ -14,6 +16,8 @@ use super::context::Context;
 use super::description::Description;
 use super::extension;
 use super::joint_motors;
+use super::locks;
+use super::unread;
 use super::xml::Element;
 use defaults::Defaults;
 use settings::Settings;
@@ -28,6 +32,8 @@ pub(super) struct Reader<'a, 'c> {
     robot: Description,
     /// Pose of each body in the world at the position of the file.
     poses: Vec<Pose<f64>>,
+    /// For each body, whether it is fixed to the world.
+    fixed: Vec<bool>,
     /// Bodies by their names in the file.
     bodies: HashMap<String, usize>,
     /// Joints by their names in the file.
@@ -36,7 +42,7 @@ pub(super) struct Reader<'a, 'c> {
     order: Vec<usize>,
     /// Body and pose of each site.
     sites: HashMap<String, (usize, Pose<f64>)>,
-    meshes: geom::Meshes,
+    meshes: mesh::Meshes,
 }
 
 /// Elements that generate bodies.
@@ -58,11 +64,12 @@ pub(super) fn read(context: &Context<'_>, root: &Element) -> Option<Description>
         defaults,
         robot,
         poses: vec![Pose::identity()],
+        fixed: vec![true],
         bodies: HashMap::from([("world".to_owned(), 0)]),
         joints: HashMap::new(),
         order: Vec::new(),
         sites: HashMap::new(),
-        meshes: geom::Meshes::default(),
+        meshes: mesh::Meshes::default(),
     };
     reader.read_meshes(&root);
     reader.read_bodies(&root);
@@ -74,10 +81,11 @@ pub(super) fn read(context: &Context<'_>, root: &Element) -> Option<Description>
     reader.read_equalities(&root, &tendons);
     reader.read_actuators(&root, &mut tendons);
     reader.note_tendons(&tendons);
+    locks::fix(context, &mut reader.robot);
     joint_motors::settle(context, &mut reader.robot);
     reader.read_keyframe(&root);
     reader.robot.extensions = extension::custom_texts(&root);
-    reader.note_unused(&root);
+    unread::note(context, &root, known::KNOWN);
     Some(reader.robot)
 }
 
@@ -105,20 +113,6 @@ impl Reader<'_, '_> {
             for body in &mut self.robot.bodies {
                 body.mass *= total / sum;
                 body.inertia = body.inertia * (total / sum);
-            }
-        }
-    }
-
-    fn note_unused(&self, root: &Element) {
-        for element in &root.children {
-            match element.tag.as_str() {
-                "compiler" | "default" | "worldbody" | "equality" | "tendon" | "actuator"
-                | "keyframe" | "option" | "custom" => {}
-                "asset" | "visual" | "statistic" | "size" => {}
-                tag => {
-                    let message = format!("<{tag}> has no counterpart in the model");
-                    self.context.note(message, Some(element.place()));
-                }
             }
         }
     }

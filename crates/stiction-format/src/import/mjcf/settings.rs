@@ -30,9 +30,24 @@ pub(super) struct Settings {
     pub(super) mesh_folder: String,
     /// Meshes have the mass of the solid that they enclose, unless they state another rule.
     pub(super) exact_meshes: bool,
+    /// Shapes in place of meshes are fitted to the boxes around these.
+    pub(super) fit_aabb: bool,
     pub(super) strip_path: bool,
     pub(super) gravity: Vec3<f64>,
+    /// The file disables gravity.
+    is_weightless: bool,
+    /// Parts of the mechanics that the file disables, by the names of `flag`.
+    disabled: Vec<&'static str>,
 }
+
+/// Parts of the mechanics that a file may disable, with those that contain them.
+const PARTS: [(&str, &[&str]); 5] = [
+    ("equality", &["constraint"]),
+    ("limit", &["constraint"]),
+    ("frictionloss", &["constraint"]),
+    ("spring", &["passive"]),
+    ("damper", &["passive"]),
+];
 
 /// Keys that give an orientation.
 pub(super) const ORIENTATIONS: [&str; 5] = ["quat", "axisangle", "euler", "xyaxes", "zaxis"];
@@ -55,8 +70,11 @@ impl Settings {
             total_mass: None,
             mesh_folder: String::new(),
             exact_meshes: false,
+            fit_aabb: false,
             strip_path: false,
             gravity: Vec3::new(0.0, 0.0, -9.81),
+            is_weightless: false,
+            disabled: Vec::new(),
         };
         for compiler in root.all("compiler") {
             all.read_compiler(context, compiler);
@@ -65,10 +83,12 @@ impl Settings {
             if let Some(gravity) = option.numbers::<3>(context, "gravity") {
                 all.gravity = Vec3::from(gravity);
             }
-            let flag = option.child("flag").and_then(|flag| flag.get("gravity"));
-            if flag == Some("disable") {
-                all.gravity = Vec3::zero();
+            for flag in option.all("flag") {
+                all.read_flag(context, flag);
             }
+        }
+        if all.is_weightless {
+            all.gravity = Vec3::zero();
         }
         all
     }
@@ -82,6 +102,7 @@ impl Settings {
         self.autolimits = is_true(element, "autolimits").unwrap_or(self.autolimits);
         self.balance_inertia = is_true(element, "balanceinertia").unwrap_or(self.balance_inertia);
         self.strip_path = is_true(element, "strippath").unwrap_or(self.strip_path);
+        self.fit_aabb = is_true(element, "fitaabb").unwrap_or(self.fit_aabb);
         self.exact_meshes = is_true(element, "exactmeshinertia").unwrap_or(self.exact_meshes);
         match element.get("inertiafromgeom") {
             Some("true") => self.from_geoms = FromGeoms::Always,
@@ -116,6 +137,23 @@ impl Settings {
             let help = "save the model again with MuJoCo 2.3.3, which converts them";
             context.error("compiler", message, &element.place(), help);
         }
+    }
+
+    fn read_flag(&mut self, context: &Context<'_>, flag: &Element) {
+        let is_disabled = |name: &str| flag.get(name) == Some("disable");
+        self.is_weightless |= is_disabled("gravity");
+        for (part, wholes) in PARTS {
+            if is_disabled(part) || wholes.iter().any(|whole| is_disabled(whole)) {
+                self.disabled.push(part);
+                let message = format!("the file disables `{part}`: it is left out everywhere");
+                context.note(message, Some(flag.place()));
+            }
+        }
+    }
+
+    /// Tests if the file does not disable a part of the mechanics: `equality`, `limit`, `frictionloss`, `spring` or `damper`.
+    pub(super) fn has(&self, part: &str) -> bool {
+        !self.disabled.contains(&part)
     }
 
     /// Converts an angle of the file to rad.

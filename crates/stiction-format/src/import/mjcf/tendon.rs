@@ -4,6 +4,7 @@
 use super::super::description::Spring;
 use super::super::xml::Element;
 use super::Reader;
+use super::joint::part_of;
 use crate::source::Place;
 use std::collections::HashMap;
 use stiction_core::spatial::Pose;
@@ -79,7 +80,10 @@ impl Reader<'_, '_> {
 
     fn read_fixed(&mut self, element: &Element) -> Option<Fixed> {
         let context = self.context;
-        let list = |key: &str| element.list(context, key).unwrap_or_default();
+        let list = |key: &str| match self.settings.has(part_of(key)) {
+            true => element.list(context, key).unwrap_or_default(),
+            false => Vec::new(),
+        };
         let left = |key: &str| {
             let message = format!("`{key}` of a tendon that couples joints is left out");
             context.note(message, Some(element.place()));
@@ -88,6 +92,7 @@ impl Reader<'_, '_> {
             left("stiffness");
         }
         let value = |key: &str| list(key).first().copied().unwrap_or(0.0).max(0.0);
+        let [armature, friction, damping] = ["armature", "frictionloss", "damping"].map(value);
         let term = |joint: &Element| {
             let name = joint.required(context, "joint")?;
             let index = self.joints.get(name).copied();
@@ -100,7 +105,8 @@ impl Reader<'_, '_> {
         let joints: Option<Vec<(usize, f64)>> = element.all("joint").map(term).collect();
         let joints = joints?;
         let range = element.numbers::<2>(context, "range").filter(|range| *range != [0.0; 2]);
-        if let Some(range) = range.filter(|_| element.get("limited") != Some("false"))
+        let is_limited = element.get("limited") != Some("false") && self.settings.has("limit");
+        if let Some(range) = range.filter(|_| is_limited)
             && !self.limit_joint(&joints, range)
         {
             match joints.len() {
@@ -113,9 +119,9 @@ impl Reader<'_, '_> {
         }
         Some(Fixed {
             joints,
-            armature: value("armature"),
-            friction: value("frictionloss"),
-            damping: value("damping"),
+            armature,
+            friction,
+            damping,
             is_driven: false,
             place: element.place(),
         })
@@ -125,7 +131,8 @@ impl Reader<'_, '_> {
         let context = self.context;
         let value = |key: &str| {
             let list = element.list(context, key).unwrap_or_default();
-            list.first().copied().unwrap_or(0.0)
+            let has = self.settings.has(part_of(key));
+            list.first().copied().filter(|_| has).unwrap_or(0.0)
         };
         let (stiffness, damping) = (value("stiffness"), value("damping"));
         let place = || Some(element.place());

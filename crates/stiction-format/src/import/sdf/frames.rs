@@ -10,9 +10,6 @@ use crate::source::Place;
 use std::collections::HashMap;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// Name of the frame of a model within it.
-const MODEL: &str = "__model__";
-
 #[derive(Clone, Debug)]
 struct Frame {
     /// Full name of the frame to which `pose` is relative; `None` for the world.
@@ -66,14 +63,6 @@ fn relative_to(element: &Element) -> Option<&str> {
 }
 
 impl Frames {
-    /// Full name of a frame, from its name within a model.
-    pub(super) fn full(&self, model: &Model, name: &str) -> String {
-        if name == "world" || name == "__root__" {
-            return "world".to_owned();
-        }
-        model.full(name)
-    }
-
     pub(super) fn contains(&self, name: &str) -> bool {
         name == "world" || self.frames.contains_key(name)
     }
@@ -164,8 +153,8 @@ impl Reader<'_, '_> {
     pub(super) fn add_frames(&mut self, model: &Model) {
         let context = self.context;
         let element = &model.element;
-        let own = model.full(MODEL);
-        let outer = format!("{}{MODEL}", model.outer);
+        let own = model.own_frame();
+        let outer = model.outer_frame();
         let around = self.frames.contains(&outer).then_some(outer);
         let base = match relative_to(element) {
             Some("world") => None,
@@ -197,22 +186,17 @@ impl Reader<'_, '_> {
             };
             self.frames.add(alias, same);
         }
-        // The parts of a merged model keep the frame of their own model.
-        let own = if model.merged {
-            let name = element.get("name").unwrap_or_default();
-            format!("{}_merged__{name}__model__", model.prefix)
-        } else {
-            own
-        };
-        self.frames.add(own.clone(), frame);
+        if !model.is_world {
+            self.frames.add(own.clone(), frame);
+        }
         for child in &element.children {
             let Some(name) = child.get("name") else { continue };
             let attached = child.get("attached_to").filter(|name| !name.is_empty());
-            let attached = attached.map(|name| self.frames.full(model, name));
+            let attached = attached.map(|name| model.frame(name));
             let default = match child.tag.as_str() {
                 "link" => own.clone(),
                 "joint" => match child.child("child") {
-                    Some(link) => self.frames.full(model, &link.text),
+                    Some(link) => model.frame(&link.text),
                     None => own.clone(),
                 },
                 "frame" => attached.clone().unwrap_or_else(|| own.clone()),
@@ -223,8 +207,7 @@ impl Reader<'_, '_> {
                 _ => Some(default.clone()),
             };
             let base = match relative_to(child) {
-                Some(MODEL) => own.clone(),
-                Some(name) => self.frames.full(model, name),
+                Some(name) => model.frame(name),
                 None => default,
             };
             let frame = Frame {

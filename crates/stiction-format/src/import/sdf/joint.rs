@@ -12,6 +12,8 @@ use stiction_core::spatial::{Pose, Vec3};
 
 /// Limits of this size and above count as absent.
 const UNLIMITED: f64 = 1e15;
+/// Rates of this size and above, m/s or rad/s, count as absent.
+const UNLIMITED_RATE: f64 = 1e9;
 /// Tolerance for perpendicular axes: sine of the deviation from a right angle.
 const PERPENDICULAR: f64 = 1e-9;
 
@@ -115,10 +117,13 @@ impl Reader<'_, '_> {
         };
         for (dof, key) in joint.dofs.iter_mut().zip(keys) {
             if let Some(axis) = element.child(key) {
-                let (coordinate, effort) = self.coordinate(axis);
+                let (coordinate, [effort, rate]) = self.coordinate(axis);
                 *dof = coordinate;
                 if let Some(effort) = effort {
                     self.efforts.insert(index, effort);
+                }
+                if let Some(rate) = rate {
+                    self.rates.insert(index, rate);
                 }
             }
         }
@@ -135,7 +140,7 @@ impl Reader<'_, '_> {
             context.error("missing", message, &element.place(), "");
             return None;
         };
-        let full = self.frames.full(model, &end.text);
+        let full = model.frame(&end.text);
         let found = self.frames.body(&full, &self.bodies);
         if found.is_none() {
             let mut known: Vec<&str> = self.bodies.keys().map(String::as_str).collect();
@@ -172,8 +177,8 @@ impl Reader<'_, '_> {
         };
         let expressed = xyz.and_then(|xyz| xyz.get("expressed_in")).filter(|name| !name.is_empty());
         let frame = match expressed {
-            Some(name) => self.frames.full(model, name),
-            None if in_model => model.full("__model__"),
+            Some(name) => model.frame(name),
+            None if in_model => model.own_frame(),
             None => joint,
         };
         if !self.frames.contains(&frame) {
@@ -184,14 +189,14 @@ impl Reader<'_, '_> {
         Some(self.frames.pose(&frame).rotation * direction)
     }
 
-    /// Limits, damping, friction and spring of an axis, and its greatest effort, N or N m.
-    fn coordinate(&self, axis: &Element) -> (Coordinate, Option<f64>) {
+    /// Limits, damping, friction and spring of an axis; its greatest effort, N or N m, and rate, m/s or rad/s.
+    fn coordinate(&self, axis: &Element) -> (Coordinate, [Option<f64>; 2]) {
         let context = self.context;
         let mut coordinate = Coordinate {
             position: axis.child_number(context, "initial_position").unwrap_or(0.0),
             ..Coordinate::default()
         };
-        let mut effort = None;
+        let mut greatest = [None; 2];
         if let Some(limit) = axis.child("limit") {
             let number = |key: &str| {
                 let child = limit.child(key).filter(|child| !child.text.is_empty())?;
@@ -211,7 +216,10 @@ impl Reader<'_, '_> {
                     None
                 }
             };
-            effort = number("effort").filter(|effort| *effort >= 0.0);
+            greatest = [
+                number("effort").filter(|effort| *effort >= 0.0),
+                number("velocity").filter(|rate| *rate > 0.0 && *rate < UNLIMITED_RATE),
+            ];
         }
         if let Some(dynamics) = axis.child("dynamics") {
             let number = |key: &str| dynamics.child_number(context, key).unwrap_or(0.0);
@@ -221,7 +229,7 @@ impl Reader<'_, '_> {
             let rest = number("spring_reference");
             coordinate.spring = (stiffness > 0.0).then_some([stiffness, rest]);
         }
-        (coordinate, effort)
+        (coordinate, greatest)
     }
 
     /// Reads a coupling with another joint, the leader: coordinate = multiplier (leader -

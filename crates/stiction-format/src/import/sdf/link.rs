@@ -2,13 +2,18 @@
 
 use super::super::description::{Body, VisualMesh};
 use super::super::inertia::{Mass, symmetric};
+use super::super::mesh::{self, Content};
 use super::super::solid::{capsule, cuboid, cylinder, ellipsoid};
 use super::super::xml::Element;
 use super::Reader;
 use super::frames::pose;
 use super::models::Model;
 use crate::diagnostic::quoted;
+use crate::triangles;
 use stiction_core::spatial::{Mat3, Vec3};
+
+/// Cure for a link whose mass cannot be computed from its shapes.
+const WRITE_MASS: &str = "write the numbers in <inertial> instead of auto=\"true\"";
 
 /// Default density, kg/m³.
 const DENSITY: f64 = 1000.0;
@@ -36,6 +41,11 @@ impl Reader<'_, '_> {
         }
         (body.mass, body.com, body.inertia) = (mass.mass, mass.com, mass.inertia);
         body.visuals = link.all("visual").filter_map(|visual| self.mesh_of(visual)).collect();
+        let shapes =
+            link.all("collision").filter_map(|shape| shape.child("geometry")?.child("mesh"));
+        for file in shapes.filter_map(|mesh| mesh.child("uri")) {
+            context.is_mesh_file(&file.text, &file.place());
+        }
         let index = self.robot.bodies.len();
         if self.bodies.insert(name.clone(), index).is_some() {
             let message = format!("there are two links named {}", quoted(&name));
@@ -50,11 +60,12 @@ impl Reader<'_, '_> {
     /// Mesh of a `visual` element whose file exists.
     fn mesh_of(&self, visual: &Element) -> Option<VisualMesh> {
         let mesh = visual.child("geometry")?.child("mesh")?;
-        let file = mesh.child("uri")?.text.trim().to_owned();
+        let uri = mesh.child("uri")?;
+        let file = uri.text.trim().to_owned();
         let scale = mesh.child("scale").and_then(|scale| scale.text_numbers::<3>(self.context));
         let pose = pose(self.context, visual);
         let scale = scale.unwrap_or([1.0; 3]);
-        self.context.has_mesh(&file).then_some(VisualMesh { file, scale, pose })
+        self.context.has_mesh(&file, uri.place()).then_some(VisualMesh { file, scale, pose })
     }
 
     fn inertial(&self, inertial: &Element) -> Mass {
@@ -101,11 +112,38 @@ impl Reader<'_, '_> {
             "ellipsoid" => Some(ellipsoid(vector("radii"))),
             "cylinder" => Some(cylinder(number("radius"), 0.5 * number("length"))),
             "capsule" => Some(capsule(number("radius"), 0.5 * number("length"))),
+            "plane" => None,
+            "mesh" => self.mesh_mass(shape),
             other => {
-                let message = format!("shapes of type {} are imported without mass", quoted(other));
-                context.note(message, Some(shape.place()));
+                let message =
+                    format!("the mass of shapes of type {} is not computed", quoted(other));
+                context.error("mass", message, &shape.place(), WRITE_MASS);
                 None
             }
         }
+    }
+
+    /// Mass of the solid that a mesh encloses, with density 1 kg/m³.
+    fn mesh_mass(&self, shape: &Element) -> Option<Mass> {
+        let context = self.context;
+        let file = shape.child("uri")?.text.as_str();
+        let scale = shape.child("scale").and_then(|scale| scale.text_numbers::<3>(context));
+        let scale = scale.unwrap_or([1.0; 3]);
+        let triangles = (context.files)(file).and_then(|bytes| triangles::read(file, &bytes));
+        let mass = triangles.map(|triangles| {
+            let scaled = |point: Vec3<f64>| {
+                Vec3::new(point.x * scale[0], point.y * scale[1], point.z * scale[2])
+            };
+            let triangles: Vec<_> = triangles.iter().map(|corners| corners.map(scaled)).collect();
+            mesh::mass(&triangles, Content::Solid)
+        });
+        let why = match mass {
+            Ok(mass) if mass.mass > 0.0 => return Some(mass),
+            Ok(_) => "it encloses no volume".to_owned(),
+            Err(why) => why,
+        };
+        let message = format!("the mass of the mesh {} is unknown: {why}", quoted(file));
+        context.error("mesh", message, &shape.place(), WRITE_MASS);
+        None
     }
 }

@@ -3,6 +3,7 @@
 mod frames;
 mod gearbox;
 mod joint;
+mod known;
 mod link;
 mod models;
 mod motors;
@@ -10,6 +11,7 @@ mod motors;
 use super::context::Context;
 use super::description::{Description, GROUND, Joint};
 use super::extension;
+use super::unread;
 use super::xml::Element;
 use crate::diagnostic::quoted;
 use frames::Frames;
@@ -35,6 +37,8 @@ pub(super) struct Reader<'a, 'c> {
     /// Greatest effort of each joint by index, N or N m; without entry for a joint without this
     /// limit.
     efforts: HashMap<usize, f64>,
+    /// Greatest rate of each joint by index, m/s or rad/s.
+    rates: HashMap<usize, f64>,
 }
 
 /// Reads a robot.
@@ -52,6 +56,7 @@ pub(super) fn read(context: &Context<'_>, root: &Element) -> Option<Description>
         bodies: HashMap::from([("world".to_owned(), GROUND)]),
         joints: HashMap::new(),
         efforts: HashMap::new(),
+        rates: HashMap::new(),
     };
     for model in &found.models {
         reader.add_frames(model);
@@ -79,6 +84,7 @@ pub(super) fn read(context: &Context<'_>, root: &Element) -> Option<Description>
     motors::guess(&mut reader, &found.models);
     reader.robot.extensions =
         found.models.iter().flat_map(|model| extension::entries(&model.element)).collect();
+    unread::note(context, root, known::ROOT);
     reader.note_unused(&found.models);
     Some(reader.robot)
 }
@@ -142,19 +148,6 @@ impl Reader<'_, '_> {
     }
 
     fn note_unused(&self, models: &[Model]) {
-        let known = [
-            "link",
-            "joint",
-            "frame",
-            "pose",
-            "static",
-            "model",
-            "include",
-            "self_collide",
-            "allow_auto_disable",
-            "enable_wind",
-            "friction",
-        ];
         let mut shapes = false;
         for model in models {
             for link in model.element.all("link") {
@@ -165,13 +158,7 @@ impl Reader<'_, '_> {
                     self.context.note(message, Some(gravity.place()));
                 }
             }
-            for child in &model.element.children {
-                let is_own = child.namespace == extension::NAMESPACE;
-                if !is_own && !known.contains(&child.tag.as_str()) {
-                    let message = format!("<{}> has no counterpart in the model", child.tag);
-                    self.context.note(message, Some(child.place()));
-                }
-            }
+            unread::note(self.context, &model.element, known::MODEL);
         }
         if shapes {
             let is_shown = self.robot.bodies.iter().any(|body| !body.visuals.is_empty());

@@ -20,9 +20,42 @@ pub(super) struct Model {
     pub(super) is_static: bool,
     /// True if the parts belong to the enclosing model.
     pub(super) merged: bool,
+    /// True for the world itself, which may have joints and frames of its own.
+    pub(super) is_world: bool,
 }
 
+/// Name of the frame of a model within it.
+const MODEL: &str = "__model__";
+
 impl Model {
+    /// Full name of the model's own frame. The parts of a merged model keep the frame of their own model.
+    pub(super) fn own_frame(&self) -> String {
+        if self.is_world {
+            return "world".to_owned();
+        }
+        match self.merged {
+            true => {
+                let name = self.element.get("name").unwrap_or_default();
+                format!("{}_merged__{name}{MODEL}", self.prefix)
+            }
+            false => self.full(MODEL),
+        }
+    }
+
+    /// Full name of the frame of the enclosing model.
+    pub(super) fn outer_frame(&self) -> String {
+        format!("{}{MODEL}", self.outer)
+    }
+
+    /// Full name of a frame, from its name within the model.
+    pub(super) fn frame(&self, name: &str) -> String {
+        match name {
+            "world" | "__root__" => "world".to_owned(),
+            MODEL => self.own_frame(),
+            _ => self.full(name),
+        }
+    }
+
     /// Full name of a part: the prefix and its name in the model.
     pub(super) fn full(&self, name: &str) -> String {
         format!("{}{name}", self.prefix)
@@ -70,9 +103,15 @@ pub(super) fn read(context: &Context<'_>, root: &Element) -> Option<Found> {
         context.error("missing", message, &root.place(), "an SDF file has <model> elements");
         return None;
     }
-    let alone = top.len() == 1;
+    let is_own = |child: &&Element| matches!(child.tag.as_str(), "joint" | "frame");
+    let has_own = around.tag == "world" && around.children.iter().any(|child| is_own(&child));
     let name = top.first().and_then(|model| model.get("name")).unwrap_or("robot").to_owned();
-    let name = if alone { name } else { around.get("name").unwrap_or("world").to_owned() };
+    let name = match top.len() {
+        1 => name,
+        _ => around.get("name").unwrap_or("world").to_owned(),
+    };
+    // Joints of the world name the model with its parts.
+    let alone = top.len() == 1 && !has_own;
     let mut open: Vec<Pending> = Vec::new();
     for element in top {
         let outer = (String::new(), version, alone, false);
@@ -80,6 +119,19 @@ pub(super) fn read(context: &Context<'_>, root: &Element) -> Option<Found> {
     }
     open.reverse();
     let mut models = Vec::new();
+    if has_own {
+        let mut element = around.clone();
+        element.children.retain(|child| is_own(&child));
+        models.push(Model {
+            element,
+            prefix: String::new(),
+            outer: String::new(),
+            version,
+            is_static: false,
+            merged: false,
+            is_world: true,
+        });
+    }
     while let Some(pending) = open.pop() {
         if models.len() >= MOST {
             let message = format!("the file has or includes more than {MOST} models");
@@ -174,5 +226,5 @@ fn model(context: &Context<'_>, pending: Pending) -> Option<Model> {
         true => outer.clone(),
         false => format!("{outer}{name}::"),
     };
-    Some(Model { element, prefix, outer, version, is_static, merged })
+    Some(Model { element, prefix, outer, version, is_static, merged, is_world: false })
 }

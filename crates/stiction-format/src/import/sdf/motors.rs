@@ -52,14 +52,15 @@ pub(super) fn guess(reader: &mut Reader<'_, '_>, models: &[Model]) {
         if let [dof] = content.dofs.as_mut_slice() {
             dof.actuated = true;
             any = true;
-            if effort.is_some() {
+            let rate = reader.rates.get(&joint).copied();
+            if effort.is_some() || rate.is_some() {
                 reader.robot.motors.push(Motor {
                     name: content.name.clone(),
                     joint,
                     dof: 0,
                     gear: 1.0,
                     effort,
-                    rate: None,
+                    rate,
                     place: content.place.clone(),
                 });
             }

@@ -69,7 +69,8 @@ pub(super) fn write(context: &Context<'_>, robot: &Description, draft: &Draft<'_
     motor::write(context, &mut out, robot);
     gearing::write(context, &mut out, robot);
     spring::write(&mut out, robot);
-    if let Some(motion) = draft.motion.as_ref().filter(|motion| !motion.is_empty()) {
+    let motion = draft.motion.as_ref().filter(|motion| !motion.is_empty());
+    if let Some(motion) = motion {
         out += "\n";
         comment(
             &mut out,
@@ -79,7 +80,15 @@ pub(super) fn write(context: &Context<'_>, robot: &Description, draft: &Draft<'_
         for Held { name, value, is_angle } in motion {
             let _ = writeln!(out, "{} = {}", coordinate(name), guess(*value, *is_angle));
         }
-        out += "\n[default]\nmotion = \"hold\"\n";
+    }
+    if motion.is_some() || robot.friction.is_some() {
+        out += "\n[default]\n";
+    }
+    if motion.is_some() {
+        out += "motion = \"hold\"\n";
+    }
+    if let Some(mode) = &robot.friction {
+        let _ = writeln!(out, "friction = {}", text(mode));
     }
     out
 }

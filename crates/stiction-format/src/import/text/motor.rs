@@ -74,6 +74,10 @@ pub(super) fn write(context: &Context<'_>, out: &mut String, robot: &Description
             };
             let shown = if all.is_empty() { vec![&plain] } else { all };
             for motor in &shown {
+                if shown.len() > 1 {
+                    let message = "several motors of a joint share its effort equally";
+                    context.note(message, motor.place.clone());
+                }
                 one(out, robot, motor, (own, shown.len()));
             }
         }

@@ -106,12 +106,6 @@ pub(super) fn axis_frame(
 /// Reads limits, damping and friction.
 fn properties(context: &Context<'_>, element: &Element, joint: &mut Joint) {
     let is_continuous = element.get("type") == Some("continuous");
-    for tag in ["calibration", "safety_controller"] {
-        if let Some(child) = element.child(tag) {
-            let message = format!("<{tag}> has no counterpart in the model");
-            context.note(message, Some(child.place()));
-        }
-    }
     let place = || Some(element.place());
     let mut shared = Coordinate::default();
     // Exporters of CAD programs once wrote `joint_properties` for `dynamics`.

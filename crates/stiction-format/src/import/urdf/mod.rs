@@ -3,6 +3,7 @@
 mod closures;
 mod convention;
 mod joint;
+mod known;
 mod motors;
 
 use super::context::Context;
@@ -10,6 +11,7 @@ use super::description::{Body, Description, GROUND, Joint, VisualMesh};
 use super::extension;
 use super::inertia::{symmetric, turned};
 use super::rotation;
+use super::unread;
 use super::xml::{EXPAND_XACRO, Element, XACRO};
 use crate::diagnostic::quoted;
 use std::collections::HashMap;
@@ -124,6 +126,10 @@ fn base_of(context: &Context<'_>, root: &Element) -> Option<String> {
 fn link_body(context: &Context<'_>, link: &Element, name: String) -> Body {
     let mut body = Body::massless(name, Some(link.place()));
     body.visuals = link.all("visual").filter_map(|visual| mesh_of(context, visual)).collect();
+    let shapes = link.all("collision").filter_map(|shape| shape.child("geometry")?.child("mesh"));
+    for mesh in shapes {
+        mesh.get("filename").map(|file| context.is_mesh_file(file, &mesh.place()));
+    }
     let Some(inertial) = link.child("inertial") else { return body };
     let origin = origin(context, inertial);
     let mass = inertial.child("mass").and_then(|mass| mass.number(context, "value"));
@@ -144,7 +150,7 @@ fn link_body(context: &Context<'_>, link: &Element, name: String) -> Body {
 /// Mesh of a `visual` element whose file exists.
 fn mesh_of(context: &Context<'_>, visual: &Element) -> Option<VisualMesh> {
     let mesh = visual.child("geometry")?.child("mesh")?;
-    let file = mesh.get("filename").filter(|file| context.has_mesh(file))?.to_owned();
+    let file = mesh.get("filename").filter(|file| context.has_mesh(file, mesh.place()))?.to_owned();
     let scale = mesh.numbers::<3>(context, "scale").unwrap_or([1.0; 3]);
     Some(VisualMesh { file, scale, pose: origin(context, visual) })
 }
@@ -214,15 +220,5 @@ fn note_unused(context: &Context<'_>, root: &Element, robot: &Description) {
         let is_shown = robot.bodies.iter().any(|body| !body.visuals.is_empty());
         context.note(super::left_out_shapes(is_shown), None);
     }
-    for element in &root.children {
-        match element.tag.as_str() {
-            "link" | "joint" | "loop_joint" | "material" | "transmission" | "ros2_control" => {}
-            // Written by this program, see `convention`.
-            _ if element.namespace == super::NAMESPACE => {}
-            tag => {
-                let message = format!("<{tag}> has no counterpart in the model");
-                context.note(message, Some(element.place()));
-            }
-        }
-    }
+    unread::note(context, root, known::KNOWN);
 }

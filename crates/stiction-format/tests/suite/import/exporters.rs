@@ -1,7 +1,8 @@
 //! Peculiarities of robot files that published packages contain, and that their programs accept.
 
-use super::tree::{convert, model, refused};
+use super::tree::{convert, mobility, model, refused, with_files};
 use stiction_core::joint::JointType;
+use stiction_core::spatial::Vec3;
 
 const LINK: &str = "<inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial>";
 
@@ -196,4 +197,185 @@ fn tables_follow_renamed_joints_and_bodies() {
     let mechanism = model(&imported).mechanism;
     assert_eq!(mechanism.joints()[0].name, "uni_joint", "{}", imported.text);
     assert!(imported.text.contains("joint = \"uni_joint.first\""), "{}", imported.text);
+}
+
+/// Since SDFormat 1.10, a world may have joints and frames of its own.
+#[test]
+fn joints_of_the_world_connect_models() {
+    let inertial = "<inertial><mass>1</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial>";
+    let part = format!(
+        "<sdf version='1.9'><model name='part'><pose>.1 0 0 0 0 0</pose><link name='a'>{inertial}</link>
+        <link name='b'><pose>0 0 .3 0 0 0</pose>{inertial}</link><joint name='j' type='revolute'><parent>a</parent>
+        <child>b</child><axis><xyz>0 1 0</xyz></axis></joint></model></sdf>"
+    );
+    let world = |models: &str, joints: &str| {
+        let text = format!("<sdf version='1.10'><world name='w'>{models}\n{joints}</world></sdf>");
+        with_files("r.sdf", &text, &[("model://part/model.sdf", &part)], false)
+    };
+    let include = |name: &str, pose: &str| {
+        format!("<include><uri>model://part</uri><name>{name}</name><pose>{pose}</pose></include>")
+    };
+    let both = include("A", "0 0 0 0 0 0") + &include("B", "0 0 2 0 0 0");
+    let imported = world(
+        &both,
+        "<frame name='top'><pose>0 0 1 0 0 0</pose></frame>
+        <joint name='x' type='revolute'><pose relative_to='top'/><parent>A::b</parent><child>B::a</child>
+        <axis><xyz expressed_in='__model__'>0 1 0</xyz></axis></joint>
+        <joint name='y' type='fixed'><parent>world</parent><child>A</child></joint>",
+    );
+    let said = notes(&imported);
+    assert!(!said.contains("floats"), "{said}");
+    let read = model(&imported);
+    let joints = read.mechanism.joints();
+    let names: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();
+    assert_eq!(names, ["x", "y", "A.j", "B.j"]);
+    assert_eq!(joints[0].frame_j.position, Vec3::new(0.0, 0.0, 0.7));
+    assert_eq!(mobility(&read), 3);
+    // A joint of the world names the only model, too.
+    let one = world(
+        &include("A", "0 0 0 0 0 0"),
+        "<joint name='y' type='fixed'><parent>world</parent><child>A::a</child></joint>",
+    );
+    assert_eq!(mobility(&model(&one)), 1, "{}", one.text);
+}
+
+/// Every element and attribute that a reader does not know is named with its line; those with their default value, and
+/// those that do not matter, are not.
+#[test]
+fn nothing_is_left_out_in_silence() {
+    let mjcf = "<mujoco><compiler alignfree='true' usethread='false'/><option timestep='1e-3' density='1.2' viscosity='0'
+        wind='1 0 0'><flag actuation='disable' contact='disable'/></option>
+        <worldbody><body name='a'><joint name='j' axis='0 1 0' margin='.1' actuatorgravcomp='false' armature='2'/>
+        <geom size='.1' fluidshape='ellipsoid' rgba='1 0 0 1'/><light/></body></worldbody>
+        <tendon><spatial range='0 1'/></tendon><sensor/><contact/>
+        <actuator><general joint='j' biastype='affine' gainprm='5' biasprm='0 -5 -1'/></actuator>
+        <keyframe><key qpos='0' qvel='1'/></keyframe></mujoco>";
+    let imported = convert("r.xml", mjcf);
+    let said = notes(&imported);
+    for expected in [
+        "r.xml:1: `alignfree` of <compiler> is not read",
+        "r.xml:1: `density` of <option>",
+        "r.xml:2: `wind` of <option>",
+        "r.xml:2: `actuation` of <flag>",
+        "r.xml:3: `margin` of <joint>",
+        "r.xml:4: `fluidshape` of <geom>",
+        "r.xml:5: `range` of <spatial>",
+        "r.xml:5: <sensor> has no counterpart",
+        "r.xml:6: control laws of actuators are left out",
+        "r.xml:7: `qvel` of <key>",
+    ] {
+        assert!(said.contains(expected), "{expected}\n{said}");
+    }
+    for other in ["viscosity", "usethread", "timestep", "actuatorgravcomp", "rgba", "light"] {
+        assert!(!said.contains(other), "{other}\n{said}");
+    }
+    let link = "<link name='a'><kinematic>true</kinematic><velocity_decay/><inertial><mass>1</mass><inertia><ixx>1</ixx><iyy>1</iyy>
+        <izz>1</izz></inertia></inertial><visual name='v'><geometry><box/></geometry></visual></link>";
+    let sdf = format!(
+        "<sdf version='1.9'><world name='w'><state world_name='w'/><physics type='x'/><model name='m'>{link}
+        <joint name='j' type='revolute'><parent>world</parent><child>a</child><axis><xyz>0 0 1</xyz><initial_position>0.5</initial_position>
+        <limit><effort>3</effort><stiffness>3</stiffness></limit></axis><physics/></joint>
+        <model name='n'>{}</model></model></world></sdf>",
+        link.replace("kinematic>true", "kinematic>false").replace("'a'", "'b'")
+    );
+    let imported = convert("r.sdf", &sdf);
+    let said = notes(&imported);
+    for expected in [
+        "r.sdf:1: <state> has no counterpart",
+        "r.sdf:1: <kinematic> has no counterpart",
+        "r.sdf:1, 5: <velocity_decay> has no counterpart",
+        "r.sdf:4: <stiffness> has no counterpart",
+        "r.sdf:4: <physics> has no counterpart",
+    ] {
+        assert!(said.contains(expected), "{expected}\n{said}");
+    }
+    // The joint starts there.
+    assert!(imported.text.contains("\nj = \"28.64788976 deg\"\n"), "{}", imported.text);
+    let urdf = robot("", LINK)
+        .replace("<axis", "<limit effort='1' velocity='2' jerk='3'/><safety_controller/><axis")
+        .replace("<inertial>", "<self_collision_checking/><inertial>");
+    let said = notes(&convert("r.urdf", &urdf));
+    for expected in
+        ["`jerk` of <limit>", "<safety_controller> has", "<self_collision_checking> has"]
+    {
+        assert!(said.contains(expected), "{expected}\n{said}");
+    }
+}
+
+#[test]
+fn flags_disable_parts_of_the_mechanics() {
+    let text = |flags: &str| {
+        format!(
+            "<mujoco><option gravity='0 0 -5'><flag {flags}/></option><option timestep='1e-3'/><worldbody><body name='a'>
+            <joint name='j' axis='0 1 0' damping='2' stiffness='3' frictionloss='4' range='-10 10'/><geom size='.1' pos='.1 0 0'/>
+            </body><body name='b'><joint name='k' axis='0 1 0'/><geom size='.1' pos='0 0 .1'/></body></worldbody>
+            <equality><joint joint1='j' joint2='k'/></equality></mujoco>"
+        )
+    };
+    let disabled = text(
+        "gravity='disable' equality='disable' damper='disable' spring='disable' limit='disable' frictionloss='disable'",
+    );
+    let imported = convert("r.xml", &disabled);
+    let said = notes(&imported);
+    assert!(said.contains("r.xml:1: the file disables `equality`"), "{said}");
+    let read = model(&imported);
+    assert_eq!(mobility(&read), 2);
+    assert_eq!(read.mechanism.gravity(), Vec3::zero());
+    for word in ["stiffness", "damping", "range", "friction", "gearings"] {
+        assert!(!imported.text.contains(&format!("{word} =")), "{}", imported.text);
+    }
+    for flags in ["constraint='disable' passive='disable'", "contact='disable'"] {
+        let read = model(&convert("r.xml", &text(flags)));
+        let is_free = flags.starts_with("constraint");
+        assert_eq!(mobility(&read), 1 + usize::from(is_free));
+        assert_eq!(read.mechanism.joint_springs().is_empty(), is_free);
+        assert_eq!(read.mechanism.gravity(), Vec3::new(0.0, 0.0, -5.0));
+    }
+}
+
+/// A wrong folder of packages is seen, also where a mesh is only shown.
+#[test]
+fn missing_meshes_are_named() {
+    let shapes = "<visual><geometry><mesh filename='package://foo/m.dae'/></geometry></visual>
+        <visual><geometry><mesh filename='package://foo/n.stl'/></geometry></visual>
+        <visual><geometry><mesh filename='here.dae'/></geometry></visual>
+        <collision><geometry><mesh filename='package://foo/o.stl'/></geometry></collision></link><link name='b'>";
+    let text = robot("", LINK).replace("</link>\n<link name='b'>", shapes);
+    let imported = with_files("r.urdf", &text, &[("here.dae", "")], false);
+    let said = notes(&imported);
+    for name in ["package://foo/m.dae", "package://foo/n.stl", "package://foo/o.stl"] {
+        assert!(said.contains(&format!("`{name}`")), "{said}");
+    }
+    assert!(said.contains("--package-path") && said.contains("only meshes in STL"), "{said}");
+    let mjcf = "<mujoco><asset><mesh name='q' file='nope.stl'/></asset><worldbody><body name='a'><joint/>
+        <geom type='mesh' mesh='q' group='3'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body></worldbody></mujoco>";
+    let said = notes(&convert("r.xml", mjcf));
+    assert!(
+        said.contains("r.xml:2: mesh files that cannot be read") && said.contains("`nope.stl`")
+    );
+}
+
+/// Shapes of SDF whose mass counts.
+#[test]
+fn masses_of_meshes_in_sdf_are_those_of_the_solid() {
+    let text = |shape: &str| {
+        format!(
+            "<sdf version='1.11'><model name='m'><link name='a'><inertial auto='true'><density>2</density></inertial>
+            <collision name='c'><geometry>{shape}</geometry></collision></link><joint name='j' type='revolute'>
+            <parent>world</parent><child>a</child><axis><xyz>0 0 1</xyz></axis></joint></model></sdf>"
+        )
+    };
+    let mesh = text("<mesh><uri>model://m/t.obj</uri><scale>2 3 4</scale></mesh>");
+    let tetrahedron = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    let imported = with_files("r.sdf", &mesh, &[("model://m/t.obj", tetrahedron)], false);
+    let mass = model(&imported).mechanism.bodies()[1].mass;
+    // Density times the product of edges over 6.
+    assert!((mass - 2.0 * 24.0 / 6.0).abs() < 1e-12, "{mass}");
+    for (shape, why) in [
+        ("<mesh><uri>model://m/t.obj</uri></mesh>", "`model://m/t.obj` is unknown"),
+        ("<heightmap/>", "`heightmap` is not computed"),
+    ] {
+        let said = refused("r.sdf", &text(shape));
+        assert!(said.contains(why) && said.contains("r.sdf:2:"), "{said}");
+    }
 }

@@ -5,5 +5,6 @@ mod formats;
 mod gearings;
 mod hostile;
 mod meaning;
+mod mujoco;
 mod tree;
 mod truths;

@@ -151,6 +151,7 @@ impl<'a> Writer<'a> {
         let mechanism = &self.home.model.mechanism;
         let reversed = self.tree.parts.iter().filter(|part| part.reversed).map(|part| part.joint);
         let mut entries = extension::frictions(mechanism);
+        entries.extend(extension::default_friction(self.home.model));
         entries.extend(extension::own_springs(mechanism));
         entries.extend(extension::others(mechanism));
         entries.extend(extension::reversed(mechanism, reversed));

@@ -92,17 +92,21 @@ pub fn model_file(
         default.insert("load".into(), "here".into());
     }
     if let Some(mode) = instant.friction {
-        let word = match mode {
-            FrictionMode::Off => "off",
-            FrictionMode::OnePass => "one-pass",
-            FrictionMode::Converged => "on",
-        };
-        default.insert("friction".into(), word.into());
+        default.insert("friction".into(), friction_word(mode).into());
     }
     if !default.is_empty() {
         put("default", default.into());
     }
     Ok(file.to_string())
+}
+
+/// Word of a model file for a mode of friction.
+pub(super) fn friction_word(mode: FrictionMode) -> &'static str {
+    match mode {
+        FrictionMode::Off => "off",
+        FrictionMode::OnePass => "one-pass",
+        FrictionMode::Converged => "on",
+    }
 }
 
 /// Returns the name and the table of a gearing.

@@ -1,0 +1,103 @@
+//! Content of a robot file that its reader does not read: every such element and attribute is named with its lines.
+//!
+//! Each format lists what it knows: what its reader reads or reports itself, and what does not matter here, such as
+//! colours, contacts and settings of solvers. Everything else is reported.
+
+use super::context::Context;
+use super::xml::Element;
+
+/// Attributes and children of one element that are known.
+///
+/// An entry `name=value` is known only with this value, the default of the format: numbers that are all equal to it,
+/// or the same word (`true` and `1`, `false` and `0` are the same).
+pub(super) struct Known {
+    /// Tag of the element, or `parent/tag` where the parent matters.
+    pub(super) tag: &'static str,
+    /// Attributes, separated by spaces.
+    pub(super) attributes: &'static str,
+    /// Tags of children, separated by spaces. The content of children without an entry of their own does not matter.
+    pub(super) children: &'static str,
+}
+
+/// List of everything, also inside.
+pub(super) const ANY: &str = "*";
+
+/// Reports all elements and attributes that are not known.
+pub(super) fn note(context: &Context<'_>, root: &Element, known: &[Known]) {
+    let entry = |parent: &str, tag: &str| {
+        let is_own = |entry: &&Known| {
+            entry.tag.split_once('/').is_some_and(|(outer, own)| (outer, own) == (parent, tag))
+        };
+        let own = known.iter().find(is_own);
+        own.or_else(|| known.iter().find(|entry| entry.tag == tag))
+    };
+    let mut open: Vec<(&Element, &Known)> =
+        entry("", &root.tag).map(|own| (root, own)).into_iter().collect();
+    while let Some((element, own)) = open.pop() {
+        for attribute in &element.attributes {
+            // Attributes with a prefix are of other programs.
+            if own.attributes != ANY
+                && !attribute.name.contains(':')
+                && !is_known(own.attributes, &attribute.name, &attribute.value)
+            {
+                let message = format!("`{}` of <{}> is not read", attribute.name, element.tag);
+                context.note(message, Some(attribute.place()));
+            }
+        }
+        if own.children == ANY {
+            continue;
+        }
+        let mut below = Vec::new();
+        for child in &element.children {
+            if child.namespace == super::NAMESPACE {
+                continue;
+            }
+            match is_known(own.children, &child.tag, &child.text) {
+                true => below.extend(entry(&element.tag, &child.tag).map(|own| (child, own))),
+                false => {
+                    let message = format!("<{}> has no counterpart in the model", child.tag);
+                    context.note(message, Some(child.place()));
+                }
+            }
+        }
+        // In the order of the file.
+        open.extend(below.into_iter().rev());
+    }
+}
+
+fn is_known(list: &str, name: &str, value: &str) -> bool {
+    list.split_whitespace().any(|entry| match entry.split_once('=') {
+        Some((known, default)) => known == name && is_default(value, default),
+        None => entry == name,
+    })
+}
+
+fn is_default(value: &str, default: &str) -> bool {
+    let word = |text: &str| match text.trim() {
+        "true" => "1".to_owned(),
+        "false" => "0".to_owned(),
+        other => other.to_owned(),
+    };
+    if word(value) == word(default) {
+        return true;
+    }
+    let Ok(default) = word(default).parse::<f64>() else { return false };
+    let mut numbers = value.split_whitespace().map(str::parse::<f64>).peekable();
+    numbers.peek().is_none() || numbers.all(|number| number == Ok(default))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_known;
+
+    #[test]
+    fn defaults_are_known() {
+        for (value, expected) in
+            [("0", true), ("0 0.0 0", true), ("", true), ("0 1", false), ("x", false)]
+        {
+            assert_eq!(is_known("mass wind=0", "wind", value), expected, "{value}");
+        }
+        assert!(is_known("a kinematic=false", "kinematic", "0") && is_known("a", "a", "anything"));
+        assert!(!is_known("kinematic=false", "kinematic", "true") && !is_known("ab", "a", ""));
+    }
+}
