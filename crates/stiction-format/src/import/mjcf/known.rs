@@ -114,6 +114,9 @@ pub(super) const KNOWN: &[Known] = &[
          solreffriction solimpfriction width material margin rgba user",
         "site geom pulley",
     ),
+    known("spatial/site", "site", ""),
+    known("spatial/geom", "geom sidesite", ""),
+    known("pulley", "divisor", ""),
     known(
         "actuator",
         "",

@@ -379,3 +379,19 @@ fn masses_of_meshes_in_sdf_are_those_of_the_solid() {
         assert!(said.contains(why) && said.contains("r.sdf:2:"), "{said}");
     }
 }
+
+/// Exports to MJCF divide a body at a closure that is no ball; read again, it is one body.
+#[test]
+fn parts_of_a_divided_body_are_joined() {
+    let text = "<mujoco><worldbody><body name='a'><joint name='j' axis='0 1 0'/>
+        <inertial pos='.5 0 0' mass='1' diaginertia='.1 .2 .3'/><site name='one' pos='1 0 0'/></body>
+        <body name='a@k' pos='1 0 0'><joint name='k' axis='0 1 0'/><inertial pos='-.5 0 0' mass='1' diaginertia='.1 .2 .3'/>
+        <site name='two'/></body></worldbody><equality><weld name='k.weld' site1='one' site2='two'/></equality></mujoco>";
+    let mechanism = model(&convert("r.xml", text)).mechanism;
+    let [_, body] = mechanism.bodies() else { panic!("{} bodies", mechanism.bodies().len()) };
+    assert_eq!((body.mass, body.com), (2.0, Vec3::new(0.5, 0.0, 0.0)));
+    assert!((body.inertia.at(1, 1) - 0.4).abs() < 1e-15);
+    let joints: Vec<&str> = mechanism.joints().iter().map(|joint| joint.name.as_str()).collect();
+    assert_eq!(joints, ["j", "k"]);
+    assert_eq!(mechanism.joints()[1].frame_k.position, Vec3::new(1.0, 0.0, 0.0));
+}
