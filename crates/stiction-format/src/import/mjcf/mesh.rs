@@ -141,8 +141,7 @@ impl Reader<'_, '_> {
                 };
                 let bytes = (context.files)(&path)
                     .map_err(|why| Lost { is_absent: true, ..failed(why) })?;
-                let triangles = triangles::read(&path, &bytes).map_err(failed)?;
-                triangles
+                triangles::read(&path, &bytes).map_err(failed)?
             }
             (None, Some(vertices)) => {
                 let faces = mesh.list(context, "face").unwrap_or_default();
