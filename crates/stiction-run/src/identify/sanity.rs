@@ -361,7 +361,7 @@ pub(super) fn fit_verdict(
         cautions.push(format!(
             "plain least squares is refused: in cross-validation, without the prior, the squared \
              residuals of left-out blocks of the logs are {:.1} times those of the fit ({:.1} \
-             times with the prior of {} equivalent samples)",
+             times with the prior of {:.1} equivalent samples)",
             estimate.left_out_ratio_plain, estimate.left_out_ratio, estimate.strength
         ));
     }
