@@ -5,7 +5,8 @@ use stiction_core::mechanism::JointId;
 use stiction_draw::figure::{JumpTrace, Panel, reversal};
 use stiction_format::ModelFile;
 
-/// One curve for each friction interface.
+/// Curves of all friction interfaces, grouped into one panel for each leg and one for the other
+/// joints.
 #[derive(Clone, Debug)]
 pub(crate) struct ByLeg {
     panel_names: Vec<String>,
@@ -44,8 +45,9 @@ impl ByLeg {
         }
     }
 
-    /// Adds a point to the curve of each interface. `values` contains sliding velocity, plotted value, and true if the
-    /// value is unknown because the interface is at rest.
+    /// Adds a point to the curve of each interface. For each interface, `values` contains the
+    /// sliding velocity, the plotted value, and a flag that is true if the value is unknown because
+    /// the interface is at rest.
     pub(crate) fn add(&mut self, time: f64, values: impl Iterator<Item = (f64, f64, bool)>) {
         let values: Vec<_> = values.collect();
         let crossings = self.last.iter().zip(&values);
@@ -68,12 +70,12 @@ impl ByLeg {
         }
     }
 
-    /// Returns whether there is no friction interface.
+    /// Returns true if there are no friction interfaces.
     pub(crate) fn is_empty(&self) -> bool {
         self.traces.is_empty()
     }
 
-    /// Colour of each interface: its index among the interfaces of its leg.
+    /// Index of the colour of each interface: the number of the interface within its panel.
     pub(crate) fn colours(&self) -> Vec<usize> {
         let mut counts = vec![0; self.panel_names.len()];
         let next = |panel: &usize| {

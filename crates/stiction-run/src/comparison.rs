@@ -41,9 +41,9 @@ impl Headline {
         Self { name, unit, value, time, scale, least_is_worst: false }
     }
 
-    /// The value as shown to readers: zero if it is a rounding error.
+    /// Value that readers are shown: zero if the exact value is a rounding error.
     fn shown(&self) -> f64 {
-        // Relative error after some thousand roundings of the terms.
+        // Relative error after several thousand roundings of the terms.
         const ROUNDING: f64 = 1e-12;
         if self.value.abs() < ROUNDING * self.scale { 0.0 } else { self.value }
     }
@@ -286,9 +286,9 @@ impl EffortCurves {
     }
 }
 
-/// Draws the efforts of several runs in one figure, with a panel for each actuator. As in pictures of two robots, the
-/// first of two runs has the colours of the legs, and the second one is grey and dashed; each of more runs has a colour
-/// of its own, the same in all panels.
+/// Draws the efforts of several runs in one figure, with a panel for each actuator. As in pictures
+/// of two robots, the first of two runs has the colours of the legs, and the second one is grey and
+/// dashed. If there are more than two runs, each run has one colour in all panels.
 pub fn overlay(title: String, runs: Vec<(String, EffortCurves)>) -> Figure {
     let mut panels: Vec<Panel> = Vec::new();
     let is_pair = runs.len() <= 2;

@@ -64,7 +64,8 @@ fn thousandths(value: f64) -> f64 {
     1e3 * value
 }
 
-/// Plots of the errors of all controllers, and of those whose errors are too small to be read beside the largest ones.
+/// Plots of the errors of the drawn controllers. Controllers whose errors are too small to be
+/// legible beside the largest ones are plotted a second time, without the others.
 fn errors(found: &Controllers) -> String {
     // A plot can be read to about this fraction of its largest value.
     const LEGIBLE: f64 = 0.1;

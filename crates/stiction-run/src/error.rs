@@ -67,7 +67,8 @@ pub enum Error {
         /// Name of the body.
         body: String,
     },
-    /// A payload is picked up or placed during the job, while an operating point needs a constant payload.
+    /// A payload is picked up or placed during the job, but an operating point requires a constant
+    /// payload.
     #[error(
         "the payload of `{body}` is picked up or placed between t = {from} s and t = {until} s; an \
          operating point needs payloads that are carried all the time"

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use stiction_core::mechanism::DriveTrain;
 use stiction_draw::numbers::number;
 
-/// Factor on a limit up to which an excess counts as rounding.
+/// A limit counts as exceeded only above this multiple of it; a smaller excess is a rounding error.
 const WITHIN: f64 = 1.0 + 1e-9;
 
 /// Statistics of one motor along a motion.

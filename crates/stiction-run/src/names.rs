@@ -67,7 +67,7 @@ impl Names {
     }
 }
 
-/// Index of the leg of each actuator, whose colour it has in pictures.
+/// Index of the leg of each actuator. The curves of an actuator have the colour of its leg.
 pub(crate) fn legs_of_actuators(mechanism: &Mechanism) -> Vec<Option<usize>> {
     let legs = legs_of_joints(mechanism);
     mechanism.actuators().map(|(joint, _)| legs[joint.0]).collect()

@@ -19,7 +19,8 @@ pub(crate) enum PowerOff {
     Unloaded,
     /// A brake on the shaft of the motor is needed, with at least this torque, N m.
     Brake(f64),
-    /// Static friction can hold the shaft, but perhaps not together with those of all other motors.
+    /// Static friction can hold the shaft, but perhaps not while it also holds the shafts of all
+    /// other motors.
     Undecided,
 }
 

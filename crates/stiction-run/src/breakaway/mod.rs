@@ -22,13 +22,14 @@ pub struct Findings {
     pub forces: Forces,
     /// Breakaway efforts and verdict on self-locking.
     pub rest: Rest,
-    /// Indices of the friction interfaces whose normal load statics does not determine.
+    /// Indices of the friction interfaces whose normal loads are statically indeterminate.
     pub undetermined_loads: Vec<usize>,
-    /// True if statics does not determine all efforts, because there are more actuators than degrees of freedom.
+    /// True if some efforts are statically indeterminate because there are more actuators than
+    /// degrees of freedom.
     pub redundant_actuators: bool,
     /// Poses of all bodies, the ground first, relative to the reference point of the kernel.
     poses: Vec<Pose<f64>>,
-    /// For each drive train, the state of its motor and the means that keep it at rest with power
+    /// For each drive train, the state of its motor, and what keeps the motor at rest with power
     /// off.
     motors: Vec<(Motor, PowerOff)>,
 }

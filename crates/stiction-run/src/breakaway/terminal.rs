@@ -12,8 +12,8 @@ use stiction_draw::numbers::number;
 const LISTED: usize = 6;
 /// Relative difference below which two numbers are printed as one number.
 const SAME: f64 = 1e-6;
-/// Largest factor on the friction coefficients that is printed; bounds on larger factors are
-/// dominated by rounding errors.
+/// Largest factor on the friction coefficients that is printed. Larger factors are dominated by
+/// rounding errors.
 const BEYOND: f64 = 1e6;
 
 /// Writes the results as plain text.
@@ -66,7 +66,7 @@ fn write_motors(out: &mut impl Write, trains: &[DriveTrain], found: &Findings) -
     power_off::write(out, trains, &power_off)
 }
 
-/// Describes the certainty of the intervals, one line for each statement.
+/// Text on the certainty of the effort intervals, with one line for each statement.
 pub(super) fn certainty_text(names: &Names, found: &Findings) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
@@ -74,7 +74,7 @@ pub(super) fn certainty_text(names: &Names, found: &Findings) -> String {
     text
 }
 
-/// Describes in a sentence whether the mechanism keeps its pose without actuators.
+/// Text that says whether the mechanism keeps its pose without actuators.
 pub(super) fn unpowered_text(holding: &Holding) -> String {
     let mut text = String::new();
     let _ = write_unpowered(&mut text, holding);

@@ -64,7 +64,8 @@ pub struct Nearness {
     pub not_searched: usize,
 }
 
-/// Largest number of close approaches of one kind that are examined. Each examination takes some fifty decompositions.
+/// Largest number of close approaches of one kind that are examined. Each examination takes about
+/// fifty matrix decompositions.
 const REFINED: usize = 100;
 /// Singularity index above which a local minimum is not examined, unless it is the least one so
 /// far.
@@ -243,8 +244,8 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Records a passage, unless it lies within `apart`, s, of one of the last two recorded ones and is therefore the
-    /// same.
+    /// Records a passage, unless it lies within `apart`, s, of one of the last two recorded
+    /// passages and therefore counts as the same passage.
     fn cross(&mut self, kind: Kind, time: f64, apart: f64, weakness: Option<Weakness>) {
         if let (Some(found), Some(weakness)) = (&mut self.found[kind as usize], weakness)
             && found.crossings.iter().rev().take(2).all(|(known, _)| (time - known).abs() > apart)

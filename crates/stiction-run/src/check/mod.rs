@@ -40,9 +40,10 @@ pub struct Findings {
     /// For each self-stress of the constraints at the first pose, the reactions of the
     /// participating joints in arbitrary scale.
     pub self_stresses: Vec<Vec<JointLoad>>,
-    /// For each joint, the components of its reaction that statics does not determine somewhere along the motion.
+    /// Joints with reactions that are statically indeterminate somewhere along the motion, each
+    /// with the names of the indeterminate components.
     pub undetermined: Vec<(String, Vec<&'static str>)>,
-    /// True if statics determines the frictionless efforts along the whole motion.
+    /// True if the frictionless efforts are statically determinate along the whole motion.
     pub drives_unique: bool,
     /// Closest approach to actuation singularities.
     pub actuation: Nearness,
@@ -50,8 +51,8 @@ pub struct Findings {
     pub constraint: Nearness,
     /// Closest approach to leg singularities, if the mechanism has legs.
     pub leg: Option<Nearness>,
-    /// Least and greatest actuation index of the finite motions, and the time of the least index, s; only for mechanisms of
-    /// which some motions are possible to first order only.
+    /// Least and greatest actuation index of the finite motions, and the time of the least index,
+    /// s. `None` unless the mechanism has other motions that are possible to first order only.
     pub actuation_of_motion: Option<(f64, f64, f64)>,
     /// Pairs of times, s, of neighbouring samples between which the motion passes an actuation singularity.
     pub passed: Vec<(f64, f64)>,

@@ -73,7 +73,7 @@ fn write_mobility(out: &mut impl Write, job: &Job<'_>, findings: &Findings) -> f
     if findings.mobility.branches_meet {
         writeln!(out, "  not all of them at once: branches of motion meet at this position")?;
     }
-    // Bodies with most joints come first, because the tool is usually on one of them.
+    // The bodies with the most joints come first, because the tool is usually on one of them.
     let mut bodies: Vec<_> = mobility.bodies.iter().collect();
     bodies.sort_by_key(|body| std::cmp::Reverse(body.motions.len() + body.first_order_only.len()));
     for body in bodies.iter().take(LISTED) {

@@ -15,7 +15,8 @@ const JOINT_STATES: &str = "/joint_states";
 const SCENE: &str = "/scene";
 /// Frame of all poses.
 const WORLD: &str = "world";
-/// Columns of `joints.csv` or `forward.csv`, and the field of a joint state that each becomes.
+/// Endings of column names in `joints.csv` and `forward.csv`, each with the field of a joint state
+/// that receives the value.
 const FIELDS: [(&str, &str); 3] =
     [(".position", "position"), (".rate", "velocity"), (".acceleration", "acceleration")];
 /// Thickness of lines and diameter of balls in the skeleton, in characteristic lengths.
@@ -46,7 +47,7 @@ pub fn mcap_of_csv(
     let states = JointStates::new(joints.headers()?, efforts.headers()?);
     let scene = Scene::new(mechanism);
 
-    // Without compression, equal tables give equal bytes whatever the version of a compressor.
+    // Without compression, the bytes do not depend on the version of a compressor.
     let options = WriteOptions::new().compression(None).library("stiction");
     let mut writer = options.create(BufWriter::new(log)).map_err(io::Error::other)?;
     let mut channel = |topic, name: &str, schema: Value| {
@@ -209,8 +210,8 @@ impl Scene {
         Ok(json!({ "entities": entities.collect::<Vec<_>>() }))
     }
 
-    /// Returns the scene entity of a body whose joints are at `points` in the world. The ground
-    /// consists of its joints only.
+    /// Returns the scene entity of a body whose joints are at `points` in the world. The ground has
+    /// balls at its joints but no lines.
     fn entity(&self, stamp: &Value, name: &str, points: &[Vec3<f64>], is_ground: bool) -> Value {
         let [thickness, size] = self.sizes;
         let sum = points.iter().fold(Vec3::zero(), |sum, point| sum + *point);
@@ -278,7 +279,7 @@ impl Scene {
     }
 }
 
-/// Quaternion of the axes of the world.
+/// Identity quaternion: axes parallel to those of the world.
 fn upright() -> Value {
     json!({ "x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0 })
 }
@@ -287,7 +288,7 @@ fn xyz(vector: Vec3<f64>) -> Value {
     json!({ "x": vector.x, "y": vector.y, "z": vector.z })
 }
 
-// Parts of JSON Schema.
+// The functions below create parts of JSON schemas.
 
 fn object(properties: Value) -> Value {
     json!({ "type": "object", "properties": properties })

@@ -21,7 +21,8 @@ const SETTLED: f64 = 1e-4;
 /// Length of the first step, as a fraction of the largest coefficient.
 const FIRST: f64 = 0.1;
 
-/// Number of random trials after an ascent, and the number of steps that they count as.
+/// Number of random trials after an ascent, and the number of steps as which all of them together
+/// count.
 const TRIALS: usize = 24;
 const TRIALS_AS_STEPS: usize = 3;
 /// Size of the first random trial, as a fraction of the coefficients, and the factors on the size after a success and
@@ -146,7 +147,8 @@ fn ascend(
             let mut h = inverse.take().unwrap_or_else(|| {
                 DMatrix::identity(size, size) * (product / change.norm_squared())
             });
-            // H + (1 + y^T H y / s^T y) s s^T / s^T y - (H y s^T + s y^T H) / s^T y.
+            // Update of the inverse Hessian: H + (1 + y^T H y / s^T y) s s^T / s^T y - (H y s^T + s
+            // y^T H) / s^T y.
             let hy = &h * &change;
             let factor = (1.0 + change.dot(&hy) / product) / product;
             h.ger(factor, &step, &step, 1.0);

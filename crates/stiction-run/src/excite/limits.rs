@@ -35,7 +35,7 @@ pub(super) enum Of {
     MotorSpeed(usize),
     MotorTorque(usize),
     MotorRated(usize),
-    /// Singularity index, for which the bound is the least value.
+    /// Singularity index; its bound is the least allowed value.
     Singularity,
 }
 
@@ -270,7 +270,7 @@ impl Limits {
         out
     }
 
-    /// True for each number of [`Self::parts`] whose root mean square alone is limited.
+    /// For each number of [`Self::parts`], true if only its root mean square is limited.
     pub(super) fn rated(&self) -> Vec<bool> {
         self.layout().into_iter().map(|(_, rated)| rated).collect()
     }
@@ -293,7 +293,8 @@ impl Limits {
         all
     }
 
-    /// Returns whether anything other than positions and the singularity index is limited.
+    /// Returns true if any limit applies to a quantity other than positions and the singularity
+    /// index.
     pub(super) fn has_dynamic(&self) -> bool {
         let is_dynamic = |limit: &Limit| {
             !matches!(limit.of, Of::Travel(..) | Of::Measured(..) | Of::Singularity)

@@ -14,8 +14,8 @@ use stiction_core::spatial::Pose;
 const NEAR: f64 = 0.5;
 /// Relative step of finite differences.
 const STEP: f64 = 1e-6;
-/// Largest distance of the bodies from their first position after a period, in characteristic lengths, that counts as
-/// rounding.
+/// Distance from their first positions, in characteristic lengths, below which the bodies count as
+/// having returned there at the end of a period.
 const RETURNED: f64 = 1e-6;
 
 /// Sums over the instants of one period.
@@ -86,7 +86,7 @@ pub(super) struct Objective {
     pub(super) weights: Vec<f64>,
     /// Columns of the chosen parameters in the regressor, with the parameters' scales.
     pub(super) columns: Vec<(usize, f64)>,
-    /// Places in `columns` of the parameters that represent a base combination.
+    /// Indices in `columns` of the parameters that each represent a base combination.
     pub(super) leaders: Vec<usize>,
     rated: Vec<bool>,
 }
@@ -179,8 +179,8 @@ impl Objective {
         ])
     }
 
-    /// Rows of the regressor at an instant, for the chosen columns: scaled, weighted, and zero for actuators whose
-    /// friction is at rest.
+    /// Rows of the regressor at an instant, for the chosen columns. They are scaled and weighted,
+    /// and zero for actuators on which friction at rest acts.
     fn rows(weights: &[f64], columns: &[(usize, f64)], reading: &Reading) -> DMatrix<f64> {
         let actuators = weights.len();
         DMatrix::from_fn(reading.rows.nrows(), columns.len(), |row, column| {

@@ -90,7 +90,8 @@ pub(super) fn noise_of(
     let largest = sweep.rms.iter().copied().fold(0.0, f64::max);
     let each = names.drives.iter().zip(&sweep.rms).map(|((name, unit), rms)| {
         if settings.noise.is_empty() {
-            // An actuator without effort gets the noise of a small fraction of the largest effort.
+            // For an actuator without effort, the noise is that of a small fraction of the largest
+            // effort.
             return Ok(NOISE * rms.max(1e-3 * largest).max(1e-12));
         }
         let found = settings.noise.iter().find_map(|amount| match amount.unit.as_str() {
@@ -107,7 +108,8 @@ pub(super) fn noise_of(
     each.collect()
 }
 
-/// Scales friction parameters that are zero in the model: the scale is the value that explains a tenth of the efforts.
+/// Sets the scales of friction parameters that are zero in the model to the values that explain a
+/// tenth of the efforts.
 pub(super) fn scale_unknown(objective: &mut Objective, sweep: &Sweep) {
     let efforts: f64 = sweep.rms.iter().map(|rms| rms * rms).sum();
     let samples = objective.grid.len() as f64;

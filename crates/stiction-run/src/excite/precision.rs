@@ -50,8 +50,8 @@ impl Confounded {
     }
 }
 
-/// Covariance of the base parameters in units of their scales. `samples` is the number of samples in the logs per
-/// sample of the information matrix.
+/// Covariance of the base parameters in units of their scales. `samples` is the number of log
+/// samples for each sample in the information matrix.
 fn covariance(information: &DMatrix<f64>, leaders: &[usize], samples: f64) -> Option<DMatrix<f64>> {
     Some(leading(information, leaders).cholesky()?.inverse() / samples)
 }

@@ -27,7 +27,8 @@ impl Index {
         Self { fast, spins }
     }
 
-    /// Returns whether the evaluation of the indices takes no longer than the computation of efforts.
+    /// Returns true if the evaluation of the indices takes no longer than the computation of
+    /// efforts.
     pub(super) fn is_fast(&self) -> bool {
         self.fast.is_some()
     }

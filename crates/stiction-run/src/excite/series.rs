@@ -85,8 +85,8 @@ fn orthogonal_to(unit: &DVector<f64>) -> DMatrix<f64> {
 mod tests {
     use super::*;
 
-    /// Position, rate and acceleration return to the centre at rest after every period, for any free
-    /// numbers, and the derivatives are those of the values.
+    /// Tests that every period begins and ends at rest at the centre for any free coefficients, and
+    /// that rates and accelerations are the derivatives of the positions.
     #[test]
     fn periods_begin_and_end_at_rest() {
         let series = Series::new(0.4, 5);

@@ -26,8 +26,8 @@ pub struct ExciteSettings {
     pub seed: u64,
     /// Names of the loads with which the motion is repeated; empty for the robot alone.
     pub payloads: Vec<String>,
-    /// Standard deviations of the measured efforts, one for each unit; `None` for two percent of
-    /// the efforts.
+    /// Standard deviations of the measured efforts, one for each unit; empty for two percent of the
+    /// efforts.
     pub noise: Vec<Amount>,
     /// Time between samples, s; `None` for a hundredth of the period of the highest harmonic.
     pub step: Option<f64>,

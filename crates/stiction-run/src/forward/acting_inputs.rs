@@ -17,7 +17,7 @@ use stiction_format::{Condition, Law, Signal};
 /// Update interval of inverse-dynamics efforts if there is no controller, s.
 const UPDATE: f64 = 1e-3;
 
-/// Fraction of a sampling period below which two instants count as the same.
+/// Distance of two instants, as a fraction of a sampling period, below which they count as one.
 const SAME: f64 = 1e-6;
 
 /// Source of the motion of a prescribed actuator.
@@ -58,7 +58,7 @@ pub(super) struct Acting<'a> {
     pub(super) payload_change: f64,
     /// True for a controller in continuous time.
     is_continuous: bool,
-    /// Actuators whose integral part the simulation integrates.
+    /// Actuators whose control law has an integral part, which the simulation integrates.
     integrating: Vec<usize>,
     /// Actuators whose effort the continuous controller limits.
     limited: Vec<usize>,
@@ -70,7 +70,8 @@ pub(super) struct Acting<'a> {
     pub(super) is_stopped: bool,
     /// First error in the evaluation of the inputs.
     pub(super) failed: Option<Error>,
-    /// Last state in which a formula of a load had no value. The simulation avoids it by a shorter step if it can.
+    /// Error of the last evaluation of the loads, if a formula had no value in that state. The
+    /// simulation avoids that state by a shorter step if it can.
     pub(super) without_load: Option<Error>,
 }
 
@@ -219,7 +220,7 @@ impl<'a> Acting<'a> {
         self.references.at(time)
     }
 
-    /// Error of position and error of rate of an actuator.
+    /// Position error and rate error of an actuator.
     fn error(&self, view: &View<'_>, reference: &[Target<f64>], actuator: usize) -> (f64, f64) {
         let Target { value, rate, .. } = reference[actuator];
         (value - view.actuator_coordinate(actuator), rate - view.actuator_rate(actuator))
@@ -252,7 +253,8 @@ impl<'a> Acting<'a> {
         }
     }
 
-    /// Formulas of efforts over the measured state, which are evaluated in continuous time.
+    /// Formulas that give efforts as functions of the measured state; they are evaluated in
+    /// continuous time.
     fn laws(&self) -> &'a [(usize, Law)] {
         match (self.job.drives, self.period) {
             (Feed::Given(drives), None) => &drives.laws,
@@ -284,8 +286,8 @@ impl<'a> Acting<'a> {
         }
     }
 
-    /// Moves the motion of the whole mechanism to a time, s, starting from the start of the present step. The result
-    /// depends on that start and the time only, not on earlier evaluations.
+    /// Follows the motion of the whole mechanism from the start of the present step to a time, s.
+    /// The result depends only on that start and the time, not on earlier evaluations.
     fn lead(&mut self, time: f64) {
         let Some(leader) = &mut self.leader else { return };
         if !self.leader_from.is_empty() && leader.restore(&self.leader_from).is_none() {
@@ -507,7 +509,7 @@ impl Inputs for Acting<'_> {
     fn next_change(&self, time: f64) -> Option<f64> {
         let sample = self.next_sample().filter(|next| *next > time);
         let recorded = match (self.job.drives, self.period) {
-            // With a sampling period, recorded efforts are evaluated at its samples only.
+            // If there is a sampling period, recorded efforts are evaluated at its samples only.
             (Feed::Given(drives), None) => {
                 drives.samples.as_ref().and_then(|samples| samples.after(time))
             }
@@ -565,7 +567,7 @@ impl Inputs for Acting<'_> {
     }
 
     fn known_until(&self) -> f64 {
-        // Beyond its end the mechanism may be unable to follow the motion.
+        // Beyond the end of the simulation, the mechanism may be unable to follow the motion.
         let follows = self.leader.is_some() || self.is_continuous && self.references.is_guided();
         if follows { self.job.until } else { f64::INFINITY }
     }

@@ -1,4 +1,4 @@
-//! Control laws that are functions of the caller.
+//! Control laws that the caller provides as functions.
 
 use crate::SinkError;
 use std::fmt;
@@ -20,7 +20,8 @@ pub struct Measured<'a> {
 
 type Compute = dyn Fn(&Measured<'_>) -> Result<Vec<f64>, SinkError> + Send + Sync;
 
-/// Control law that the caller computes at each sample. Its efforts are held until the next sample.
+/// Control law that the caller provides. It is evaluated at each sample, and its efforts are held
+/// until the next sample.
 #[derive(Clone)]
 pub struct ControlLaw {
     /// Time between samples, s.

@@ -1,5 +1,5 @@
-//! Static friction at an equilibrium: the efforts for which friction holds the position, and a check whether friction
-//! holds the mechanism at its start already.
+//! Static friction at an equilibrium: the efforts for which friction holds the position, and a
+//! check whether friction already holds the mechanism at the start of the search.
 
 use super::acting_inputs::{Acting, prescribed};
 use super::controller::by_actuators;
@@ -114,7 +114,8 @@ impl Job<'_> {
         Ok(holding)
     }
 
-    /// Returns whether nothing accelerates or slides with the given efforts; `None` without a solution.
+    /// Returns true if nothing accelerates or slides under the given efforts; `None` without a
+    /// solution.
     fn rests(&self, forward: &Forward, state: State<f64>) -> Option<bool> {
         let going = || false;
         let mut acting = Acting::new(self, forward, &state, &going).ok()?;

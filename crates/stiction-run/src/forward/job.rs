@@ -118,7 +118,7 @@ impl<'a> Job<'a> {
 }
 
 impl Job<'_> {
-    /// External loads, also as functions of a simulation's state.
+    /// External loads as inputs of a simulation. They may be functions of its state.
     pub(super) fn acting_loads(&self) -> ActingLoads<'_> {
         ActingLoads { load: self.load, mechanism: &self.model.mechanism }
     }

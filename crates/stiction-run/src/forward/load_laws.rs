@@ -72,7 +72,7 @@ impl ActingLoads<'_> {
         !has_time && self.load.signals().all(|signal| signal.is_constant())
     }
 
-    /// Time, s, up to which a few samples from `time` on resolve all loads.
+    /// End, s, of the interval from `time` on in which a few samples resolve all loads.
     pub(super) fn seen_until(&self, time: f64) -> f64 {
         let laws = self.load.laws.iter().map(|law| law.law.resolved_until(time));
         let signals = self.load.signals().map(|signal| signal.resolved_until(time));

@@ -12,8 +12,8 @@ use stiction_core::mechanism::{DriveTrain, GearInput, Mechanism, MotorMap, Share
 #[derive(Clone, Debug)]
 pub(super) struct Motors {
     trains: Vec<(DriveTrain, MotorMap)>,
-    /// Drive trains that share efforts and whose gears do not transmit them in the ratio of the
-    /// shares.
+    /// Groups of motors that share efforts and whose gears do not transmit these efforts in the
+    /// ratio of the shares.
     shared: Vec<SharedMotors>,
 }
 
@@ -72,9 +72,9 @@ impl Motors {
         }
     }
 
-    /// Adds to the efforts that a motion requires at the joints the additional efforts of the
-    /// motors: to accelerate their rotors and, if `friction` is true, to overcome the friction of
-    /// motors and gears.
+    /// Adds the additional efforts of the motors to the efforts that a motion requires at the
+    /// joints. Motors also accelerate their rotors and, if `friction` is true, overcome the
+    /// friction of motors and gears.
     ///
     /// # Errors
     /// [`Error::SharedMotors`] at this time, s, if motors with torques in the ratio of their shares cannot exert these

@@ -173,8 +173,8 @@ impl Plant {
         Ok(events)
     }
 
-    /// Changes friction coefficients or masses: continues with the state of another plant of the same mechanism, in the
-    /// present plant's model.
+    /// Changes friction coefficients or masses. `state` comes from another plant of the same
+    /// mechanism; it continues in the model of this plant.
     ///
     /// # Errors
     /// The mechanism has no accelerations with these numbers; the state is then unchanged.
@@ -195,7 +195,7 @@ impl Plant {
         Ok(events)
     }
 
-    /// Passes the results in a state to `receive`, for example in a saved state.
+    /// Passes the results of a state, for example of a saved one, to `receive`.
     ///
     /// # Errors
     /// [`Error::Checkpoint`] if the state does not belong to this plant.
@@ -256,7 +256,8 @@ struct HeldInputs<'a> {
     loads: ActingLoads<'a>,
     held: &'a Held,
     until: f64,
-    /// Last state in which a formula of a load had no value. The simulation avoids it by a shorter step if it can.
+    /// Error of the last evaluation of the loads, if a formula had no value in that state. The
+    /// simulation avoids that state by a shorter step if it can.
     without_load: Option<Error>,
 }
 

@@ -72,7 +72,7 @@ impl Layout {
             let own: &Dof = &dofs[dof];
             name.clone_from(&own.name);
         }
-        // The friction of motors follows that of the joints.
+        // The friction interfaces of motors come after those of the joints.
         let shafts = mechanism.shafts_with_friction();
         let signed: Vec<bool> = signed.chain(shafts.iter().map(|_| true)).collect();
         Self {

@@ -25,7 +25,7 @@ pub struct Summary {
     /// Motor of each drive train.
     pub(super) motors: Vec<MotorLoad>,
     pub(super) reactions: Reactions,
-    /// Effort of each gearing, and true if statics determines it in all samples.
+    /// Effort of each gearing, and true if it is statically determinate at all samples.
     pub(super) gearings: Vec<(Size, bool)>,
     pub(super) loads: Vec<Size>,
     pub(super) closure: Size,

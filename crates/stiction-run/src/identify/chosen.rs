@@ -130,8 +130,8 @@ pub(super) struct EffortColumn {
     pub(super) column: usize,
     /// Factor that converts its values to the effort at the joint.
     pub(super) factor: f64,
-    /// Drive train of a current whose torque constant the model lacks; `factor` is then that of 1 N
-    /// m/A.
+    /// Index of the drive train, if the column contains its current and the model lacks its torque
+    /// constant. `factor` then assumes 1 N m/A.
     pub(super) unknown: Option<usize>,
 }
 

@@ -22,8 +22,8 @@ pub struct Missing {
     pub sigma: f64,
     /// Unit of the size.
     pub unit: &'static str,
-    /// Fraction by which the effect reduces the squared residuals, when each fifth of the logs is predicted from the
-    /// others.
+    /// Fraction by which the effect reduces the squared residuals, if each fifth of the logs is
+    /// predicted from the other four (cross-validation).
     pub gain: f64,
     /// Parameters that the effect changes by more than a standard deviation, each with its change in standard
     /// deviations, in decreasing order.
@@ -32,13 +32,16 @@ pub struct Missing {
     pub cure: String,
 }
 
-/// Fraction of the squared residuals of left-out fifths above which an effect matters even if it changes no parameter.
+/// An effect that explains more than this fraction of the squared residuals of left-out fifths
+/// matters even if it changes no parameter.
 const EXPLAINED: f64 = 0.1;
-/// Smallest fraction of the squared residuals of left-out fifths that any effect must explain.
+/// An effect that explains less than this fraction of the squared residuals of left-out fifths is
+/// ignored.
 const LEAST: f64 = 0.005;
-/// Change of a parameter, in standard deviations, above which an effect matters.
+/// An effect matters if it changes a parameter by more than this number of standard deviations.
 const CHANGED: f64 = 1.0;
-/// Size of an effect, in standard deviations of the new fit, up to which it counts as doubtful and is removed.
+/// An effect whose size is at most this number of standard deviations in the new fit counts as
+/// doubtful and is removed.
 const DOUBTFUL: f64 = 2.0;
 /// Largest number of parameters that a caution names.
 const NAMED: usize = 6;

@@ -14,7 +14,8 @@ use stiction_identify::{FitVerdict, Verdict};
 
 /// Number of rows of a table above which the others are folded.
 const LISTED: usize = 40;
-/// Largest number of measured points in a friction plot; the curve of the friction law there has as many intervals of speed.
+/// Largest number of measured points in a friction plot, and number of speed intervals in which the
+/// curve of the friction law is drawn.
 const POINTS: usize = 400;
 const INTERVALS: usize = 40;
 /// Half the width of the dash that marks a point, as a fraction of the horizontal axis.
@@ -132,7 +133,7 @@ impl Identified {
             ("verdict", Column::Text),
         ];
         let row = |p: &&Named| {
-            // Without the sign of a zero.
+            // Adding zero removes the sign of a negative zero.
             let change = (10.0 * (p.value - p.prior) / p.sigma).round() / 10.0 + 0.0;
             let change = if change.is_finite() { format!("{change:.1}") } else { "-".to_owned() };
             let [value, sigma] = [p.value, p.sigma].map(number);

@@ -10,8 +10,9 @@ use nalgebra::DVector;
 use stiction_core::mechanism::Mechanism;
 use stiction_identify::{Kind, Parameter, Verdict};
 
-/// Cosine between the measured currents and the efforts of the model above which the first torque
-/// constant follows from their product. Otherwise it follows from their magnitudes.
+/// If the cosine between measured currents and efforts of the model exceeds this value, the first
+/// value of the torque constant follows from their scalar product. Otherwise it follows from their
+/// magnitudes.
 const AGREES: f64 = 0.5;
 /// Largest number of partners of a torque constant that a message names.
 const NAMED: usize = 4;

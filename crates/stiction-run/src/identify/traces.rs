@@ -13,7 +13,8 @@ use stiction_draw::numbers::exact;
 use stiction_format::ModelFile;
 use stiction_identify::{Kind, Parameter, Rows};
 
-/// Smallest effect of a unit of friction on an effort, relative to the largest one, for which an instant is used.
+/// An instant is used only if the effect of a unit of friction on an effort is at least this
+/// fraction of its largest effect.
 const EFFECT: f64 = 0.5;
 
 /// Efforts of all logs, and friction of all interfaces.
@@ -21,7 +22,7 @@ const EFFECT: f64 = 0.5;
 pub struct Traces {
     /// Name and unit of the effort of each actuator.
     pub efforts: Vec<(String, &'static str)>,
-    /// Index of the leg of each actuator, whose colour it has in pictures.
+    /// Index of the leg of each actuator. The curves of an actuator have the colour of its leg.
     pub(super) legs: Vec<Option<usize>>,
     /// Logs in the order of the fit.
     pub logs: Vec<LogTrace>,

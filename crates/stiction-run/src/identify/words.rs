@@ -212,8 +212,8 @@ impl Identified {
     }
 
     /// Returns the text of the identified model; comments contain values and standard deviations.
-    /// Its motion is rest at the first instant of the default motion, which exported code uses as
-    /// its start.
+    /// The only motion of this model is rest at the first position of the default motion. Exported
+    /// code uses this position as its start.
     ///
     /// # Errors
     /// A message if a model file cannot express the friction.

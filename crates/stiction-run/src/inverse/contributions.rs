@@ -19,7 +19,7 @@ const ROUNDING: f64 = 1e-9;
 const ALL: usize = LIMIT;
 
 impl Job<'_> {
-    /// Returns whether friction contributions exist: friction acts, and a joint is actuated.
+    /// Returns true if there are friction contributions: friction acts, and a joint is actuated.
     pub fn has_shares(&self) -> bool {
         let mechanism = &self.model.mechanism;
         self.friction != FrictionMode::Off
@@ -134,9 +134,10 @@ impl ShareCurves {
         }
     }
 
-    /// Figure with a panel for each actuator and its largest contributions. An interface has the colour of its leg, and
-    /// the second one of a leg in a panel is dashed. In a panel with more interfaces of one leg, an interface has its
-    /// colour in `colours`, unless another interface of the panel has the same colour.
+    /// Figure with a panel for each actuator and its largest contributions. The curve of an
+    /// interface has the colour of its leg, and the second curve of a leg in a panel is dashed. If
+    /// a panel contains more than two interfaces of one leg, or interfaces outside the legs, its
+    /// curves have the colours in `colours`, as far as these differ.
     pub(super) fn figure(
         self,
         names: &Names,
@@ -165,8 +166,8 @@ impl ShareCurves {
     }
 }
 
-/// Colour of the leg of each interface, and true for the second one of a leg, which is dashed; `None` if an interface
-/// has no leg or a leg has more than two of them.
+/// Colour of the leg of each interface, and true for the second interface of a leg, whose curve is
+/// dashed. `None` if an interface has no leg, or if a leg has more than two interfaces.
 fn by_leg(interfaces: &[usize], legs: &[Option<usize>]) -> Option<Vec<(usize, bool)>> {
     let mut chosen = Vec::new();
     for interface in interfaces {
@@ -196,7 +197,8 @@ fn distinct(interfaces: &[usize], colours: &[usize]) -> Vec<usize> {
 mod tests {
     use super::*;
 
-    /// Interfaces have the colours of their legs, which a panel shows for at most two interfaces of each leg.
+    /// Interfaces have the colours of their legs if a panel contains at most two interfaces of each
+    /// leg.
     #[test]
     fn contributions_have_the_colours_of_legs() {
         let legs = [Some(0), Some(0), Some(1), None, Some(0)];
@@ -207,8 +209,8 @@ mod tests {
         assert_eq!(by_leg(&[2, 3], &legs), None);
     }
 
-    /// Interfaces keep the colour of their own plot, and no two interfaces of a panel share a
-    /// colour.
+    /// Interfaces keep the colour of their own plot if it is free, and no two interfaces of a panel
+    /// share a colour.
     #[test]
     fn colours_of_a_panel_are_distinct() {
         assert_eq!(distinct(&[2, 0], &[0, 1, 2]), [2, 0]);

@@ -35,8 +35,9 @@ pub enum Backward {
     Unknown,
 }
 
-/// Evaluates back-driving at the pose of a solved mechanism, in the direction of motion and in the opposite direction:
-/// the rates are reversed, while loads and accelerations stay the same.
+/// Evaluates back-driving at the pose of a solved mechanism, in the direction of motion and in the
+/// opposite direction. For the opposite direction only the rates are reversed; loads and
+/// accelerations stay the same.
 pub(super) fn evaluate_back_driving(
     solver: &mut InverseDynamics,
     mirror: &mut Mirror,

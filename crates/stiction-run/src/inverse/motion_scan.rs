@@ -21,7 +21,7 @@ pub(super) struct MotionExtremes {
     /// Largest rate of each actuator, m/s or rad/s; empty before the first sample.
     pub(super) actuators: Vec<f64>,
     pub(super) mobility: usize,
-    /// Positions at the first samples, as many as are stored.
+    /// Positions at the first samples, up to the largest number that is stored.
     pub(super) track: Track,
 }
 

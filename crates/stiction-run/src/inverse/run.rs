@@ -26,8 +26,8 @@ pub enum Phase {
 /// Fraction of the largest sliding speed below which an interface counts as resting. At a reversal rounding leaves
 /// 1e-16 of the largest speed instead of zero.
 const REST: f64 = 1e-9;
-/// Sliding speed below which an interface counts as resting in any motion, m/s. It decides if the motion consists of
-/// reversals or single poses only.
+/// Sliding speed below which an interface counts as resting in any motion, m/s. This limit decides
+/// for motions that consist only of reversals or of a single pose.
 const STANDSTILL: f64 = 1e-12;
 
 impl Job<'_> {

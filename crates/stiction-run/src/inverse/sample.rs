@@ -27,14 +27,14 @@ pub struct Sample {
     pub closure: f64,
     /// Singularity indices; NaN at samples for which they are not requested, see [`Indices`](crate::Indices).
     pub distances: Distances,
-    /// True for each component of each joint's reaction (three of the force, then three of the moment) that statics
-    /// determines.
+    /// For each joint, true for the components of its reaction that are statically determinate
+    /// (three components of the force, then three of the moment).
     pub determined_reactions: Vec<[bool; 6]>,
-    /// True for each gearing whose effort statics determines.
+    /// True for each gearing whose effort is statically determinate.
     pub determined_gearings: Vec<bool>,
-    /// True for each friction interface whose normal load statics determines.
+    /// True for each friction interface whose normal load is statically determinate.
     pub determined_loads: Vec<bool>,
-    /// True for each actuator whose effort statics determines.
+    /// True for each actuator whose effort is statically determinate.
     pub determined_drives: Vec<bool>,
     /// Coupling of friction and reactions; the solution is unique below one. `None` if unknown. With
     /// [`Indices::Least`](crate::Indices::Least), an upper bound that does not exceed the greatest coupling of the

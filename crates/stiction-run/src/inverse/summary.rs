@@ -58,9 +58,10 @@ pub struct Summary {
     pub(super) closure: Size,
     pub(super) actuation: Least,
     pub(super) constraint: Least,
-    /// Effort of each gearing, and true if statics determines it in all samples.
+    /// Effort of each gearing, and true if it is statically determinate at all samples.
     pub(super) gearings: Vec<(Size, bool)>,
-    /// True for each component of each joint's reaction that statics determines in all samples.
+    /// For each joint, true for the components of its reaction that are statically determinate at
+    /// all samples.
     pub(super) determined_reactions: Vec<[bool; 6]>,
     pub(super) determined_loads: Vec<bool>,
     pub(super) determined_drives: Vec<bool>,
@@ -133,7 +134,8 @@ impl Summary {
         self.motions.iter().map(|(_, _, power)| power)
     }
 
-    /// Names of the joints with the components of their reactions that statics does not determine.
+    /// Names of the joints with statically indeterminate reactions, each with the names of the
+    /// indeterminate components.
     pub(super) fn undetermined(&self) -> Vec<(&str, Vec<&'static str>)> {
         self.names
             .joints
@@ -144,8 +146,8 @@ impl Summary {
             .collect()
     }
 
-    /// Returns whether the efforts are unique: statics determines them, and no friction depends on an undetermined
-    /// reaction.
+    /// Returns whether the efforts are unique: they are statically determinate, and no friction
+    /// depends on an indeterminate reaction.
     pub(super) fn drives_are_unique(&self, friction: FrictionMode) -> bool {
         let frictions = friction == FrictionMode::Off || !self.determined_loads.contains(&false);
         frictions && !self.determined_drives.contains(&false)
@@ -443,7 +445,8 @@ pub(super) fn friction_word(mode: FrictionMode) -> &'static str {
     }
 }
 
-/// Names the declared weighting that selects the undetermined efforts or reactions; `None` if the solution is unique.
+/// Description of the weighting that selects one of several possible solutions for efforts or
+/// reactions; `None` if the solution is unique.
 pub(super) fn weighting_words(job: &Job<'_>, verdict: &Verdict) -> Option<String> {
     let mechanism = &job.model.mechanism;
     let length = mechanism.characteristic_length();

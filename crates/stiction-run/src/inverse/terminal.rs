@@ -364,7 +364,7 @@ fn write_singular(
     Ok(())
 }
 
-/// Writes how far the solution with friction is unique.
+/// Writes the statement on the uniqueness of the solution with friction.
 fn write_unique(out: &mut impl Write, what: &str, verdict: &Verdict) -> fmt::Result {
     if let Some(coupling) = verdict.coupling.filter(|coupling| *coupling < 1.0) {
         return match coupling > 1e-9 {

@@ -107,7 +107,8 @@ impl Uniqueness {
     }
 }
 
-/// Returns whether statics determines all forces: there is no redundancy, and no body has a local rotation.
+/// Returns whether all forces are statically determinate: there is no redundancy, and no body has a
+/// local rotation.
 pub(super) fn is_determined(solver: &InverseDynamics) -> bool {
     let has_spins = !solver.constraints().spins().is_empty();
     solver.weighting() == Some(Weighting::Determined) && !has_spins

@@ -11,7 +11,7 @@ pub struct Verdict {
     pub samples: usize,
     /// Notes on differences between the assembled first configuration and the declared `home` and `start`.
     pub assembly_notes: Vec<String>,
-    /// Least mobility along the motion that the constraints leave, local rotations included.
+    /// Least mobility that the constraints leave at any sample, local rotations included.
     pub mobility: usize,
     /// Names of the bodies that can rotate freely about their own axis.
     pub idle_spins: Vec<String>,
@@ -21,7 +21,8 @@ pub struct Verdict {
     pub weighting: Option<Weighting>,
     /// Sliding speed below which friction interfaces are at rest, m/s.
     pub rest_speed: f64,
-    /// Largest uniqueness bound along the motion: below one the solution with friction is unique. `None` if unknown.
+    /// Largest uniqueness bound along the motion. If it is below one, the solution with friction is
+    /// unique. `None` if unknown.
     pub coupling: Option<f64>,
     /// Pairs of times, s, of neighbouring samples between which the mechanism passes a singular pose, near which
     /// efforts grow without bound.

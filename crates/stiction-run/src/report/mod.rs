@@ -90,7 +90,8 @@ pub(crate) fn by_joint(
     html::bars(&Bars { title, axis: String::new(), unit: unit.to_owned(), bars })
 }
 
-/// Section with the options and the program version that repeat the run; `options` are those of the summary.
+/// Section with the options and the program version with which the run can be repeated; `options`
+/// are those of the summary.
 pub(crate) fn repeat(command: Option<&str>, options: &Value) -> String {
     let mut inner = String::new();
     if let Some(command) = command {

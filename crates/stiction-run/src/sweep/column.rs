@@ -30,8 +30,8 @@ impl Column {
         }
     }
 
-    /// Finds the column of the same table that states if statics determines the value of this
-    /// column; `None` if the table has no such column.
+    /// Finds the column of the same table that says if the values of this column are statically
+    /// determinate; `None` if the table has no such column.
     pub(super) fn determined(&self, known: &[Self]) -> Option<Self> {
         let owners = self.name.match_indices('.').map(|(at, _)| &self.name[..at]);
         let flag = |owner: &str| {
@@ -85,7 +85,7 @@ pub(super) fn split(header: &str) -> (String, String) {
     }
 }
 
-/// Columns `J.effort`, which are further names for the columns `J.drive` of all actuators.
+/// Columns `J.effort`, which are aliases of the columns `J.drive`, for all actuators.
 fn efforts(job: &Job<'_>, inverse: &[Column]) -> Vec<Column> {
     let names = Names::new(&job.model.mechanism);
     let effort = |(name, _): &(String, &str)| {

@@ -86,8 +86,9 @@ impl Findings {
         }
     }
 
-    /// Designs with the least or greatest value of an objective, each once: its row, its settings,
-    /// and the objectives of which it is an extreme. At most as many as a report page shows.
+    /// Designs with the least or greatest value of an objective. Each design occurs once, with its
+    /// row, its settings, and a description of its extremes. The list is no longer than a report
+    /// page shows.
     pub fn extreme_designs(&self) -> Vec<(u64, &[Setting], String)> {
         let mut all: Vec<(u64, &[Setting], String)> = Vec::new();
         for (objective, extremes) in self.objectives.iter().zip(&self.extremes) {

@@ -25,7 +25,7 @@ pub struct Objectives {
 struct Item {
     header: String,
     column: Column,
-    /// Column that states if statics determines the value at a sample.
+    /// Column that says if the value at a sample is statically determinate.
     determined: Option<Column>,
     is_determined: bool,
     statistic: Statistic,
@@ -56,7 +56,7 @@ impl Objectives {
         self.items.iter().map(|item| item.header.clone()).collect()
     }
 
-    /// Describes the objectives whose values statics does not determine.
+    /// Describes the objectives whose values are statically indeterminate.
     pub fn doubts(&self) -> impl Iterator<Item = String> {
         let items = self.items.iter().filter(|item| !item.is_determined);
         items.map(|item| format!("`{}` is not unique", item.column.name))

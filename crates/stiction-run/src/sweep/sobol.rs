@@ -124,7 +124,7 @@ mod tests {
     }
 
     /// For pairs of dimensions, 4096 points leave no square of side 1/4 empty. (For many pairs, 4^k
-    /// points have even one in each square of side 2^-k.)
+    /// points even have exactly one in each square of side 2^-k.)
     #[test]
     fn pairs_of_dimensions_leave_no_hole() {
         let all: Vec<Sobol> = (0..MOST_DIMENSIONS).map(Sobol::new).collect();

@@ -1,5 +1,5 @@
-//! Degrees of freedom: three counts, the singular values that decide them, and the motions of each
-//! body.
+//! Section on degrees of freedom: three counts, the singular values that decide them, and the
+//! motions of each body.
 
 use crate::Job;
 use crate::check::{Findings, words};
@@ -73,7 +73,7 @@ fn gap(findings: &Findings) -> String {
 }
 
 fn bodies(findings: &Findings) -> String {
-    // Bodies with most joints come first, because the tool is usually on one of them.
+    // The bodies with the most joints come first, because the tool is usually on one of them.
     let mut bodies: Vec<_> = findings.mobility.bodies.iter().collect();
     bodies.sort_by_key(|body| std::cmp::Reverse(body.motions.len() + body.first_order_only.len()));
     let blocked = bodies.iter().any(|body| !body.first_order_only.is_empty());

@@ -54,7 +54,7 @@ fn joints_of(job: &Job<'_>, stress: &[JointLoad]) -> String {
 fn self_stress(job: &Job<'_>, stress: &[JointLoad]) -> String {
     let largest = |part: fn(&JointLoad) -> f64| stress.iter().map(part).fold(0.0, f64::max);
     let (force, moment) = (largest(|load| load.force.norm()), largest(|load| load.moment.norm()));
-    // Values as small as rounding errors of the largest become zero.
+    // Values below the rounding error of the largest value become zero.
     let clean = |x: f64, largest: f64| {
         if x.abs() < 1e-9 * largest { "0".to_owned() } else { number(x) }
     };

@@ -4,9 +4,10 @@ use nalgebra::{Matrix3, SymmetricEigen};
 use stiction_core::mechanism::Body;
 use stiction_core::spatial::Mat3;
 
-/// Fraction of the largest moment of inertia, and of the mass times the squared characteristic length, that replaces
-/// zero moments. The sum of two moments also exceeds the third by this fraction, so that rounding does not make MuJoCo
-/// reject the file.
+/// Relative margin by which inertias satisfy MuJoCo's conditions, so that rounding does not make it
+/// reject the file. Each moment of inertia is at least this fraction of the sum of the largest
+/// moment and the mass times the squared characteristic length. The two smaller moments together
+/// exceed the largest one by at least this fraction of it.
 const SLACK: f64 = 1e-9;
 /// Least moment of inertia in the file, kg m^2; MuJoCo rejects moments below about 1e-14 kg m^2.
 const LEAST: f64 = 1e-13;
@@ -22,8 +23,8 @@ pub(super) fn accepted(body: &Body, length: f64, parts: usize) -> (Mat3<f64>, bo
     let floor = (SLACK * (largest + body.mass * length * length)).max(LEAST * parts as f64);
     let mut moments = given.map(|moment| moment.max(floor));
     let top = moments.imax();
-    // Deficit of the sum of the two other moments, which share it equally: the single moment of a
-    // planar model becomes the inertia of a lamina.
+    // Amount by which the sum of the two other moments is too small. Each of them is increased by
+    // half of it. The single moment of a planar model thus becomes the inertia of a lamina.
     let lacks = moments[top] * (2.0 + SLACK) - moments.sum();
     if lacks > 0.0 {
         for k in (0..3).filter(|k| *k != top) {

@@ -54,7 +54,7 @@ impl Sites {
                     place(0, j, joint.frame_j, None);
                     place(1, k, joint.frame_k, None);
                 }
-                // Both lie at the same place, on the two parts of one body.
+                // Both sites lie at the same point, on the two parts of one body.
                 Closing::Part => {
                     let reversed = |part: &&Part| part.joint == index && part.reversed;
                     let (body, pose) = match tree.parts.iter().find(reversed) {

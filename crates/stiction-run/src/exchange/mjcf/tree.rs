@@ -107,7 +107,7 @@ impl Tree {
 fn rank(mechanism: &Mechanism, joint: &Joint) -> (usize, Reverse<usize>) {
     let ends = [joint.predecessor, joint.successor].map(|end| has_mass(mechanism, end));
     let rank = match (closing_of(joint.joint_type), ends) {
-        // The joint cannot close a loop, or it holds a body without mass, which must not move
+        // The joint cannot close a loop, or it connects a body without mass, which must not move
         // freely.
         (Closing::Part, [false, false]) | (Closing::Weld, [false, _] | [_, false]) => 0,
         (Closing::Part, _) => 1,

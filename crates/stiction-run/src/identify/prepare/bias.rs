@@ -23,7 +23,7 @@ impl Prepared {
         let cutoff = self.cutoff?;
         let parameters = self.regressor.parameters();
         let grid: Vec<f64> = self.instants.iter().map(|(time, _)| *time).collect();
-        // Effort terms and offsets are left out, because the filter counts as having no effect on
+        // Effort terms and offsets are left out, because the filter is assumed to have no effect on
         // them.
         let moving = DVector::from_fn(at.len(), |k, _| match parameters[k].kind {
             Kind::Term(_) | Kind::Offset(_) => 0.0,

@@ -7,9 +7,9 @@ use super::motion::ROWS_PER_PERIOD;
 use nalgebra::{DMatrix, DVector};
 use stiction_identify::{Dwells, Kind};
 
-/// Factor on the normal loads computed without friction, which yields their largest value at rest.
-/// Static friction changes joint reactions by an unknown amount, relative to the loads about the
-/// friction coefficient.
+/// Factor on the normal loads computed without friction; the products are the largest loads at
+/// rest. Static friction changes joint reactions by an unknown amount, which is about the loads
+/// times the friction coefficient.
 const LOADED: f64 = 1.2;
 /// Largest number of parts of a dwell whose mean efforts are compared.
 const PARTS: usize = 8;
@@ -32,7 +32,8 @@ impl Standstill {
     }
 }
 
-/// Distance of two rows, in median distances, above which the log has a gap between them.
+/// Distance in time of two successive rows, in units of the median distance, above which the log
+/// has a gap between them.
 const GAP: f64 = 1.5;
 
 /// Finds the dwells among the rows at `times`: intervals in which `is_resting` holds. `effort`
@@ -89,8 +90,8 @@ impl Prepared {
     /// `values`. Returns the number of dwells without bounds and the number of all dwells. A dwell
     /// has no bounds if the model has no forces there, or if a formula may have any value at rest.
     ///
-    /// A dwell may creep at a rate below the noise of the rates: sliding friction obeys the same
-    /// limits.
+    /// During a dwell the mechanism may creep at a rate below the noise of the rates. The bounds
+    /// remain valid, because sliding friction obeys the same limits.
     pub(in crate::identify) fn set_dwells(&mut self, values: &[f64]) -> [usize; 2] {
         self.block.dwells.clear();
         let all = self.standstills.len();
@@ -129,8 +130,8 @@ impl Prepared {
                 let known = columns.known[channel];
                 let bounds = [low - known + fixed[channel], high - known - fixed[channel]];
                 let mut columns = matrix.row(channel).into_owned();
-                // An unknown torque constant scales the effort, represented by the middle of its
-                // bounds.
+                // An unknown torque constant scales the effort, which the middle of its bounds
+                // represents.
                 let (bounds, constant) =
                     self.scaled_by_constant(channel, bounds, 0.5 * (low + high));
                 if let Some((parameter, slope)) = constant {

@@ -124,7 +124,8 @@ impl Scales {
 }
 
 impl Prepared {
-    /// Computes the signal of an effect in the rows of an actuator; `None` if these rows cannot show the effect.
+    /// Computes the signal of an effect in the rows of an actuator; `None` if the signal cannot be
+    /// computed for these rows, or does not change and thus cannot be distinguished from an offset.
     pub(in crate::identify) fn effect(
         &self,
         channel: usize,

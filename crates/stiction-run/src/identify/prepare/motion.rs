@@ -13,12 +13,13 @@ use stiction_format::{LowPass, Signal};
 const PER_PERIOD: f64 = 16.0;
 /// Number of rows of the regression per period of the cut-off frequency.
 pub(super) const ROWS_PER_PERIOD: f64 = 4.0;
-/// Number of samples in each part of a log, and number of parts, from which a cut-off frequency is suggested.
+/// A cut-off frequency is suggested from several parts of a log: number of samples in each part,
+/// and number of parts.
 const EXAMINED: usize = 20_000;
 const PARTS: usize = 4;
 /// Sampling rate below which the motion of a robot cannot be resolved, 1/s.
 const SLOWEST: f64 = 2.0;
-/// Standard deviation of the time steps, relative to their mean, above which a caution names it.
+/// Standard deviation of the time steps, relative to their mean, above which there is a caution.
 const JITTER: f64 = 0.1;
 /// Largest number of lines with spikes that a caution names.
 const NAMED: usize = 10;
@@ -53,8 +54,8 @@ impl Motion {
         self.filter = RowFilter::LowPass(filters.collect());
     }
 
-    /// Leaves out the neighbourhood of instants whose positions the model cannot reach; `reached` are the instants that
-    /// it reaches.
+    /// Leaves out the neighbourhood of instants whose positions the model cannot reach; `reached`
+    /// contains the instants whose positions it can reach.
     pub(super) fn keep(&mut self, reached: &[f64]) {
         let (Some(cutoff), RowFilter::LowPass(pieces)) = (self.cutoff, &self.filter) else {
             return;

@@ -5,7 +5,7 @@ use crate::job::Job;
 use stiction_core::spatial::Vec3;
 use stiction_draw::viewer::Ghost;
 
-/// Largest number of samples that a step along the motion passes.
+/// Number of samples from one step along the motion to the next.
 const STRIDE: usize = 16;
 
 /// Determines the least-constrained motion with locked actuators at a time, s. `None` if the mechanism cannot follow
