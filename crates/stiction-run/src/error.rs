@@ -102,8 +102,8 @@ pub enum Error {
         /// Last instant of the motion, s.
         end: f64,
     },
-    /// Static friction is not computed at this instant: the mechanism is singular, or constraints and actuators are
-    /// both redundant.
+    /// Static friction is not computed at this instant, because the mechanism is singular, or
+    /// because constraints and actuators are both redundant.
     #[error(
         "at t = {time} s the mechanism is singular, or both its constraints and its actuators are \
          redundant: static friction is not computed there"

@@ -24,8 +24,8 @@ pub(crate) struct MotorLoad {
     span: Option<(f64, f64)>,
 }
 
-/// Fraction of the peak speed below which a motor counts as resting: a sticking axis in a simulation keeps a rate due
-/// to rounding.
+/// Fraction of the peak speed below which a motor counts as resting, because a sticking axis in a
+/// simulation keeps a rate due to rounding.
 const STILL: f64 = 1e-9;
 
 /// Time at speeds of each order of magnitude. The least speed at which a motor counts as turning

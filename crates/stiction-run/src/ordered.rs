@@ -73,8 +73,8 @@ struct State<T> {
     workers: usize,
 }
 
-/// Locks a mutex even if another thread panicked while it held the lock: no thread leaves partial
-/// changes.
+/// Locks a mutex even if another thread panicked while it held the lock, because no thread leaves
+/// partial changes.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -85,7 +85,7 @@ impl<T> Board<T> {
             state: Mutex::new(State { done: BTreeMap::new(), under_way: 0, workers }),
             changed: Condvar::new(),
             is_closed: AtomicBool::new(false),
-            // Each thread has one piece in progress and one waiting.
+            // Each thread may have one piece in progress and one waiting.
             most: 2 * workers + 1,
         }
     }

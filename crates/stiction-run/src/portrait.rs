@@ -5,8 +5,8 @@ use crate::{Error, Job};
 use stiction_core::dynamics::InverseDynamics;
 use stiction_draw::drawing::{Detail, Drawing, Surface, Trail, View};
 
-/// Thickness of the picture, relative to its length, below which the mechanism looks like a line.
-/// Other instants are then compared.
+/// If the thickness of the picture is below this fraction of its length, the mechanism looks like a
+/// line, and other instants are compared.
 const THIN: f64 = 0.1;
 /// Number of instants that are compared.
 const COMPARED: usize = 12;

@@ -1,4 +1,4 @@
-//! Ranges of joints and strokes of gas springs: the excursions of a motion beyond them.
+//! Excursions of a motion beyond the ranges of joints and the strokes of gas springs.
 
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
@@ -213,8 +213,8 @@ impl Watched {
         }
     }
 
-    /// Time at which the quantity crosses a limit after the last sample: on the cubic through values and rates, or on a
-    /// straight line if the rates are unknown.
+    /// Time at which the quantity crosses a limit after the last sample. It is interpolated by the
+    /// cubic through values and rates, or linearly if the rates are unknown.
     fn crossing(&self, time: f64, (value, rate): ValueAndRate, limit: f64) -> Option<f64> {
         let (before, (old, old_rate)) = self.last?;
         let (h, rise) = (time - before, value - old);

@@ -13,8 +13,8 @@ pub(crate) struct Size {
     magnitudes: f64,
 }
 
-/// Relative difference below which a larger value counts as equal, so that rounding does not move
-/// the peak to a later instant.
+/// A value that is larger by less than this relative difference counts as equal, so that rounding
+/// does not move the peak to a later instant.
 const ROUNDING: f64 = 1e-12;
 
 impl Size {

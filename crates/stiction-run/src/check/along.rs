@@ -33,7 +33,8 @@ impl Kind {
     }
 }
 
-/// Motion that a mechanism gains at a singular pose, in words, and the load that it cannot carry there.
+/// Description of the motion that a mechanism gains at a singular pose, and of the load that it
+/// cannot carry there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weakness {
     /// Name of the moving body.
@@ -67,11 +68,12 @@ pub struct Nearness {
 /// Largest number of close approaches of one kind that are examined. Each examination takes about
 /// fifty matrix decompositions.
 const REFINED: usize = 100;
-/// Singularity index above which a local minimum is not examined, unless it is the least one so
-/// far.
+/// A local minimum with a singularity index above this value is not examined, unless it is the
+/// least one so far.
 const NEAR: f64 = 0.05;
-/// Singularity index below which a local minimum counts as a passage. The search stops before the
-/// singular pose itself, because the motion may be undetermined there.
+/// A local minimum with a singularity index below this value counts as a passage through a singular
+/// pose. The search stops before the singular pose itself, because the motion may be undetermined
+/// there.
 const CROSSED: f64 = 1e-7;
 /// Largest number of steps of a search; each step shortens the interval by the golden ratio.
 const STEPS: usize = 60;
@@ -267,7 +269,7 @@ impl<'a> Watch<'a> {
         let mut left = at(high - golden * (high - low))?;
         let mut right = at(low + golden * (high - low))?;
         for _ in 0..STEPS {
-            // At the singular pose the motion may be undetermined: the search continues close to
+            // At the singular pose the motion may be undetermined, so the search continues close to
             // it.
             let lower_half = left.2 < right.2;
             let next = match lower_half {
@@ -282,7 +284,8 @@ impl<'a> Watch<'a> {
                 low = left.0;
                 left = core::mem::replace(&mut right, next);
             }
-            // The accuracy of a smooth minimum is the square root of the rounding error.
+            // The instant of a smooth minimum is accurate only to the square root of the rounding
+            // error.
             let flat = (left.2 - right.2).abs() <= 1e-13 && left.2 > 1e-6;
             if flat || high - low <= 1e-14 * high.abs().max(low.abs()) {
                 break;
@@ -326,9 +329,9 @@ impl<'a> Watch<'a> {
         Some(Weakness { body, motion, load, left: None })
     }
 
-    /// Describes the motion that the mechanism gains at a constraint singularity: a motion blocked
-    /// at second order only. Where branches of motion meet, the gained motion is not unique, and
-    /// all branches are named.
+    /// Describes the motion that the mechanism gains at a constraint singularity. This motion is
+    /// blocked at second order only. Where branches of motion meet, the gained motion is not
+    /// unique, and all branches are named.
     fn constraint_weakness(&self, solver: &InverseDynamics) -> Option<Weakness> {
         let mechanism = solver.mechanism();
         let length = mechanism.characteristic_length();

@@ -49,9 +49,9 @@ pub struct Sizes {
     pub joints: Vec<Range>,
     /// Distance between the origins of the first and the last joint of each leg, m.
     pub legs: Vec<Range>,
-    /// For each body at which legs end, or each body of a mechanism without legs: the smallest axis-parallel box in the
-    /// world that contains its centre of mass along the motion, m; corners with the least and with the greatest
-    /// coordinates.
+    /// For each body at which legs end (for all bodies of a mechanism without legs): name, and the
+    /// two opposite corners, m, of the smallest box parallel to the world axes that contains its
+    /// centre of mass along the motion.
     pub reach: Vec<(String, Vec3<f64>, Vec3<f64>)>,
 }
 
@@ -249,8 +249,8 @@ fn legs(mechanism: &Mechanism) -> Vec<(usize, usize)> {
     legs
 }
 
-/// Name of a leg: the common part of the names of its first and last joint, such as `leg1` for `leg1.R` and `leg1.S`;
-/// both names if they have none in common.
+/// Name of a leg: the common part of the names of its first and last joint, such as `leg1` for
+/// `leg1.R` and `leg1.S`. If the names have no common part, both of them.
 fn leg_name(first: &str, last: &str) -> String {
     match (first.rsplit_once('.'), last.rsplit_once('.')) {
         (Some((a, _)), Some((b, _))) if a == b => a.to_owned(),

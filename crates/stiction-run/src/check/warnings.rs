@@ -4,7 +4,7 @@ use super::{Findings, Kind};
 use crate::Job;
 use stiction_draw::numbers::number;
 
-/// Singularity index below which forces can become a hundred times the load or more.
+/// Singularity index below which the forces can be a hundred times as large as the load, or larger.
 const NEAR: f64 = 0.01;
 /// Relative singular value of the loop constraints (divided by the largest one) below which a rank
 /// decision is doubtful.

@@ -171,7 +171,7 @@ fn write_value(out: &mut String, value: &Value, depth: usize) -> fmt::Result {
         Value::Object(entries) => {
             entries.iter().map(|(key, entry)| (Some(key.as_str()), entry)).collect()
         }
-        // In an array of numbers every comma is a separator.
+        // Every comma in an array of numbers is a separator, so a space can be added after it.
         Value::Array(_) => return out.write_str(&value.to_string().replace(',', ", ")),
         _ => return write!(out, "{value}"),
     };

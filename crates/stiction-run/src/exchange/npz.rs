@@ -4,14 +4,14 @@ use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
-/// Memory for the columns that are converted in one pass over the table, bytes. A single column that is longer is still
-/// converted as a whole.
+/// Memory for the columns that are converted in one pass over the table, bytes. A column that needs
+/// more is still converted as a whole.
 const MEMORY: usize = 64 << 20;
 
 /// Writes a table of numbers, given as CSV with all digits, as an NPZ archive.
 ///
-/// The arrays are in the order of the columns and uncompressed. Memory does not grow with the number of columns: the
-/// table is read once for each group of columns that fits.
+/// The arrays are in the order of the columns and uncompressed. The memory use does not grow with
+/// the number of columns, because the table is read once for each group of columns that fits.
 ///
 /// # Errors
 /// Fails if a file cannot be read or written, or if a cell is not a number.
@@ -23,7 +23,7 @@ pub fn npz_of_csv(mut table: impl Read + Seek, archive: impl Write + Seek) -> io
     })?;
     let at_once = (MEMORY / (8 * rows.max(1))).max(1);
     let mut zip = ZipWriter::new(BufWriter::new(archive));
-    // A fixed time keeps equal tables equal byte by byte.
+    // With a fixed time stamp, equal tables give equal bytes.
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Stored)
         .last_modified_time(zip::DateTime::default());

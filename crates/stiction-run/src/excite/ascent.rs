@@ -12,11 +12,13 @@ use super::objective::{Objective, Sweep};
 use nalgebra::{DMatrix, DVector};
 use stiction_core::random::Random;
 
-/// Smallest accepted gain of a step, as a fraction of the gain that the slope predicts (Armijo's rule).
+/// Smallest gain for which a step is accepted, as a fraction of the gain that the slope predicts
+/// (Armijo's rule).
 const SUFFICIENT: f64 = 1e-4;
 /// Number of halvings of a step after which the ascent ends.
 const HALVINGS: usize = 25;
-/// Gain of the objective in a step, divided by the number of base parameters, below which the ascent ends.
+/// The ascent ends if a step increases the objective by less than this number times the number of
+/// base parameters.
 const SETTLED: f64 = 1e-4;
 /// Length of the first step, as a fraction of the largest coefficient.
 const FIRST: f64 = 0.1;
@@ -25,8 +27,9 @@ const FIRST: f64 = 0.1;
 /// count.
 const TRIALS: usize = 24;
 const TRIALS_AS_STEPS: usize = 3;
-/// Size of the first random trial, as a fraction of the coefficients, and the factors on the size after a success and
-/// after a failure. The size stays constant if one trial in five succeeds.
+/// Size of the first random trial, as a fraction of the coefficients, and the factors by which the
+/// size is multiplied after a success and after a failure. The size stays constant if one trial in
+/// five succeeds.
 const TRIED: f64 = 0.1;
 const LARGER: f64 = 1.5;
 const SMALLER: f64 = 0.9;
@@ -147,8 +150,8 @@ fn ascend(
             let mut h = inverse.take().unwrap_or_else(|| {
                 DMatrix::identity(size, size) * (product / change.norm_squared())
             });
-            // Update of the inverse Hessian: H + (1 + y^T H y / s^T y) s s^T / s^T y - (H y s^T + s
-            // y^T H) / s^T y.
+            // Update of the inverse Hessian H for the step s and the change y of the gradient:
+            // H + (1 + y^T H y / s^T y) s s^T / s^T y - (H y s^T + s y^T H) / s^T y.
             let hy = &h * &change;
             let factor = (1.0 + change.dot(&hy) / product) / product;
             h.ger(factor, &step, &step, 1.0);

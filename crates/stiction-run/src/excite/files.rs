@@ -43,7 +43,7 @@ impl Excitation {
             if friction_only {
                 text += "estimate = \"friction\"\n";
             }
-            // The key `estimate` already holds the inertias.
+            // The key `estimate` already holds the inertias at the values of the model.
             let held: Vec<&String> = self
                 .held
                 .iter()

@@ -8,8 +8,8 @@ use crate::names::{Names, listed};
 use stiction_core::mechanism::{JointId, Mechanism};
 use stiction_format::{Amount, did_you_mean, fits};
 
-/// Names of all moving quantities: first the coordinates of the motion, then the degrees of freedom of joints that are
-/// not among them.
+/// Names of all moving quantities: first the coordinates of the motion, then the other degrees of
+/// freedom of joints.
 fn moving(mechanism: &Mechanism, chosen: &Chosen) -> Vec<(String, Moving, bool)> {
     let mut all: Vec<(String, Moving, bool)> = (0..chosen.names.len())
         .map(|k| (chosen.names[k].clone(), Moving::Coordinate(k), chosen.is_angle[k]))

@@ -188,7 +188,8 @@ impl Limits {
         ))
     }
 
-    /// Largest displacement of a coordinate from its first position that its own limits allow, m or rad.
+    /// Largest displacement of a coordinate from its first position that its own limits allow, m or
+    /// rad; at most 1 rad, or `length` for a displacement in m.
     pub(super) fn reach(&self, chosen: &Chosen, index: usize, length: f64) -> f64 {
         let own = match chosen.coordinates[index] {
             Coordinate::Joint { joint, dof } => Some(Moving::Dof(joint, dof)),

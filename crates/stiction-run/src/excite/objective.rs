@@ -75,7 +75,8 @@ impl Grid {
     }
 }
 
-/// Objective: the log-determinant of the information on the base parameters, and a barrier at the limits.
+/// Objective of the search: the log-determinant of the information on the base parameters plus a
+/// weighted barrier at the limits.
 pub(super) struct Objective {
     probe: Probe,
     /// Robot at the first position, from which evaluations restart after a failure.
@@ -313,7 +314,7 @@ impl Objective {
         (!failed && gradient.iter().all(|g| g.is_finite())).then_some(gradient)
     }
 
-    /// Use of each limit, by name.
+    /// Utilisation of each limit.
     pub(super) fn used(&self, sweep: &Sweep) -> Vec<Used> {
         self.probe.limits.used(&sweep.greatest)
     }

@@ -1,4 +1,5 @@
-//! Plan of the logs: payloads, chosen parameters, noise, and further payloads that would separate friction parameters.
+//! Plan of the logs: payloads, chosen parameters, noise, and suggestions of further payloads that
+//! would separate friction parameters.
 
 use super::objective::{Objective, Sweep};
 use super::precision::{Confounded, pairs};

@@ -118,8 +118,8 @@ pub(super) fn pairs(
     all
 }
 
-/// Condition number of the weighted regressor columns of the base parameters: square root of the ratio of the largest
-/// to the smallest eigenvalue of their information matrix.
+/// Condition number of the weighted base regressor: the square root of the ratio between the
+/// largest and the smallest eigenvalue of the information matrix of the base parameters.
 pub(super) fn condition(information: &DMatrix<f64>, leaders: &[usize]) -> f64 {
     let values = leading(information, leaders).symmetric_eigenvalues();
     (values.max() / values.min().max(0.0)).sqrt()

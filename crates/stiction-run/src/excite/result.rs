@@ -6,14 +6,15 @@ use super::precision::{Confounded, Expected};
 /// Quality of a motion for identification.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quality {
-    /// Natural logarithm of the determinant of the information matrix of the base parameters, in units of their
-    /// sizes in the model.
+    /// Natural logarithm of the determinant of the information matrix. The base parameters are in
+    /// units of their sizes in the model.
     pub log_det: f64,
     /// Condition number of the weighted base regressor, for base parameters in units of their sizes in the model.
     pub condition: f64,
 }
 
-/// Designed motion, its use of the limits, and the precision that logs of it should give.
+/// Designed motion, its utilisation of the limits, and the expected precision of parameters
+/// identified from its logs.
 #[derive(Clone, Debug)]
 pub struct Excitation {
     /// Names and units of the coordinates.
@@ -40,7 +41,7 @@ pub struct Excitation {
     pub quality: Quality,
     /// Number of steps of the search.
     pub steps: usize,
-    /// Use of all limits by the motion, evaluated on the fine grid.
+    /// Utilisation of all limits by the motion, evaluated on the fine grid.
     pub limits: Vec<Used>,
     /// Standard deviation of the measured effort of each actuator: name, value, unit.
     pub noise: Vec<(String, f64, &'static str)>,
@@ -52,9 +53,10 @@ pub struct Excitation {
     pub without_effect: Vec<String>,
     /// Pairs of friction parameters of one bearing, with their correlations.
     pub pairs: Vec<Confounded>,
-    /// Cautions to read before the motion is used.
+    /// Cautions to be read before the motion is used.
     pub cautions: Vec<String>,
-    /// Names of all other parameters, which identification must hold at the values of the model.
+    /// Names of the parameters that were not chosen. Identification must hold them at the values of
+    /// the model.
     pub held: Vec<String>,
     /// True if `held` contains all inertial parameters.
     pub holds_inertia: bool,

@@ -94,13 +94,15 @@ mod tests {
         let free = DVector::from_fn(8, |k, _| (1.3 * k as f64 + 0.2).sin());
         let at = |t: f64| series.factors(t).map(|factors| factors.dot(&free));
         for t in [0.0, 2.5, 5.0] {
-            // Accelerations of this size are sums of about 100 terms of rounding errors.
+            // The tolerance covers the rounding errors of accelerations, which are sums of about
+            // 100 terms.
             assert!(at(t).iter().all(|x| x.abs() < 1e-11), "{:?}", at(t));
         }
         let h = 1e-4;
         for t in [0.3, 1.1, 2.2] {
             let [before, now, after] = [at(t - h), at(t), at(t + h)];
-            // Central differences: the error is h^2/6 times the third derivative, below 1e4.
+            // The error of central differences is h^2/6 times the third derivative, which is below
+            // 1e4.
             for k in 0..2 {
                 let slope = (after[k] - before[k]) / (2.0 * h);
                 assert!((slope - now[k + 1]).abs() < 1e-4 * (1.0 + now[k + 1].abs()), "{t} {k}");

@@ -8,7 +8,8 @@ use stiction_format::Amount;
 pub struct ExciteSettings {
     /// Motion of the model whose coordinates and first position are used; `None` for its default.
     pub motion: Option<String>,
-    /// True to design the motion of the actuators instead of the coordinates of the model's motion.
+    /// True to design the motion in the coordinates of the actuators, false in those of the model's
+    /// motion.
     pub by_actuators: bool,
     /// Patterns of the parameters that the logs must determine; empty for all parameters.
     pub parameters: Vec<String>,

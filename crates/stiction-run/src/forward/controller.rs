@@ -23,13 +23,13 @@ pub(super) struct Gains {
 }
 
 impl Gains {
-    /// Effort for given errors of position and rate and for a given integral part, N or N m.
+    /// Effort, N or N m, for the given errors of position and rate and the given integral part.
     pub(super) fn effort(&self, (error, rate_error): (f64, f64), integral: f64) -> f64 {
         self.proportional * error + integral + self.derivative * rate_error
     }
 
-    /// Rate of the integral part, N/s or N m/s, while the effort `demand` is limited to `effort`: anti-windup by
-    /// back-calculation.
+    /// Rate of the integral part, N/s or N m/s, if the effort `demand` is limited to `effort`
+    /// (anti-windup by back-calculation).
     pub(super) fn integral_rate(&self, error: f64, demand: f64, effort: f64) -> f64 {
         self.integral * error + (effort - demand) / self.tracking
     }

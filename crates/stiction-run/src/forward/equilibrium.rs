@@ -40,7 +40,7 @@ pub enum Stability {
     Stable,
     /// Some small motion grows without oscillation.
     Unstable,
-    /// Some small oscillation grows: the stiffness matrix has complex eigenvalues.
+    /// Some small oscillation grows, because the stiffness matrix has complex eigenvalues.
     Flutter,
     /// Some motion meets neither a restoring nor a repelling force to first order.
     Neutral,
@@ -66,8 +66,8 @@ pub struct Equilibrium {
     pub coordinates: Vec<(String, &'static str, f64)>,
     /// Stability of the equilibrium.
     pub stability: Stability,
-    /// Eigenvalues of the stiffness divided by the mass matrix, 1/s^2, in ascending order: the squares of the natural
-    /// angular frequencies.
+    /// Eigenvalues of the inverse mass matrix times the stiffness matrix, 1/s^2, in ascending
+    /// order. At a stable equilibrium they are the squares of the natural angular frequencies.
     pub stiffness: Vec<f64>,
     /// Largest remaining acceleration, relative to the characteristic acceleration.
     pub residual: f64,
@@ -155,7 +155,7 @@ impl Job<'_> {
             let mut change = if nearest {
                 newton
             } else if (last || rests) && is_unstable {
-                // An unstable equilibrium: leave it along its least stable motion.
+                // The search leaves an unstable equilibrium along its least stable motion.
                 Some(least_stable(&slope, highest) * 1e-3)
             } else {
                 let lambda = if highest > -zero {

@@ -16,7 +16,8 @@ use stiction_core::forward::{Forward, InterfaceMode};
 use stiction_core::kinematics::{Bodies, State, Target};
 use stiction_draw::numbers::number;
 
-/// Fraction of the characteristic acceleration below which a mechanism counts as resting.
+/// A mechanism counts as resting if its accelerations are below this fraction of the characteristic
+/// acceleration.
 const RESTS: f64 = 1e-9;
 
 /// Width of the column of names, characters.

@@ -24,7 +24,7 @@ pub struct Named {
     pub name: String,
     /// SI unit.
     pub unit: &'static str,
-    /// Value at the operating point.
+    /// Value at the operating point, in `unit`.
     pub value: f64,
 }
 

@@ -20,7 +20,7 @@ impl ActingLoads<'_> {
     }
 
     /// Appends the loads to a list. `sides` contains the side of each switching function of the
-    /// formulas, true if positive. A formula without a value appends NaN: the simulation then
+    /// formulas, true if positive. A formula without a value appends NaN. The simulation then
     /// repeats the step with a shorter one, or ends if that does not help.
     ///
     /// # Errors

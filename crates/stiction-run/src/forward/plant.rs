@@ -251,7 +251,8 @@ impl Plant {
     }
 }
 
-/// Inputs of a simulation: efforts and loads that stay constant until a time, s, and the loads of the load case.
+/// Inputs of a simulation: efforts and loads that stay constant until a time, and the loads of the
+/// load case.
 struct HeldInputs<'a> {
     loads: ActingLoads<'a>,
     held: &'a Held,

@@ -2,10 +2,11 @@
 
 use stiction_format::Signal;
 
-/// Number of intervals that are examined: a prime number, because poles often lie at simple fractions of the duration.
+/// Number of intervals that are examined. It is a prime number, because poles often lie at simple
+/// fractions of the duration.
 const INTERVALS: usize = 4099;
-/// Growth of the values over the last bisections above which a change of sign is a pole, not a zero or a jump. Values
-/// at a pole grow by a factor of about a million.
+/// A change of sign is a pole, not a zero or a jump, if the values grow by more than this factor
+/// over the last bisections. Values at a pole grow by a factor of about a million.
 const GROWTH: f64 = 1e3;
 /// Width of the interval next to a change of sign over which the growth is measured, in units of the spacing of
 /// floating-point numbers. A signal without a pole hardly changes over this width.

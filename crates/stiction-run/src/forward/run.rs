@@ -13,7 +13,8 @@ use crate::{Instants, InstantsError};
 use stiction_core::forward::{Checkpoint, Event, Forward, PayloadChange};
 use stiction_format::{LoadCase, Payload, Signal};
 
-/// Relative change of the rates at the start that counts as rounding of the projection.
+/// Relative change of the rates at the start up to which it counts as a rounding error of the
+/// projection.
 const CHANGED: f64 = 1e-6;
 
 impl Job<'_> {
@@ -243,8 +244,8 @@ impl Job<'_> {
         check_finite(drives.chain(self.load.signals()), time)
     }
 
-    /// Finds the cause of an error: an unreadable recording, or a signal without a value. Returns the error itself if
-    /// neither is the cause.
+    /// Finds the cause of an error, which may be an unreadable recording or a signal without a
+    /// value. Returns the error itself if neither is the cause.
     fn explain(&self, error: Error, time: f64) -> Error {
         let motion = self.motion.iter().flat_map(|motion| motion.signals());
         let fault = check_finite(motion, time).and_then(|()| self.check(time));

@@ -273,8 +273,8 @@ impl Summary {
         (turnover > self.rounding()).then(|| self.energy_error.peak.abs() / turnover)
     }
 
-    /// Relative error of the energy balance if it exceeds the error that the tolerance of the method explains; the
-    /// results are then unreliable. `None` otherwise.
+    /// Relative error of the energy balance, if it is larger than the tolerance of the method
+    /// explains; the results are then unreliable. `None` otherwise.
     pub fn energy_lost(&self, settings: &Settings, events: &[Event]) -> Option<f64> {
         let [_, in_steps] = methods(events, self.span());
         let most = match in_steps > 0.0 {

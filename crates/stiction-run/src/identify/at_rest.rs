@@ -5,13 +5,13 @@ use super::prepare::Prepared;
 use super::run::fitted_blocks;
 use stiction_identify::{Estimate, Options, Parameter, Problem};
 
-/// Excess of an effort at rest over its limit, in standard deviations, beyond which another force
-/// must act.
+/// If an effort at rest exceeds its limit by more than this number of standard deviations, another
+/// force must act.
 const CONTRADICTS: f64 = 4.0;
 
-/// Bounds an estimate by the efforts at rest. Dwells that contradict the estimate are left out:
-/// there a brake holds, or static friction exceeds sliding friction. Returns the bounded estimate
-/// and cautions.
+/// Bounds an estimate by the efforts at rest. Dwells that contradict the estimate are left out,
+/// because a brake holds the robot there, or because static friction exceeds sliding friction.
+/// Returns the bounded estimate and cautions.
 pub(super) fn bounded(
     all: &mut [Prepared],
     parameters: &[Parameter],

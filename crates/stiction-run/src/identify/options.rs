@@ -86,7 +86,8 @@ pub struct LogSettings {
 }
 
 impl LogSettings {
-    /// Returns whether these options belong to the log at `path`: the last components of the path must equal the name.
+    /// Returns whether these options belong to the log at `path`. They do if the last components of
+    /// the path equal the name.
     pub fn is_at(&self, path: &str) -> bool {
         let parts = |text: &str| -> Vec<String> {
             text.split(['/', '\\'])
@@ -130,7 +131,7 @@ pub struct IdentifySettings {
     pub step: Option<f64>,
     /// Names of terms with their assignments.
     pub terms: Vec<(String, String)>,
-    /// Options that apply to single logs.
+    /// Options that apply to individual logs.
     pub logs: Vec<LogSettings>,
 }
 

@@ -12,7 +12,7 @@ use stiction_draw::numbers::number;
 use stiction_format::ModelFile;
 use stiction_identify::{FitVerdict, Verdict};
 
-/// Number of rows of a table above which the others are folded.
+/// Number of rows that a long table shows; the other rows are collapsed.
 const LISTED: usize = 40;
 /// Largest number of measured points in a friction plot, and number of speed intervals in which the
 /// curve of the friction law is drawn.

@@ -16,8 +16,8 @@ use stiction_identify::{Kind, Parameter, Verdict};
 const AGREES: f64 = 0.5;
 /// Largest number of partners of a torque constant that a message names.
 const NAMED: usize = 4;
-/// Largest relative standard deviation at which a value is useful although its scale depends on the
-/// masses of the model.
+/// A value whose scale depends on the masses of the model is still useful if its relative standard
+/// deviation is below this number.
 const USEFUL: f64 = 0.5;
 
 /// Finds the drive trains whose currents are logged and whose torque constants are unknown.

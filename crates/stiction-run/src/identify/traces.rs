@@ -13,8 +13,8 @@ use stiction_draw::numbers::exact;
 use stiction_format::ModelFile;
 use stiction_identify::{Kind, Parameter, Rows};
 
-/// An instant is used only if the effect of a unit of friction on an effort is at least this
-/// fraction of its largest effect.
+/// An instant is used only if a unit of friction has at least this fraction of its largest effect
+/// on the effort.
 const EFFECT: f64 = 0.5;
 
 /// Efforts of all logs, and friction of all interfaces.

@@ -18,8 +18,8 @@ use stiction_core::spatial::Pose;
 
 /// Smallest and largest number of samples in a chunk.
 const CHUNK: (usize, usize) = (16, 256);
-/// Largest work in a chunk: the number of bodies and joints times that of samples. It limits the memory of results that
-/// wait for earlier chunks.
+/// Largest work in a chunk: the number of bodies and joints times the number of samples. It limits
+/// the memory of results that wait for earlier chunks.
 const WEIGHT: usize = 8192;
 /// Largest number of samples in a step of the scout; longer steps save no time.
 const STRIDE: usize = 16;

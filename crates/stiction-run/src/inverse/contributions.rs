@@ -115,8 +115,9 @@ impl ShareCurves {
         }
     }
 
-    /// Adds a sample: for each actuator, true if its effort is an interval because joints rest, and the first
-    /// reversal of an interface since the last sample.
+    /// Adds a sample. `rests` is true for each actuator whose effort is an interval because joints
+    /// rest, and `reversal` is the time of the first reversal of an interface since the last
+    /// sample, s.
     pub(super) fn add(
         &mut self,
         time: f64,

@@ -1,5 +1,5 @@
-//! Efficiency: the transmitted fraction of the work, while the actuators drive the load or the load back-drives the
-//! actuators.
+//! Efficiency: the fraction of the work that is transmitted while the actuators drive the load, or
+//! while the load back-drives the actuators.
 //!
 //! Equation (E3) of the book's theory.
 

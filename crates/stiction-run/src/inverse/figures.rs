@@ -134,7 +134,7 @@ impl Sink<Sample> for Curves {
         let (time, forces) = (sample.time, &sample.forces);
         let velocities: Vec<f64> =
             forces.interfaces.iter().map(|interface| interface.velocity).collect();
-        // The first reversal since the last sample: efforts may jump there.
+        // First reversal since the last sample. Efforts may jump there.
         let crossing = self.last.as_ref().and_then(|(before, known)| {
             let pairs = known.iter().zip(&velocities);
             let all = pairs.filter_map(|(v0, v1)| reversal((*before, *v0), (time, *v1)));

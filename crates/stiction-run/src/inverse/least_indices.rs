@@ -112,13 +112,13 @@ enum Question {
     Exceeds(f64),
 }
 
-/// Place of the tested lower bound between the least value (0) and the expected value (1). It is
+/// Position of the tested lower bound between the least value (0) and the expected value (1). It is
 /// less than one, because the expected value is an estimate.
 const ASKED: f64 = 0.98;
 
-/// Computes a function at all places where it may be less than `least`, and updates `least` to its
-/// least value. Between two places the function changes by at most the difference of `passed`.
-/// `ask` answers questions about places.
+/// Computes a function at all places where it may be less than `least`, and lowers `least` to the
+/// least value found. Between two places the function changes by at most the difference of
+/// `passed`. `ask` answers questions about places.
 fn least(
     passed: &[f64],
     least: &mut f64,

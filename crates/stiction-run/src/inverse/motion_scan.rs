@@ -74,7 +74,7 @@ impl Work for Following {
     }
 }
 
-/// Constraint singularity index above which the constraints count as independent.
+/// The constraints count as independent if the constraint singularity index is above this value.
 const INDEPENDENT: f64 = 1e-8;
 
 /// Mobility at the present pose. If the fast singularity index proves the constraints independent,

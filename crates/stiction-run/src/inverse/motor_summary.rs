@@ -18,7 +18,8 @@ pub(super) struct MotorSummary {
     trains: Vec<DriveTrain>,
     maps: Vec<MotorMap>,
     shared: Vec<SharedMotors>,
-    /// Time, s, of the last pose at rest, and the means that hold it with power off: friction or brakes.
+    /// Time, s, of the last pose at rest, and for each motor what holds it with power off: friction
+    /// or a brake.
     power_off: Option<(f64, Vec<PowerOff>)>,
     residual: Size,
 }

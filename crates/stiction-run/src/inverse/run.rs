@@ -23,8 +23,8 @@ pub enum Phase {
     Forces,
 }
 
-/// Fraction of the largest sliding speed below which an interface counts as resting. At a reversal rounding leaves
-/// 1e-16 of the largest speed instead of zero.
+/// Fraction of the largest sliding speed below which an interface counts as resting. At a reversal,
+/// rounding errors leave about 1e-16 of the largest speed instead of zero.
 const REST: f64 = 1e-9;
 /// Sliding speed below which an interface counts as resting in any motion, m/s. This limit decides
 /// for motions that consist only of reversals or of a single pose.

@@ -29,12 +29,12 @@ pub struct Summary {
     motions: Vec<(Range, Size, Size)>,
     /// Width of the interval of each actuator's effort at rest.
     pub(super) widest: Vec<Size>,
-    /// Widest interval of each actuator's effort.
+    /// Ends of the widest interval of each actuator's effort at rest, N or N m.
     pub(super) widest_bounds: Vec<(f64, f64)>,
     /// Guaranteed bounds of each effort at the instant of its widest interval.
     widest_outer: Vec<(f64, f64)>,
-    /// Largest distance by which each actuator's guaranteed bounds exceed the interval, and numbers of samples at rest
-    /// by the certainty of their intervals.
+    /// Largest distance by which the guaranteed bounds of each actuator's effort exceed its
+    /// interval, and numbers of samples at rest by the certainty of their intervals.
     pub(super) certified_within: Vec<f64>,
     pub(super) certainty: Certainty,
     pub(super) resting_samples: usize,

@@ -21,7 +21,7 @@ use stiction_format::{MeshFormat, ModelFile};
 const ROOM: usize = 2_000_000;
 /// Largest number of evenly spaced samples.
 const MOST: usize = 3000;
-/// Relative difference below which a larger value counts as equal, as in the summary.
+/// A value that is larger by less than this relative difference counts as equal, as in the summary.
 const ROUNDING: f64 = 1e-12;
 
 /// Names of the columns of a friction interface.

@@ -80,7 +80,7 @@ pub(crate) fn table_of(head: &[(&str, Column)], rows: &[Vec<String>]) -> String 
     )
 }
 
-/// Table that shows its first rows; the others are folded.
+/// Table that shows at most its first `most` rows; the other rows are collapsed.
 pub(crate) fn long_table(head: &[(&str, Column)], rows: &[Vec<String>], most: usize) -> String {
     let (first, more) = rows.split_at(rows.len().min(most));
     let summary = match more.len() {

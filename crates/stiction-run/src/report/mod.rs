@@ -17,7 +17,7 @@ use stiction_draw::numbers::number;
 use stiction_draw::xml::escape;
 use stiction_format::ModelFile;
 
-/// Number of rows of a table above which the others are folded.
+/// Number of rows that a long table shows; the other rows are collapsed.
 pub(crate) const LISTED: usize = 8;
 
 /// Largest number of bars in a figure.

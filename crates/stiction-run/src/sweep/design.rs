@@ -100,8 +100,8 @@ impl Design {
         Ok(Self { variations, count, plan: Plan::Grid })
     }
 
-    /// Creates a Latin hypercube: the range of each key is divided into as many intervals as there are rows, and each
-    /// interval is used exactly once.
+    /// Creates a Latin hypercube. The range of each key is divided into as many intervals as there
+    /// are rows, and each interval is used exactly once.
     ///
     /// # Errors
     /// See [`DesignError`].

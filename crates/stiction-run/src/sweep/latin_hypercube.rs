@@ -65,7 +65,8 @@ fn below(random: &mut ChaCha8Rng, bound: u64) -> u64 {
 mod tests {
     use super::*;
 
-    /// Defining property of a Latin hypercube: in each dimension, every interval contains one point.
+    /// Tests the defining property of a Latin hypercube: in each dimension, every interval contains
+    /// one point.
     #[test]
     fn every_interval_has_one_point() {
         for points in [1, 2, 7, 1000] {
@@ -83,8 +84,8 @@ mod tests {
         }
     }
 
-    /// Dimensions and seeds are independent: correlations of 10 000 points are below six standard deviations,
-    /// 6/sqrt(10 000).
+    /// Dimensions and seeds are independent. The correlations of 10 000 points are therefore below
+    /// six standard deviations, 6/sqrt(10 000).
     #[test]
     fn dimensions_and_seeds_are_not_correlated() {
         let cube = |seed, dimension| {

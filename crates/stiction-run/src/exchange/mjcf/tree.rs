@@ -31,7 +31,8 @@ pub(super) enum Closing {
     Connect,
     /// Welds two bodies.
     Weld,
-    /// Splits a body: the joint carries a further part, which is welded to the first part of the body.
+    /// Splits a body. The joint carries a further part, which is welded to the first part of the
+    /// body.
     Part,
     /// No element: the joint transmits no force.
     Nothing,
@@ -149,7 +150,7 @@ fn depth_first(mechanism: &Mechanism, hanging: &[Vec<Hanging>]) -> Vec<Part> {
         hanging[parent].iter().rev().map(part)
     };
     let mut next: Vec<Part> = below(BodyId::GROUND.0, 1).collect();
-    // The last entry is processed next: parts nested in the ground precede free ones.
+    // The last entry is processed next, so parts nested in the ground precede free ones.
     next.sort_by_key(|part| !part.is_free);
     while let Some(part) = next.pop() {
         // The joint that connects a body to its parent also appears at the body itself, where it

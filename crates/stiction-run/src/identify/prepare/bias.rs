@@ -1,5 +1,5 @@
-//! Effect of the filter on the predicted efforts: the filter attenuates the parts of the motion near the cut-off
-//! frequency.
+//! Effect of the filter on the predicted efforts. The filter attenuates the parts of the motion
+//! near the cut-off frequency.
 //!
 //! Equation (I8) of the book's theory.
 
@@ -11,9 +11,9 @@ use stiction_core::dynamics::Status;
 use stiction_identify::Kind;
 
 impl Prepared {
-    /// Computes the change of the predicted efforts when the filtered motion is filtered once more, for the rows of
-    /// each actuator: efforts of the filtered motion minus efforts of the motion filtered twice. `None` for steady
-    /// motions, and if the model has no forces at some instant.
+    /// Estimates the error of the predicted efforts due to the filter, for the rows of each
+    /// actuator: efforts of the filtered motion minus efforts of the motion filtered twice. `None`
+    /// for steady motions, and if the model has no forces at some instant.
     pub(in crate::identify) fn filter_error(
         &self,
         values: &[f64],

@@ -16,7 +16,7 @@ const STEP: f64 = 2.0;
 pub(super) struct Constant {
     /// Index of the parameter.
     parameter: usize,
-    /// Value with which the measured efforts are computed at present, N m/A.
+    /// Present value, N m/A, with which the measured efforts are computed.
     value: f64,
 }
 

@@ -2,13 +2,14 @@
 
 use super::motion::Used;
 
-/// Interval between samples, as a multiple of the usual one, above which samples count as missing.
+/// Samples count as missing if the interval between two samples is longer than this multiple of the
+/// usual interval.
 pub(super) const SAMPLES: f64 = 5.0;
 /// Shortest piece that the filter can process, in periods of the cut-off frequency.
 pub(super) const PERIODS: f64 = 4.0;
 
-/// Largest fraction of the intervals that may be long. If more are long, the samples arrive in bursts, and the log has
-/// no gaps.
+/// Largest fraction of the intervals that may be long. If more intervals are long, the samples
+/// count as arriving in bursts, and the log as free of gaps.
 const LONG: f64 = 0.05;
 
 /// Returns whether a piece is long enough for the filter. A piece of exactly the shortest length passes, since the

@@ -162,8 +162,8 @@ impl<'a> Used<'a> {
     }
 }
 
-/// Converts a table of steady motions: each row is a motion with constant rates at the logged position, or at the
-/// position of the model if none is logged.
+/// Converts a table of steady motions. Each row is a motion with constant rates at the logged
+/// position, or at the position of the model if none is logged.
 pub(super) fn steady(used: &Used<'_>, chosen: &[Chosen]) -> Motion {
     let columns: Vec<[Option<Vec<f64>>; 2]> =
         chosen.iter().map(|c| [c.position, c.rate].map(|one| one.map(|k| used.pick(k)))).collect();
@@ -187,7 +187,7 @@ pub(super) fn steady(used: &Used<'_>, chosen: &[Chosen]) -> Motion {
 
 /// Computes the motion from filtered positions. A coordinate without a position column is
 /// integrated from its filtered rate, starting at its position in the model. Gaps are not
-/// interpolated: each piece between gaps is filtered separately.
+/// interpolated; each piece between gaps is filtered separately.
 pub(super) fn filtered(
     used: &Used<'_>,
     chosen: &[Chosen],

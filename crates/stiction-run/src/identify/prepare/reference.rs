@@ -1,4 +1,5 @@
-//! Commanded motion of a log: instruments for the columns of the measured motion.
+//! Commanded motion of a log, which yields instruments (instrumental variables) for the columns of
+//! the measured motion.
 //!
 //! Equation (I11) of the book's theory.
 

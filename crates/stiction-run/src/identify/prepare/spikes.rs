@@ -12,7 +12,8 @@ const RANGES: f64 = 3.0;
 /// Largest fraction of the samples that can be spikes. If there are more, they are a property of the signal, such as
 /// pulses.
 const MOST: f64 = 0.1;
-/// Number of passes: a second spike in a neighbourhood becomes visible after the first one is replaced.
+/// Number of passes. A second spike in a neighbourhood becomes detectable after the first one is
+/// replaced.
 const PASSES: usize = 3;
 
 /// Spikes that were found in a signal.
@@ -160,7 +161,7 @@ mod tests {
         assert_eq!(found(&times, &mut values), Spikes::default());
     }
 
-    /// One percent of the samples are spikes, some of them adjacent: nearly all of them are found,
+    /// One percent of the samples are spikes, some of them adjacent. Nearly all spikes are found,
     /// and no other samples.
     #[test]
     fn spikes_are_replaced() {
