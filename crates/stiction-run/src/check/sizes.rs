@@ -49,9 +49,9 @@ pub struct Sizes {
     pub joints: Vec<Range>,
     /// Distance between the origins of the first and the last joint of each leg, m.
     pub legs: Vec<Range>,
-    /// For each body at which legs end (for all bodies of a mechanism without legs): name, and the
-    /// two opposite corners, m, of the smallest box parallel to the world axes that contains its
-    /// centre of mass along the motion.
+    /// Reach of each body at which legs end (of all bodies of a mechanism without legs): name, and
+    /// the corners, m, with the least and with the greatest coordinates of the smallest box
+    /// parallel to the world axes that contains its centre of mass along the motion.
     pub reach: Vec<(String, Vec3<f64>, Vec3<f64>)>,
 }
 

@@ -30,8 +30,8 @@ const STARTS: usize = 5;
 /// Weights of the barrier per base parameter; the search is repeated with each of them in turn.
 const BARRIER: [f64; 3] = [0.3, 0.03, 0.003];
 
-/// Designs a motion. `progress` receives the number of completed steps and the largest number; if it returns false, the
-/// search stops.
+/// Designs a motion. `progress` receives the number of completed steps and the largest number of
+/// steps; if it returns false, the search stops.
 ///
 /// # Errors
 /// [`ExciteError`] for options that do not suit the model, a limit that no motion satisfies, or parameters without

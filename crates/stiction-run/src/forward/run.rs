@@ -13,8 +13,8 @@ use crate::{Instants, InstantsError};
 use stiction_core::forward::{Checkpoint, Event, Forward, PayloadChange};
 use stiction_format::{LoadCase, Payload, Signal};
 
-/// Relative change of the rates at the start up to which it counts as a rounding error of the
-/// projection.
+/// A relative change of the rates at the start counts as a rounding error of the projection if it
+/// is not larger than this.
 const CHANGED: f64 = 1e-6;
 
 impl Job<'_> {

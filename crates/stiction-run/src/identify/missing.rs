@@ -1,8 +1,9 @@
 //! Effects that the residuals of a fit show and the model lacks: offsets, delays, other curves of friction, dependence
 //! on position and load, drift.
 //!
-//! Each effect is a further column of the regression. Effects that are certain, improve the prediction of left-out
-//! parts of the logs, and matter for the result are added one after the other, and the logs are fitted anew after each.
+//! Each effect is a further column of the regression. Effects that are certain, improve the
+//! prediction of left-out parts of the logs, and matter for the result are added one after the
+//! other, and the logs are fitted again after each addition.
 
 use super::delay::{CERTAIN, candidate};
 use super::prepare::{EFFECTS, Effect, Prepared};

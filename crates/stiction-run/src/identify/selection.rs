@@ -13,9 +13,8 @@ use stiction_identify::{Choice, Kind, Options, Parameter};
 /// Chooses the parameters that the logs may determine. All logs must measure efforts at the same
 /// place.
 ///
-/// # Errors
-/// Fails if the logs contain efforts that the model does not have, or currents whose scale would
-/// follow from the motor friction of the model.
+/// # Errors Fails if the logs contain efforts that the model does not have, or currents whose ratio
+/// to the torque would follow from the motor friction of the model alone.
 pub(super) fn choice(
     mechanism: &Mechanism,
     logs: &[MeasuredLog],
@@ -30,8 +29,8 @@ pub(super) fn choice(
     Ok(Choice { at_motors, offsets: settings.offsets, terms, torque_constants, ..Choice::ALL })
 }
 
-/// Chooses scales for friction parameters that are zero in the model: the value that would explain a tenth of the
-/// efforts.
+/// Sets the scales of friction parameters that are zero in the model to the values that would
+/// explain a tenth of the efforts.
 pub(super) fn scale_by_data(parameters: &mut [Parameter], all: &[Prepared]) {
     for (k, parameter) in parameters.iter_mut().enumerate() {
         if parameter.prior != 0.0 || parameter.body().is_some() {

@@ -47,8 +47,8 @@ impl Column {
     }
 }
 
-/// Lists all columns of a job. Of several columns with the same name, the first is the one to which
-/// the name without a table refers.
+/// Lists all columns of a job. If several columns have the same name, the name without a table
+/// refers to the first of them.
 pub(super) fn columns(job: &Job<'_>, rows: &Rows) -> Vec<Column> {
     let mut all = Vec::new();
     // Order of precedence of columns with equal names.

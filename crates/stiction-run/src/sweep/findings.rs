@@ -105,8 +105,8 @@ impl Findings {
         all
     }
 
-    /// Reason why no design has results, and true if this is always due to unusable values; `None`
-    /// if some design has results.
+    /// True if all failures are due to unusable values of the keys, and the reason why no design
+    /// has results; `None` if some design has results.
     pub fn failure(&self) -> Option<(bool, String)> {
         let (row, reason) = self.remarks.first()?;
         (self.rows > 0 && self.failed == self.rows).then(|| {

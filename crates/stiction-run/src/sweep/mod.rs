@@ -1,8 +1,8 @@
-//! Studies of many designs: the values of the varied keys, and the objectives measured in each run.
+//! Studies of many designs: the values of the varied keys, and the objectives that each run yields.
 //!
-//! A [`Design`] gives the values of each row, independent of all other rows. [`Objectives`] are a sink for the samples
-//! of a run and measure it along its motion. [`in_order`] computes rows on several threads. The caller reads the model
-//! of each row, since only the caller knows its source.
+//! A [`Design`] gives the values of each row, independent of all other rows. [`Objectives`] receive
+//! the samples of a run and compute statistics of their columns. [`in_order`] computes rows on
+//! several threads. The caller reads the model of each row, since only the caller knows its source.
 
 mod column;
 mod design;

@@ -1,4 +1,4 @@
-//! Objectives of a study: `peak(leg1.P.effort)`, `min(distance.actuation)`.
+//! Objectives of a study, such as `peak(leg1.P.effort)` and `min(distance.actuation)`.
 
 use super::column::{Column, columns, split};
 use super::statistic::{Function, Statistic};

@@ -1,4 +1,5 @@
-//! The only friction that MJCF can express: damping that does not depend on the load.
+//! Friction of joints that the exported MJCF file contains: damping that does not depend on the
+//! load.
 
 use stiction_core::friction::{Curve, InterfaceShape, JointFriction, Law, Thread, interfaces_of};
 use stiction_core::mechanism::Joint;

@@ -7,9 +7,9 @@ use super::motion::ROWS_PER_PERIOD;
 use nalgebra::{DMatrix, DVector};
 use stiction_identify::{Dwells, Kind};
 
-/// Factor on the normal loads computed without friction; the products are the largest loads at
-/// rest. Static friction changes joint reactions by an unknown amount, which is about the loads
-/// times the friction coefficient.
+/// Factor on the normal loads computed without friction, which gives an estimate of the largest
+/// loads at rest. Static friction changes joint reactions by an unknown amount, which is about the
+/// loads times the friction coefficient.
 const LOADED: f64 = 1.2;
 /// Largest number of parts of a dwell whose mean efforts are compared.
 const PARTS: usize = 8;
