@@ -117,9 +117,9 @@ impl<'a> Job<'a> {
         Ok(Some((motion, names)))
     }
 
-    /// Replaces `loads` by the external loads at the solver's instant, s, and by the weights and inertia forces of
-    /// payloads. At an instant at which a payload changes, the given side, before or after it, decides which payloads
-    /// are carried.
+    /// Replaces `loads` by the external loads at the solver's instant, s, and by the weights and
+    /// inertia forces of payloads. If a payload changes at this instant, `side` selects the
+    /// payloads before or after the change.
     ///
     /// # Errors
     /// [`Error::NotFinite`] if a load has no value; [`Error::SpinningPayload`] for a payload on a body that

@@ -98,8 +98,8 @@ impl MotorLoad {
         self.mean(&self.squares).sqrt()
     }
 
-    /// Fraction of the time in which the motor turns, that is, in which its speed exceeds the
-    /// rounding error of the peak speed.
+    /// Fraction of the time in which the motor turns. It turns if its speed exceeds the rounding
+    /// error of the peak speed.
     pub(crate) fn duty(&self) -> f64 {
         self.speeds.part_above(STILL * self.speed.peak.abs())
     }

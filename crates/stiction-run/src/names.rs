@@ -57,8 +57,8 @@ impl Names {
 }
 
 impl Names {
-    /// Creates the names as [`Self::new`], with the friction interfaces of motors and gears after those of the joints.
-    /// This is the order in simulations.
+    /// Creates the names like [`Self::new`], with the friction interfaces of motors and gears after
+    /// those of the joints. This is the order in simulations.
     pub(crate) fn with_shafts(mechanism: &Mechanism) -> Self {
         let mut names = Self::new(mechanism);
         let shafts = mechanism.shafts_with_friction().into_iter();

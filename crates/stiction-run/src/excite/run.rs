@@ -27,7 +27,8 @@ const INDICES: usize = 4;
 const FINER: usize = 10;
 /// Number of random motions from which the search chooses its start.
 const STARTS: usize = 5;
-/// Weights of the barrier per base parameter; the search is repeated with each of them in turn.
+/// Weights of the barrier, divided by the number of base parameters; the search is repeated with
+/// each weight in turn.
 const BARRIER: [f64; 3] = [0.3, 0.03, 0.003];
 
 /// Designs a motion. `progress` receives the number of completed steps and the largest number of

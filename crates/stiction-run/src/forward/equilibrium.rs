@@ -42,7 +42,7 @@ pub enum Stability {
     Unstable,
     /// Some small oscillation grows, because the stiffness matrix has complex eigenvalues.
     Flutter,
-    /// Some motion meets neither a restoring nor a repelling force to first order.
+    /// There is a motion with neither a restoring nor a repelling force to first order.
     Neutral,
 }
 

@@ -169,7 +169,8 @@ impl Layout {
     }
 }
 
-/// Speed and friction of an interface: with a sign if it slides along one direction, otherwise their magnitudes.
+/// Speed and friction of an interface. They have a sign if the interface slides along one
+/// direction; otherwise they are magnitudes.
 fn along(moment: &InterfaceSample, signed: bool) -> (f64, f64) {
     let size = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
     match signed {

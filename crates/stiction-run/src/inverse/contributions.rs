@@ -179,8 +179,8 @@ fn by_leg(interfaces: &[usize], legs: &[Option<usize>]) -> Option<Vec<(usize, bo
     Some(chosen)
 }
 
-/// Colours of some interfaces. Each keeps its own colour, or gets a free colour if an earlier
-/// interface has taken it.
+/// Distinct colours for the given interfaces. Each interface keeps its own colour, or gets a free
+/// one if an earlier interface has the same colour.
 fn distinct(interfaces: &[usize], colours: &[usize]) -> Vec<usize> {
     let own = |interface: &usize| colours[*interface] % COLOURS.len();
     let mut taken = vec![ALL];

@@ -95,8 +95,8 @@ impl<'a> Gathered<'a> {
         let actuation = found.sample.distances.actuation;
         self.turns.add(time, &mut found.sample.joints);
         let passage = self.sides.see(found.side, time);
-        // At singular poses only rounding determines the sign of the determinant.
-        // NaN stands for an index that was not computed, because it is above the least one.
+        // At singular poses only rounding determines the sign of the determinant. An index that was
+        // not computed, because it is above the least one, is NaN.
         if self.last_distance != 0.0 && actuation != 0.0 {
             verdict.passed_singularities.extend(passage);
         }

@@ -154,7 +154,7 @@ impl Rows {
             friction.extend([interface.power, flag(determined)]);
         }
         if !forces.interfaces.is_empty() {
-            // Infinity stands for an unknown coupling.
+            // An unknown coupling is written as infinity.
             friction.push(sample.coupling.unwrap_or(f64::INFINITY));
         }
         bodies.extend_from_slice(self.bodies.of(&sample.bodies, sample.origin, &sample.loads));

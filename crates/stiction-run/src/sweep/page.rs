@@ -69,7 +69,7 @@ fn cards(findings: &Findings) -> String {
     html::cards(&all)
 }
 
-/// Lists the first cautions and failures, each with its rows, and the number of further ones.
+/// Lists the first cautions and failures, each with its rows, and the number of the remaining ones.
 fn remarks(findings: &Findings) -> Vec<String> {
     let mut groups: Vec<(&str, Vec<u64>)> = Vec::new();
     for (row, remark) in &findings.remarks {

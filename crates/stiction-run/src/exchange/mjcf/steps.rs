@@ -58,9 +58,10 @@ fn sequence(joint_type: JointType) -> &'static [(Kind, usize, &'static str, Opti
 /// both cases.
 ///
 /// The MJCF joints of one body act in sequence. Their positions and axes refer to the child in the
-/// reference position of the file, which is the home position. With `X_JK = A1(q1) A2(q2) ..`,
-/// frame K reaches the frame of step `i` through the later factors. If the child is the
-/// predecessor, the sequence is reversed and frame J reaches it through the earlier factors.
+/// reference position of the file, which is the home position. With `X_JK = A1(q1) A2(q2) ..`, the
+/// factors after step `i` relate the frame of this step to frame K. If the child is the
+/// predecessor, the sequence is reversed, and the factors before step `i` relate its frame to frame
+/// J.
 pub(super) fn steps(home: &Home<'_>, index: usize, reversed: bool) -> Vec<Step> {
     let joint = &home.model.mechanism.joints()[index];
     let sequence = sequence(joint.joint_type);

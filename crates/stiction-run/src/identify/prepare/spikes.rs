@@ -6,8 +6,9 @@ const SIDE: usize = 3;
 /// Smallest distance of a spike from the median of its neighbourhood, in robust standard deviations of this distance
 /// over all samples.
 const SIGMAS: f64 = 8.0;
-/// Smallest distance of a spike from that median, relative to the range of its neighbours without the farthest of them.
-/// A step, a peak of a fast motion, or sensor noise does not reach this distance.
+/// Smallest distance of a spike from the median of its neighbourhood, relative to the range of its
+/// neighbours without the farthest of them. A step, a peak of a fast motion, or sensor noise does
+/// not reach this distance.
 const RANGES: f64 = 3.0;
 /// Largest fraction of the samples that can be spikes. If there are more, they are a property of the signal, such as
 /// pulses.
