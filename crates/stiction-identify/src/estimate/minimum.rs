@@ -15,22 +15,7 @@ const TERM_ERROR: f64 = 0.5;
 /// Largest number of steps of Newton's method.
 const NEWTON_STEPS: usize = 60;
 
-/// Divergence of a body from its prior up to which its values are plausible: half the squares of ten relative errors,
-/// each of three standard deviations of the prior.
-const PLAUSIBLE: f64 = 0.5 * 10.0 * 9.0 * PRIOR_ERROR * PRIOR_ERROR;
-
 impl Problem<'_> {
-    /// Bodies whose values are possible, but implausible beside those of the model: indices in the mechanism.
-    pub fn implausible_bodies(&self, values: &[f64]) -> Vec<usize> {
-        let priors = self.priors();
-        let values = self.thickened(&DVector::from_column_slice(values), &priors);
-        let far = priors.iter().filter(|body| {
-            let found = body.divergence(values.as_slice());
-            found.is_none_or(|divergence| divergence.value > PLAUSIBLE)
-        });
-        far.filter_map(|body| self.parameters[body.first].body()).collect()
-    }
-
     /// Priors of the inertial parameters of all bodies.
     pub(crate) fn priors(&self) -> Vec<BodyPrior> {
         let prior: Vec<f64> = self.parameters.iter().map(|p| p.prior).collect();

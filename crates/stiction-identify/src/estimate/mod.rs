@@ -1,6 +1,6 @@
 //! Estimation by weighted, robust least squares, with a prior at the values of the model and physical constraints.
 //!
-//! Equation (I3) of the book's theory.
+//! Equations (I3) and (I4) of the book's theory.
 
 mod covariance;
 mod extension;
@@ -8,7 +8,6 @@ mod instruments;
 mod limit;
 mod map;
 mod minimum;
-mod strength;
 
 use crate::block::Block;
 use crate::parameter::Parameter;
@@ -23,8 +22,8 @@ use std::collections::BTreeSet;
 /// Settings of the estimation.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// Strength of the prior on inertias, in equivalent independent samples; `None` to choose it by the error of the
-    /// model and left-out blocks of the data.
+    /// Strength of the prior on inertias, in equivalent independent samples; `None` to choose it by left-out blocks of
+    /// the data.
     pub strength: Option<f64>,
     /// Radius of gyration that is added to the priors of thin bodies, so that their pseudo-inertias are positive
     /// definite, m.
@@ -81,8 +80,15 @@ pub struct Estimate {
 
 /// Number of pieces of each log, each of which is left out once.
 const FOLDS: usize = 5;
+/// Strengths of the prior that are compared by left-out data.
+const STRENGTHS: [f64; 13] =
+    [1e-4, 1e-3, 1e-2, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1e3, 1e4];
 /// Largest strength of the prior with which the noise is estimated initially.
 const WEAK: f64 = 1.0;
+/// Relative increase of the squared left-out residuals up to which strengths of the prior count as
+/// equally good. An unnecessarily strong prior costs more: its standard deviations follow from the
+/// errors of the model and not from the data.
+const LITTLE: f64 = 0.1;
 /// Residual, in standard deviations, beyond which a row loses weight (Huber).
 const HUBER: f64 = 2.5;
 
@@ -251,6 +257,73 @@ impl Problem<'_> {
         pieces.iter().for_each(|piece| total.add(piece, 1.0));
         total.limits = self.limits(map, shift, noise);
         total
+    }
+
+    /// Chooses the strength of the prior. Among those whose fits predict left-out pieces as well as
+    /// the best one, within two standard errors or [`LITTLE`], it is the one closest to `prior`.
+    /// Also returns the mean square of left-out residuals relative to that of the fit, for the
+    /// chosen and for the weakest strength.
+    fn chosen_strength(
+        &self,
+        map: &Map,
+        (pieces, judged, total): (&[Normal], &[Normal], &Normal),
+        prior: f64,
+    ) -> (f64, f64, f64) {
+        let scored = |strength: f64| -> Vec<f64> {
+            let folds = pieces.len().clamp(1, FOLDS);
+            // Pieces at the same place in all logs are left out together.
+            (0..folds)
+                .map(|fold| {
+                    let mut rest = total.clone();
+                    let mut out = Normal::zero(map.size());
+                    for (piece, judged) in pieces.iter().zip(judged).skip(fold).step_by(folds) {
+                        rest.add(piece, -1.0);
+                        out.add(judged, 1.0);
+                    }
+                    let z = self.minimum(map, &rest, strength);
+                    out.cost(&z).max(0.0) / out.rows.max(1.0)
+                })
+                .collect()
+        };
+        let mean = |scores: &[f64]| scores.iter().sum::<f64>() / scores.len().max(1) as f64;
+        let mut whole = Normal::zero(map.size());
+        judged.iter().for_each(|piece| whole.add(piece, 1.0));
+        let fitted = |strength: f64| {
+            let z = self.minimum(map, total, strength);
+            whole.cost(&z).max(1e-30) / whole.rows.max(1.0)
+        };
+        let all: Vec<(f64, Vec<f64>)> = match self.options.strength {
+            Some(strength) => {
+                vec![(strength, scored(strength)), (STRENGTHS[0], scored(STRENGTHS[0]))]
+            }
+            None => STRENGTHS.iter().map(|&s| (s, scored(s))).collect(),
+        };
+        let weakest =
+            mean(&all.iter().min_by(|a, b| a.0.total_cmp(&b.0)).map_or(vec![], |a| a.1.clone()));
+        let chosen = match self.options.strength {
+            Some(_) => 0,
+            None => {
+                let best = (0..all.len())
+                    .min_by(|&a, &b| mean(&all[a].1).total_cmp(&mean(&all[b].1)))
+                    .unwrap_or(0);
+                // The differences of the same pieces decide, not the scatter between pieces.
+                let is_as_good = |k: usize| {
+                    let d: Vec<f64> =
+                        all[k].1.iter().zip(&all[best].1).map(|(a, b)| a - b).collect();
+                    let m = mean(&d);
+                    let spread = d.iter().map(|x| (x - m).powi(2)).sum::<f64>();
+                    let n = d.len() as f64;
+                    let error = (spread / (n * (n - 1.0).max(1.0))).sqrt();
+                    m <= (2.0 * error).max(LITTLE * mean(&all[best].1))
+                };
+                let away = |k: usize| (all[k].0 / prior).ln().abs();
+                let as_good = (0..all.len()).filter(|&k| is_as_good(k));
+                as_good.min_by(|&a, &b| away(a).total_cmp(&away(b))).unwrap_or(best)
+            }
+        };
+        let strength = all[chosen].0;
+        let ratio = mean(&all[chosen].1) / fitted(strength);
+        (strength, ratio, weakest / fitted(STRENGTHS[0]))
     }
 
     #[expect(clippy::too_many_arguments, reason = "results of the last round")]

@@ -189,54 +189,6 @@ fn poor_data_leave_the_model_physical() {
     }
 }
 
-/// A motion of five equal periods, with efforts of a load that the model lacks: each left-out fifth equals the fitted ones,
-/// so it agrees with inertias that take up the load. The bodies remain plausible, and rounding of the log does not
-/// change the values.
-#[test]
-fn a_repeated_motion_does_not_weaken_the_prior() {
-    let (parameters, columns) = arm();
-    let truth: Vec<f64> = parameters.iter().map(|p| p.prior).collect();
-    let period = &columns[..120];
-    let columns: Vec<DMatrix<f64>> = (0..5).flat_map(|_| period.iter().cloned()).collect();
-    let options = options(parameters.len());
-    for seed in 1..=3 {
-        let mut noise = normal(seed);
-        let mut exact = block(&parameters, &columns, &truth, &mut || 0.05 * noise());
-        for rows in &mut exact.channels {
-            for (k, right) in rows.right.iter_mut().enumerate() {
-                let phase = TAU * (k % 120) as f64 / 120.0;
-                *right += 3.0 + 5.0 * phase.sin() + 4.0 * (2.0 * phase).cos();
-            }
-        }
-        let mut rounded = exact.clone();
-        for rows in &mut rounded.channels {
-            rows.right.iter_mut().for_each(|y| *y *= 1.0 + 1e-12 * noise());
-        }
-        let [found, again] = [[exact], [rounded]].map(|blocks| {
-            let problem = Problem { parameters: &parameters, blocks: &blocks, options: &options };
-            let found = problem.solve();
-            assert!(problem.implausible_bodies(&found.values).is_empty(), "{:?}", found.values);
-            found
-        });
-        assert!((again.strength / found.strength - 1.0).abs() < 1e-6);
-        for (k, p) in parameters.iter().enumerate() {
-            let change = (again.values[k] - found.values[k]).abs();
-            assert!(change <= 1e-5 * found.sigmas[k], "{}: {change:e}", p.name);
-            if matches!(p.kind, Kind::Mass(_)) {
-                let ratio = found.values[k] / p.prior;
-                assert!((0.3..3.0).contains(&ratio), "{}: {ratio}", p.name);
-            }
-        }
-        let weak = Options { strength: Some(1e-2), ..options.clone() };
-        let (blocks, options) = ([block(&parameters, &columns, &truth, &mut || 0.0)], &weak);
-        let problem = Problem { parameters: &parameters, blocks: &blocks, options };
-        let mut far = truth.clone();
-        (0..10).for_each(|k| far[k] *= 20.0);
-        assert_eq!(problem.implausible_bodies(&far), [parameters[0].body().unwrap()]);
-        assert!(problem.implausible_bodies(&truth).is_empty());
-    }
-}
-
 /// Held parameters keep their values, tied ones are equal, and both leave the others free.
 #[test]
 fn held_and_tied_parameters() {

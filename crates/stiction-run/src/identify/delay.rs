@@ -25,8 +25,6 @@ pub(super) const CERTAIN: f64 = 5.0;
 const EXPLAINED: f64 = 0.02;
 /// Change of a delay, in standard deviations, below which the iteration has converged.
 const SETTLED: f64 = 0.1;
-/// Last change of a delay, in standard deviations, above which the delay counts as unknown.
-const UNSETTLED: f64 = 1.0;
 
 /// Regressor signals of an effect, one for each fitted log; `None` if the effect cannot be computed for one of the logs.
 pub(super) fn candidate(all: &[Prepared], channel: usize, effect: Effect) -> Option<Candidate> {
@@ -77,60 +75,37 @@ fn jump_error(all: &[Prepared], channel: usize) -> f64 {
 
 /// Estimates the delays of all efforts together with the parameters by the Gauss-Newton method, which starts from
 /// the delays compensated so far. Compensates those delays that differ significantly from zero and improve the
-/// prediction of left-out fifths of the logs. A delay whose estimate does not settle, or that is no longer significant,
-/// is not compensated, and the others are estimated again. `solve` fits the logs as they are. Returns the delays in the
-/// order of the actuators, with standard deviations.
+/// prediction of left-out fifths of the logs. `solve` fits the logs as they are. Returns the delays in the order of
+/// the actuators, with standard deviations.
 pub(super) fn take_back(
     all: &mut [Prepared],
     begin: &[[f64; 2]],
     solve: impl Fn(&[Prepared], &mut dyn FnMut(&Problem<'_>, &Estimate)),
 ) -> Vec<[f64; 2]> {
     let most = all.iter().map(Prepared::greatest_delay).fold(f64::INFINITY, f64::min);
-    let mut is_open = vec![false; begin.len()];
-    // Each pass excludes at least one more delay, so the loop ends.
-    loop {
-        let mut delays = begin.to_vec();
-        for (delay, _) in delays.iter_mut().zip(&is_open).filter(|(_, is_open)| **is_open) {
-            *delay = [0.0; 2];
-        }
-        set(all, &delays);
-        let mut is_doubtful = vec![false; delays.len()];
-        for step in 0..STEPS {
-            let mut found = Vec::new();
-            solve(all, &mut |problem, estimate| found = remaining(all, problem, estimate));
-            let mut is_settled = true;
-            for ((channel, delay), found) in delays.iter_mut().enumerate().zip(found) {
-                let Some(found) = found else { continue };
-                let is_new = delay[0] == 0.0;
-                let is_seen = found.gain > EXPLAINED && found.gain > found.gain_sigma;
-                let is_certain = found.value.abs() >= CERTAIN * found.sigma;
-                if is_open[channel] || (is_new && (step > 0 || !is_seen || !is_certain)) {
-                    continue;
-                }
-                is_settled &= found.value.abs() < SETTLED * found.sigma;
-                let sigma = found.sigma.hypot(jump_error(all, channel));
-                *delay = [(delay[0] + found.value).clamp(-most, most), sigma];
-                let is_at_limit = delay[0].abs() >= most;
-                is_doubtful[channel] = !is_at_limit
-                    && (found.value.abs() > UNSETTLED * found.sigma
-                        || delay[0].abs() < CERTAIN * found.sigma);
+    let mut delays = begin.to_vec();
+    for step in 0..STEPS {
+        let mut found = Vec::new();
+        solve(all, &mut |problem, estimate| found = remaining(all, problem, estimate));
+        let mut is_settled = true;
+        for ((channel, delay), found) in delays.iter_mut().enumerate().zip(found) {
+            let Some(found) = found else { continue };
+            let is_new = delay[0] == 0.0;
+            let is_seen = found.gain > EXPLAINED && found.gain > found.gain_sigma;
+            if is_new && (step > 0 || !is_seen || found.value.abs() < CERTAIN * found.sigma) {
+                continue;
             }
-            set(all, &delays);
-            if is_settled {
-                break;
-            }
+            is_settled &= found.value.abs() < SETTLED * found.sigma;
+            let sigma = found.sigma.hypot(jump_error(all, channel));
+            *delay = [(delay[0] + found.value).clamp(-most, most), sigma];
         }
-        if !is_doubtful.contains(&true) {
-            return delays;
+        let values: Vec<f64> = delays.iter().map(|[value, _]| *value).collect();
+        all.iter_mut().for_each(|log| log.set_delays(&values));
+        if is_settled {
+            break;
         }
-        is_open.iter_mut().zip(is_doubtful).for_each(|(open, doubtful)| *open |= doubtful);
     }
-}
-
-/// Shifts the efforts of all logs in time by their delays.
-fn set(all: &mut [Prepared], delays: &[[f64; 2]]) {
-    let values: Vec<f64> = delays.iter().map(|[value, _]| *value).collect();
-    all.iter_mut().for_each(|log| log.set_delays(&values));
+    delays
 }
 
 /// Composes a caution on a delay that has been corrected.

@@ -17,8 +17,8 @@ pub const TEMPLATE: &str = r#"# Options of `stiction identify`. Every key may be
 # What is estimated: "all", "friction" or "inertia". All other parameters keep the values of the model.
 estimate = "all"
 
-# Strength of the prior that pulls inertias to those of the model, in equivalent samples; "auto" takes errors of
-# the model of 30 %, and a stronger prior where it predicts left-out parts of the logs better.
+# Strength of the prior that pulls inertias to those of the model, in equivalent samples; "auto" chooses
+# it by left-out blocks of the logs.
 prior = "auto"
 
 # "least-squares", or "instrumental-variables": the motion commanded in columns such as `axis1.reference [deg]`

@@ -268,8 +268,6 @@ pub fn identify(
             unit: p.unit,
             verdict: match held[k] {
                 true => Verdict::Held,
-                // Only the prior and the physical region determine the value.
-                false if structure.free.without_effect.contains(&k) => Verdict::NotExcited,
                 false => Verdict::of(&Evidence {
                     resolution: estimate.resolution[k],
                     value: estimate.values[k],
@@ -295,8 +293,6 @@ pub fn identify(
         .collect();
     cautions.extend(judge_bounds(&mut named, &options));
     cautions.extend(torque_constants::judge(&mut named, &by_prior, estimate.strength));
-    let implausible = problem.implausible_bodies(&estimate.values);
-    cautions.extend(sanity::judge_bodies(&mut named, (&parameters, &implausible)));
     let at = differences(&parameters, &estimate.values);
     let predictions: Vec<Prediction> = all
         .iter()
@@ -377,7 +373,6 @@ pub fn identify(
             noise: noise.as_deref(),
             reference: &references(&all),
             actuators: &actuators,
-            has_implausible_bodies: !implausible.is_empty(),
         },
         is_wrong,
         &mut cautions,

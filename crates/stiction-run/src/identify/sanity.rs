@@ -177,8 +177,6 @@ pub(super) struct Residuals<'a> {
     /// Standard deviation of each measured effort, and of the part that the model without friction does not explain.
     pub(super) reference: &'a [[f64; 2]],
     pub(super) actuators: &'a [String],
-    /// True if the fit makes a body implausible beside the model.
-    pub(super) has_implausible_bodies: bool,
 }
 
 /// Residual relative to the standard deviation of an effort, and to that of its friction part, above which the model is
@@ -223,33 +221,6 @@ pub(super) fn confounded(
         )
     });
     each.collect()
-}
-
-/// Lowers the verdicts of values that belong to implausible bodies and are not identified, and names these bodies in
-/// a caution.
-pub(super) fn judge_bodies(
-    named: &mut [Named],
-    (parameters, implausible): (&[Parameter], &[usize]),
-) -> Option<String> {
-    let mut masses = Vec::new();
-    for (p, own) in named.iter_mut().zip(parameters) {
-        if !own.body().is_some_and(|body| implausible.contains(&body)) {
-            continue;
-        }
-        if p.verdict == Verdict::FitsOnly {
-            p.verdict = Verdict::NotExcited;
-        }
-        if matches!(own.kind, Kind::Mass(_)) {
-            masses.push(format!("{} {:.4} kg (model {:.4} kg)", p.name, p.value, p.prior));
-        }
-    }
-    (!masses.is_empty()).then(|| {
-        format!(
-            "bodies are implausible beside those of the model: {}; check the model and what the efforts contain, or give \
-             a greater `prior` in the options",
-            masses.join(", ")
-        )
-    })
 }
 
 /// Composes cautions on friction coefficients that are confounded with another parameter.
@@ -356,12 +327,11 @@ pub(super) fn fit_verdict(
     let errors: Vec<f64> = fits.iter().filter_map(|p| mean(p)).collect();
     let error = errors.iter().sum::<f64>() / errors.len().max(1) as f64;
     let mut verdict = FitVerdict::Identified;
-    let mut is_lacking = false;
     if estimate.left_out_ratio_plain > 1.3 * estimate.left_out_ratio {
         cautions.push(format!(
             "plain least squares is refused: in cross-validation, without the prior, the squared \
              residuals of left-out blocks of the logs are {:.1} times those of the fit ({:.1} \
-             times with the prior of {:.1} equivalent samples)",
+             times with the prior of {} equivalent samples)",
             estimate.left_out_ratio_plain, estimate.left_out_ratio, estimate.strength
         ));
     }
@@ -383,7 +353,6 @@ pub(super) fn fit_verdict(
                  compliance, backlash or another law of friction",
                 residual / noise.max(1e-300)
             ));
-            is_lacking = true;
             verdict = FitVerdict::FitsOnly;
         }
     }
@@ -423,9 +392,7 @@ pub(super) fn fit_verdict(
             "the model does not reproduce the efforts of {name}: the error is {error:.0} % of their root mean square"
         ));
     }
-    // An implausible body takes up what the model lacks.
-    let is_taken_up = is_lacking && residuals.has_implausible_bodies;
-    if !bad.is_empty() || wrong || is_taken_up {
+    if !bad.is_empty() || wrong {
         verdict = FitVerdict::Failed;
     }
     verdict

@@ -4,7 +4,6 @@
 
 use super::Prepared;
 use super::filter::RowFilter;
-use super::pieces::{PIECE, by_pieces};
 use super::rows::{Assembled, Computed};
 use nalgebra::{DMatrix, DVector};
 use stiction_core::parameters::Parameters;
@@ -155,44 +154,36 @@ impl Prepared {
         (solved, is_solved): (&[Solved], &[bool]),
     ) -> Vec<Vec<f64>> {
         let (mu, actuators) = (&self.mu, self.block.channels.len());
-        let slopes_at = |slopes: &mut LoadSlopes<'_>, k: usize| {
+        let mut slopes = LoadSlopes::new(&self.regressor, values, groups);
+        let each = self.instants.iter().zip(solved.iter().zip(is_solved)).zip(&mu.unit);
+        each.map(|(((_, [q, v, a]), (solved, is_solved)), unit)| {
             let mut row = vec![0.0; actuators * groups.len()];
-            if !is_solved[k] {
+            if !is_solved {
                 return row;
             }
-            let (_, [q, v, a]) = &self.instants[k];
-            let Ok(loads) = slopes.at(&solved[k], [q, v, a]) else { return row };
+            let Ok(loads) = slopes.at(solved, [q, v, a]) else { return row };
             let loads: Vec<_> = loads.collect();
             for (index, &(column, interface)) in mu.columns.iter().enumerate() {
                 for number in 0..groups.len() {
                     let factor = values[column] * loads[interface][number];
                     for channel in 0..actuators {
                         row[number * actuators + channel] +=
-                            mu.unit[k][index * actuators + channel] * factor;
+                            unit[index * actuators + channel] * factor;
                     }
                 }
             }
             row
-        };
-        by_pieces(self.instants.len(), |piece| {
-            let mut slopes = LoadSlopes::new(&self.regressor, values, groups);
-            piece.map(|k| slopes_at(&mut slopes, k)).collect()
         })
+        .collect()
     }
 
     /// Forces at all instants; `None` for an instant at which they have no solution.
     fn solved(&self, engine: &Parameters<f64>) -> Result<Vec<Option<Solved>>, String> {
-        let found = by_pieces(self.instants.len(), |piece| {
-            let mut data = self.regressor.engine_data();
-            data.start_from(&self.starts[piece.start / PIECE]);
-            self.instants[piece]
-                .iter()
-                .map(|(_, [q, v, a])| self.regressor.loads(engine, &mut data, [q, v, a]))
-                .collect()
-        });
+        let mut data = self.regressor.engine_data();
         let mut failed: Option<String> = None;
-        let mut all = Vec::with_capacity(found.len());
-        for (found, (time, _)) in found.into_iter().zip(&self.instants) {
+        let mut all = Vec::with_capacity(self.instants.len());
+        for (time, [q, v, a]) in &self.instants {
+            let found = self.regressor.loads(engine, &mut data, [q, v, a]);
             if let Err(status) = &found {
                 failed.get_or_insert_with(|| format!("at {time:.4} s: {}", status.reason()));
             }

@@ -9,7 +9,6 @@ mod filter;
 mod gaps;
 mod loads;
 mod motion;
-mod pieces;
 mod reference;
 mod reversals;
 mod rows;
@@ -68,8 +67,6 @@ pub(super) struct Prepared {
     /// Standard deviation of the white noise that remains in each filtered effort, N or N m; `None` for steady motions.
     pub(super) effort_noise: Option<Vec<f64>>,
     pub(super) cautions: Vec<String>,
-    /// State of the mechanism at the first instant of each [`pieces::PIECE`].
-    starts: Vec<State<f64>>,
     /// Poses of all bodies in the world at some instants of a recorded motion; empty for steady
     /// motions.
     pub(super) poses: Vec<(f64, Vec<Pose<f64>>)>,
@@ -205,7 +202,6 @@ impl Prepared {
             block: assembled.block,
             regressor,
             instants: computed.instants,
-            starts: computed.starts,
             poses: if log.log.is_steady { Vec::new() } else { computed.poses },
             mu,
             sample: used.rate.recip(),

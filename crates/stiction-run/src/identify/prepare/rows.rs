@@ -4,7 +4,6 @@ use super::dwells::{self as rests, Standstill};
 use super::effects::{self, Scales, State};
 use super::filter::{RowFilter, within};
 use super::motion::{Motion, ROWS_PER_PERIOD, Used};
-use super::pieces::PIECE;
 use super::{reversals, saturation, spikes};
 use crate::bodies::poses_in_world;
 use crate::identify::IdentifyError as Error;
@@ -28,8 +27,6 @@ const EXTRA: usize = 5 + effects::FILTERED.len();
 /// Columns of the model at the instants of the regressor, before filtering.
 pub(super) struct Computed {
     pub(super) instants: Vec<(f64, [Vec<f64>; 3])>,
-    /// State of the mechanism at the first instant of each [`PIECE`].
-    pub(super) starts: Vec<MechanismState<f64>>,
     /// Columns of the friction coefficients under unit normal loads, column by column.
     pub(super) unit_friction: Vec<Vec<f64>>,
     /// Poses of all bodies in the world, the ground first, at some of the instants.
@@ -80,7 +77,7 @@ pub(super) fn computed(
     let mu: Vec<usize> =
         (0..width).filter(|&k| matches!(parameters[k].kind, Kind::Mu(_))).collect();
     let (mut instants, mut unit_friction) = (Vec::new(), Vec::new());
-    let (mut poses, mut starts) = (Vec::new(), Vec::new());
+    let mut poses = Vec::new();
     let stride = motion.times.len().div_ceil(SHOWN).max(1);
     // For each actuator, the rest at all instants: of all friction in its effort, and of its own
     // joint.
@@ -150,9 +147,6 @@ pub(super) fn computed(
         if instants.len() % stride == 0 {
             poses.push((time, poses_in_world(regressor.bodies(), origin).collect()));
         }
-        if instants.len() % PIECE == 0 {
-            starts.push(regressor.state().clone());
-        }
         instants.push((time, [q, v, a]));
     }
     let count = motion.times.len();
@@ -188,18 +182,7 @@ pub(super) fn computed(
         }
     }
     let rests = rest_states;
-    Ok(Computed {
-        poses,
-        instants,
-        starts,
-        unit_friction,
-        mu,
-        signals,
-        actuators,
-        width,
-        caution,
-        rests,
-    })
+    Ok(Computed { poses, instants, unit_friction, mu, signals, actuators, width, caution, rests })
 }
 
 /// Decides for each instant whether the friction of an effort is certainly at rest, and whether it may be at rest. A
