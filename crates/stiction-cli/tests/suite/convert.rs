@@ -97,7 +97,7 @@ fn the_motion_selects_the_position() {
 #[test]
 fn a_model_without_a_motion_is_converted() {
     let folder = Folder::new("convert-pose");
-    let text = "[bodies.b]\nmass = \"1 kg\"\ncom = [0.1, 0, 0]\ninertia = [1, 1, 1]\n\
+    let text = "gravity = [0, 0, -9.81]\n[bodies.b]\nmass = \"1 kg\"\ncom = [0.1, 0, 0]\ninertia = [1, 1, 1]\n\
                 [joints.j]\ntype = \"R\"\nfrom = \"ground\"\nto = \"b\"\naxis = \"y\"\nactuated = true\n";
     folder.write("arm.toml", text);
     for format in ["json", "model", "mjcf", "urdf", "sdf"] {
