@@ -17,7 +17,7 @@ fn impossible_calls_are_errors_with_messages() {
             let said = plant.said();
             assert!(said.starts_with("3 logStatusError: ") && said.contains(text), "{said}");
         };
-        refused(plant.try_step(0.0, 1e-3).unwrap_err(), "in the phase Instantiated");
+        refused(plant.try_step(0.0, 1e-3).unwrap_err(), "in the state Instantiated");
         plant.enter(0.0);
         refused(plant.set_by(effort, f64::NAN), "`left_motor.effort` is NaN");
         refused(plant.set_by(effort, f64::INFINITY), "is inf");
