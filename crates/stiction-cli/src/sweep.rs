@@ -62,6 +62,10 @@ fn execute(options: &Sweep) -> Result<(), Failure> {
     let designs = Designs::new(options)?;
     let study = sweep.study(designs.keys())?;
     let about = description(options, &robot, &designs)?;
+    // Before a file of this study is written.
+    if let Some(Ok(first)) = designs.iter(options.shard, 0)?.next() {
+        study.check_units(&first)?;
+    }
 
     let inputs = robot.files_read().into_iter().chain(designs.file()).collect();
     let folder = options.report.folder(options.output.as_deref())?;

@@ -116,8 +116,11 @@ impl Study {
     }
 
     /// Refuses a design whose model is defective because the numbers of a parameter have no unit: each further design
-    /// would fail in the same way.
-    pub(super) fn check_units(&self, design: &[Setting]) -> Result<(), Error> {
+    /// would fail in the same way. [`Self::run`] does so for the first design.
+    ///
+    /// # Errors
+    /// The numbers of a parameter have no unit.
+    pub fn check_units(&self, design: &[Setting]) -> Result<(), Error> {
         let robot = &self.sweep.robot;
         let unit_of = |path: &str| {
             let found = robot.parameters().find(|(name, ..)| *name == path);
