@@ -9,6 +9,7 @@ import pytest
 import stiction
 
 ARM = """
+gravity = [0, 0, -9.81]
 [bodies.b]
 mass = "1 kg"
 com = [0.1, 0, 0]
