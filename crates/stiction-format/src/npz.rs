@@ -179,7 +179,7 @@ mod tests {
     #[test]
     fn other_arrays_are_refused() {
         let why = |file: &[u8]| array(file).unwrap_err();
-        assert!(why(b"PK").contains("no NumPy array"));
+        assert!(why(b"PK").contains("not a NumPy array"));
         assert!(why(&npy("<f8", "(2, 2)", &[0; 32])).contains("one-dimensional"));
         assert!(why(&npy("<f8", "()", &[0; 8])).contains("one-dimensional"));
         assert!(why(&npy("<c16", "(1,)", &[0; 16])).contains("`<c16`"));

@@ -303,7 +303,7 @@ fn bad_arguments_are_explained() {
         &["sweep", "five-bar", "--table", "odd.csv"],
         &["sweep", "five-bar", "--table", "short.csv"],
         &["sweep", "five-bar", "--table", "none.csv"],
-        &["sweep", "five-bar", "--vary", "crank = [1]", "--resume", "-o", "out"],
+        &["sweep", "five-bar", "--vary", "crank = [1 m]", "--resume", "-o", "out"],
         &["sweep", "five-bar", "--vary", "load.tool.fx = [1]", "--load", "none"],
     ];
     let mut all = String::new();
