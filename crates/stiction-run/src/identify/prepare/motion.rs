@@ -430,7 +430,7 @@ mod tests {
         }];
         let mut cautions = Vec::new();
         let motion = filtered(&used, &chosen, (Some(8.0), &[true]), &mut cautions).unwrap();
-        assert!(cautions.iter().any(|c| c.contains("jumps by a turn")), "{cautions:?}");
+        assert!(cautions.iter().any(|c| c.contains("jumps by a full turn")), "{cautions:?}");
         for (time, targets) in motion.times.iter().zip(&motion.targets) {
             let truth = 9.0 * (1.7 * time).sin();
             // The filter changes a signal of 0.3 Hz by less than this.
