@@ -28,6 +28,9 @@ usage: cargo xtask COMMAND
   python     tests of the Python package, a part of `test`
   wheel      build the Python package into target/wheels and try it in an empty environment
              --profile NAME  profile of the native module, release by default
+             --target TARGET for another system, such as aarch64-unknown-linux-gnu
+             --compatibility TAG  tag of the wheel, such as manylinux2014
+             --zig           link by Zig against the C library that the tag names
   book       write the generated parts of the book: model file reference and pictures
   peers      compare speed with other engines, see peers/README.md
              --json FILE     write all numbers

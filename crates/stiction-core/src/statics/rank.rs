@@ -117,7 +117,7 @@ impl Statics {
         self.length
     }
 
-    /// The linear system of the balance.
+    /// Linear system of the force and moment balance of all bodies.
     pub fn system(&self) -> &NewtonEuler {
         &self.system
     }

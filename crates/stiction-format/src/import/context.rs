@@ -53,7 +53,7 @@ pub(super) struct Context<'a> {
     pub(super) literal: bool,
     pub(super) out: RefCell<Diagnostics>,
     notes: RefCell<Vec<Note>>,
-    /// Whether each mesh file can be read.
+    /// Mesh files by path, with `true` for those that can be read.
     meshes: RefCell<HashMap<String, bool>>,
     /// Mesh files that cannot be read, with the places that name them.
     missing: RefCell<Vec<(String, Place)>>,

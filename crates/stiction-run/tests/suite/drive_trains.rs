@@ -268,7 +268,7 @@ fn rotors_are_inertias_of_their_links() {
     }
 }
 
-/// The mechanism with larger moments of inertia of some bodies, in all directions.
+/// Copy of the mechanism in which some bodies have larger moments of inertia, in all directions.
 fn with_inertia(
     mechanism: &Mechanism,
     more: &[(stiction_core::mechanism::BodyId, f64)],

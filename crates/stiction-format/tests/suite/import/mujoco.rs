@@ -1,4 +1,4 @@
-//! What MuJoCo makes of an MJCF: numbers of MuJoCo 4.0.0, compiled from the same text.
+//! Imports of MJCF against MuJoCo: the expected numbers are those of MuJoCo 4.0.0 for the same text.
 
 use super::tree::{convert, mobility, model, refused};
 use stiction_core::dynamics::{FrictionMode, InverseDynamics, Settings};
