@@ -172,3 +172,12 @@ impl<'a> Job<'a> {
         Ok(())
     }
 }
+
+/// Keyword of a friction mode, as in a model file and on the command line.
+pub(crate) fn friction_word(mode: FrictionMode) -> &'static str {
+    match mode {
+        FrictionMode::Converged => "on",
+        FrictionMode::OnePass => "one-pass",
+        FrictionMode::Off => "off",
+    }
+}

@@ -18,7 +18,7 @@ const thinned = (own, list) => {
 };
 const shownRuns = () => [run, ...(state.other >= 0 ? [others[state.other]] : [])];
 // The colour of the selected joint's leg, as in the picture and in plots of actuators.
-const ownColour = () => { const leg = scene.joints[state.joint]?.leg; return leg === null || leg === undefined ? "var(--line0)" : `var(--leg${leg % 7})`; };
+const ownColour = () => { const leg = scene.joints[state.joint]?.leg; return leg === null || leg === undefined ? "var(--line0)" : `var(--${legName(leg)})`; };
 const curve = (title, unit, list) => {
   const lines = shownRuns().map(own => thinned(own, list)).filter(points => points.length > 1), all = lines.flat();
   if (!all.length) return null;

@@ -42,7 +42,9 @@ const faceOf = (index, frame) => {
   }
   return plain;
 };
-const legColour = leg => leg === null ? ink.hubedge : ink[`leg${leg % 7}`];
+// Name of the colour of a leg; there are seven.
+const legName = leg => `leg${leg % 7}`;
+const legColour = leg => leg === null ? ink.hubedge : ink[legName(leg)];
 const WIDTHS = { bone: 6, tube: 9, stem: 4.5 };
 
 // Outline of a body at a sample: the hull of its joints, and of its centre of mass if it has one joint only.

@@ -19,6 +19,7 @@ use super::context::Context;
 use super::description::{Description, Joint};
 use super::xml::{Element, numbers_in};
 use crate::diagnostic::quoted;
+use crate::fields::tables::FRICTION_MODES;
 use crate::source::Place;
 use std::collections::HashMap;
 use stiction_core::joint::JointType;
@@ -27,9 +28,6 @@ use toml::Table;
 
 /// Namespace of the elements.
 pub const NAMESPACE: &str = "urn:stiction:1";
-
-/// Modes of friction in a model file.
-const FRICTIONS: [&str; 3] = ["on", "one-pass", "off"];
 
 /// One element.
 #[derive(Clone, Debug)]
@@ -85,7 +83,7 @@ pub(super) fn apply(
                 }
             }
             "default" if entry.name == "friction" => {
-                if FRICTIONS.contains(&entry.text.as_str()) {
+                if FRICTION_MODES.contains(&entry.text.as_str()) {
                     robot.friction = Some(entry.text);
                 } else {
                     let message = format!("{} is no mode of friction", quoted(&entry.text));

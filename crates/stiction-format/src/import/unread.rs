@@ -19,17 +19,26 @@ pub(super) struct Known {
     pub(super) children: &'static str,
 }
 
+/// An entry of a list.
+pub(super) const fn known(
+    tag: &'static str,
+    attributes: &'static str,
+    children: &'static str,
+) -> Known {
+    Known { tag, attributes, children }
+}
+
 /// List of everything, also inside.
 pub(super) const ANY: &str = "*";
 
 /// Reports all elements and attributes that are not known.
-pub(super) fn note(context: &Context<'_>, root: &Element, known: &[Known]) {
+pub(super) fn note(context: &Context<'_>, root: &Element, list: &[Known]) {
     let entry = |parent: &str, tag: &str| {
         let is_own = |entry: &&Known| {
             entry.tag.split_once('/').is_some_and(|(outer, own)| (outer, own) == (parent, tag))
         };
-        let own = known.iter().find(is_own);
-        own.or_else(|| known.iter().find(|entry| entry.tag == tag))
+        let own = list.iter().find(is_own);
+        own.or_else(|| list.iter().find(|entry| entry.tag == tag))
     };
     let mut open: Vec<(&Element, &Known)> =
         entry("", &root.tag).map(|own| (root, own)).into_iter().collect();

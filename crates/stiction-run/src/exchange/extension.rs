@@ -1,6 +1,7 @@
 //! Extension elements: properties of a mechanism for which another format has no element. Only this program reads them.
 
-use super::model_file::{actuator, friction, friction_word, gearing_table, joint, spring};
+use super::model_file::{actuator, friction, gearing_table, joint, spring};
+use crate::job::friction_word;
 use stiction_core::mechanism::Mechanism;
 use stiction_core::spatial::{Pose, Vec3};
 use stiction_format::ModelFile;

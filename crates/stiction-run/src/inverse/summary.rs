@@ -9,7 +9,7 @@ use super::uniqueness::Singular;
 use super::verdict::Verdict;
 use crate::dofs::{Dof, actuated, dofs_of};
 use crate::gearing_load::gearings_json;
-use crate::job::Job;
+use crate::job::{Job, friction_word};
 use crate::names::Names;
 use crate::ranges::Ranges;
 use crate::statistics::{Comparison, Integral, Least, Range, Reactions, Size};
@@ -433,15 +433,6 @@ impl Summary {
             "load": singular.load,
             "null_directions": directions.collect::<Vec<_>>(),
         })
-    }
-}
-
-/// Keyword of a friction mode, as on the command line.
-pub(super) fn friction_word(mode: FrictionMode) -> &'static str {
-    match mode {
-        FrictionMode::Converged => "on",
-        FrictionMode::OnePass => "one-pass",
-        FrictionMode::Off => "off",
     }
 }
 

@@ -1,11 +1,11 @@
 //! Summary of a run as text for the terminal.
 
 use super::certainty::{MOST_MARGIN, Margin};
-use super::summary::{Summary, friction_word, weighting_words};
+use super::summary::{Summary, weighting_words};
 use super::uniqueness::Singular;
 use super::verdict::Verdict;
 use crate::gearing_load::write_gearings;
-use crate::job::Job;
+use crate::job::{Job, friction_word};
 use crate::names::{heading, listed, width};
 use crate::statistics::Integral;
 use crate::undetermined::by_components;

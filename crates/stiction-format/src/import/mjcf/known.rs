@@ -1,11 +1,7 @@
 //! Elements and attributes of MJCF that the reader reads, that it reports itself, or that do not matter for rigid bodies
 //! without contact.
 
-use super::super::unread::Known;
-
-const fn known(tag: &'static str, attributes: &'static str, children: &'static str) -> Known {
-    Known { tag, attributes, children }
-}
+use super::super::unread::{Known, known};
 
 const IN_BODIES: &str = "body frame joint freejoint inertial geom site camera light";
 

@@ -1,11 +1,7 @@
 //! Elements and attributes of SDF that the reader reads, that it reports itself, or that do not matter for rigid bodies
 //! without contact.
 
-use super::super::unread::{ANY, Known};
-
-const fn known(tag: &'static str, attributes: &'static str, children: &'static str) -> Known {
-    Known { tag, attributes, children }
-}
+use super::super::unread::{ANY, Known, known};
 
 /// The file from its root to its models.
 pub(super) const ROOT: &[Known] = &[

@@ -1,10 +1,6 @@
 //! Elements and attributes of URDF that the reader reads, that it reports itself, or that do not matter for mechanics.
 
-use super::super::unread::Known;
-
-const fn known(tag: &'static str, attributes: &'static str, children: &'static str) -> Known {
-    Known { tag, attributes, children }
-}
+use super::super::unread::{Known, known};
 
 const PLACE: &str = "xyz rpy quat_xyzw";
 

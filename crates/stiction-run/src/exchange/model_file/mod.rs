@@ -5,6 +5,7 @@ pub(super) mod friction;
 pub(super) mod joint;
 pub(super) mod spring;
 
+use crate::job::friction_word;
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, LoadAxes};
 use stiction_core::kinematics::{Coordinate, Target};
 use stiction_core::mechanism::{Body, Gearing, Mechanism};
@@ -98,15 +99,6 @@ pub fn model_file(
         put("default", default.into());
     }
     Ok(file.to_string())
-}
-
-/// Word of a model file for a mode of friction.
-pub(super) fn friction_word(mode: FrictionMode) -> &'static str {
-    match mode {
-        FrictionMode::Off => "off",
-        FrictionMode::OnePass => "one-pass",
-        FrictionMode::Converged => "on",
-    }
 }
 
 /// Returns the name and the table of a gearing.

@@ -5,9 +5,9 @@ mod tables;
 mod verdicts;
 
 use super::animation::Animation;
-use super::summary::{Summary, friction_word};
+use super::summary::Summary;
 use super::verdict::Verdict;
-use crate::job::Job;
+use crate::job::{Job, friction_word};
 use crate::report::html::{self, card, section};
 use crate::report::{findings, footer, header, reactions, repeat};
 use stiction_core::dynamics::FrictionMode;
