@@ -68,9 +68,9 @@ pub(super) enum Start<'a> {
     Last,
     /// Normal loads extrapolated from previous positions of the present motion.
     Expected,
-    /// Normal loads extrapolated from previous positions of the opposite motion. If unavailable,
-    /// the normal loads of the given states of the present motion, reflected about the frictionless
-    /// normal loads.
+    /// Normal loads extrapolated from previous positions of the opposite motion. If there are none,
+    /// Newton's method starts at the normal loads in the given states (of the present motion),
+    /// reflected about the frictionless normal loads.
     Opposite(&'a [InterfaceState<f64>]),
 }
 
@@ -347,7 +347,7 @@ impl FrictionCoupling {
     /// Runs Newton's method from the normal loads extrapolated from previous positions.
     fn newton_from_expected(&mut self, at: Configuration<'_>, history: usize) -> bool {
         let Self { history: all, unknowns, loads, strength, .. } = self;
-        // The residual bounds the error: a map that contracts by the coupling.
+        // The map contracts by the factor `strength`, so this residual bounds the error by `ERROR`.
         let residual = ERROR * (1.0 - *strength);
         all[history].predict(unknowns, loads) && self.newton(at, residual)
     }

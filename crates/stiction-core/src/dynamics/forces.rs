@@ -156,7 +156,8 @@ impl Forces {
         if !finite {
             return f64::INFINITY;
         }
-        // At rest, rates and powers are round-off: powers of motions at 1e-5 rad/s count as zero.
+        // At rest, rates and powers are round-off. The scale therefore includes the power of the
+        // largest reaction at 1e-5 rad/s.
         let at_rest = 1e-5 * largest * length;
         self.power.residual().abs() / (self.power.turnover + at_rest).max(f64::MIN_POSITIVE)
     }

@@ -24,8 +24,8 @@ pub struct InterfaceState<T> {
     /// Generalised friction force on each DOF of the interface for one newton of friction at the
     /// surface: it opposes the motion and includes the lever arm.
     pub(crate) against: [T; 3],
-    /// For one DOF: 1 for forward, -1 for backward slip; at rest the static friction as a signed
-    /// fraction of its limit.
+    /// Sign of the slip of an interface with one DOF: 1 for forward, -1 for backward slip; at rest,
+    /// the static friction as a signed fraction of its limit.
     pub(crate) sense: T,
     pub(crate) resistance: Resistance<T>,
     /// Normal force at the last update, with its gradient with respect to the joint wrench.

@@ -9,9 +9,9 @@ use crate::scalar::Scalar;
 use crate::spatial::{Twist, Vec3, Wrench};
 use core::ops::Range;
 
-/// Responses at one position, for the sliding directions at that position. A sliding interface has one
-/// component, the friction that opposes its sliding; an interface at rest has one component for each of
-/// its DOFs, with the sign of the sliding velocity that it opposes.
+/// Responses at one position, for the sliding directions at that position. A sliding interface has
+/// one component, the friction that opposes its sliding; an interface at rest has one component for
+/// each of its DOFs, which is positive if it opposes a positive sliding velocity.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Responses {
     balance: Option<Balance<f64>>,

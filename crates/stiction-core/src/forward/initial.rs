@@ -25,8 +25,8 @@ pub struct Known {
 
 /// Relative residual below which a rate counts as satisfied.
 const MET: f64 = 1e-9;
-/// Smallest component of a row that is independent of the other rows, relative to the row; a row below this bound
-/// counts as dependent.
+/// A constraint row counts as dependent if its component that is independent of the other rows is
+/// below this fraction of the row.
 const DEPENDENT: f64 = 1e-10;
 
 impl Forward {

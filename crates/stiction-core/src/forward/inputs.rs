@@ -25,8 +25,7 @@ pub struct View<'a> {
 pub(super) struct InputState {
     /// Own states of the inputs, see [`Inputs::initial_states`].
     pub(super) values: Vec<f64>,
-    /// Magnitude of each own state from which on the relative tolerance applies: the absolute tolerance is a fraction
-    /// of it.
+    /// Scale of each own state: its absolute tolerance is a fraction of this scale.
     pub(super) scales: Vec<f64>,
     /// Side of each switching function, see [`Inputs::switches`].
     pub(super) sides: Vec<bool>,

@@ -27,8 +27,9 @@ pub(super) struct Anchor {
     pub(super) pose: Pose<f64>,
 }
 
-/// Size of a correction, rad or characteristic lengths, below which the next correction reuses the present
-/// decomposition, provided the singularity distance exceeds `REGULAR`. The error of the reuse is of second order.
+/// After a correction smaller than this, in rad or characteristic lengths, the next correction
+/// reuses the present decomposition if the singularity distance exceeds `REGULAR`. The error of the
+/// reuse is of second order.
 const SMALL: f64 = 1e-9;
 const REGULAR: f64 = 0.2;
 

@@ -38,7 +38,8 @@ const RESIDUAL: f64 = 1e-9;
 /// most 1e-6 of the largest rate.
 const SLACK: f64 = 1e-3;
 
-/// Ratio of friction to the largest force without friction above which friction belongs to a jump of velocities.
+/// Friction above this multiple of the largest force without friction belongs to a jump of
+/// velocities.
 const IMPULSIVE: f64 = 1e3;
 
 /// Results of a time step.

@@ -37,9 +37,9 @@ pub(crate) struct Balance<T> {
     constants: Vec<T>,
     /// Constant part of the wrench at each cut joint, due to friction.
     cut_constants: Vec<Wrench<T>>,
-    /// Wrench that the joint of each node transmits, parent on child. `cut_wrenches`: wrench at
-    /// each cut joint, predecessor on successor.
+    /// Wrench that the joint of each node transmits, parent on child.
     node_wrenches: Vec<Wrench<T>>,
+    /// Wrench at each cut joint, predecessor on successor.
     cut_wrenches: Vec<Wrench<T>>,
     entries: Vec<T>,
     factors: Vec<T>,

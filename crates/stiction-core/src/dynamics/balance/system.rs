@@ -177,9 +177,9 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// Largest residual of the equations of unactuated tree DOFs, largest required wrench of a body
-    /// together with all bodies beyond it, and largest wrench at a joint; moments divided by the
-    /// characteristic length.
+    /// Returns three magnitudes: the largest residual in the equations of the unactuated tree DOFs,
+    /// the largest inverse-dynamics wrench of a body together with all bodies beyond it, and the
+    /// largest wrench at a joint. Moments are divided by the characteristic length.
     pub(in crate::dynamics) fn size_of_residual(
         &self,
         plan: &BalancePlan,
@@ -217,7 +217,8 @@ impl<T: Scalar> Balance<T> {
     }
 }
 
-/// Weight of an effort: torques are divided by the characteristic length.
+/// Weight of the square of an actuator effort: one for a force, `1 / length^2` for a torque, with
+/// the characteristic length.
 fn effort_weight<T: Scalar>(topology: &Topology, parameters: &Parameters<T>, actuator: usize) -> T {
     let actuator = topology.actuators[actuator];
     let dof = &topology.joint_types[actuator.joint].dofs()[actuator.dof];

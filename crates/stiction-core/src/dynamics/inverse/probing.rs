@@ -25,10 +25,11 @@ impl<T: Scalar> Inverse<T> {
     }
 
     /// Adopts a solution of the coupling: the wrenches of all joints, and the normal forces of the
-    /// interfaces whose friction depends on them. Returns false if the solution does not satisfy the
-    /// balance to round-off, or if the model is not plain, after [`Self::restart_from`] from these
-    /// wrenches. Requires [`Self::begin`] at this motion, no friction at any other interface, and a
-    /// coupling bound below one, for which the determinant has the same sign as without friction.
+    /// interfaces whose friction depends on them. Returns false if the solution does not satisfy
+    /// the balance to round-off, or if the model is not plain; in the second case it calls
+    /// [`Self::restart_from`] with these wrenches. Requires [`Self::begin`] at this motion, no
+    /// friction at any other interface, and a coupling bound below one, for which the determinant
+    /// has the same sign as without friction.
     pub(in crate::dynamics) fn adopt(
         &mut self,
         model: &Model,

@@ -7,7 +7,8 @@ use crate::dynamics::settings::{FrictionMode, Settings};
 use crate::parameters::{InterfaceParameters, Parameters};
 use crate::scalar::Scalar;
 
-/// Relative change of normal forces below which it counts as round-off once it stops decreasing.
+/// A change of the normal forces that no longer decreases counts as round-off if it is below this
+/// fraction of the largest normal force.
 const STAGNATED: f64 = 1e-9;
 
 impl<T: Scalar> Inverse<T> {

@@ -497,7 +497,7 @@ impl InverseDynamics {
         NewtonEuler::new(&self.mechanism, &self.parameters, self.bodies())
     }
 
-    /// Decomposed Newton-Euler equations at the present position.
+    /// Decomposition of the Newton-Euler equations at the present position.
     pub fn statics(&self) -> Statics {
         Statics::new(&self.mechanism, self.balance(), self.bodies().frame_j.clone())
     }

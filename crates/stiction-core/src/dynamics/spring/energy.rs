@@ -76,8 +76,8 @@ fn of_bushing(bushing: &BushingParameters<f64>, bodies: &Bodies<f64>) -> SpringP
     }
 }
 
-/// Magnitudes of velocity and angular velocity times those of force and moment, all about the same
-/// point.
+/// Computes the magnitude of velocity times force plus that of angular velocity times moment, W,
+/// all about the same point.
 fn size(twist: Twist<f64>, wrench: Wrench<f64>, point: Vec3<f64>) -> f64 {
     twist.velocity_at(point).norm() * wrench.force.norm()
         + twist.angular.norm() * wrench.moment_about(point).norm()

@@ -34,8 +34,8 @@ use passive_spins::fastest_body;
 use redundancy::RedundancyResolution;
 use sparse::SparseBalance;
 
-/// Smallest component of a row that is independent of the other rows, relative to the row; a row below this bound
-/// counts as dependent. Equal to the limit of ranks in `statics/rank.rs`.
+/// A constraint row counts as dependent if its component that is independent of the other rows is
+/// below this fraction of the row. Equal to the limit of ranks in `statics/rank.rs`.
 pub(super) const DEPENDENT: f64 = 1e-10;
 
 /// Relative residual above which a dependent row contradicts the others. Smaller residuals are due to round-off and to

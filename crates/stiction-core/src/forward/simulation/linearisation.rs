@@ -16,8 +16,8 @@ use crate::spatial::Vec3;
 use crate::statics::AppliedLoad;
 use nalgebra::{DMatrix, DVector};
 
-/// Smallest part of the rate of a joint coordinate that is independent of the coordinates already chosen, relative to
-/// the largest rate of any coordinate. A coordinate below this bound counts as dependent.
+/// A joint coordinate counts as dependent if the part of its rate that is independent of the
+/// coordinates already chosen is below this fraction of the largest rate of any coordinate.
 const DEPENDENT: f64 = 1e-6;
 /// Actuated coordinates are chosen before others as long as their independent part exceeds this bound.
 const PREFERRED: f64 = 1e-2;

@@ -16,8 +16,9 @@ pub(super) const SLIP_EXCESS: f64 = 1e-9;
 /// below this margin.
 const FAR_FROM_LIMIT: f64 = 0.01;
 
-/// Largest relative margin at a sample for which a dip to zero between two samples is searched: an eighth of a period
-/// of a sine about its peak, or a kink.
+/// A dip of the margin to zero between two samples is searched only if the relative margin at one
+/// of them is at most this value. Such a dip is an eighth of a period of a sine about its peak, or
+/// a kink.
 const DEEPEST_DIP: f64 = 0.3;
 /// Fraction of the interval between two samples over which the slope at each end is measured.
 const BESIDE: f64 = 1e-4;

@@ -11,9 +11,11 @@ use crate::forward::integrator::NODES_OF_OUTPUT;
 
 /// Singularity distance below which a singular position may lie ahead.
 const NEAR: f64 = 0.5;
-/// Singularity distance that must be undercut at a singular position; a larger minimum is no passage.
+/// A minimum of the singularity distance counts as a singular position only if it is below this
+/// value.
 const NARROW: f64 = 0.02;
-/// Smallest ratio of the singularity distance on both sides to the distance at a singular position.
+/// A minimum counts as a singular position only if the singularity distance on both sides exceeds
+/// the minimum by this factor.
 const RISES: f64 = 3.0;
 /// Smallest change of the singularity distance over one half of the searched interval, relative to the distance at the
 /// end of the other half, if a singular position lies in the interval. Near such a position the distance is

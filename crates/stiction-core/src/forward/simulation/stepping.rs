@@ -25,8 +25,8 @@ const MANY: usize = 40;
 pub(super) const DENSE: f64 = 5e-5;
 /// Fraction of the frictionless rates below which rates are rounding.
 const STILL: f64 = 1e-9;
-/// Smallest jump of a velocity, as a fraction of the fastest rate. A change counts as a jump if it happens within the
-/// shortest step before a jump, s, and nearly completely within one half of it.
+/// A change of velocity counts as a jump if it exceeds this fraction of the fastest rate and
+/// happens nearly completely within one half of a step of [`SHORTEST_BEFORE_JUMP`], s.
 const JUMP: f64 = 1e-4;
 const SHORTEST_BEFORE_JUMP: f64 = 1e-8;
 /// Longer steps, s, that are tried if the shortest step has no solution. The change of velocity over such a step is

@@ -7,7 +7,7 @@ use crate::forward::inputs::Inputs;
 
 /// Number of instants inside a step at which the switching functions are sampled, in addition to its ends.
 const SAMPLES: usize = 3;
-/// Bound for the search of a minimum between two samples: it is searched if the tangents at the samples meet below this
+/// A minimum between two samples is searched if the tangents at the samples meet below this
 /// fraction of the smaller value.
 const NEAR_ZERO: f64 = 0.2;
 /// Number of golden-section iterations of that search.
@@ -22,7 +22,8 @@ const MOST_CHANGES: usize = 2000;
 const QUICK: f64 = 4.0 * CHATTER;
 /// Fraction of the interval between two samples over which slopes are measured.
 const SLOPE: f64 = 1e-3;
-/// Fraction of an interval after which the sign of a function is evaluated that is zero at the start of the interval.
+/// If a function is zero at the start of an interval, its sign is evaluated after this fraction of
+/// the interval.
 const BEYOND: f64 = 1e-6;
 /// Length, relative to the step, of the interval in which a change of sign is located.
 const FINE: f64 = 1e-14;

@@ -208,8 +208,8 @@ impl Closures {
         self.assemble();
         self.added = 0.0;
         self.matrix.keep();
-        // The first dependent row ends it: redundancy costs little more than being known before,
-        // and the result depends on the position alone.
+        // The factorisation ends at the first dependent row. Detecting redundancy costs little more
+        // than knowing it in advance, and the result depends on the position alone.
         if self.matrix.factor_above(INDEPENDENT) {
             return self.count_independent(false);
         }

@@ -7,7 +7,7 @@ use crate::forward::solve::{Solved, Unsolved};
 use crate::kinematics::Bodies;
 use nalgebra::{Matrix3, Vector3};
 
-/// Surface acceleration, relative to the largest acceleration, that counts as round-off.
+/// Surface accelerations below this fraction of the largest acceleration count as round-off.
 const ROUND_OFF: f64 = 1e-10;
 /// Change of a direction below which the iteration has converged.
 const SETTLED: f64 = 1e-12;

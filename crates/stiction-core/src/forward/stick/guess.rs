@@ -10,7 +10,7 @@ use crate::forward::complementarity::Members;
 use crate::forward::data::Data;
 use crate::friction_problem::complementarity::{DryFriction, MemberLaw};
 
-/// Surface acceleration, relative to the largest acceleration, that counts as round-off.
+/// Surface accelerations below this fraction of the largest acceleration count as round-off.
 const ROUND_OFF: f64 = 1e-9;
 /// Relative distance below which friction counts as being at its limit.
 const AT_LIMIT: f64 = 1e-7;

@@ -56,7 +56,7 @@ impl Forward {
         Ok(match worst {
             None => Verdict::Stands(Box::new(solved)),
             Some((interface, friction)) => {
-                // Friction is signed along the slip that it opposes.
+                // Friction has the sign of the slip that it opposes.
                 let size = norm(friction);
                 Verdict::Change(interface, InterfaceMode::AtLimit(friction.map(|f| f / size)))
             }
