@@ -24,7 +24,7 @@ pub(crate) fn run(options: &View) -> Result<(), Failure> {
     }
     let job = request.job()?;
     sources::refuse_filter(&options.filter, Some((&job.motion_name, job.motion)))?;
-    // Without a folder, the page is only looked at.
+    // Without an output folder, the page is opened in a browser.
     let shown = Report { report: Switch::On, open: options.open || options.output.is_none() };
     let folder = shown.folder(options.output.as_deref())?;
     let outputs = folder.as_deref().map(|dir| Outputs::new(dir, robot.files_read())).transpose()?;

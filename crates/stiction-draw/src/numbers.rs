@@ -2,9 +2,10 @@
 
 pub use stiction_core::words::significant;
 
-/// Magnitude above which fixed decimals show more digits than a double has.
+/// Magnitude from which [`fixed`] writes four significant digits, because fixed decimals would show
+/// more digits than a double has.
 const LONGEST: f64 = 1e15;
-/// Magnitude from which exact numbers have a power of ten.
+/// Magnitude from which [`exact`] writes numbers with a power of ten.
 const PLAIN: f64 = 1e16;
 /// Largest number of significant decimal digits of a double.
 const MOST_DIGITS: usize = 17;

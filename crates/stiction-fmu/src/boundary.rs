@@ -93,7 +93,7 @@ pub(crate) unsafe fn free(instance: *mut c_void) {
     }
 }
 
-/// Slice over an array of the caller; empty if `count` is zero.
+/// The caller's array as a slice; empty if `count` is zero.
 ///
 /// # Safety
 /// `first` points to `count` values that do not change during the call, or is null.
@@ -106,8 +106,8 @@ pub(crate) unsafe fn array<'a, T>(first: *const T, count: usize) -> Result<&'a [
     }
 }
 
-/// Array of the caller for results. It is set to zero first, because the caller's memory need not
-/// be initialised.
+/// The caller's array for results, as a slice. It is set to zero first, because the caller's memory
+/// need not be initialised.
 ///
 /// # Safety
 /// `first` points to `count` values that nothing else uses during the call, or is null.
@@ -134,7 +134,7 @@ pub(crate) unsafe fn put<T>(place: *mut T, value: T) {
     }
 }
 
-/// Text of the caller.
+/// The caller's string as a text.
 ///
 /// # Safety
 /// `text` is null, or points to a string that ends in zero and does not change during the call.
@@ -170,7 +170,7 @@ pub(crate) unsafe fn give(place: *mut *mut c_void, saved: Saved) -> Result<(), E
     Ok(())
 }
 
-/// State to which the caller points.
+/// State at the caller's pointer.
 ///
 /// # Safety
 /// `state` is null or a state of this library that is not freed.

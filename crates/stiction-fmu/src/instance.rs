@@ -4,8 +4,8 @@ use crate::logger::{Logger, Status};
 use std::path::Path;
 use stiction::{Error, Unit, UnitState};
 
-/// Largest difference between the start of a step and the time of the instance that counts as
-/// rounding, as a fraction of the step.
+/// The start of a step may differ from the time of the instance by this fraction of the step,
+/// because of rounding by the importer.
 const SAME: f64 = 1e-6;
 
 /// Phase of an instance.

@@ -6,8 +6,9 @@ use stiction_core::friction::{Curve, JointFriction, Law};
 use stiction_core::joint::Motion;
 use stiction_core::mechanism::{Changeable, Mechanism};
 
-/// Friction coefficient of a joint that has only load-independent friction, which a model file can express by a preload
-/// alone. The normal load of the joint then changes the friction by less than one part in 10^6.
+/// Friction coefficient that replaces zero if a joint has only load-independent friction, because a
+/// model file expresses such friction by a coefficient and a preload. It is so small that the
+/// normal load of the joint changes the friction by less than one part in 10^6.
 const CARRIER: f64 = 1e-9;
 
 /// Sets the friction coefficient of a law. Static coefficients and those in tables change in the same ratio.
@@ -33,8 +34,8 @@ pub(crate) fn scale_laws(law: &mut Law, backward: Option<&mut Law>, mu: f64) {
     scale_law(law, mu);
 }
 
-/// Returns the preload, N, with which a law yields a constant friction `force`, N. A law whose coefficient is zero gets
-/// [`CARRIER`].
+/// Returns the preload, N, with which a law yields a constant friction `force`, N. If the
+/// coefficient of the law is zero, sets it to [`CARRIER`].
 pub(crate) fn carried_preload(law: &mut Law, backward: Option<&mut Law>, force: f64) -> f64 {
     if law.mu <= 0.0 && force > 0.0 {
         scale_law(law, CARRIER);

@@ -27,13 +27,16 @@ pub struct BaseParameters {
     pub gap: f64,
 }
 
-/// Pivot, relative to the first one, below which a column counts as dependent on the previous columns.
+/// A column counts as dependent on the previous columns if its pivot is at most this fraction of
+/// the first pivot.
 const NEGLIGIBLE: f64 = 1e-8;
-/// Coefficient in a combination, in units of the parameters' scales, that counts as round-off.
+/// Coefficients of a combination up to this value, in units of the parameters' scales, count as
+/// round-off.
 const ROUND_OFF: f64 = 1e-7;
 
 impl BaseParameters {
-    /// Finds the combinations that the rows of `matrix` determine; it has a column for each parameter.
+    /// Finds the combinations that the rows of a regression determine. `matrix` has a column for
+    /// each parameter.
     pub fn of(matrix: &DMatrix<f64>, parameters: &[Parameter]) -> Self {
         let count = matrix.ncols();
         let norms: Vec<f64> = matrix.column_iter().map(|column| column.norm()).collect();
@@ -86,7 +89,7 @@ impl BaseParameters {
         self.combinations.iter().filter(|c| !c.others.is_empty())
     }
 
-    /// Returns whether a parameter is determined on its own, not in a combination with others.
+    /// Returns true if a parameter is determined on its own, not only in a combination with others.
     pub fn is_alone(&self, parameter: usize) -> bool {
         self.combinations.iter().any(|c| c.leader == parameter && c.others.is_empty())
     }

@@ -40,7 +40,8 @@ pub struct Block {
     pub channels: Vec<Rows>,
     /// Bounds at rest for each actuator; empty without dwells.
     pub dwells: Vec<Dwells>,
-    /// Independent samples per row: rows closer than half a period of the filter repeat each other.
+    /// Number of independent samples per row. It is below one if rows are closer than half a period
+    /// of the filter, because such rows partly repeat each other.
     pub independence: f64,
 }
 
@@ -74,7 +75,7 @@ impl Dwells {
 }
 
 impl Rows {
-    /// Appends a column, which is its own instrument.
+    /// Appends a column, which also serves as its own instrument.
     pub fn push_column(&mut self, column: &DVector<f64>) {
         let without = self.rows_without_instruments();
         push(&mut self.matrix, |row| column[row]);

@@ -17,9 +17,9 @@ pub const DIRECTIONS: usize = 8;
 
 type D = Dual<f64, DIRECTIONS>;
 
-/// Derivatives of all normal loads with respect to up to [`DIRECTIONS`] groups of parameters, each
-/// of which has one common value. The preloads, which represent load-independent friction, count as
-/// constant.
+/// Derivatives of all normal loads with respect to up to [`DIRECTIONS`] groups of parameters. All
+/// parameters of a group have the same value. The preloads, which represent load-independent
+/// friction, count as constant.
 #[derive(Debug)]
 pub struct LoadSlopes<'a> {
     regressor: &'a Regressor,

@@ -14,11 +14,11 @@ use stiction_core::parameters::Parameters;
 use stiction_core::spatial::{Mat3, Twist, Vec3};
 use thiserror::Error;
 
-/// Fraction of the moment that accelerates or carries a body, up to which a moment about its free
-/// spin axis is round-off.
+/// A moment about the free spin axis of a body counts as round-off up to this fraction of the
+/// moment that accelerates the body and supports its weight.
 const ROUND_OFF: f64 = 1e-12;
 
-/// Reason for which a mechanism with its prescribed coordinates cannot be identified.
+/// Reason why a mechanism with its prescribed coordinates cannot be identified.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum Unsuitable {
     /// The efforts do not follow from the motion: there are more or fewer actuators than coordinates.
@@ -45,7 +45,7 @@ pub struct Columns {
     pub matrix: DMatrix<f64>,
     /// Efforts of the model without friction, N or N m.
     pub known: DVector<f64>,
-    /// State of the friction in each effort: friction at rest is bounded but not determined.
+    /// State of the friction in each effort. Friction at rest is bounded but not determined.
     pub rest: Vec<Rest>,
 }
 
@@ -442,9 +442,10 @@ impl Regressor {
         force.dot(twist.velocity_at(origin)) + moment.dot(twist.angular)
     }
 
-    /// Static friction limits at the position of the last [`Self::at`]: of each effort (rows) per unit of each
-    /// parameter (columns), for a coefficient of friction per unit of normal load; and those of friction that is not
-    /// estimated, N or N m.
+    /// Static friction limits at the position of the last [`Self::at`]. The matrix contains the
+    /// limit of each effort (rows) per unit of each parameter (columns); for a coefficient of
+    /// friction, also per unit of normal load. The vector contains the limits of friction that is
+    /// not estimated, N or N m. `None` if the position is singular.
     pub fn limits(&self) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let count = self.actuator_rates.len();
         let actuation = DMatrix::from_fn(count, count, |k, row| self.actuator_rates[k][row]).lu();

@@ -1,8 +1,8 @@
 //! Sliding and rest of friction interfaces, subject to the noise of the measured rates.
 
-/// Number of standard deviations of a speed below which its sign is unknown.
+/// The sign of a speed is unknown if the speed is at most this number of its standard deviations.
 const SIGMAS: f64 = 3.0;
-/// Speed, m/s, below which a friction interface is at rest.
+/// A friction interface is at rest if its speed is at most this value, m/s.
 const REST_SPEED: f64 = 1e-9;
 
 /// State of the friction interfaces whose friction an effort contains.

@@ -68,17 +68,21 @@ pub struct Evidence {
     pub correlation: f64,
 }
 
-/// Smallest fraction determined by the data with which a value counts as identified.
+/// A value counts as identified if the data determine more than this fraction of it and its
+/// standard deviation is below the fraction [`PRECISE`] of the value.
 const RESOLVED: f64 = 0.9;
-/// Largest standard deviation, relative to the value, with which the value counts as identified.
+/// Limit of the standard deviation, as a fraction of the value, for values that [`RESOLVED`]
+/// accepts.
 const PRECISE: f64 = 0.5;
-/// Largest standard deviation, relative to the value, with which a value counts as identified whatever the strength of
-/// the prior. The standard deviation contains the error of the prior, so only data can make it this small.
+/// A value that can be determined on its own counts as identified, whatever the strength of the
+/// prior, if its standard deviation is below this fraction of the value. The standard deviation
+/// contains the error of the prior, so only data can make it this small.
 const PRECISE_BY_ITSELF: f64 = 0.05;
-/// Replacement of [`PRECISE`] for a value whose error is correlated with that of another parameter ([`CONFOUNDED`]).
-/// Only a small difference between their effects determines it, and any error of the model affects that difference.
+/// Limit that replaces [`PRECISE`] if the error of the value is correlated with that of another
+/// parameter (see [`CONFOUNDED`]). Only a small difference between the effects of both parameters
+/// then determines the value, and any error of the model affects that difference.
 const PRECISE_CONFOUNDED: f64 = 0.1;
-/// Correlation of errors above which two parameters count as confounded.
+/// Two parameters count as confounded if the correlation of their errors exceeds this value.
 pub(crate) const CONFOUNDED: f64 = 0.95;
 
 impl Verdict {

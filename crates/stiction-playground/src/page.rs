@@ -35,9 +35,9 @@ pub enum Engine<'a> {
 
 /// The whole page. `shaded` is the script of the shaded view that the engine contains; empty without it.
 ///
-/// The content security policy of the page permits only its own script and those of the reports,
-/// identified by their digests, the worker, which the page creates from a text that it contains,
-/// and the module.
+/// The content security policy of the page permits only: the scripts of the page and of the
+/// reports, identified by their digests; the worker, which the page creates from a text that it
+/// contains; and the module.
 ///
 /// # Errors
 /// The module cannot be compressed.

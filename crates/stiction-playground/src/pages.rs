@@ -1,5 +1,6 @@
-//! Writes the playground: `playground-pages ENGINE FOLDER [SHADED]`, with the compiled module, the folder, and the
-//! script of the shaded view that the module contains.
+//! Program that writes the playground: `playground-pages ENGINE FOLDER [SHADED]`. ENGINE is the
+//! compiled module, FOLDER the output folder, and SHADED the script of the shaded view that the
+//! module contains.
 //!
 //! The folder receives `index.html` with the module as a separate file, for any web server, and
 //! `stiction-playground.html`, which contains the module and can be opened as a file.

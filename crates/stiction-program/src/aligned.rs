@@ -5,8 +5,8 @@ use core::ops::{Deref, DerefMut};
 /// Size of a cache line and of the widest register, bytes.
 const LINE: usize = 64;
 
-/// Numbers that begin at a cache line. Each access to an unaligned register-wide block would need
-/// two cache lines.
+/// Numbers that begin at a cache line, because each access to an unaligned block as wide as a
+/// register would need two cache lines.
 #[derive(Debug, Default)]
 pub(crate) struct Aligned {
     numbers: Vec<f64>,

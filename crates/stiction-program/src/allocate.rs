@@ -15,7 +15,8 @@ const OWN: usize = 2;
 /// Register number that means no register.
 const NONE: u8 = u8::MAX;
 
-/// Number of steps within which the next use of a value must lie for it to be kept in a register.
+/// An operand in memory is loaded into a register to keep if its next use follows within this
+/// number of steps.
 const SOON: u32 = 12;
 
 /// Machine code and its data.
@@ -267,7 +268,7 @@ impl<'a> Allocator<'a> {
             }
             if let Source::Step(step) = operand {
                 self.register_of_step[step as usize] = None;
-                // The instruction may still read it: the place is reused only afterwards.
+                // The instruction may still read this place, so it is reused only afterwards.
                 self.retired_spills.extend(self.spill_of_step[step as usize].take());
             }
         }
@@ -301,8 +302,8 @@ impl<'a> Allocator<'a> {
                 let of = self.in_register(of, &[]);
                 let yes = self.in_register(yes, &[of]);
                 let no = self.in_register(no, &[of, yes]);
-                // The target must differ from all operands: it is written while they are still
-                // read.
+                // The target must differ from all operands, because it is written while they are
+                // still read.
                 let to = self.room(&[of, yes, no]);
                 let zero = self.constant(ZERO);
                 self.used(now, step);

@@ -166,8 +166,8 @@ impl Slots {
     /// Slots of compiled results.
     ///
     /// # Errors
-    /// [`RecordError::NotConfirmed`] if a node has no slot: another number would be read in its
-    /// place.
+    /// [`RecordError::NotConfirmed`] if a node has no slot, because another number would be read in
+    /// its place.
     pub(crate) fn places(&self, nodes: &[Node]) -> Result<Vec<u32>, RecordError> {
         nodes.iter().map(|node| self.of(*node).ok_or(RecordError::NotConfirmed)).collect()
     }
@@ -197,8 +197,9 @@ impl Slots {
     }
 }
 
-/// Pairs of operations that become one step: a product and the only sum that reads it, if both have
-/// the same level; and a reciprocal and the only product that reads it, as a quotient.
+/// Pairs of operations that become one step. A product and the only sum that reads it become a
+/// fused step if both have the same level. A reciprocal and the only product that reads it become a
+/// quotient.
 fn pairs(
     ops: &[Op],
     needed: &[bool],
@@ -218,7 +219,7 @@ fn pairs(
     for (k, op) in ops.iter().enumerate().filter(|(k, _)| fuse && needed[*k]) {
         let (Op::Add(a, b) | Op::Sub(a, b)) = *op else { continue };
         let serves = |node: &Node| alone(*node, k) && matches!(ops[*node as usize], Op::Mul(..));
-        // The later product is preferred: its operands are closer.
+        // The later product is preferred, because its operands are closer.
         if let Some(product) = [a.max(b), a.min(b)].into_iter().find(serves) {
             with[k] = Some(product);
             with[product as usize] = Some(k as Node);

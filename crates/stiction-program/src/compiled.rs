@@ -15,7 +15,8 @@ pub(crate) struct Compiled<const N: usize> {
 }
 
 impl<const N: usize> Compiled<N> {
-    /// Prepares stages with a number of slots; interpreted if `machine` is false.
+    /// Prepares stages that share a number of slots. The stages are interpreted if `machine` is
+    /// false.
     pub(crate) fn new(stages: &[Vec<Part>; N], slots: usize, machine: bool) -> Self {
         let lanes = natural_lanes();
         let runners =

@@ -5,9 +5,9 @@
 //! in the normal load of its interface. The program therefore has these stages: preparation without
 //! friction; a Newton step for the normal loads; a chord step with the matrix of the previous
 //! Newton step, at a third of the cost; and the results that follow from the normal loads. The
-//! iteration begins with the normal loads under the friction of the frictionless ones. One Newton
-//! step usually brings them so close that each chord step gains several digits; otherwise another
-//! Newton step follows.
+//! iteration begins with the normal loads that result if friction is computed from the frictionless
+//! normal loads. One Newton step usually brings them so close that each chord step gains several
+//! digits; otherwise another Newton step follows.
 
 use crate::code::{Slots, compile};
 use crate::compiled::Compiled;
@@ -28,16 +28,19 @@ use stiction_core::kinematics::{State, Target};
 const STEPS: usize = 24;
 /// Number of initial Newton steps.
 const NEWTON_STEPS: usize = 1;
-/// Ratio of the errors after and before a chord step above which the matrix is renewed.
+/// If the error after a chord step exceeds this fraction of the error before it, a Newton step
+/// renews the matrix.
 const SLOW: f64 = 0.03;
-/// Relative change of the normal loads in a Newton step above which another Newton step follows.
+/// If a Newton step changes the normal loads by more than this fraction, another Newton step
+/// follows.
 const FAR: f64 = 0.05;
-/// Relative change of the normal loads in a Newton step below which the remaining error, of the
-/// order of its square, is rounding.
+/// If a Newton step changes the normal loads by at most this fraction, the remaining error is of
+/// the order of its square and counts as rounding.
 const SETTLED: f64 = 1e-8;
 /// Rounding error relative to the largest normal load.
 const ROUNDING: f64 = 1e-15;
-/// Relative change of the normal loads below which any kind of step changes them by rounding only.
+/// If a step changes the normal loads by at most this fraction, further steps change them by
+/// rounding only.
 const STILL: f64 = 1e-14;
 
 /// Indices of the stages, in the order of compilation.
@@ -188,7 +191,7 @@ impl ForwardProgram {
         };
         let places = loads.iter().map(place_of).collect();
         let program = Self::compile(source.counts(coupled.len()), &recorded, places, machine)?;
-        // Verified at states other than those of the recording.
+        // The program is verified at states other than those of the recording.
         let others: Vec<Vec<f64>> =
             seeded_samples(9, solver, signal, loads)?.iter().map(Sample::of_tree).collect();
         if source.confirms(&program, &others) {
@@ -229,7 +232,8 @@ impl ForwardProgram {
             newton.extend(early(ops, &recorded.chord, |input| input >= given + counts.coupled));
         }
         stages[NEWTON] = compile(ops, &newton, &mut slots, fuse);
-        // The following stages run independently: none may depend on values that another has left.
+        // The following stages run independently, so none may depend on values that another has
+        // left.
         let mut of_chord = slots.clone();
         stages[CHORD] = compile(ops, &recorded.chord, &mut of_chord, fuse);
         let chord = of_chord.places(&recorded.chord)?;
@@ -300,7 +304,7 @@ impl ForwardProgram {
         loads: &[AppliedLoad<f64>],
         efforts: &[f64],
     ) {
-        // Inputs have no names: a missing one would shift all the others.
+        // Inputs have no names, so a missing one would shift all the others.
         let given = [targets.len(), efforts.len(), state.coordinates.len(), state.rates.len()];
         let Counts { targets: count, drives, coordinates, dofs, .. } = self.counts;
         let expected = [count, drives, coordinates, dofs];
@@ -389,7 +393,8 @@ impl ForwardProgram {
     /// Tests the convergence of the normal loads to rounding, and returns `true` if the chord steps
     /// converge slowly. The change in a step is the error before it. A Newton step squares the
     /// error. A chord step reduces it by a constant factor, which follows from the last two steps
-    /// if both were chord steps: slowly converging loads may change little at first.
+    /// if both were chord steps. One small change is not enough, because slowly converging loads
+    /// may change little at first.
     fn compare(
         &self,
         slots: &[f64],

@@ -29,7 +29,7 @@ use stiction_core::random::Random;
 use stiction_core::scalar::Scalar;
 use stiction_core::spatial::{Mat3, Pose, Vec3, Wrench};
 
-/// Stages as results of one graph.
+/// Nodes of one graph that are the results of all stages.
 pub(crate) struct ForwardStages {
     pub(crate) graph: Graph,
     /// Accelerations and reactions without friction.
@@ -97,7 +97,7 @@ impl RecordingSource<'_> {
         let inputs = given + counts.targets * (1 + counts.targets);
         let (graph, groups) =
             record_groups(inputs, |inputs| self.follow_forward(&counts, coupled, pivots, inputs));
-        // Efforts and normal loads are independent inputs: random values are suitable.
+        // Efforts and normal loads are independent inputs, so random values are suitable.
         let mut random = Random::new(3);
         let samples: Vec<Vec<f64>> = samples
             .iter()

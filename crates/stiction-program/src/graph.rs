@@ -18,7 +18,7 @@ pub(crate) enum Op {
     Div(Node, Node),
     Neg(Node),
     Sqrt(Node),
-    /// The value of `yes` if `of` is positive, otherwise that of `no`.
+    /// Selection: the value of `yes` if `of` is positive, otherwise that of `no`.
     Select {
         of: Node,
         yes: Node,
@@ -87,7 +87,7 @@ impl Op {
     }
 }
 
-/// Nodes in topological order: operands come first.
+/// Nodes in topological order, in which operands precede the operations that read them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Graph {
     ops: Vec<Op>,

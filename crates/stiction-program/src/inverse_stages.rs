@@ -93,7 +93,7 @@ impl RecordingSource<'_> {
         let groups = groups.map(|nodes| -> Vec<Node> {
             nodes.iter().map(|node| of_recorded[*node as usize]).collect()
         });
-        // The inputs of a step are independent: random values are suitable.
+        // The inputs of a step are independent, so random values are suitable.
         let mut random = Random::new(2);
         let length = self.solver.mechanism().characteristic_length();
         let unit = |place: usize| if place < 6 * cuts && place % 6 >= 3 { length } else { 1.0 };

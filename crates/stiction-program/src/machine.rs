@@ -80,7 +80,8 @@ pub(crate) fn fuses() -> bool {
     }
 }
 
-/// Synchronises the instruction caches with new code: on AArch64 they do not follow memory.
+/// Synchronises the instruction caches with new code, because on AArch64 they do not follow changes
+/// in memory.
 ///
 /// Source: Arm Architecture Reference Manual for A-profile, section B2.4.4.
 fn publish(code: &[u8]) {

@@ -47,7 +47,7 @@ impl Memory {
         }
     }
 
-    /// Number in a slot, in one lane.
+    /// Reads the number in a slot of one lane.
     pub(crate) fn read(&self, slot: u32, lane: usize) -> f64 {
         self.slots[slot as usize * self.lanes + lane]
     }

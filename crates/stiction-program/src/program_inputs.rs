@@ -43,7 +43,7 @@ pub struct StateOfMotion<'a> {
     pub loads: &'a [AppliedLoad<f64>],
 }
 
-/// Count of the numbers in a [`BodyMotion`].
+/// Number of components of a [`BodyMotion`].
 const MOTION: usize = 19;
 
 impl<T: Scalar> BodyMotion<T> {

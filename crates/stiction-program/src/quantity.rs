@@ -39,7 +39,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// Number that the quantity names in the mechanism's parameters; `None` if the quantity is not
+    /// Entry of the mechanism's parameters that the quantity denotes; `None` if the quantity is not
     /// a parameter or does not exist.
     pub(crate) fn of_mechanism<T: Scalar>(self, parameters: &mut Parameters<T>) -> Option<&mut T> {
         match self {
@@ -64,8 +64,8 @@ impl Quantity {
         }
     }
 
-    /// Number that the quantity names among the prescribed values; `None` if the quantity is not a
-    /// prescribed value or does not exist.
+    /// Entry of the targets that the quantity denotes: a prescribed value, rate or acceleration.
+    /// `None` if the quantity is none of these or does not exist.
     pub(crate) fn of_motion<T>(self, targets: &mut [Target<T>]) -> Option<&mut T> {
         match self {
             Self::Value(k) => targets.get_mut(k).map(|target| &mut target.value),

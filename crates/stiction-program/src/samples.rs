@@ -6,7 +6,8 @@ use stiction_core::kinematics::{State, Target};
 use stiction_core::random::Random;
 use stiction_core::spatial::Vec3;
 
-/// Number of samples: value numbering distinguishes branches by their pattern over all samples.
+/// Number of samples. Value numbering needs several, because it distinguishes branches by their
+/// pattern over all samples.
 const SAMPLES: usize = 40;
 /// Number of different positions, each of which needs an assembly.
 const POSITIONS: usize = 10;

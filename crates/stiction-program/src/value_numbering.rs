@@ -15,11 +15,13 @@ struct Value {
 
 const EPSILON: f64 = f64::EPSILON / 2.0;
 
-/// Factor of the sum of two error bounds beyond which values count as different.
+/// Two values count as different if they differ by more than this factor times the sum of their
+/// error bounds.
 const APART: f64 = 64.0;
 
-/// Relative difference above which values differ independently of their bounds: bounds grow with
-/// every operation, even if errors do not, and finally exceed the values.
+/// Two values also count as different if their relative difference exceeds this limit, whatever
+/// their error bounds. The bounds grow with every operation, even if the errors do not, and finally
+/// exceed the values.
 const CLOSE: f64 = 1e-9;
 
 impl Value {
@@ -34,8 +36,8 @@ impl Value {
     }
 }
 
-/// Value of an operation, from the values of its operands. `chance` decides selections, from the node of the
-/// condition and its sign (`true` if positive).
+/// Value of an operation, computed from the values of its operands. `chance` decides selections;
+/// its arguments are the node of the condition and the sign of the condition (`true` if positive).
 fn value_of(
     op: Op,
     inputs: &[f64],
@@ -108,8 +110,8 @@ fn mixed(a: u64, b: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// Assumption made when nodes of the graph were merged: a selection takes the branch that it
-/// took in all samples, or a square root equals an expression of constant sign.
+/// Assumption under which nodes of the graph were merged. Either a selection takes the branch that
+/// it took in all samples, or a square root equals an expression of constant sign.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Guard {
     /// Node in the original graph.
@@ -177,7 +179,7 @@ pub(crate) fn merge(graph: &Graph, samples: &[Vec<f64>]) -> Merged {
                     false => is_positive(of),
                 };
                 let value = value_of(*op, inputs, |node| values[node as usize][sample], chance);
-                // The root of a square is a magnitude: a random sign distinguishes it from the
+                // The root of a square is a magnitude, so a random sign distinguishes it from the
                 // squared expression.
                 let flips = square.is_some_and(|of| mixed(u64::from(of), sample as u64) & 1 == 0);
                 if flips { Value { x: -value.x, ..value } } else { value }

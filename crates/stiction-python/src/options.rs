@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 use std::num::NonZeroUsize;
 use stiction::FrictionMode;
 
-/// Friction mode of an option: `on`, `one-pass`, `off`.
+/// Converts the word of the option `friction` (`on`, `one-pass`, `off`) to a friction mode.
 pub(crate) fn friction(py: Python<'_>, word: &str) -> PyResult<FrictionMode> {
     match word {
         "on" => Ok(FrictionMode::Converged),
@@ -18,7 +18,8 @@ pub(crate) fn friction(py: Python<'_>, word: &str) -> PyResult<FrictionMode> {
     }
 }
 
-/// Number of threads; `None` selects the number of processor cores.
+/// Converts the option `threads` to a number of threads; `None` selects the number of processor
+/// cores.
 pub(crate) fn threads(py: Python<'_>, threads: Option<usize>) -> PyResult<NonZeroUsize> {
     let cores = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
     match threads {

@@ -30,8 +30,8 @@ fn code(status: Status) -> i8 {
 
 type Codes<'py> = Bound<'py, PyArray1<i8>>;
 type Floats<'py> = Bound<'py, PyArrayDyn<f64>>;
-/// Derivatives of the efforts by positions, rates and accelerations, and a flag for each row that
-/// has derivatives.
+/// Derivatives of the efforts with respect to positions, rates and accelerations, and a flag for
+/// each row: true if the row has derivatives.
 type DerivativeArrays<'py> = (Floats<'py>, Floats<'py>, Floats<'py>, Bound<'py, PyArray1<bool>>);
 /// Outcome codes, efforts, efforts without friction, reactions, frictions, residuals of the power
 /// balance, derivatives.

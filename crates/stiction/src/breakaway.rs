@@ -31,7 +31,7 @@ impl Breakaway {
         self
     }
 
-    /// Converts the request to that of `stiction_run`, as its report requires.
+    /// Converts the request to a job of `stiction_run`, whose report requires it.
     ///
     /// # Errors
     /// The model has no default motion, and none was set.

@@ -29,7 +29,7 @@ impl Check {
         check
     }
 
-    /// Converts the request to that of `stiction_run`.
+    /// Converts the request to a job of `stiction_run`.
     ///
     /// # Errors
     /// The model has several motions, but no default, and none was set.

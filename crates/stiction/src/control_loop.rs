@@ -1,4 +1,5 @@
-//! Inverse dynamics for control loops: compiled once, without look-up of names, input, output or allocation.
+//! Inverse dynamics for control loops. The model is compiled once; calls look up no names, do no
+//! input or output, and allocate no memory.
 
 use crate::error::Error;
 use crate::robot::Robot;

@@ -10,7 +10,7 @@ impl Robot {
     /// `false`.
     ///
     /// # Errors
-    /// Settings that do not suit the robot, or limits within which no motion is possible.
+    /// The settings do not suit the robot, or no motion is possible within the limits.
     pub fn excite(
         &self,
         settings: &ExciteSettings,

@@ -149,7 +149,8 @@ impl Export {
     /// Records the program, computes test vectors with the general solver, and writes the files.
     ///
     /// # Errors
-    /// The robot has no such program, for the reason in the error, or an option contains an unknown name.
+    /// The program cannot be recorded for this robot (the error gives the reason), or an option
+    /// contains an unknown name.
     pub fn files(&self) -> Result<Vec<SourceFile>, Error> {
         if self.language == Language::Rust && self.options.own_math {
             let error =

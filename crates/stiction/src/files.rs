@@ -12,7 +12,8 @@ pub type ReadProgress = dyn Fn(&str, u64, u64) + Send + Sync;
 
 /// Largest file that is read as a whole, bytes.
 const LARGEST: u64 = 1 << 30;
-/// Length, in bytes, above which recordings are read piece by piece: in memory they need five times as much.
+/// Recordings longer than this number of bytes are read piece by piece, because they would need
+/// five times as much memory if read as a whole.
 const LONG: u64 = 8 << 20;
 /// Maximum number of bytes read from a device or a pipe. Text from a pipe is shorter; an endless device is rejected
 /// within milliseconds.
@@ -24,8 +25,8 @@ pub(crate) struct Files {
     read: Arc<Mutex<Vec<PathBuf>>>,
     /// Paths of the files that models and options name, as written there.
     named: Arc<Mutex<Vec<PathBuf>>>,
-    /// Packed files, each by the path that names it and its actual path; other files cannot be
-    /// read. `None` if any file on disk may be read.
+    /// Packed files, each with the path by which the model names it and its path on disk; other
+    /// files cannot be read. `None` if any file on disk may be read.
     packed: Option<Arc<Vec<(PathBuf, PathBuf)>>>,
     progress: Option<Arc<ReadProgress>>,
 }
@@ -41,8 +42,8 @@ impl Files {
         Self { progress, ..Self::default() }
     }
 
-    /// Creates a reader that reads only packed files, each given by the path that names it and its
-    /// actual path.
+    /// Creates a reader that reads only packed files. Each is given by the path by which the model
+    /// names it, and its path on disk.
     pub(crate) fn packed(places: Vec<(PathBuf, PathBuf)>) -> Self {
         Self { packed: Some(Arc::new(places)), ..Self::default() }
     }

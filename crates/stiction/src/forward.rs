@@ -431,7 +431,8 @@ impl Plan {
         &self.request.task.names
     }
 
-    /// Converts the request to that of `stiction_run`, as its tables, plots and summaries require.
+    /// Converts the request to a job of `stiction_run`, which its tables, plots and summaries
+    /// require.
     pub fn job(&self) -> Job<'_> {
         let (request, task) = (&self.request, &self.request.task);
         let motion = request.motion.as_ref().map(|(motion, _)| motion);

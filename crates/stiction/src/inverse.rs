@@ -39,7 +39,8 @@ impl Inverse {
         )
     }
 
-    /// Sets how friction is coupled with the reactions that cause it: converged, one pass, or off.
+    /// Sets the coupling of friction with the reactions that cause it: iterated to convergence,
+    /// computed in one pass, or off.
     pub fn friction(mut self, friction: FrictionMode) -> Self {
         self.task.friction = friction;
         self
@@ -65,7 +66,8 @@ impl Inverse {
         self
     }
 
-    /// Converts the request to that of `stiction_run`, as its tables, plots and summaries require.
+    /// Converts the request to a job of `stiction_run`, which its tables, plots and summaries
+    /// require.
     ///
     /// # Errors
     /// The model has no default motion, and none was set.
@@ -74,8 +76,9 @@ impl Inverse {
         Ok(Job { friction_margin, indices, ..self.along(friction)? })
     }
 
-    /// Computes all samples and hands them to a sink: tables, plots and summaries of `stiction_run`. Reports
-    /// progress: the phase, the number of samples done, and their total number; stops when `progress` returns `false`.
+    /// Computes all samples and passes them to a sink, such as the tables, plots and summaries of
+    /// `stiction_run`. Reports progress: the phase, the number of samples done, and their total
+    /// number; stops when `progress` returns `false`.
     ///
     /// # Errors
     /// The motion cannot be followed, there are no finite efforts, or the sink returned an error.

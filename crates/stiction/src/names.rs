@@ -10,17 +10,19 @@ pub(crate) struct Names {
     /// Short name (`leg1.P`) and full name of each actuator; the full name ends in the name of the
     /// degree of freedom if the joint has several.
     pub(crate) actuators: Vec<(String, String)>,
-    /// Drive trains.
+    /// Name of each drive train.
     pub(crate) motors: Vec<String>,
-    /// Rigid gearings.
+    /// Name of each rigid gearing.
     pub(crate) gearings: Vec<String>,
     pub(crate) joints: Vec<String>,
     pub(crate) bodies: Vec<String>,
     /// Scalar joint coordinates: name, joint, index of the degree of freedom.
     pub(crate) coordinates: Vec<(String, JointId, usize)>,
-    /// Friction interfaces: the name of the joint, followed by that of the interface if the joint has several.
+    /// Name of each friction interface: the name of the joint, followed by that of the interface if
+    /// the joint has several.
     pub(crate) interfaces: Vec<String>,
-    /// Friction interfaces of simulations: those of the joints, then the shafts of motors.
+    /// Name of each friction interface in a simulation: those of the joints, then the motor shafts
+    /// with friction.
     pub(crate) with_shafts: Vec<String>,
 }
 

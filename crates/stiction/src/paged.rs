@@ -49,8 +49,8 @@ impl Inverse {
 }
 
 impl Plan {
-    /// Simulates and writes the report. Reports progress, also between samples: the number of samples done and of all
-    /// samples; stops when `progress` returns `false`.
+    /// Simulates and writes the report. Reports progress, also between samples: the number of
+    /// samples done and their total number; stops when `progress` returns `false`.
     ///
     /// # Errors
     /// The robot cannot start. Later failures are in the result.

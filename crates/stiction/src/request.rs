@@ -59,7 +59,7 @@ impl<T> Request<T> {
         self
     }
 
-    /// Converts the request to that of `stiction_run`.
+    /// Converts the request to a job of `stiction_run`.
     pub(crate) fn along(&self, friction: FrictionMode) -> Result<Job<'_>, Error> {
         let (motion, name) = self.motion.as_ref().ok_or_else(|| self.robot.motion_missing())?;
         let load = (self.load.1.as_str(), &self.load.0);

@@ -112,7 +112,8 @@ impl Robot {
         Compensation::of(self)
     }
 
-    /// Studies many designs: statistics of inverse dynamics with other parameter values in every row.
+    /// Studies many designs. Each row of the study gives statistics of inverse dynamics for one set
+    /// of parameter values.
     ///
     /// # Errors
     /// The robot was described by code and has no text whose values could be changed.

@@ -15,11 +15,13 @@ use stiction_run::sweep::{Record, Row, Table};
 
 /// Name of the table of a complete study.
 pub(super) const TABLE: &str = "sweep.csv";
-/// Names of the table of a running study, and of the file that describes this study.
+/// Name of the table of a running study.
 const PARTIAL_TABLE: &str = "sweep.partial.csv";
+/// Name of the file that describes a running study.
 const PARTIAL_STUDY: &str = "sweep.partial.json";
-/// Interval between two writes to the files, and interval between two writes that wait for the disk.
+/// Interval between two writes of rows to the file.
 const FLUSH_EVERY: Duration = Duration::from_secs(1);
+/// Interval between two writes that wait until the rows are on disk.
 const SYNC_EVERY: Duration = Duration::from_secs(30);
 
 /// Writer of the rows of a study.
@@ -157,7 +159,7 @@ fn replay(
     let (mut line, mut length) = (String::new(), 0);
     loop {
         line.clear();
-        // A crash may leave bytes that are no text at the end.
+        // A crash may leave bytes at the end that are not text.
         let bytes = reader.read_line(&mut line).unwrap_or(0);
         let Some(content) = line.strip_suffix('\n') else { return Ok(length) };
         if length == 0 {

@@ -49,7 +49,8 @@ impl Layout {
     }
 }
 
-/// Index of the leg of each joint, whose colour it has in pictures; `None` between hubs.
+/// Index of the leg of each joint, which determines the colour of the joint in pictures. `None` for
+/// a joint between two hubs.
 pub fn legs_of_joints(mechanism: &Mechanism) -> Vec<Option<usize>> {
     let joints = joints_of_bodies(mechanism);
     let (branch, _) = branches(mechanism, &joints, &hubs(mechanism, &joints));
@@ -82,8 +83,8 @@ fn joints_of_bodies(mechanism: &Mechanism) -> Vec<Vec<usize>> {
     joints
 }
 
-/// Hubs: the ground, and bodies with at least three joints that do not belong to a named leg, as the upper arms of a
-/// Delta robot do.
+/// Finds the hubs: the ground, and all bodies with at least three joints, except bodies of a named
+/// leg, such as the upper arms of a Delta robot.
 fn hubs(mechanism: &Mechanism, joints: &[Vec<usize>]) -> Vec<bool> {
     let is_hub = |(body, own): (usize, &Vec<usize>)| {
         body == BodyId::GROUND.0

@@ -14,7 +14,7 @@ const AXIS: f64 = 26.0;
 
 /// Symbol and its meaning, for a legend.
 pub(super) struct Entry {
-    /// Drawing of the symbol at a given point.
+    /// Function that draws the symbol at a given point.
     pub(super) symbol: Box<dyn Fn(Point) -> String>,
     /// Half the symbol's width, px.
     pub(super) half: f64,

@@ -469,15 +469,15 @@ impl<'a> Sheet<'a> {
     }
 }
 
-/// A white sheet of paper.
+/// Markup of a white rectangle, the sheet of paper, that covers an area.
 pub(super) fn sheet(area: &Area) -> String {
     let [x, y] = area.least;
     let [right, bottom] = area.greatest;
     corners("sheet", &[[x, y], [right, y], [right, bottom], [x, bottom]], true)
 }
 
-/// CSS class of the line width of a body: if one body slides in another, the one with the guide is
-/// drawn thicker.
+/// CSS class for the line width of a body. If one body slides in another, the body with the guide
+/// is drawn thicker.
 pub(super) fn thickness(mechanism: &Mechanism, joints: &[usize], body: usize) -> &'static str {
     let slides = |joint: &&usize| {
         let kind = mechanism.joints()[**joint].joint_type;

@@ -3,7 +3,7 @@
 use crate::xml::escape;
 use std::fmt::Write;
 
-/// Point of the picture, px.
+/// Point in the picture, px.
 pub(super) type Point = [f64; 2];
 
 /// Formats a length in px with one decimal; zero has no sign, and a value that is not finite

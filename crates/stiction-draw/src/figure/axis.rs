@@ -2,8 +2,8 @@
 
 use crate::numbers::significant;
 
-/// Range, relative to the greatest value, below which values count as equal, so that rounding
-/// errors are not enlarged to curves.
+/// Values count as equal if half their range is at most this fraction of the greatest magnitude.
+/// Rounding errors are then not enlarged to curves.
 const FLAT: f64 = 1e-9;
 
 /// Range of an axis, with the step of its round ticks.

@@ -94,7 +94,7 @@ pub const COLOURS: [&str; 8] =
 pub const COLOURS_ON_DARK: [&str; 8] =
     ["#5ab4e8", "#f08a5d", "#3fc79d", "#e29ac7", "#c9b458", "#93d0f3", "#b0b0b0", "#b5835a"];
 
-/// Index of a colour, the same for all indices that look the same.
+/// Common index of all colour indices that look the same as `colour`.
 fn distinct(colour: usize) -> usize {
     match colour {
         LEGS.. => colour,
@@ -114,7 +114,8 @@ fn colour_name(colour: usize, leg: Option<usize>) -> String {
     }
 }
 
-/// Value of a colour of [`colour_name`] and of the frame on a white sheet.
+/// Colour value on a white sheet for a name from [`colour_name`] or a name that the frame of the
+/// figure uses.
 fn on_paper(name: &str) -> &'static str {
     let index = |prefix: &str| name.strip_prefix(prefix).and_then(|k| k.parse::<usize>().ok());
     if let Some(k) = index("line") {
@@ -131,8 +132,8 @@ fn on_paper(name: &str) -> &'static str {
     }
 }
 
-/// Largest number of letters of a name that leaves room for the panel on a narrow page, if the name
-/// is written at the end of its line.
+/// Largest number of letters of a name that is written at the end of its line. Longer names would
+/// leave too little room for the panel on a narrow page.
 const LONG: usize = 20;
 
 impl Figure {
@@ -141,15 +142,15 @@ impl Figure {
         self.render(Form::Paper)
     }
 
-    /// Returns `true` if the figure has no point that can be drawn.
+    /// Returns `true` if no line of the figure has a point that can be drawn.
     pub fn is_empty(&self) -> bool {
         let mut points = self.panels.iter().flat_map(|panel| &panel.lines).flat_map(|l| &l.points);
         !points.any(|(x, y)| x.is_finite() && y.is_finite())
     }
 
-    /// Pieces of the sample of a line in a common legend: start and end as fractions of its length, and the name of
-    /// the colour. The sample of a colour that differs from panel to panel has pieces in the colours of up to three
-    /// legs, with gaps if `dashed`.
+    /// Pieces of the line sample in a common legend. Each piece has its start and end, as fractions
+    /// of the length of the sample, and the name of its colour. If the colour differs between
+    /// panels, the pieces have the colours of up to three legs, with gaps if `dashed`.
     fn sample(&self, colour: usize, dashed: bool) -> Vec<(f64, f64, String)> {
         let mut names: Vec<String> = Vec::new();
         for panel in &self.panels {
@@ -191,7 +192,8 @@ impl Figure {
 }
 
 impl Panel {
-    /// Removes the lines whose values are all zero, up to rounding errors of the greatest line.
+    /// Removes the lines whose values are all zero, up to rounding errors relative to the greatest
+    /// line.
     #[must_use]
     pub fn without_zeros(mut self) -> Self {
         // Far above rounding errors, and invisible in a picture; equal to the limit below which an

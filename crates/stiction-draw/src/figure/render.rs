@@ -7,17 +7,20 @@ use crate::drawing::px;
 use crate::xml::escape;
 use std::fmt::Write;
 
-/// Widths of a file and of a figure in a page, px; small, so that letters remain legible in a narrow page.
+/// Widths of a figure in a file and in a page, px. They are small, so that letters remain legible
+/// on a narrow page.
 const WIDTHS: [f64; 2] = [860.0, 700.0];
 /// Mean width of a letter, px.
 const LETTER: f64 = 6.6;
-/// Heights of the name of a panel, of tick labels with the name of the axis, and of a row of a legend, px.
+/// Height of the name of a panel, px.
 const NAME: f64 = 26.0;
+/// Height of tick labels together with the name of the axis, px.
 const TICKS: f64 = 44.0;
-/// Height of tick labels alone, px, and the largest number of panels for which the tick labels of
-/// the last panel suffice.
+/// Height of tick labels alone, px.
 const NUMBERS: f64 = 18.0;
+/// Largest number of panels for which the tick labels below the last panel suffice.
 const SHARING: usize = 4;
+/// Height of a row of a legend, px.
 const ROW: f64 = 22.0;
 /// Largest number of single points of a line that get large markers.
 const MANY: usize = 40;

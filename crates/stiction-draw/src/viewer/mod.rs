@@ -180,8 +180,9 @@ impl Shot {
     }
 }
 
-/// Markup of the animated robot of a run. The reader can overlay the robot of one of the other runs
-/// at the same time. `still` is the picture that is shown without scripts and in print.
+/// Markup of the animated robot of a run. The reader can overlay the robot of one of the other
+/// runs, at the same instant of the motion. `still` is the picture that is shown without scripts
+/// and in print.
 pub fn robot(run: &Shot, others: &[Shot], still: &str, caption: &str) -> String {
     let mut data = run.data();
     let mut caption = caption.to_owned();

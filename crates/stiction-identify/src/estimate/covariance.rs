@@ -7,11 +7,12 @@ use super::map::{Map, transposed_product};
 use crate::block::Block;
 use nalgebra::{DMatrix, DVector};
 
-/// Smallest number of lags, in rows: several correlation times of the filter.
+/// Minimum number of lags, in rows. It covers several correlation times of the filter.
 const LAGS: usize = 24;
-/// Largest number of lags. Model errors that stay correlated over more samples than this count as constant.
+/// Maximum number of lags, in rows. Model errors that stay correlated over more rows than this
+/// count as constant.
 const MOST_LAGS: usize = 1000;
-/// Autocorrelation below which residuals count as uncorrelated.
+/// Residuals count as uncorrelated at a lag if their autocorrelation is below this value.
 const INDEPENDENT: f64 = 0.05;
 
 /// Computes `sum over lags k of r(k) M_t^T M_(t+k)` over all efforts, in free coordinates. `r` is the autocovariance of
@@ -61,9 +62,9 @@ pub(crate) fn covariance(
     (&sum + sum.transpose()) * 0.5
 }
 
-/// Number of samples of the residuals that count as one independent sample: the sum of their
-/// autocorrelation, divided by that of noise which only the filter has correlated; at least one. It
-/// is the mean over all efforts.
+/// Number of samples of the residuals that together count as one independent sample, as the mean
+/// over all efforts. For each effort, it is the sum of the autocorrelation of the residuals,
+/// divided by the same sum for white noise after the filter; at least one.
 pub(super) fn colour(blocks: &[Block], values: &DVector<f64>) -> f64 {
     let channels = blocks.first().map_or(0, |block| block.channels.len());
     let each = (0..channels).map(|channel| {
@@ -102,11 +103,12 @@ pub(super) fn autocovariance(steps: &[&[usize]], residuals: &[DVector<f64>]) -> 
     all
 }
 
-/// Covariance of the errors if some values lie at their bounds: that of a normal distribution that
-/// is truncated at the bounds. `at_bounds` contains the coordinates at their bounds, each with the
-/// distance beyond the bound that it would have without it.
+/// Covariance of the errors if some values lie at their bounds, computed from a normal distribution
+/// that is truncated at the bounds. `at_bounds` lists the coordinates at their bounds, each with
+/// the distance by which the coordinate would exceed its bound if the bound did not exist.
 ///
-/// Treats one bound after the other, by the second moment about the bound.
+/// Treats the bounds one after the other; the variance along a bounded coordinate becomes the
+/// second moment about its bound.
 pub(super) fn bounded(
     mut covariance: DMatrix<f64>,
     at_bounds: impl IntoIterator<Item = (usize, f64)>,
@@ -151,8 +153,8 @@ mod tests {
     use super::*;
     use stiction_core::random::Random;
 
-    /// Compares the errors of a value at its bound, and of a value that is correlated with it, with
-    /// those of random numbers of which the first is not negative.
+    /// Compares the errors of a value at its bound, and of a second value correlated with it, with
+    /// the errors of pairs of random numbers of which the first is not negative.
     #[test]
     fn values_at_their_bound_have_smaller_errors() {
         let mut random = Random::new(5);

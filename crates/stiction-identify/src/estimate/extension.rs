@@ -33,7 +33,8 @@ pub struct Extension {
     pub changes: DVector<f64>,
 }
 
-/// Smallest part of a column that the parameters must leave unexplained.
+/// A column is tested only if the parameters leave more than this fraction of its squared length
+/// unexplained.
 const DISTINCT: f64 = 1e-6;
 
 /// Weighted residuals of a fit, for the test of columns that it may lack.
@@ -85,7 +86,8 @@ impl Residuals<'_> {
         self.inverse * product
     }
 
-    /// Tests a column that is added to the fit; `None` if the parameters explain the column, or if no row contains it.
+    /// Tests a column that is added to the fit. Returns `None` if the parameters explain the
+    /// column, or if the column is zero in all rows.
     pub fn extension(&self, candidate: &Candidate) -> Option<Extension> {
         let (blocks, own) = (&self.design[..], candidate.channel);
         // Part of the column that the parameters explain.

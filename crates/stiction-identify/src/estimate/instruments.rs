@@ -11,13 +11,13 @@ use crate::block::{Block, Rows};
 use nalgebra::{DMatrix, SymmetricEigen};
 use std::borrow::Cow;
 
-/// Eigenvalue of the instruments' normal matrix with unit diagonal, relative to the largest one, up
-/// to which a direction counts as round-off.
+/// A direction counts as round-off if its eigenvalue is at most this fraction of the largest one.
+/// The eigenvalues are those of the instruments' normal matrix, scaled to a unit diagonal.
 const NEGLIGIBLE: f64 = 1e-12;
 
 impl Problem<'_> {
-    /// Coefficients with which the instruments explain the columns: `(Z^T D Z)^+ Z^T D W` for the weights `D`. `None`
-    /// without instruments.
+    /// Coefficients with which the instruments `Z` explain the columns `W`: `(Z^T D Z)^+ Z^T D W`,
+    /// where `D` are the weights. `None` without instruments.
     pub(super) fn projection(
         &self,
         noise: &[f64],

@@ -87,9 +87,9 @@ impl Problem<'_> {
         all
     }
 
-    /// Largest excess of the efforts at rest over the limits that `estimate` yields, for each dwell
-    /// of each block, in standard deviations; zero within all limits. The estimate is one without
-    /// these limits.
+    /// Largest excess of the efforts at rest over the limits of static friction that `estimate`
+    /// yields, for each dwell of each block, in standard deviations; zero within all limits.
+    /// `estimate` must come from a fit without these limits.
     pub fn excesses(&self, estimate: &Estimate) -> Vec<Vec<f64>> {
         let at = DVector::from_column_slice(&estimate.values) - self.shift();
         let of_block = |block: &Block| {

@@ -1,19 +1,23 @@
-//! Numbers of the singularity index in templates.
+//! Numbers that templates need to compute the singularity index.
 
 use super::{Precision, SourceOptions, answers};
 use crate::feedforward::{Feedforward, INDEX_PASSES, Term};
 
-/// Square of the sine of the angle between a vector and its next iterate at convergence, in double and in single
-/// precision.
+/// The iteration has converged only if the squared sine of the angle between a vector and its next
+/// iterate is at most this value. In double, and in single precision.
 const ALIGNED: [f64; 2] = [1e-8, 1e-6];
-/// Relative decrease of the square of the index by the second vector at convergence.
+/// The iteration has converged only if the second vector lowers the square of the index by at most
+/// this fraction. In double, and in single precision.
 const LOWERED: [f64; 2] = [1e-7, 1e-5];
-/// Part of the square of an iterate up to which it counts as parallel to the other: a multiple of the rounding errors of
-/// this part. The other iterate then is that of a position near a singular one, and converges by itself.
+/// The second iterate counts as parallel to the first if the square of its component perpendicular
+/// to the first is at most this part of its own square, a multiple of the rounding errors. The
+/// position is then near a singular one, and the first iterate converges by itself. In double, and
+/// in single precision.
 const PARALLEL: [f64; 2] = [1e-8, 1e-3];
-/// Index up to which a position counts as singular.
+/// A position counts as singular if its index is at most this value. In double, and in single
+/// precision.
 const LEAST_INDEX: [f64; 2] = [1e-10, 1e-5];
-/// Determinant from which on a position counts as regular without a test of the index.
+/// A position with at least this determinant counts as regular without a test of the index.
 const SMALL_DETERMINANT: f64 = 1e-3;
 
 /// Values of a template; `brackets` enclose lists within lists.

@@ -8,23 +8,24 @@ pub struct Labels {
     pub model: String,
     /// Version of the program that writes the code.
     pub version: String,
-    /// Prescribed coordinates with the unit of their values, `rad` or `m`.
+    /// Name of each prescribed coordinate, and the unit of its value, `rad` or `m`.
     pub coordinates: Vec<(String, &'static str)>,
-    /// Actuators with the unit of their efforts, `N` or `N m`.
+    /// Name of each actuator, and the unit of its effort, `N` or `N m`.
     pub actuators: Vec<(String, &'static str)>,
-    /// Joints.
+    /// Name of each joint.
     pub joints: Vec<String>,
-    /// Friction interfaces.
+    /// Name of each friction interface.
     pub interfaces: Vec<String>,
-    /// Bodies; the first is the ground.
+    /// Name of each body; the first is the ground.
     pub bodies: Vec<String>,
 }
 
-/// Greatest length of an identifier, characters: compilers may ignore characters beyond the 31st of external names.
+/// Maximum length of an identifier, characters. It is short, because compilers may ignore
+/// characters beyond the 31st of external names.
 const LONGEST: usize = 20;
 
-/// Headers of the C library, and files that belong to the code: a file of such a name would hide
-/// another.
+/// Names of the headers of the C library and of files that belong to the code. The code must not
+/// have such a name, because its files would hide the other ones.
 const TAKEN: [&str; 33] = [
     "assert",
     "complex",

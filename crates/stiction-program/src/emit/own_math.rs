@@ -1,15 +1,15 @@
 //! Constants of the built-in sine and cosine: reduction of the angle by quarter turns, and power series.
 
-/// Bits of the first two parts of a quarter turn. Their products with a whole number below 2^13
-/// are exact.
+/// Number of leading bits in each of the first two parts of a quarter turn. Products of these parts
+/// with a whole number below 2^13 are therefore exact.
 const BITS: u32 = 40;
 
-/// The leading bits of a number.
+/// Rounds a number towards zero to its leading [`BITS`] bits.
 fn leading(x: f64) -> f64 {
     f64::from_bits(x.to_bits() & !((1 << (53 - BITS)) - 1))
 }
 
-/// A quarter turn as a sum of three numbers, to 130 bits.
+/// A quarter turn as a sum of three numbers, accurate to 130 bits.
 fn quarter_turn() -> [f64; 3] {
     // The next two terms of pi/2 after its nearest double.
     let (high, low, lowest) =

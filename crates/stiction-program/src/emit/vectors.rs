@@ -6,21 +6,25 @@ use stiction_core::kinematics::Target;
 use stiction_core::random::Random;
 use stiction_core::statics::Constraints;
 
-/// Least singularity index of a test state, since rounding errors grow near singular positions;
-/// half of the index at home if that is smaller.
+/// Test states have a singularity index above this value, or above half of the index at home if
+/// that is smaller, because rounding errors grow near singular positions.
 const CLEAR: f64 = 0.05;
-/// Least sliding speed of a test state, relative to the largest: near zero, the sign of the speed is uncertain.
+/// Sliding speeds of a test state exceed this fraction of the largest one, because the sign of a
+/// speed near zero is uncertain. Interfaces that never slide are excepted, see [`NEVER`].
 const SLIDES: f64 = 1e-3;
-/// Least value of the largest effort of a test state, relative to the typical largest effort.
+/// The largest effort of a test state is at least this fraction of the median of the largest
+/// efforts of all states.
 const NOTABLE: f64 = 0.05;
-/// Sliding speed, relative to the largest, below which it is a rounding error: the interface never slides.
+/// A sliding speed below this fraction of the largest one is a rounding error of an interface that
+/// never slides.
 const NEVER: f64 = 1e-12;
 
 impl TestVector {
-    /// Random states near these positions with the efforts of the solver, with friction coupled to
-    /// the reactions. The first position is home, from which the solver moves to each state. States
-    /// that the solver cannot reach, near singular positions, with an interface almost at rest or
-    /// with vanishing efforts are left out; at most `20 count` states are tried.
+    /// Random states near the positions of `signal`, with the efforts of the solver under friction
+    /// that is coupled to the reactions. The first position is home, from which the solver moves to
+    /// each state. States are left out if the solver cannot reach them, if they are near singular
+    /// positions, if an interface is almost at rest, or if the efforts vanish. At most `20 count`
+    /// states are tried.
     pub fn random(
         solver: &InverseDynamics,
         signal: &[Vec<Target<f64>>],
@@ -69,7 +73,8 @@ impl TestVector {
         clear: f64,
     ) -> Option<Self> {
         let mut solver = home.clone();
-        // Along the straight line, as the code does: a jump may end in another assembly mode.
+        // The solver moves along the straight line, as the code does, because a jump may end in
+        // another assembly mode.
         let from: Vec<f64> = start.iter().map(|target| target.value).collect();
         let on_the_line = |part: f64, line: &mut [Target<f64>]| {
             for ((at, target), from) in line.iter_mut().zip(targets).zip(&from) {

@@ -40,8 +40,8 @@ pub struct Feedforward {
     pub(crate) index: IndexLayout,
     /// Routines without fused operations, for source code.
     pub(crate) source: Routines,
-    /// Force routines for source code that return the complete wrench of each joint instead of its force, also
-    /// without friction.
+    /// Force routines for source code that return the complete wrench of each joint instead of its
+    /// force. The first of them also returns the wrenches without friction.
     pub(crate) wrenches: [Routine; 3],
     /// Poses and twists of all bodies except the ground, for source code; each routine has its own slots. Inputs:
     /// tree coordinates, value and rate of each prescribed coordinate. Last result: the guard.
@@ -56,23 +56,23 @@ pub struct Feedforward {
 /// Numbers of inputs and results of a [`Feedforward`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FeedforwardSizes {
-    /// Prescribed coordinates.
+    /// Number of prescribed coordinates.
     pub prescribed: usize,
-    /// Actuators.
+    /// Number of actuators.
     pub drives: usize,
-    /// Joints.
+    /// Number of joints.
     pub joints: usize,
-    /// Bodies except the ground.
+    /// Number of bodies, without the ground.
     pub bodies: usize,
-    /// Coordinates of the spanning tree, the state of the loops.
+    /// Number of coordinates of the spanning tree, which are the state of the loops.
     pub coordinates: usize,
-    /// Values of all tunable parameters.
+    /// Number of values of all tunable parameters.
     pub tunables: usize,
-    /// Unknowns of the coupling of friction and reactions.
+    /// Number of unknowns of the coupling of friction and reactions.
     pub unknowns: usize,
 }
 
-/// Code with its results.
+/// Code, and the slots of its results.
 #[derive(Clone, Debug)]
 pub(crate) struct Routine {
     pub(crate) parts: Vec<Part>,
@@ -84,15 +84,18 @@ pub(crate) struct Routine {
 /// hold the inputs.
 #[derive(Clone, Debug)]
 pub(crate) struct Routines {
-    /// Errors, then a correction. Inputs: tree coordinates, prescribed values. Results: the sum of
-    /// squares of all errors and the guard; the corrected coordinates.
+    /// Two routines: errors of the loop closures, and a correction. Inputs of both: tree
+    /// coordinates, prescribed values. Results of the errors: the sum of the squares of all errors,
+    /// and the guard. Results of the correction: the corrected coordinates.
     pub(crate) position: [Routine; 2],
     pub(crate) position_slots: usize,
-    /// Preparation, Newton step, forces. Inputs: tree coordinates, tunable parameters, value, rate
-    /// and acceleration of each prescribed coordinate, unknowns of the coupling. Results: initial
-    /// unknowns, frictionless actuator forces, their guard, the determinant of the rate equations
-    /// relative to that at home, for source code also the positions for the singularity index; next unknowns and the
-    /// three control values; actuator forces, force of each joint, guard.
+    /// Three routines: preparation, Newton step, and forces. Inputs of all: tree coordinates,
+    /// tunable parameters, value, rate and acceleration of each prescribed coordinate, unknowns of
+    /// the coupling. Results of the preparation: initial unknowns, frictionless actuator forces,
+    /// their guard, the determinant of the rate equations relative to that at home, and for source
+    /// code the positions for the singularity index. Results of the Newton step: next unknowns and
+    /// the three control values. Results of the forces: actuator forces, force of each joint,
+    /// guard.
     pub(crate) forces: [Routine; 3],
     pub(crate) force_slots: usize,
 }

@@ -181,7 +181,7 @@ pub(super) fn rows(
 }
 
 /// Orders positions so that each is close to the next, and the last to the first, because samples
-/// repeat the list: every second one forwards, then the others backwards.
+/// repeat the list. Every second position is listed forwards, then the others backwards.
 pub(super) fn there_and_back(signal: &[Vec<Target<f64>>]) -> Vec<Vec<Target<f64>>> {
     let there = signal.iter().step_by(2);
     let mut back: Vec<_> = signal.iter().skip(1).step_by(2).collect();
@@ -239,9 +239,9 @@ impl RecordingSource<'_> {
         PositionStages { graph: merged, square, next, guard }
     }
 
-    /// Adds the determinant of the rate equations relative to that at home. If the coordinates are not the
-    /// actuated ones, the determinant of the balance is a factor of it, because only that vanishes at positions where
-    /// the actuators do not determine the motion.
+    /// Adds the determinant of the rate equations relative to that at home. If the coordinates are
+    /// not the actuated ones, it is multiplied by the determinant of the balance, because only the
+    /// latter vanishes at positions where the actuators do not determine the motion.
     fn with_determinant(
         &self,
         stages: InverseStages,

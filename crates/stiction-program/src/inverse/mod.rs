@@ -20,10 +20,11 @@ use stiction_core::mechanism::BodyId;
 
 /// Maximum number of Newton steps.
 pub(crate) const STEPS: usize = 12;
-/// Relative change of the reactions in a Newton step below which the remaining error, of the order
-/// of its square, is rounding.
+/// If a Newton step changes the reactions by at most this fraction, the remaining error is of the
+/// order of its square and counts as rounding.
 pub(crate) const SETTLED: f64 = 1e-8;
-/// Largest relative error for which quadratic convergence is assumed.
+/// Quadratic convergence is assumed only if the relative change of the reactions is below this
+/// value.
 pub(crate) const COARSE: f64 = 1e-3;
 /// Rounding error relative to the largest reaction.
 pub(crate) const ROUNDING: f64 = 1e-15;

@@ -54,21 +54,23 @@ impl Compensator {
     }
 }
 
-/// Magnitude of the small rates that give the direction of incipient motion at rest, rad/s or m/s.
+/// Largest of the small rates that represent incipient motion of joints at rest, rad/s or m/s. Only
+/// their ratios matter, because they give the direction of friction.
 const CREEP: f64 = 1e-9;
 
-/// Values, rates and accelerations of targets.
+/// Splits targets into their values, rates and accelerations.
 pub(super) fn split(targets: &[Target<f64>]) -> [Vec<f64>; 3] {
     let of = |f: fn(&Target<f64>) -> f64| targets.iter().map(f).collect();
     [of(|t| t.value), of(|t| t.rate), of(|t| t.acceleration)]
 }
 
-/// Feed-forward of a robot: a recorded program with its memory.
+/// Feed-forward model of a robot: a recorded program and its memory.
 #[derive(Clone, Debug)]
 pub(super) struct Model {
     program: Arc<Feedforward>,
     memory: FeedforwardMemory,
-    /// Friction contribution to the efforts during the last motion, N or N m.
+    /// Friction contribution to the efforts, N or N m, from the last call of [`Self::friction`] in
+    /// which the program found it.
     last: Vec<f64>,
 }
 
@@ -115,8 +117,9 @@ impl Model {
         Ok(self.drives(Feedforward::ideal_drive))
     }
 
-    /// Contribution of friction to the efforts of a reference motion. If a joint is at rest, it is evaluated for
-    /// incipient motion in the direction of the accelerations; without accelerations, the last contribution is kept.
+    /// Contribution of friction to the efforts of a reference motion. If a joint is at rest,
+    /// friction is evaluated for incipient motion in the direction of the accelerations. If the
+    /// accelerations are zero or friction has no solution, the last contribution is returned.
     pub(super) fn friction(&mut self, reference: &[Target<f64>]) -> Result<Vec<f64>, Error> {
         let [q, v, a] = split(reference);
         let mut found = self.run(&q, &v, &a)?;

@@ -21,7 +21,8 @@ use stiction_core::kinematics::Target;
 use stiction_core::random::Random;
 use stiction_program::{Feedforward, Tunable};
 
-/// Number of instants of the motion at which friction is evaluated to fit the constant friction.
+/// Number of instants of the motion at which the friction of the model is evaluated. The constant
+/// friction of each actuator is fitted to these values.
 const FITTED: u32 = 2000;
 /// Maximum number of controller samples in one simulation.
 const MOST_SAMPLES: f64 = 1e7;
@@ -83,8 +84,8 @@ impl Compensation {
         self
     }
 
-    /// Sets the compensation of friction at reversals and at rest; each law with friction is simulated with all of
-    /// them. Default: [`Transition::Sign`] alone.
+    /// Sets the compensation of friction at reversals and at rest; each law that compensates
+    /// friction is simulated with each of them. Default: [`Transition::Sign`] alone.
     pub fn transitions(mut self, transitions: &[Transition]) -> Self {
         self.transitions = transitions.to_vec();
         self
@@ -109,14 +110,15 @@ impl Compensation {
         self
     }
 
-    /// Sets the increment of the encoders and the standard deviation of the position noise, in m or rad; zero by
-    /// default, with exact rates.
+    /// Sets the increment of the encoders and the standard deviation of the position noise, in m or
+    /// rad. Both are zero by default; the controller then also receives exact rates.
     pub fn sensors(mut self, resolution: f64, noise: f64) -> Self {
         (self.imperfections.resolution, self.imperfections.noise) = (resolution, noise);
         self
     }
 
-    /// Sets the time between measurement and effort, s, rounded to whole periods; zero by default.
+    /// Sets the delay between a measurement and the effort computed from it, s, rounded to whole
+    /// periods; zero by default.
     pub fn delay(mut self, delay: f64) -> Self {
         self.delay = delay;
         self

@@ -62,7 +62,8 @@ pub struct LawResult {
     pub sticks: usize,
     /// Number of reversals of actuators beyond those of the reference, due to limit cycles and chatter.
     pub reversals: usize,
-    /// Time, s, and reason if the simulation ended early.
+    /// Time, s, at which the simulation ended early, and the reason; `None` if it did not end
+    /// early.
     pub ended: Option<(f64, String)>,
     /// Time, s, and tracking errors of all samples.
     pub errors: Vec<(f64, Vec<f64>)>,
@@ -136,14 +137,15 @@ impl LawResult {
 }
 
 impl Compared {
-    /// True if control laws were simulated with several transitions.
+    /// True if the laws that compensate friction were simulated with more than one transition.
     fn has_several(&self) -> bool {
         let mut each = self.laws.iter().filter(|own| own.law.has_friction());
         let first = each.next().map(|own| own.transition);
         each.any(|own| Some(own.transition) != first)
     }
 
-    /// True for a control law without friction, or with the first of several transitions.
+    /// True for a result of a law without friction compensation, or with the first transition of
+    /// the comparison.
     fn is_main(&self, own: &LawResult) -> bool {
         let first = self.laws.iter().find(|own| own.law.has_friction()).map(|own| own.transition);
         !own.law.has_friction() || Some(own.transition) == first
@@ -162,7 +164,7 @@ impl Compared {
         })
     }
 
-    /// Data of the report.
+    /// Content of the report: settings and results of the comparison.
     pub fn report(&self) -> Controllers {
         let several = self.has_several();
         let tracking = |own: &LawResult| Tracking {
@@ -309,7 +311,7 @@ fn digits(value: f64) -> String {
 }
 
 impl Compared {
-    /// Writes the table of transitions.
+    /// Writes the table that compares the transitions.
     fn write_transitions(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,

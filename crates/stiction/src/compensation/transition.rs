@@ -10,8 +10,8 @@ pub enum Transition {
     Sign,
     /// Like [`Self::Sign`], but the held friction decays at rest, by one percent per sample.
     Fade,
-    /// Friction times tanh(v / w), where v is the reference rate of the actuator and w this part of its largest
-    /// magnitude.
+    /// Friction multiplied by tanh(v / w). v is the reference rate of the actuator; w is this
+    /// fraction of the largest magnitude of v.
     Tanh(f64),
 }
 
@@ -40,8 +40,8 @@ impl Transition {
         }
     }
 
-    /// Factor by which the friction of an actuator is multiplied, from its reference rate and the
-    /// largest magnitude of this rate; `held` is the factor at rest.
+    /// Factor by which the friction of an actuator is multiplied. `rate` is its reference rate,
+    /// `fastest` the largest magnitude of this rate, and `held` the factor of [`Self::Fade`].
     pub(super) fn factor(self, rate: f64, fastest: f64, held: f64) -> f64 {
         match self {
             Self::Sign => 1.0,
@@ -51,8 +51,8 @@ impl Transition {
         }
     }
 
-    /// Factor at rest for the next sample: decreases with [`Self::Fade`] while the reference rests,
-    /// else 1.
+    /// Factor `held` of [`Self::factor`] for the next sample. With [`Self::Fade`], it decreases
+    /// while the reference rests; otherwise it is 1.
     pub(super) fn next_held(self, held: f64, rests: bool) -> f64 {
         match (self, rests) {
             (Self::Fade, true) => held * FADE,

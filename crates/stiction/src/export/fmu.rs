@@ -43,7 +43,8 @@ impl Export {
     /// positions, rates and accelerations of the actuators, outputs their efforts.
     ///
     /// # Errors
-    /// The robot has no such program, for the reason in the error, or an option contains an unknown name.
+    /// The program cannot be recorded for this robot (the error gives the reason), or an option
+    /// contains an unknown name.
     pub fn fmu(&self, fmi: Fmi) -> Result<Fmu, Error> {
         if self.options.precision == Precision::Float {
             return Err(Error::input("variables of an FMU are of double precision")

@@ -161,7 +161,8 @@ pub(super) fn check(request: &Forward, job: &Job<'_>) -> Result<(), Error> {
     refuse_poles(job)
 }
 
-/// Rejects rates of rotation vectors without their values: the angular velocity depends on both.
+/// Rejects rates of rotation vectors that are given without their values, because the angular
+/// velocity depends on both.
 fn check_start(request: &Forward) -> Result<(), Error> {
     let Start::Known(known) = &request.task.start else { return Ok(()) };
     let is_incomplete = known.iter().any(|one| match one.coordinate {
@@ -237,7 +238,8 @@ fn refuse_unused(
     Ok(())
 }
 
-/// Rejects times outside the samples of recorded efforts.
+/// Rejects a simulation that begins before the first or ends after the last sample of recorded
+/// efforts.
 fn refuse_gaps(drives: &Drives, name: &str, (from, until): (f64, f64)) -> Result<(), Error> {
     // A single sample is valid at all times.
     let Some(samples) = drives.samples.as_ref().filter(|samples| samples.count() > 1) else {
@@ -262,7 +264,8 @@ fn refuse_gaps(drives: &Drives, name: &str, (from, until): (f64, f64)) -> Result
     Ok(())
 }
 
-/// Rejects forces with a pole in time: integration would step over it with arbitrary results.
+/// Rejects forces that have a pole in time, because integration would step over the pole with
+/// arbitrary results.
 fn refuse_poles(job: &Job<'_>) -> Result<(), Error> {
     let refuse = |what: String, at: f64| {
         Err(Error::input(format!("{what} has no finite value at t = {at} s"))

@@ -1,4 +1,4 @@
-//! Variables of a plant as a functional mock-up unit.
+//! Variables of a plant that is exported as a functional mock-up unit.
 
 use super::Plant;
 use super::tunable::{Coefficient, Tunable};

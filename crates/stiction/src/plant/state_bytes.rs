@@ -8,7 +8,7 @@ use stiction_core::kinematics::Target;
 use stiction_core::spatial::Vec3;
 use stiction_run::forward::{Held, Plant as Engine, PlantState, Sample as Record};
 
-/// Largest number that is accepted as the length of a list.
+/// Largest number that is accepted as the length of a list when a state is read.
 const COUNTABLE: f64 = 1e7;
 
 /// Appends numbers to the bytes of a state.

@@ -253,8 +253,9 @@ impl States {
         })
     }
 
-    /// Computes the Jacobians of all bodies: velocity of the body's origin and angular velocity, along world axes,
-    /// for a unit rate of each coordinate: rows x bodies x 6 x coordinates.
+    /// Computes the Jacobians of all bodies, of shape rows x bodies x 6 x coordinates. The six
+    /// components are the velocity of the body's origin and its angular velocity, along world axes,
+    /// for a unit rate of each coordinate.
     ///
     /// # Errors
     /// As [`Self::inverse_dynamics`].

@@ -27,8 +27,8 @@ pub struct Compiled {
 
 impl Loaded for Compiled {}
 
-/// Longest step of a coordinate in which the loops are closed at once: rad for angles; for lengths,
-/// a fraction of the characteristic length.
+/// Longest step of a coordinate from one closure of the loops to the next; longer moves are
+/// divided. In rad for angles; for lengths, as a fraction of the characteristic length.
 const STEP: f64 = 0.1;
 
 impl Compile {
@@ -54,7 +54,8 @@ impl Compile {
         Ok(self)
     }
 
-    /// Sets how friction is coupled with the reactions that cause it: converged, one pass, or off.
+    /// Sets the coupling of friction with the reactions that cause it: iterated to convergence,
+    /// computed in one pass, or off.
     pub fn friction(mut self, friction: FrictionMode) -> Self {
         self.task.friction = friction;
         self

@@ -16,11 +16,11 @@ use stiction_program::{DerivativeMemory, DerivativeProgram, Quantity};
 /// derivatives are NaN.
 #[derive(Clone, Debug, Default)]
 pub struct Derivatives {
-    /// With respect to coordinates.
+    /// Derivatives with respect to coordinates.
     pub by_position: Vec<f64>,
-    /// With respect to rates.
+    /// Derivatives with respect to rates.
     pub by_rate: Vec<f64>,
-    /// With respect to accelerations; the mass matrix if friction is off.
+    /// Derivatives with respect to accelerations; equal to the mass matrix if friction is off.
     pub by_acceleration: Vec<f64>,
     /// True for each row with derivatives. Efforts are not differentiable where a friction interface is at rest,
     /// because its friction jumps there.
@@ -136,14 +136,14 @@ impl Recorded {
     }
 }
 
-/// All coordinates, then all rates, then all accelerations.
+/// Quantities of the derivatives: all coordinates, then all rates, then all accelerations.
 fn quantities(count: usize) -> Vec<Quantity> {
     let each = [Quantity::Value, Quantity::Rate, Quantity::Acceleration];
     each.into_iter().flat_map(|of| (0..count).map(of)).collect()
 }
 
-/// Home position, and positions one step away from it in each direction of each coordinate, as far
-/// as the loops close.
+/// Home position, and those positions at which one coordinate differs from home by plus or minus
+/// one step and the loops can be closed.
 fn positions(
     solver: &InverseDynamics,
     home: &[f64],

@@ -58,7 +58,7 @@ pub struct Coordinate {
     pub name: String,
     /// Unit, `m` or `rad`.
     pub unit: &'static str,
-    /// Longest step in which loops are closed at once, m or rad.
+    /// Longest step from one closure of the loops to the next, m or rad; longer moves are divided.
     step: f64,
 }
 
@@ -98,8 +98,8 @@ impl States {
         if let Some(recorded) = self.derivatives.get() {
             return Ok(recorded);
         }
-        // No lock is held during the recording: a process forked meanwhile would wait for it for
-        // ever.
+        // No lock is held during the recording, because a process forked meanwhile would wait for
+        // it for ever.
         let recorded = derivatives::Recorded::of(self)?;
         Ok(self.derivatives.get_or_init(|| recorded))
     }

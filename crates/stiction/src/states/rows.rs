@@ -57,7 +57,7 @@ impl Row<'_, '_> {
         &mut self.arrays[array][self.place * width..][..width]
     }
 
-    /// Results of this row in consecutive arrays from `first` on.
+    /// Results of this row in `N` consecutive arrays, the first of which has the index `first`.
     pub(super) fn several<const N: usize>(&mut self, first: usize) -> [&mut [f64]; N] {
         let (place, rows) = (self.place, self.rows);
         let mut arrays = self.arrays[first..][..N].iter_mut();
@@ -148,8 +148,8 @@ impl States {
         }
     }
 
-    /// Moves along the straight line in coordinate space to the last step before `to`, in steps that are `finer`
-    /// times shorter than usual.
+    /// Moves along the straight line in coordinate space up to the last step before `to`. The steps
+    /// are shorter than usual by the factor `finer`.
     fn walk(
         &self,
         data: &mut Data<f64>,

@@ -97,7 +97,7 @@ pub struct Description {
     pub sources: Vec<String>,
     /// Categories of messages, with their descriptions.
     pub categories: Vec<(&'static str, &'static str)>,
-    /// True if steps can end early at events, which FMI 3.0 announces.
+    /// True if steps can end early at events; descriptions for FMI 3.0 declare this.
     pub has_events: bool,
     /// Usual communication step, s.
     pub step: f64,
