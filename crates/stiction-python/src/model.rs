@@ -261,7 +261,7 @@ impl NativeModel {
     }
 
     /// Forward dynamics. `calls` lists options: name, text and number of each.
-    #[pyo3(signature = (calls, *, until=None, step=None, tolerance=None, law=None, progress=None))]
+    #[pyo3(signature = (calls, *, until=None, step=None, tolerance=None, law=None, stops=Vec::new(), progress=None))]
     #[expect(clippy::too_many_arguments, reason = "the options of one call")]
     fn forward<'py>(
         &self,
@@ -271,6 +271,7 @@ impl NativeModel {
         step: Option<f64>,
         tolerance: Option<f64>,
         law: Option<(f64, Py<PyAny>)>,
+        stops: Vec<(String, Py<PyAny>)>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<(Results<'py>, Vec<Event>, Option<Bound<'py, PyAny>>)> {
         let watch = Arc::new(Watch::new(progress));
@@ -280,6 +281,11 @@ impl NativeModel {
                 let watch = Arc::clone(&watch);
                 let law = move |measured: &Measured<'_>| called_law(&law, measured, &watch);
                 request = request.control_law(period, law)?;
+            }
+            for (name, function) in stops {
+                let watch = Arc::clone(&watch);
+                let stop = move |measured: &Measured<'_>| called_stop(&function, measured, &watch);
+                request = request.stop_function(&name, stop);
             }
             request = with_calls(request, &calls, (until, step, tolerance))?;
             request.tabulate(|done, of| watch.goes_on(done, of))
@@ -483,6 +489,20 @@ fn called_law(law: &Py<PyAny>, measured: &Measured<'_>, watch: &Watch) -> Result
     efforts.map_err(|error| {
         watch.keep(error);
         Error::interrupted("the control law raised an exception")
+    })
+}
+
+/// Calls a stop condition of the caller, a Python function, with the measured state. An exception of
+/// this function stops the simulation.
+fn called_stop(stop: &Py<PyAny>, measured: &Measured<'_>, watch: &Watch) -> Result<f64, Error> {
+    let value = Python::attach(|py| {
+        let array = |numbers: &[f64]| numbers.to_vec().into_pyarray(py);
+        let state = (measured.time, array(measured.positions), array(measured.rates));
+        stop.call1(py, state)?.extract::<f64>(py)
+    });
+    value.map_err(|error| {
+        watch.keep(error);
+        Error::interrupted("the stop condition raised an exception")
     })
 }
 

@@ -167,6 +167,42 @@ def test_efforts_as_formulas_and_stop_conditions(pendulum):
     assert r.ended is None and r.friction["pivot"].flag.dtype == bool
 
 
+def test_stop_conditions_of_python_act_like_the_same_formulas(pendulum):
+    options = {"at": {"pivot": 0.5}, "rate": {"pivot": -1.0}, "until": 5.0}
+    formula = pendulum.forward(stop="pivot < 0.1 rad", **options)
+
+    def angle(state):
+        assert state.q.shape == state.v.shape == (1,) and state.reference_q.shape == (0,)
+        return state.q[0] - 0.1
+
+    function = pendulum.forward(stop=angle, **options)
+    assert function.events[-1].event == "stop" and function.events[-1].detail == "angle"
+    # The same instants of the integration, and the same search: the same bits.
+    assert function.time[-1] == formula.time[-1]
+    np.testing.assert_array_equal(function.joint["pivot"].position, formula.joint["pivot"].position)
+    # The first condition that becomes true ends the simulation, in any mixture.
+    both = pendulum.forward(stop=["pivot < -1 rad", lambda state: state.q[0] - 0.1], **options)
+    assert both.time[-1] == formula.time[-1] and both.events[-1].detail == "function"
+    timed = pendulum.forward(stop=lambda state: 0.25 - state.time, **options)
+    assert abs(timed.time[-1] - 0.25) < 1e-9
+
+
+def test_failures_of_stop_conditions(pendulum):
+    def call(stop, **options):
+        return pendulum.forward(stop=stop, until=0.1, **options)
+
+    with pytest.raises(ZeroDivisionError):
+        call(lambda state: 1 / 0)
+    for wrong in ("text", None, [1.0, 2.0], float("nan"), {}):
+        with pytest.raises(stiction.InputError, match="stop condition"):
+            call(lambda state, wrong=wrong: wrong)
+    for wrong in (3.0, [3.0], object()):
+        with pytest.raises(stiction.InputError, match="stop"):
+            call(wrong)
+    with pytest.raises(stiction.InputError, match="has no report"):
+        call(lambda state: 1.0).report()
+
+
 def test_a_control_law_of_python_acts_like_the_same_formula(pendulum):
     options = {"at": {"pivot": 0.5}, "until": 1.0, "friction": False}
     calls = []

@@ -16,11 +16,11 @@ use stiction_core::dynamics::FrictionMode;
 use stiction_core::forward::{Known, Method, Settings};
 use stiction_core::kinematics::Coordinate;
 use stiction_core::mechanism::JointId;
-use stiction_format::{Condition, Control, ModelFile, Source};
+use stiction_format::{Control, ModelFile, Source};
 use stiction_run::SinkError;
 use stiction_run::forward::{
     ControlLaw, Ending, Feed, Job, Measured, Outcome, RunCheckpoint, Sample as Record,
-    Start as JobStart, arrange,
+    Start as JobStart, Stop, StopFunction, arrange,
 };
 
 /// Forward dynamics of a robot: options, then [`run`](Self::run) or [`samples`](Request::samples).
@@ -44,7 +44,7 @@ pub struct Simulation {
     law: Option<ControlLaw>,
     locked: Vec<(JointId, usize)>,
     prescribed: Vec<(JointId, usize)>,
-    stops: Vec<Condition>,
+    stops: Vec<Stop>,
     start: Start,
     friction: bool,
     until: Option<f64>,
@@ -295,8 +295,22 @@ impl Forward {
     /// The condition is defective.
     pub fn stop(mut self, condition: &str) -> Result<Self, Error> {
         let source = Source::new("stop", condition);
-        self.task.stops.push(self.task.model.parse_condition(&source)?);
+        self.task.stops.push(self.task.model.parse_condition(&source)?.into());
         Ok(self)
+    }
+
+    /// Adds a function that ends the simulation at the instant at which its value becomes negative.
+    /// It receives the measured state without reference motions, at trial states of integration
+    /// steps, and therefore must depend on its argument only. The instant is located and recorded
+    /// as that of a [condition](Self::stop); `name` identifies the function there.
+    pub fn stop_function(
+        mut self,
+        name: &str,
+        function: impl Fn(&Measured<'_>) -> Result<f64, Error> + Send + Sync + 'static,
+    ) -> Self {
+        let function = StopFunction::new(name, move |measured| Ok(function(measured)?));
+        self.task.stops.push(Stop::Function(function));
+        self
     }
 
     /// Switches joint friction on or off. Default: that of the model, else on.

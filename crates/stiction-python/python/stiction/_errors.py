@@ -186,18 +186,22 @@ def _unwritable(path: Path, error: Exception) -> OutputError:
     return OutputError(f"cannot write {path}: {reason}", "give a folder in which you can write")
 
 
-def _texts(name: str, values: object) -> list[str]:
-    """Check that an argument is a text or a sequence of texts."""
-    if isinstance(values, str):
-        return [_text(name, values)]
+def _items(name: str, values: object) -> list[Any]:
+    """Elements of an argument that must be a sequence."""
     try:
-        return [_text(name, value) for value in values]  # type: ignore[attr-defined]
-    except Error:
-        raise
+        items: list[Any] = list(values)  # type: ignore[call-overload]
     except Exception as error:
         raise InputError(
             f"`{name}` is a {type(values).__name__}, not a sequence of texts", "give a list of str"
         ) from error
+    return items
+
+
+def _texts(name: str, values: object) -> list[str]:
+    """Check that an argument is a text or a sequence of texts."""
+    if isinstance(values, str):
+        return [_text(name, values)]
+    return [_text(name, value) for value in _items(name, values)]
 
 
 def _number(name: str, value: object) -> float:

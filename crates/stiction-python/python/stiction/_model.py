@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _native
-from ._errors import Error, InputError, _count, _floats, _number, _path, _text, _texts
+from ._errors import Error, InputError, _count, _floats, _number, _items, _path, _text, _texts
 from ._results import (
     Floats,
     ForwardResults,
@@ -26,7 +26,7 @@ Progress = Callable[[int, int], object]
 
 
 class ControlState(NamedTuple):
-    """State that a control law receives, arrays in the order of the actuators."""
+    """State that a control law or a stop condition receives, arrays in the order of the actuators."""
 
     time: float
     """s"""
@@ -35,7 +35,7 @@ class ControlState(NamedTuple):
     v: Floats
     """Rates, m/s or rad/s."""
     reference_q: Floats
-    """Positions of the reference motion; empty without a motion."""
+    """Positions of the reference motion; empty without a motion and in a stop condition."""
     reference_v: Floats
     """Rates of the reference motion."""
     reference_a: Floats
@@ -43,6 +43,7 @@ class ControlState(NamedTuple):
 
 
 ControlLaw = Callable[[ControlState], ArrayLike | Mapping[str, float]]
+StopCondition = Callable[[ControlState], float]
 
 #: Largest number of compiled robots that a model stores.
 _MOST_STATES = 16
@@ -367,7 +368,7 @@ class Model:
         period: float = 1e-3,
         prescribe: str | Iterable[str] = (),
         hold: str | Iterable[str] = (),
-        stop: str | Iterable[str] = (),
+        stop: str | StopCondition | Iterable[str | StopCondition] = (),
         friction: bool | None = None,
         method: str | None = None,
         tolerance: float | None = None,
@@ -396,7 +397,10 @@ class Model:
             period: time between calls of a controller function, s.
             prescribe: actuators that follow the motion exactly.
             hold: joints that are locked at their start positions.
-            stop: conditions such as ``"platform.z < 100 mm"`` that end the simulation.
+            stop: conditions that end the simulation, such as ``"platform.z < 100 mm"``; or functions of a
+                :class:`ControlState`, which end it when their value becomes negative. The instant is located to
+                the tolerance; it is the last sample and an event. A function is called at trial states of
+                integration steps, so it must depend on its argument only.
             friction: switches joint friction on or off. Default: that of the model.
             method: ``"automatic"``, ``"event-driven"`` or ``"time-stepping"``.
             tolerance: relative error of an integration step, 1e-14 to 1e-2.
@@ -414,6 +418,10 @@ class Model:
         >>> r = m.forward(controller=lambda state: 20 * (state.reference_q - state.q) - 0.5 * state.v, until=0.05)
         >>> r.effort["left_motor"].shape
         (11,)
+        >>> start = float(m.home()[0])
+        >>> r = m.forward(drives={"left_motor": 1.0}, start="rest", stop=lambda state: start + 0.01 - state.q[0])
+        >>> r.events[-1].event
+        'stop'
         """
         calls: list[tuple[str, str, float]] = []
         for name, text in (("motion", motion), ("load", load)):
@@ -442,14 +450,20 @@ class Model:
                 )
             for key, value in (values or {}).items():
                 calls.append((option, _text(option, key), _number(f"{option}[{key!r}]", value)))
-        calls.extend(("stop", text, 0.0) for text in _texts("stop", stop))
+        conditions: list[str | StopCondition] = (
+            [stop] if isinstance(stop, str) or callable(stop) else list(_items("stop", stop))
+        )
+        functions = [condition for condition in conditions if callable(condition)]
+        texts = [condition for condition in conditions if not callable(condition)]
+        calls.extend(("stop", text, 0.0) for text in _texts("stop", texts))
+        stops = [(_function_name(function), _stop(function)) for function in functions]
         options: dict[str, Any] = {
             "until": None if until is None else _number("until", until),
             "step": None if step is None else _number("step", step),
             "tolerance": None if tolerance is None else _number("tolerance", tolerance),
         }
-        raw, events, ended = self._native.forward(calls, **options, law=law, progress=_progress(progress))
-        draw = None if law is not None else _Draw(self, "forward_report", (calls,), options)
+        raw, events, ended = self._native.forward(calls, **options, law=law, stops=stops, progress=_progress(progress))
+        draw = None if law is not None or stops else _Draw(self, "forward_report", (calls,), options)
         results = ForwardResults(self.name, raw, json.loads(raw[1]), events, ended, draw)
         if ended is not None:
             ended.result = results
@@ -777,6 +791,22 @@ def _law(law: ControlLaw, actuators: list[str]) -> Callable[..., list[float]]:
         return numbers
 
     return efforts
+
+
+def _stop(condition: StopCondition) -> Callable[[float, Floats, Floats], float]:
+    """Wrap a stop condition in a function that the native module calls; check the returned value."""
+    none = np.empty(0)
+
+    def distance(time: float, q: Floats, v: Floats) -> float:
+        return _number("value of the stop condition", condition(ControlState(time, q, v, none, none, none)))
+
+    return distance
+
+
+def _function_name(function: Callable[..., object]) -> str:
+    """Name of a function of the caller for events and messages."""
+    name = getattr(function, "__name__", type(function).__name__)
+    return "function" if name == "<lambda>" else str(name)
 
 
 def _value(name: str, value: object) -> str:

@@ -96,6 +96,7 @@ class Model:
         step: float | None = None,
         tolerance: float | None = None,
         law: tuple[float, Any] | None = None,
+        stops: list[tuple[str, Any]] = ...,
         progress: Any = None,
     ) -> tuple[_Results, list[tuple[float, str, str, str]], Error | None]: ...
     def forward_report(

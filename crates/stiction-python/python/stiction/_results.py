@@ -315,9 +315,8 @@ class Results:
         target = None if path is None else _writable("path", path)
         if self._draw is None:
             raise InputError(
-                "a simulation under a control law that is a function has no report",
-                "give the controller as a text, such as `computed-torque`",
-                "controller",
+                "a simulation with a function as control law or stop condition has no report",
+                "give the controller as a text such as `computed-torque`, and stop conditions as texts",
             )
         page = self._draw()
         if target is not None:

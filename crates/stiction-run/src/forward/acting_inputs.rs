@@ -6,13 +6,14 @@ use super::guide::Guide;
 use super::job::{Feed, Job};
 use super::motors::Motors;
 use super::reference::{References, own_signal};
+use super::stop::Stop;
 use crate::Instants;
 use crate::error::Error;
 use crate::names::Names;
 use stiction_core::dynamics::AppliedLoad;
 use stiction_core::forward::{Forward, Inputs, Simulation, View};
 use stiction_core::kinematics::{Bodies, State, Target};
-use stiction_format::{Condition, Law, Signal};
+use stiction_format::{Law, Signal};
 
 /// Update interval of inverse-dynamics efforts if there is no controller, s.
 const UPDATE: f64 = 1e-3;
@@ -432,12 +433,11 @@ impl Inputs for Acting<'_> {
 
     fn switches(&mut self, view: &View<'_>, values: &mut Vec<f64>) {
         for stop in self.job.stops {
-            let distance = stop.distance(view.time, |c| view.measure(c));
-            if distance.is_nan() {
-                let (condition, time) = (stop.text.clone(), view.time);
-                self.failed.get_or_insert(Error::NoCondition { condition, time });
-            }
-            values.push(distance);
+            let distance = stop.distance(view, self.kept.len());
+            values.push(distance.unwrap_or_else(|error| {
+                self.failed.get_or_insert(error);
+                f64::NAN
+            }));
         }
         if !self.limited.is_empty() {
             let mut demands = vec![0.0; self.kept.len()];
@@ -534,7 +534,7 @@ impl Inputs for Acting<'_> {
         };
         let motion = self.job.motion.filter(|_| self.is_continuous);
         let reference = motion.iter().flat_map(|motion| motion.signals()).all(constant);
-        let stops = !self.job.stops.iter().any(Condition::has_time);
+        let stops = !self.job.stops.iter().any(Stop::has_time);
         if loads && efforts && reference && stops && !self.is_stopped {
             f64::INFINITY
         } else {

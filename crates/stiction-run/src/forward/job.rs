@@ -2,13 +2,12 @@
 
 use super::control_law::ControlLaw;
 use super::load_laws::ActingLoads;
+use super::stop::Stop;
 use crate::error::Error;
 use stiction_core::dynamics::AppliedLoad;
 use stiction_core::forward::{Known, Settings, View};
 use stiction_core::mechanism::JointId;
-use stiction_format::{
-    Condition, Control, Drives, LoadCase, ModelFile, Motion, Payload, PayloadChange, Side,
-};
+use stiction_format::{Control, Drives, LoadCase, ModelFile, Motion, Payload, PayloadChange, Side};
 
 /// Description of a simulation.
 #[derive(Clone, Debug)]
@@ -38,7 +37,7 @@ pub struct Job<'a> {
     /// Indices of the actuators that are locked at their start positions.
     pub locked: Vec<usize>,
     /// Stop conditions; each of them ends the simulation.
-    pub stops: &'a [Condition],
+    pub stops: &'a [Stop],
     /// Initial state.
     pub start: Start<'a>,
     /// Start time, s.

@@ -88,7 +88,7 @@ impl Layout {
                 .map(|(of, name, unit, _)| (of, name, unit))
                 .collect(),
             has_payload_changes: job.has_payload_changes(),
-            stops: job.stops.iter().map(|stop| stop.text.clone()).collect(),
+            stops: job.stops.iter().map(|stop| stop.text().to_owned()).collect(),
         }
     }
 

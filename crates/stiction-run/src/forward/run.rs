@@ -172,7 +172,7 @@ impl Job<'_> {
             let now = simulation.instant();
             let time = now.time;
             if let Some(stop) = simulation.ended_by().and_then(|k| self.stops.get(k)) {
-                ending = Ending::Stopped(stop.text.clone());
+                ending = Ending::Stopped(stop.text().to_owned());
                 if time <= last && done > 0 {
                     break;
                 }

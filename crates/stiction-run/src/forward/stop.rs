@@ -1,0 +1,104 @@
+//! Conditions that end a simulation.
+
+use super::control_law::Measured;
+use crate::{Error, SinkError};
+use std::fmt;
+use std::sync::Arc;
+use stiction_core::forward::View;
+use stiction_format::Condition;
+
+/// Condition that ends a simulation.
+#[derive(Clone, Debug)]
+pub enum Stop {
+    /// Comparison of two formulas.
+    Formula(Condition),
+    /// Function of the caller.
+    Function(StopFunction),
+}
+
+type Compute = dyn Fn(&Measured<'_>) -> Result<f64, SinkError> + Send + Sync;
+
+/// Function that the caller provides. The simulation ends at the instant at which its value becomes
+/// negative.
+#[derive(Clone)]
+pub struct StopFunction {
+    name: String,
+    compute: Arc<Compute>,
+}
+
+impl StopFunction {
+    /// Creates a stop condition from its name, for events and messages, and its function.
+    ///
+    /// The function receives the measured state without reference motions. It is evaluated at trial
+    /// states of integration steps and therefore must depend on its argument only.
+    pub fn new(
+        name: &str,
+        compute: impl Fn(&Measured<'_>) -> Result<f64, SinkError> + Send + Sync + 'static,
+    ) -> Self {
+        Self { name: name.to_owned(), compute: Arc::new(compute) }
+    }
+}
+
+impl fmt::Debug for StopFunction {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("StopFunction").field("name", &self.name).finish_non_exhaustive()
+    }
+}
+
+impl Stop {
+    /// The condition as written, or the name of the function.
+    pub fn text(&self) -> &str {
+        match self {
+            Self::Formula(condition) => &condition.text,
+            Self::Function(function) => &function.name,
+        }
+    }
+
+    /// Value of the condition at a state of a mechanism with this number of actuators; negative
+    /// when the condition is true.
+    ///
+    /// # Errors
+    /// The condition has no value in this state, or the function failed.
+    pub(super) fn distance(&self, view: &View<'_>, actuators: usize) -> Result<f64, Error> {
+        let distance = match self {
+            Self::Formula(condition) => condition.distance(view.time, |c| view.measure(c)),
+            Self::Function(function) => {
+                let indices = 0..actuators;
+                let positions: Vec<f64> =
+                    indices.clone().map(|k| view.actuator_coordinate(k)).collect();
+                let rates: Vec<f64> = indices.map(|k| view.actuator_rate(k)).collect();
+                let (time, reference) = (view.time, &[][..]);
+                let measured = Measured { time, positions: &positions, rates: &rates, reference };
+                (function.compute)(&measured).map_err(Error::Receiver)?
+            }
+        };
+        if distance.is_nan() {
+            let (condition, time) = (self.text().to_owned(), view.time);
+            return Err(Error::NoCondition { condition, time });
+        }
+        Ok(distance)
+    }
+
+    /// Returns true if the condition can depend on time itself.
+    pub(super) fn has_time(&self) -> bool {
+        match self {
+            Self::Formula(condition) => condition.has_time(),
+            Self::Function(_) => true,
+        }
+    }
+
+    /// Time, s, up to which a few samples from `t` (s) on resolve the dependence of the condition
+    /// on time alone; infinite for a function, of which this is not known.
+    pub(super) fn resolved_until(&self, t: f64) -> f64 {
+        match self {
+            Self::Formula(condition) => condition.resolved_until(t),
+            Self::Function(_) => f64::INFINITY,
+        }
+    }
+}
+
+impl From<Condition> for Stop {
+    fn from(condition: Condition) -> Self {
+        Self::Formula(condition)
+    }
+}
