@@ -28,7 +28,8 @@ const STARTS: usize = 32;
 const STEPS: usize = 60;
 /// Relative difference of actuator efforts below which two solutions count as equal.
 const SAME: f64 = 1e-6;
-/// Growth factor of the normal loads above which they count as unbounded.
+/// Normal loads count as unbounded above this multiple of the largest normal load at the start of
+/// the search.
 const UNBOUNDED: f64 = 1e6;
 
 impl InverseDynamics {

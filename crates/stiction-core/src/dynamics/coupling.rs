@@ -78,16 +78,18 @@ pub(super) enum Start<'a> {
 #[derive(Clone, Debug, Default)]
 pub(super) struct FrictionCoupling {
     responses: Responses,
-    /// `is_current`: the responses belong to the present position. `is_stored`: they contain wrenches.
+    /// True if the responses belong to the present position.
     is_current: bool,
+    /// True if the responses contain joint wrenches.
     is_stored: bool,
-    /// Joint wrenches and actuator efforts without friction.
+    /// Joint wrenches without friction.
     wrenches: Vec<Wrench<f64>>,
+    /// Actuator efforts without friction.
     efforts: Vec<f64>,
     acting: Vec<Acting>,
-    /// Indices of the interfaces whose friction depends on the normal load. `loads`: these normal
-    /// loads, N.
+    /// Indices of the interfaces whose friction depends on the normal load.
     unknowns: Vec<usize>,
+    /// Normal loads of these interfaces, N.
     loads: Vec<f64>,
     /// Normal loads at previous positions, in the present and in the opposite motion.
     history: [LoadHistory; 2],
@@ -103,8 +105,9 @@ pub(super) struct FrictionCoupling {
     /// Largest coupling bound that is accepted without refinement; see
     /// [`FrictionCoupling::accept_up_to`].
     accepted: f64,
-    /// Friction of each component per newton of normal load, and in N, in blocks of four components.
+    /// Friction of each component per newton of normal load, in blocks of four components.
     factors: Vec<Four>,
+    /// Friction of each component, N, in blocks of four components.
     packed: Vec<Four>,
     /// Coupling bound of the last [`Self::begin`], or of the opposite motion.
     strength: f64,

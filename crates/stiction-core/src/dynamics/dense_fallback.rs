@@ -22,7 +22,7 @@ use nalgebra::DVector;
 /// method is faster.
 const FIXED_POINT_STEPS: usize = 200;
 
-/// Step sizes of the continuation.
+/// Step sizes of the continuation from zero friction to the given friction coefficients.
 const STEPS: StepPolicy = StepPolicy {
     first: 0.15,
     growth: 1.5,

@@ -191,7 +191,7 @@ impl<T: Scalar> InterfaceState<T> {
             Coupling::None => (T::zero(), Twist::zero()),
             Coupling::Frozen => (self.friction(), Twist::zero()),
             Coupling::Linear => {
-                // At the solution this is the wrench of the last update.
+                // At the solution, `wrench` is the wrench of the last update.
                 let gradient = self.load.gradient.held();
                 let base = self.load.value - gradient.power(wrench);
                 (self.resistance.force(base), gradient * coefficient)

@@ -77,7 +77,7 @@ mod tests {
         let mut found = Vec::new();
         assert!(!history.predict(&[4, 7], &mut found));
         for t in 0..5 {
-            // Straight lines are continued from two positions on.
+            // From two positions on, the prediction is exact for straight lines.
             if t >= 2 {
                 assert!(history.predict(&[4, 7], &mut found));
                 assert_eq!(found[1], load(f64::from(t))[1]);
@@ -86,7 +86,7 @@ mod tests {
         }
         assert!(history.predict(&[4, 7], &mut found));
         assert_eq!(found, load(5.0));
-        // With other slipping interfaces nothing is known.
+        // Without normal loads of the same interfaces there is no prediction.
         assert!(!history.predict(&[4], &mut found));
         history.add(&[4], &[2.0]);
         assert!(history.predict(&[4], &mut found));

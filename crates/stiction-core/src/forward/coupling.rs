@@ -20,9 +20,9 @@ use crate::friction_problem::uniqueness::BoundStart;
 use crate::random::Random;
 use crate::spatial::{Vec3, Wrench};
 
-/// Step sizes of the continuation from zero to full friction. The shortest step bounds the work, since every search for
-/// modes repeats the continuation: it needs some 60 steps to locate a lock. Near singular positions an unbounded
-/// continuation would need millions of steps.
+/// Step sizes of the continuation from zero to full friction. The shortest step bounds the work:
+/// every search for modes repeats the continuation, which needs some 60 steps to locate a lock.
+/// Near singular positions, a continuation without shortest step would need millions of steps.
 const STEPS: StepPolicy =
     StepPolicy { first: 0.1, growth: 1.5, longest: f64::INFINITY, shortest: 1e-6, most: 300 };
 /// Number of starts of the search for other solutions.

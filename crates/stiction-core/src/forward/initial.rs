@@ -23,7 +23,7 @@ pub struct Known {
     pub rate: Option<f64>,
 }
 
-/// Relative residual below which a rate counts as satisfied.
+/// A given rate counts as satisfied if its relative residual is below this value.
 const MET: f64 = 1e-9;
 /// A constraint row counts as dependent if its component that is independent of the other rows is
 /// below this fraction of the row.
@@ -142,7 +142,7 @@ impl Forward {
         Ok(state)
     }
 
-    /// Describes a coordinate in words, with the names of its joint or bodies.
+    /// Name of a coordinate for messages, with the names of its joint or bodies.
     fn in_words(&self, coordinate: &Coordinate) -> String {
         let body = |body: &BodyId| &self.simulated().bodies()[body.0].name;
         let axis = |axis: &usize| ["x", "y", "z"].get(*axis).copied().unwrap_or("?");

@@ -175,7 +175,7 @@ pub trait Inputs {
         false
     }
 
-    /// Describes a switching function for messages, such as "the effort of `A`".
+    /// Name of a switching function for messages, such as "the effort of `A`".
     fn switch_name(&self, switch: usize) -> String {
         format!("switching function {switch} of the inputs")
     }

@@ -246,7 +246,7 @@ impl Forward {
         let side = LoadSide { model: self, bodies, sticking: &solved.sticking, rows };
         let mut sum = side.held(gear, &solved.coupled.response.multipliers);
         for other in side.behind(gear) {
-            // That of a sticking interface is a multiplier.
+            // The friction of a sticking interface is a multiplier and is part of `held`.
             let (friction, load) = (&solved.frictions[other], solved.coupled.loads[other]);
             let effort = [0, 1, 2].map(|i| -friction.constant[i] - friction.per_load[i] * load);
             if effort != [0.0; 3] {

@@ -51,7 +51,7 @@ impl Inertia {
     }
 }
 
-/// Inertia and bias at one position and velocity, and from them the mass matrix.
+/// Inertias and bias at one position and velocity, from which the mass matrix follows.
 #[derive(Clone, Debug, Default)]
 pub(super) struct MassMatrix {
     /// Inertia of each body.
@@ -169,7 +169,7 @@ impl MassMatrix {
                     *entry += a * b;
                 }
             }
-            // The moment on the carrying body.
+            // Moment that the rotor exerts on the carrying body.
             if let Some((body, momentum)) = term.carrier {
                 let mut next = topology.node_of_body[body];
                 while let Some(node) = next {

@@ -62,7 +62,8 @@ use rotors::{Rotor, shaft_friction};
 use sparse::closures::{Closures, Reach};
 use std::sync::Arc;
 
-/// Number of DOFs of the tree from which on the sparse solution of the balance is faster than the dense one.
+/// For trees with at least this many DOFs, the sparse solution of the balance is faster than the
+/// dense one.
 const SPARSE: usize = 24;
 
 /// Model of a mechanism for forward dynamics. Immutable.

@@ -1,5 +1,5 @@
-//! Shafts that the model adds to the mechanism for motors that share the efforts of joints, so that the friction of each is
-//! simulated.
+//! Shafts that the model adds to the mechanism for motors that share the efforts of joints. With
+//! them the friction of each motor is simulated.
 //!
 //! Equation (G13) of the book's theory.
 
@@ -9,7 +9,7 @@ use crate::mechanism::{JointId, Mechanism, MotorShaft};
 use crate::spatial::Wrench;
 
 impl Forward {
-    /// The mechanism that is simulated: with added shafts, see [`Mechanism::trains_on_shafts`].
+    /// Simulated mechanism: with the added shafts, see [`Mechanism::trains_on_shafts`].
     pub(super) fn simulated(&self) -> &Mechanism {
         self.with_shafts.as_ref().map_or(&self.mechanism, |(mechanism, _)| mechanism)
     }

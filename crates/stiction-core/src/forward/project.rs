@@ -12,10 +12,13 @@ use crate::mechanism::JointId;
 use crate::spatial::{Pose, Quaternion, Twist};
 use crate::topology::{Link, Role};
 
-/// Closure error, rad, or m over the characteristic length, below which loops count as closed.
+/// Loops count as closed if every closure error is below this value, rad, or m over the
+/// characteristic length.
 const CLOSED: f64 = 1e-14;
-/// Closure error, rad, or m over the characteristic length, above which loops count as open.
+/// Loops count as open if a closure error exceeds this value, rad, or m over the characteristic
+/// length.
 const OPEN: f64 = 1e-9;
+/// Largest number of Newton steps to close the loops.
 const STEPS: usize = 10;
 
 /// Fixed position of a DOF that static friction locks.
@@ -27,10 +30,11 @@ pub(super) struct Anchor {
     pub(super) pose: Pose<f64>,
 }
 
-/// After a correction smaller than this, in rad or characteristic lengths, the next correction
-/// reuses the present decomposition if the singularity distance exceeds `REGULAR`. The error of the
-/// reuse is of second order.
+/// Correction, rad or characteristic lengths, below which the next correction reuses the present
+/// decomposition, provided the singularity distance exceeds [`REGULAR`]. The error of the reuse is
+/// of second order.
 const SMALL: f64 = 1e-9;
+/// Singularity distance above which a decomposition may be reused.
 const REGULAR: f64 = 0.2;
 
 /// Buffers of projections.
@@ -42,8 +46,9 @@ pub(super) struct Projection {
     errors: Vec<f64>,
     scaled: Vec<f64>,
     space: RowSpace,
-    /// Sparse decomposition, if the structure of the model suits it; then true if it is valid at the present position.
+    /// Sparse decomposition, if the structure of the model suits it.
     sparse: Option<SparseRows>,
+    /// True if the sparse decomposition is valid at the present position.
     is_sparse: bool,
     values: Vec<f64>,
     step: Vec<f64>,

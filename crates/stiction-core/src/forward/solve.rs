@@ -11,7 +11,8 @@ use crate::friction_problem::continuation::Lock;
 use crate::kinematics::{Bodies, Target};
 use crate::spatial::Wrench;
 
-/// Number of DOFs of the tree from which on decisions between stick and slip also use the sparse balance.
+/// For trees with at least this many DOFs, decisions between stick and slip also use the sparse
+/// balance.
 const LARGE: usize = 150;
 
 /// Solution of accelerations and reactions for given modes of the interfaces.
@@ -203,8 +204,8 @@ impl Forward {
             coupling.need_influence((self, data), balance, sticking, workspace);
             *coupling_bound = Some(coupling.bound(self, data));
         }
-        // Where the influence matrix is small, Newton's method takes less time.
-        // With a bound of one or more, other solutions may exist: Newton's method knows its branch.
+        // If the influence matrix is small, Newton's method takes less time. With a bound of one or
+        // more, other solutions may exist, and only Newton's method keeps to its branch.
         let is_unique = !coupling_bound.is_some_and(|bound| bound >= 1.0);
         let iterated = known.filter(|_| is_unique && balance.is_sparse()).is_some_and(|known| {
             let results = (&mut *workspace, &mut *coupled);

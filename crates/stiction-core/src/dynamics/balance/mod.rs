@@ -29,10 +29,13 @@ pub(crate) struct Balance<T> {
     /// Wrench per unit acceleration of each local degree of freedom, for each node that it
     /// accelerates.
     spin_demand: Vec<Vec<Wrench<T>>>,
-    /// Unit wrenches of the columns, without and with linearised friction.
+    /// Wrench at a cut joint per unit of each wrench unknown (column), without friction.
     columns: Vec<Wrench<T>>,
+    /// The same joint's wrench per unit of each wrench unknown, with the linearised friction at the
+    /// joint.
     tilted: Vec<Wrench<T>>,
-    /// Equation of each DOF of the tree: `row.power(wrench) = constant`.
+    /// Equation of each DOF of the tree, `row.power(wrench) = constant`, with the wrench that the
+    /// joint of the DOF transmits.
     rows: Vec<Twist<T>>,
     constants: Vec<T>,
     /// Constant part of the wrench at each cut joint, due to friction.

@@ -228,7 +228,7 @@ fn effort_weight<T: Scalar>(topology: &Topology, parameters: &Parameters<T>, act
     }
 }
 
-/// Inner product of wrenches at one joint; the weighting minimises its norm, see
+/// Inner product of wrenches at one joint. The weighting minimises the norm that it defines, see
 /// [`Weighting::LeastReactions`] and [`Weighting::LeastEnergy`].
 struct Product<'a, T> {
     frame_j: Pose<T>,

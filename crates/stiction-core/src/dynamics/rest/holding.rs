@@ -36,20 +36,21 @@ pub enum Verdict {
 
 /// Largest number of iterations between normal forces and friction.
 const ROUNDS: usize = 60;
-/// Number of iterations of the reweighted least squares (`STEPS`), and factor by which each
-/// iteration reduces the smoothing (`SHARPEN`).
+/// Largest number of iterations of the reweighted least squares.
 const STEPS: usize = 200;
+/// Factor by which each iteration reduces the smoothing of the norms.
 const SHARPEN: f64 = 0.8;
+/// Number of iterative refinements of each solution for the friction forces.
 const REFINEMENTS: usize = 3;
-/// Relative residual of the equations below which they count as satisfied.
+/// Equations count as satisfied if their residual is below this fraction of the right-hand side.
 const MET: f64 = 1e-12;
 /// Number of bisections in the search for the largest insufficient fraction of the coefficients.
 const HALVINGS: usize = 40;
-/// Largest tried fraction of the coefficients.
+/// Largest tried fraction of the coefficients. A larger sufficient fraction counts as infinite.
 const MOST: f64 = 1e6;
 /// Relative effort of unpowered actuators below which it counts as zero.
 const NOTHING: f64 = 1e-10;
-/// Relative difference below which two bounds count as equal.
+/// Bounds count as equal if they differ by less than this fraction.
 const SAME: f64 = 1e-9;
 
 /// Linear equations for the friction forces, `slopes * frictions = missing`, which require that

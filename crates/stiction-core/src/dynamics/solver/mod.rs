@@ -502,8 +502,8 @@ impl InverseDynamics {
         Statics::new(&self.mechanism, self.balance(), self.bodies().frame_j.clone())
     }
 
-    /// For each friction interface, true if the balance alone determines its normal force and thereby its
-    /// friction; `statics` must belong to the present position.
+    /// Returns, for each friction interface, true if the balance alone determines its normal force
+    /// and thereby its friction. `statics` must belong to the present position.
     pub fn determined_loads(&self, statics: &Statics) -> Vec<bool> {
         let mut determined = vec![true; self.parameters.interfaces.len()];
         let at = Configuration { parameters: &self.parameters, bodies: self.bodies() };

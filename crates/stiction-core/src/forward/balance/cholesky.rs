@@ -4,7 +4,8 @@
 use super::{dot, fill};
 use crate::scalar::Scalar;
 
-/// Inertia of a motion, relative to the largest inertia of any motion, below which it counts as round-off.
+/// The inertia of a motion counts as round-off below this fraction of the largest inertia of any
+/// motion.
 const NEGLIGIBLE: f64 = 1e-14;
 
 /// Cholesky factor of `Z^T M Z` with pivoting. The vectors of `basis` are reordered so that motions without inertia
@@ -25,7 +26,8 @@ pub(in crate::forward) fn factor(
     Ok(factor)
 }
 
-/// Factors as [`factor`], reusing the buffers, and writes the momenta `M Z` to `momenta`.
+/// Computes the same factor as [`factor`], reusing the buffers, and writes the momenta `M Z` to
+/// `momenta`.
 ///
 /// # Errors
 /// See [`factor`].

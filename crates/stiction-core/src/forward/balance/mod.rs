@@ -38,8 +38,8 @@ use sparse::SparseBalance;
 /// below this fraction of the row. Equal to the limit of ranks in `statics/rank.rs`.
 pub(super) const DEPENDENT: f64 = 1e-10;
 
-/// Relative residual above which a dependent row contradicts the others. Smaller residuals are due to round-off and to
-/// rates that violate the constraints slightly.
+/// A dependent row contradicts the others if its relative residual exceeds this value. Smaller
+/// residuals are due to round-off and to rates that violate the constraints slightly.
 const CONTRADICTS: f64 = 1e-6;
 
 /// Motion without inertia, identified by the body that moves fastest in it.
@@ -210,8 +210,8 @@ impl Balance {
         self.redundant() > 0
     }
 
-    /// Finds a row that no acceleration satisfies, with the residual (m/s^2 or rad/s^2) of the
-    /// nearest acceleration: a dependent row whose value contradicts the others.
+    /// Finds a row that no acceleration satisfies: a dependent row whose value contradicts the
+    /// others. Returns its index and the residual of the nearest acceleration, m/s^2 or rad/s^2.
     pub(super) fn contradiction(&self, model: &Forward, data: &Data) -> Option<(usize, f64)> {
         let n = model.topology.dofs();
         if self.space.rank() == self.rows.rows.len() {
@@ -223,7 +223,7 @@ impl Balance {
         let each = self.rows.rows.iter().zip(self.rows.matrix.chunks_exact(n.max(1)));
         let residuals: Vec<f64> =
             each.map(|(row, entries)| row.scale * (dot(entries, &nearest) - row.right)).collect();
-        // If all values are round-off, they have the round-off of terms in the squares of rates.
+        // If all values are round-off, it is the round-off of terms of the size of squared rates.
         let fastest = model.fastest(data);
         let size = right.iter().fold(fastest * fastest, |m, x| m.max(x.abs()));
         let worst = (0..residuals.len())

@@ -9,11 +9,11 @@ use crate::kinematics::body_twists;
 use crate::spatial::{Twist, Vec3, Wrench};
 use crate::topology::Link;
 
-/// Moment about the axis of a spin without inertia, relative to all moments on the body, below which it counts as zero.
-/// The axis is the direction of an inertia below a threshold, so its direction has an error of the square root of that
-/// threshold.
+/// The moment about the axis of a spin without inertia counts as zero below this fraction of all
+/// moments on the body. The axis is the direction in which the inertia is below a threshold, so the
+/// error of its direction is the square root of that threshold.
 const NEGLIGIBLE: f64 = 1e-6;
-/// Speed relative to the fastest body below which a body counts as at rest.
+/// A body counts as at rest if its speed is below this fraction of the speed of the fastest body.
 const AT_REST: f64 = 1e-6;
 
 impl Balance {

@@ -11,9 +11,10 @@ use crate::linalg::{BLOCK, Part, dot};
 use crate::spatial::{Vec3, Wrench};
 use crate::topology::{Link, Role, Topology};
 
-/// Relative change of the multipliers at which the iteration for the least reactions ends, and its largest number of
-/// iterations. The first iteration leaves an error due to the matrix that makes the system definite.
+/// The iteration for the least reactions ends when the multipliers change by less than this
+/// fraction. The first iteration leaves an error due to the matrix that makes the system definite.
 const LEAST: f64 = 1e-12;
+/// Largest number of iterations for the least reactions.
 const CHANGES: usize = 4;
 
 /// Balance at one position under given constraints, after sparse elimination.
@@ -21,9 +22,9 @@ const CHANGES: usize = 4;
 pub(super) struct SparseBalance {
     tree: Articulated,
     closures: Closures,
-    /// For each DOF of the tree, true if a constraint row prescribes its acceleration; then the prescribed DOFs, each
-    /// with the index of its row.
+    /// Flag for each DOF of the tree: true if a constraint row prescribes its acceleration.
     prescribed: Vec<bool>,
+    /// Prescribed DOFs of the tree, each with the index of its row.
     rows: Vec<(usize, usize)>,
     /// True if constraints are redundant.
     is_redundant: bool,
@@ -37,8 +38,8 @@ pub(super) struct SparseBalance {
 struct Loops {
     /// Unit wrenches of the constraint rows of each loop closure (block).
     covectors: Vec<Vec<Wrench<f64>>>,
-    /// For each node of the tree, the loop closures (blocks) whose loops pass through its joint, with the sign of the
-    /// passage.
+    /// Loop closures (blocks) whose loops pass through the joint of each node of the tree, with the
+    /// sign of the passage.
     through: Vec<Vec<(usize, f64)>>,
 }
 
@@ -201,8 +202,9 @@ impl Balance {
             along.extend((0..pivots.len()).map(|d| reduced[d] + closures.along(d, multipliers)));
             tree.accelerate(topology, along, &mut one.accelerations, carried);
             if sparse.holds_cuts {
-                // Where friction holds a mechanism its accelerations vanish, and their round-off is
-                // that of the much larger ones without constraints.
+                // If friction holds the mechanism, its accelerations vanish, but their round-off is
+                // that of the much larger accelerations without constraints. A second solution
+                // removes it.
                 fill(rest, multipliers.len(), [0.0; BLOCK]);
                 let of = (&**topology, &model.parameters);
                 for (index, place) in closures.places.iter().enumerate() {
@@ -253,7 +255,8 @@ impl Balance {
                 break;
             }
         }
-        // Efforts of the rows in the tree: what the wrench of the joint does not have otherwise.
+        // Multipliers of the rows in the tree: the effort that the joint must transmit, less the
+        // given forces.
         for &(tree_dof, row) in &sparse.rows {
             let joint = rows[row].joint;
             let Role::Tree { node } = topology.role[joint] else { continue };
@@ -264,7 +267,8 @@ impl Balance {
     }
 }
 
-/// Weighted components of the wrench of a joint. Reactions of redundant constraints minimise the sum of their squares.
+/// Components of the wrench of a joint, weighted so that the reactions of redundant constraints
+/// minimise the sum of their squares.
 fn weighed(model: &Forward, data: &Data, joint: usize, wrench: &Wrench<f64>) -> Part {
     let moment = wrench.moment_about(data.bodies.frame_j[joint].position);
     let moment: Vec3<f64> = moment * (1.0 / model.parameters.length);
@@ -315,7 +319,7 @@ fn gradient(
         let own = weighed(model, data, joint, &one.wrenches[joint]);
         let mut sum = dot(&own, &weighed(model, data, joint, &row.covector));
         for &(node, sign) in &topology.cuts[cut].path {
-            // The wrench that a joint of the tree exerts on its outer body balances the multiplier.
+            // The wrench of a tree joint on its outer body balances the multipliers.
             let Link::Joint { joint, .. } = topology.nodes[node].link else { continue };
             let demand = weighed(model, data, joint, &one.demand[topology.nodes[node].body]);
             sum -= sign * dot(&demand, &weighed(model, data, joint, &row.covector));

@@ -14,13 +14,16 @@ use crate::forward::inputs::{InputState, Inputs};
 use crate::forward::instant::Instant;
 use crate::kinematics::State;
 
-/// A change of the rates by the projection onto the constraints counts as abrupt above this fraction of the fastest rate.
-/// Integration errors are orders of magnitude smaller, at any tolerance that steps can satisfy near a singular position.
+/// Changes of the rates by the projection onto the constraints count as abrupt above this fraction
+/// of the fastest rate. Integration errors are orders of magnitude smaller, at any tolerance that
+/// steps can satisfy near a singular position.
 const CHANGE: f64 = 1e-5;
-/// Largest residual of the energy balance over a step, as a fraction of the energy exchanged in it. A step of order
-/// eight whose rates are accurate to 1e-10 leaves a thousandth of this residual. [`ROUNDING`] is the additional
-/// residual allowed for rounding, as a fraction of the total energy.
+/// Largest residual of the energy balance over a step, as a fraction of the energy exchanged in the
+/// step plus the kinetic energy. A step of order eight whose rates are accurate to 1e-10 leaves a
+/// thousandth of this residual.
 const WRONG: f64 = 1e-5;
+/// Additional residual allowed for rounding, as a fraction of the total energy and the energy
+/// exchanged since the start.
 const ROUNDING: f64 = 1e-10;
 
 impl Forward {
@@ -65,7 +68,7 @@ impl Forward {
         })
     }
 
-    /// Describes a constraint row in words, for messages.
+    /// Name of a constraint row, for messages.
     fn condition(&self, row: usize) -> String {
         let topology = &self.topology;
         let mut first = 0;

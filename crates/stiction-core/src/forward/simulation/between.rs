@@ -16,11 +16,12 @@ pub(super) enum Interpolation {
     /// Dense output of the Runge-Kutta method.
     #[default]
     Curve,
-    /// Extrapolation with the rates at the start of the step: a plate or ball arrives at its stop.
+    /// Extrapolation with the rates at the start of the step, for the arrival of a plate or ball at
+    /// its stop.
     Line,
-    /// Constant position: the mechanism is at rest, and only forces change.
+    /// Constant position, for a mechanism at rest under changing forces.
     Rest,
-    /// Interpolation of a time step: rates change linearly, forces are constant means.
+    /// Interpolation within a time step, with linearly changing rates and constant mean forces.
     Chord,
 }
 
@@ -42,7 +43,8 @@ pub(super) struct LastStep<'a> {
     pub(super) shows: bool,
 }
 
-/// Part of a step, to either side of an instant, over which interpolated rates are differentiated.
+/// Interval before and after an instant over which interpolated rates are differentiated, as a
+/// fraction of the step.
 const BESIDE: f64 = 1e-4;
 
 impl<'a> Simulation<'a> {
@@ -98,7 +100,8 @@ impl<'a> Simulation<'a> {
         };
         let was_alike = is_alike(copy);
         copy.take_state(numbers);
-        // At rest the decomposed constraints of the row before still hold.
+        // If the mechanism is at rest, the constraints decomposed for the previous request remain
+        // valid.
         copy.workspace.conditions_hold &= was_alike && is_alike(copy);
         copy.workspace.loads.clear();
         copy.update_slip_directions();
@@ -137,7 +140,7 @@ impl<'a> Simulation<'a> {
                     copy.workspace.crosses = crosses.then_some(0.0);
                     copy.prepare_curve(from, inputs)?;
                     *has_curve = true;
-                    // The same start of Newton's method for all instants of the step.
+                    // All instants of the step start Newton's method from the same normal loads.
                     copy.workspace.loads.clear();
                 }
                 copy.workspace.crosses = crosses.then_some(0.0);
@@ -246,7 +249,7 @@ impl Energies {
     fn blend(&mut self, to: &Self, account: &Account, (part, span): (f64, f64)) {
         let between = |a: &mut f64, b: &f64, power: &f64| {
             let all = b - *a;
-            // A mean force over a jump has no power at its end.
+            // The mean force over a jump has no meaningful power at the end of the step.
             let last = (span * power).clamp((2.0 * all).min(0.0), (2.0 * all).max(0.0));
             *a += part * (2.0 * all - last + part * (last - all));
         };

@@ -15,11 +15,11 @@ const WINDOW: usize = 2400;
 /// Number of evaluations in a step of the event-driven method. A time step including its two half steps costs about the
 /// same.
 const EVALUATIONS: f64 = 12.0;
-/// Longest mean step of the event-driven method, s, that can be due to stability. Longer mean steps are limited by the
-/// motion, by its events or by a controller, which limit time steps as well.
+/// Mean steps of the event-driven method above this length, s, are not due to stability. They are
+/// limited by the motion, by its events or by a controller, which limit time steps as well.
 const SLOW: f64 = 2e-4;
-/// Factor between the lengths of a trial time step and of the mean event-driven step. Time stepping takes over if the
-/// trial step keeps its tolerance.
+/// Length of a trial time step, as a multiple of the mean event-driven step. Time stepping takes
+/// over if the trial step keeps its tolerance.
 const PAYS: f64 = 3.0;
 /// Number of steps of the continuation from zero friction that cost as much as one evaluation of accelerations.
 const CONTINUATION_STEPS: usize = 4;
@@ -96,10 +96,10 @@ impl Simulation<'_> {
         }
         let from = self.now.state.clone();
         let (modes, bristles) = (self.modes.clone(), self.bristles.clone());
-        // Without a solution the event-driven method stays.
+        // If the trial has no solution, the event-driven method continues.
         let tried = self.two_halves(time, 0.5 * longer, &from, (&modes, &bristles), inputs);
         let Ok((whole, _, halves)) = tried else { return false };
-        // Beyond a change of mode the trial says nothing about the steps before it.
+        // A trial that changes a mode says nothing about the steps before that change.
         let keeps = |after: &[InterfaceMode]| {
             let each = modes.iter().zip(after);
             each.into_iter().all(|(a, b)| std::mem::discriminant(a) == std::mem::discriminant(b))

@@ -19,11 +19,13 @@ use nalgebra::{DMatrix, DVector};
 /// A joint coordinate counts as dependent if the part of its rate that is independent of the
 /// coordinates already chosen is below this fraction of the largest rate of any coordinate.
 const DEPENDENT: f64 = 1e-6;
-/// Actuated coordinates are chosen before others as long as their independent part exceeds this bound.
+/// Actuated coordinates are chosen before others as long as the independent part of their rate
+/// exceeds this fraction of the largest rate of any coordinate.
 const PREFERRED: f64 = 1e-2;
 /// Singularity distance of the constraints below which no linearisation is computed.
 const SINGULAR: f64 = 1e-6;
-/// Longest first step of a difference: rad or characteristic lengths; for rates the same per characteristic time.
+/// Longest first step of a difference: rad or characteristic lengths for positions, rad or
+/// characteristic lengths per characteristic time for rates.
 const FIRST_STEP: f64 = 2e-2;
 /// Largest number of step lengths, each of which is a quarter of the previous one.
 const STEPS: usize = 24;
@@ -425,7 +427,7 @@ impl Simulation<'_> {
         let gram = (&picked * picked.transpose()).lu();
         let mut axes: Vec<Option<Vec3<f64>>> = vec![None; bodies.twist.len()];
         for k in 0..free {
-            // Component of a basis vector that no chosen coordinate sees.
+            // Component of a basis vector that changes none of the chosen coordinates.
             let mut amounts = DVector::zeros(free);
             amounts[k] = 1.0;
             if !chosen.is_empty() {

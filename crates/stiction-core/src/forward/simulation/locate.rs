@@ -8,17 +8,17 @@ use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
 use std::convert::Infallible;
 
-/// Relative excess of friction over its limit at which an interface slips; larger than the excess that the search for
-/// modes permits.
+/// A sticking interface slips if its friction exceeds the limit by this fraction. The fraction is
+/// larger than the excess that the search for modes permits.
 pub(super) const SLIP_EXCESS: f64 = 1e-9;
-/// Relative margin to the friction limit above which slip onset within a step is excluded, provided every sticking
-/// interface has this margin at all stages. Stages are less accurate than the end of a step, but their error is far
-/// below this margin.
+/// Slip onset within a step is excluded if every sticking interface has a relative margin to its
+/// friction limit above this value at all stages. Stages are less accurate than the end of a step,
+/// but their error is far below this margin.
 const FAR_FROM_LIMIT: f64 = 0.01;
 
 /// A dip of the margin to zero between two samples is searched only if the relative margin at one
-/// of them is at most this value. Such a dip is an eighth of a period of a sine about its peak, or
-/// a kink.
+/// of them is at most this value. Such a dip is a kink, or the part of a sine within an eighth of a
+/// period of its peak.
 const DEEPEST_DIP: f64 = 0.3;
 /// Fraction of the interval between two samples over which the slope at each end is measured.
 const BESIDE: f64 = 1e-4;
@@ -112,7 +112,8 @@ impl Simulation<'_> {
         Ok(first)
     }
 
-    /// Finds the fraction of the step at which the slip velocity of an interface falls through zero.
+    /// Finds the fraction of the step at which the slip velocity of an interface falls through
+    /// zero.
     fn stop_within(&self, interface: usize) -> Option<f64> {
         const PIECES: usize = 16;
         let mut y = Vec::new();
@@ -225,7 +226,8 @@ pub(super) fn falls_below(
         return Ok(Some(crossing(low, high, fine, f)?));
     }
     let length = high.0 - low.0;
-    // A margin that is zero from the start does not dip: the interface slips or it stays.
+    // A margin that is zero from the start does not dip: the interface slips, or it continues to
+    // stick.
     if low.1 < SLIP_EXCESS || low.1.min(high.1) > DEEPEST_DIP {
         return Ok(None);
     }
@@ -278,7 +280,7 @@ pub(super) fn crossing<E>(
         let margin = 0.01 * (high.0 - low.0);
         middle = middle.clamp(low.0 + margin, high.0 - margin);
         let value = f(middle)?;
-        // The retained end has its value halved.
+        // Halve the value at the retained end (Illinois method).
         if value < 0.0 {
             high = (middle, value);
             low.1 *= 0.5;

@@ -48,12 +48,14 @@ use between::LastStep;
 use economy::Economy;
 use scratch::Scratch;
 
-/// Friction interfaces slower than this fraction of the largest slip speed are at rest.
+/// Friction interfaces count as at rest if they are slower than this fraction of the largest slip
+/// speed.
 const REST: f64 = 1e-10;
 
-/// Number of evaluations after which progress is checked, and the fraction of the longest step by which time must have
-/// advanced; otherwise the simulation stalls.
+/// Number of evaluations after which progress is checked. The simulation stalls if time has
+/// advanced less than [`LEAST_PROGRESS`] during these evaluations.
 const PATIENCE: usize = 5_000;
+/// Least advance of time during [`PATIENCE`] evaluations, as a fraction of the longest step.
 const LEAST_PROGRESS: f64 = 1e-3;
 
 /// Simulation of a mechanism over time, see [`Forward::start`].
@@ -71,9 +73,10 @@ pub struct Simulation<'a> {
     limit_factor: f64,
     /// Own states of the inputs, sides of their switching functions, and counted angles.
     input: InputState,
-    /// Time, s, at which switching functions change their sign, and a flag for each function that does; infinite if no
-    /// change was found in the last step.
+    /// Time, s, at which switching functions change their sign; infinite if no change was found in
+    /// the last step.
     switch_at: f64,
+    /// Flag for each switching function: true if it changes its sign at `switch_at`.
     switching: Vec<bool>,
     /// Number of sign changes of switching functions at one time, and this time, s.
     switches_at_once: (usize, f64),
@@ -96,17 +99,17 @@ pub struct Simulation<'a> {
     in_passage: bool,
     reported_others: bool,
     reported_shares: usize,
-    /// Number of decisions between stick and slip since time last advanced without one.
+    /// Number of decisions between stick and slip since the last step without an event.
     stalled: usize,
     steps: Steps,
     scales: Vec<f64>,
     evaluations: usize,
     stepping: Option<stepping::Stepping>,
-    /// Number of events counted for the event rate, and the time since which they are counted, s.
+    /// Number of events counted for the event rate, and the time, s, at which the count began.
     event_rate: (usize, f64),
     dropped: f64,
-    /// Number of steps bounded by stability in succession, and number of steps not bounded by it since the last of
-    /// them.
+    /// Number of steps bounded by stability since the last reset, and number of successive other
+    /// steps, see `is_stiff`.
     stiff: (usize, usize),
     /// Number of very short steps in succession, see `is_stiff`.
     crawling: usize,
@@ -149,8 +152,9 @@ impl<'a> Simulation<'a> {
         &self.shown().modes
     }
 
-    /// Relative change of the requested rates at the start. It is above rounding if loops, prescribed joints or locked
-    /// joints do not allow the requested rates.
+    /// Relative change of the requested rates by the projection onto the constraints at the start.
+    /// It exceeds rounding if loops, prescribed joints or locked joints do not allow the requested
+    /// rates.
     pub fn dropped(&self) -> f64 {
         self.dropped
     }
@@ -276,7 +280,7 @@ impl<'a> Simulation<'a> {
                     // results within it come from its own interpolation.
                     return Ok(());
                 }
-                // If time stepping fails as well, the first reason is the better one.
+                // If time stepping fails as well, report the error of the event-driven method.
                 self.step_through(end, inputs).map_err(|_| error)
             }
             other => other,

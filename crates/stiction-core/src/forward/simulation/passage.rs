@@ -17,9 +17,10 @@ const NARROW: f64 = 0.02;
 /// A minimum counts as a singular position only if the singularity distance on both sides exceeds
 /// the minimum by this factor.
 const RISES: f64 = 3.0;
-/// Smallest change of the singularity distance over one half of the searched interval, relative to the distance at the
-/// end of the other half, if a singular position lies in the interval. Near such a position the distance is
-/// proportional to the time from it.
+/// A singular position may lie in one half of the searched interval only if the singularity
+/// distance changes over the other half by at least this fraction of its value at the outer end of
+/// the first-mentioned half. Near a singular position the distance is proportional to the time from
+/// it.
 const CHANGES: f64 = 0.3;
 /// Number of parts of the searched interval; the singularity distance is sampled at their ends.
 const SAMPLES: usize = 24;
@@ -31,11 +32,12 @@ const LENGTHS: usize = 100;
 const SHORTEST: f64 = 0.25;
 /// Largest possible time between a crossing and the nearest stage, as a fraction of the step.
 const BEST: f64 = 0.13;
-/// Fraction of the best time between crossing and stages that suffices; the longest candidate that reaches it is taken.
+/// The longest candidate is taken whose time between crossing and stages reaches this fraction of
+/// the best one.
 const GIVEN_UP: f64 = 0.75;
 /// Round-off of the relative closure error, including its amplification within a step.
 const ROUNDING: f64 = 2e-14;
-/// Smallest relative tolerance that is compared with rounding.
+/// Relative tolerances below this value count as equal to it in the comparison with rounding.
 const FINE: f64 = 1e-10;
 
 impl Simulation<'_> {
@@ -57,7 +59,8 @@ impl Simulation<'_> {
             let nearest = NODES_OF_OUTPUT.iter().map(|node| (crossing - node * *length).abs());
             let nearest = nearest.fold(f64::INFINITY, f64::min);
             *value = match rest > 0.0 {
-                // The next step crosses from here.
+                // If the step ends before the crossing, the next step crosses the singular
+                // position.
                 true => (0.28 * rest).min(BEST * wish),
                 false => nearest.min(BEST * wish),
             };

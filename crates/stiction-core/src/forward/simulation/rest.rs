@@ -19,8 +19,8 @@ use crate::forward::inputs::Inputs;
 pub(super) const SLOW: f64 = 10.0 * REST;
 /// Longest step as a fraction of the estimated time to the stop.
 const PART: f64 = 0.7;
-/// Ratio of slip speeds below which a step may have missed a stop, if the slip direction has also turned by at least a
-/// right angle.
+/// A step may have missed a stop if the slip speed at its end is below this fraction of that at its
+/// start and the slip direction has turned by at least a right angle.
 pub(super) const PASSED: f64 = 0.25;
 
 /// Approach of a plate or ball to its stop.

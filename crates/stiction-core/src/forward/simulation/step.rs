@@ -13,32 +13,38 @@ use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
 use crate::forward::integrator::Tolerance;
 
-/// Singularity distance below which the stages of a step are projected onto the loop constraints, not only its end.
+/// Singularity distance below which each stage of a step is projected onto the loop constraints, in
+/// addition to its end.
 const NEAR_SINGULAR: f64 = 0.2;
 
 /// Singularity distance below which the start of a motion counts as singular.
 const SINGULAR: f64 = 1e-9;
 
-/// Constants of Hairer's stiffness test for this method: the stability bound, the number of steps at the bound after
-/// which a problem counts as stiff, and the number of other steps that resets the count.
+/// Stability bound of Hairer's stiffness test for this method: stability bounds a step if its
+/// estimated stiffness exceeds this value.
 const BOUNDED_BY_STABILITY: f64 = 6.1;
+/// Number of steps bounded by stability after which the problem counts as stiff.
 const STIFF: usize = 15;
+/// Number of successive other steps that resets this count.
 const CALM: usize = 6;
 
-/// Length of a step, s, below which time stepping takes over if its stages have no acceleration.
+/// Time stepping takes over if a step shorter than this, s, has stages without an acceleration.
 const LOST: f64 = 1e-6;
 
-/// Number of successive steps, each shorter than [`SHORT_WAY`] (rad or characteristic lengths), after which the
-/// event-driven method counts as crawling. Steps of order eight usually cover a thousand times more.
+/// Number of successive short steps after which the event-driven method counts as crawling. A step
+/// is short if it covers less than [`SHORT_WAY`] at the largest rate so far.
 const CRAWLING: usize = 200;
+/// Largest motion in a short step, rad or characteristic lengths. Steps of order eight usually
+/// cover a thousand times more.
 const SHORT_WAY: f64 = 2e-4;
 
 /// Longest step with friction, as a fraction of the longest step without. The search for events samples each step at a
 /// few instants only, so steps must not be too long.
 const FREQUENT: f64 = 0.1;
 
-/// Largest distance between the end of a shortened step and its event, as a fraction of the step, that a linear
-/// correction along the derivative bridges. The error of the correction is of second order and below rounding.
+/// A linear correction along the derivative bridges the distance between the end of a shortened
+/// step and its event if it is below this fraction of the step. The error of the correction is of
+/// second order and below rounding.
 const NUDGE: f64 = 1e-7;
 
 impl Simulation<'_> {

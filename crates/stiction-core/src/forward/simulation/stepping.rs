@@ -14,20 +14,23 @@ use crate::kinematics::{Bodies, State};
 use crate::mechanism::JointId;
 use crate::parameters::Parameters;
 
-/// Number of steps without a change of mode after which the event-driven method is tried again.
+/// Initial number of time steps without a change of mode after which the event-driven method is
+/// tried again.
 pub(super) const QUIET: usize = 8;
 /// Largest value of that number, which doubles after each failure of the event-driven method.
 pub(super) const LONGEST_WAIT: usize = 4096;
 /// First time step, s.
 pub(super) const FIRST: f64 = 1e-6;
-/// Number of events, with a mean interval below [`DENSE`], s, after which time stepping takes over.
+/// Time stepping takes over if this many events occur with a mean interval below [`DENSE`].
 const MANY: usize = 40;
+/// Mean interval, s, below which events are too dense for the event-driven method.
 pub(super) const DENSE: f64 = 5e-5;
-/// Fraction of the frictionless rates below which rates are rounding.
+/// Changes of the rates count as rounding below this fraction of the largest rate without friction.
 const STILL: f64 = 1e-9;
 /// A change of velocity counts as a jump if it exceeds this fraction of the fastest rate and
-/// happens nearly completely within one half of a step of [`SHORTEST_BEFORE_JUMP`], s.
+/// happens nearly completely within one half of a step of [`SHORTEST_BEFORE_JUMP`].
 const JUMP: f64 = 1e-4;
+/// Length, s, of the steps in which jumps are detected; longer steps with a jump are shortened.
 const SHORTEST_BEFORE_JUMP: f64 = 1e-8;
 /// Longer steps, s, that are tried if the shortest step has no solution. The change of velocity over such a step is
 /// recorded as a jump.
@@ -35,12 +38,14 @@ const LONGER: [f64; 4] = [1e-6, 1e-5, 1e-4, 1e-3];
 /// Smallest jump of a joint rate that an event lists, as a fraction of the largest jump.
 const SMALL_PART: f64 = 1e-3;
 
-/// State of the step control: step length, s, number of steps without a change of mode, and number of such steps after
-/// which the event-driven method is tried.
+/// State of the step control of time stepping.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Stepping {
+    /// Length of the next step, s.
     pub(super) step: f64,
+    /// Number of successive steps without a change of mode.
     pub(super) quiet: usize,
+    /// Number of such steps after which the event-driven method is tried again.
     pub(super) wait: usize,
 }
 
@@ -272,8 +277,8 @@ impl Simulation<'_> {
             let all = self.change(&from, &whole.state);
             let one =
                 self.change(&from, &first.state).max(self.change(&first.state, &second.state));
-            // Reference for jumps: the fastest rate, or that of a free fall for a part of its
-            // natural time.
+            // Jumps are compared with the fastest rate, or with the natural rate `sqrt(gravity /
+            // length)` times `JUMP` if that is larger.
             let Parameters { gravity, length, .. } = &self.model.parameters;
             let slow = self.fastest_rate.max(JUMP * (gravity.norm() / length).sqrt());
             let moves = all > STILL * whole.time_step.free_rate;

@@ -7,18 +7,19 @@ use crate::forward::inputs::Inputs;
 
 /// Number of instants inside a step at which the switching functions are sampled, in addition to its ends.
 const SAMPLES: usize = 3;
-/// A minimum between two samples is searched if the tangents at the samples meet below this
+/// A minimum between two samples is searched if the tangents at the samples intersect below this
 /// fraction of the smaller value.
 const NEAR_ZERO: f64 = 0.2;
 /// Number of golden-section iterations of that search.
 const SECTIONS: usize = 24;
 /// Longest time step, s, at whose end a switching function may be on the wrong side.
 const CHATTER: f64 = 1e-5;
-/// Number of changes of sides at one instant, per switching function, after which the sides count as not settling.
+/// The sides count as not settling after this many changes of sides per switching function at one
+/// instant.
 const MOST_AT_ONCE: usize = 3;
-/// Number of changes of sides in quick succession after which a formula counts as chattering, and the longest time
-/// between two of them, s.
+/// A formula counts as chattering after this many changes of sides in quick succession.
 const MOST_CHANGES: usize = 2000;
+/// Longest time, s, between two changes of sides in quick succession.
 const QUICK: f64 = 4.0 * CHATTER;
 /// Fraction of the interval between two samples over which slopes are measured.
 const SLOPE: f64 = 1e-3;
@@ -70,7 +71,7 @@ impl<'a> Simulation<'a> {
         // The simulation may have left time stepping at the end of the step.
         let was_time_step = matches!(self.last_step.interpolation, Interpolation::Chord);
         if time >= self.now.time || was_time_step && is_short && !ends {
-            // Short time steps end beside the change.
+            // Short time steps may end shortly after the change.
             (self.switch_at, self.switching) = (self.now.time, switching);
             return Ok(false);
         }
@@ -90,7 +91,8 @@ impl<'a> Simulation<'a> {
         if let Some(stepping) = &mut self.stepping
             && !ends
         {
-            // It may change back and forth: shorter time steps, without location.
+            // The function may change back and forth: take shorter time steps without locating the
+            // change.
             self.shortened_at = from;
             (stepping.step, self.switch_at) = (CHATTER.min(stepping.step), f64::INFINITY);
             return Ok(true);

@@ -100,7 +100,7 @@ impl Simulation<'_> {
         situation.input.values.copy_from_slice(&y[states..]);
         model.update_data(situation, inputs);
         let done = model.couple(situation, &self.modes, Some(loads), measure, solved);
-        // As in an evaluation, so that a resumed run counts the same.
+        // Count the work as an evaluation does, so that a resumed run counts the same.
         self.economy.spend(solved.continuation_steps());
         done.map_err(|u| model.unsolved(time, u))?;
         model.instant_into(situation, &self.modes, solved, &mut instant);

@@ -10,7 +10,7 @@ use crate::forward::constraint_jacobian::ConstraintRow;
 use crate::linalg::{BLOCK, BlockCholesky, Part, Slot, add_outer, dot};
 use crate::topology::{Role, Topology};
 
-/// Size of a row, by its diagonal entry relative to the largest, below which it counts as round-off.
+/// A row counts as round-off if its diagonal entry is below this fraction of the largest one.
 const ZERO: f64 = 1e-20;
 /// Size of the added definite matrix, relative to the scaled system with unit diagonal.
 const ADDED: f64 = 1e-8;
@@ -287,7 +287,7 @@ impl Closures {
         let each = scales.iter().flatten().zip(units()).map(size);
         let largest = each.fold(f64::MIN_POSITIVE, f64::max);
         for (scale, unit) in scales.iter_mut().flatten().zip(units()) {
-            // The scale must not make round-off of a vanishing row one.
+            // The scale must not raise the round-off of a vanishing row to one.
             *scale = if size((scale, unit)) > ZERO * largest {
                 1.0 / scale.sqrt()
             } else {
@@ -401,7 +401,7 @@ impl Closures {
             residual.copy_from_slice(right);
             self.add_system(solution, -1.0, residual, along);
             let left = largest(residual);
-            // Round-off, or a component beyond the row space.
+            // The residual is round-off, or a component outside the row space.
             if left <= SETTLED * size || left > 0.5 * before || left.is_nan() {
                 break;
             }

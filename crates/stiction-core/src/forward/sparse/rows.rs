@@ -67,7 +67,7 @@ impl SparseRows {
             weights[tree_dof] = 0.0;
             prescribed.push((tree_dof, index));
         }
-        // The system keeps its places meanwhile; it does not need them to be factored.
+        // Takes the places out of the system meanwhile. The factorisation does not need them.
         let places = std::mem::take(&mut closures.places);
         let units = |put: &mut dyn FnMut(Place, Place, f64)| {
             // In comparable units the rows are of order one.

@@ -7,9 +7,9 @@ use crate::forward::solve::{Solved, Unsolved};
 use crate::kinematics::Bodies;
 use nalgebra::{Matrix3, Vector3};
 
-/// Surface accelerations below this fraction of the largest acceleration count as round-off.
+/// Surface accelerations count as round-off below this fraction of the largest acceleration.
 const ROUND_OFF: f64 = 1e-10;
-/// Change of a direction below which the iteration has converged.
+/// The iteration has converged when no direction changes by more than this.
 const SETTLED: f64 = 1e-12;
 /// Largest number of iterations of the directions.
 const PASSES: usize = 40;

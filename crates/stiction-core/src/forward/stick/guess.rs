@@ -10,9 +10,9 @@ use crate::forward::complementarity::Members;
 use crate::forward::data::Data;
 use crate::friction_problem::complementarity::{DryFriction, MemberLaw};
 
-/// Surface accelerations below this fraction of the largest acceleration count as round-off.
+/// Surface accelerations count as round-off below this fraction of the largest acceleration.
 const ROUND_OFF: f64 = 1e-9;
-/// Relative distance below which friction counts as being at its limit.
+/// Friction counts as being at its limit if it differs from the limit by less than this fraction.
 const AT_LIMIT: f64 = 1e-7;
 /// Number of solutions with updated sliding friction.
 const PASSES: usize = 8;

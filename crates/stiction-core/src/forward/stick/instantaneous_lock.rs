@@ -10,9 +10,9 @@ use crate::forward::constraint_jacobian::StickingDof;
 use crate::forward::data::Data;
 use crate::forward::solve::Solved;
 
-/// Residual of the contradiction, relative to the squares of the rates, that counts as round-off.
+/// The residual of the contradiction counts as round-off below this fraction of the squared rates.
 const ROUND_OFF: f64 = 1e-6;
-/// Relative component of a DOF in a self-stress below which the DOF does not belong to the self-stress.
+/// A DOF does not belong to a self-stress if its relative component in it is below this value.
 const PART: f64 = 1e-6;
 
 impl Forward {
