@@ -8,9 +8,10 @@ use super::newton::largest;
 
 /// Largest number of iterations.
 const STEPS: usize = 16;
-/// Relative change of the loads below which the iteration has converged (`SETTLED`), and below
-/// which a change counts as round-off once the changes stop decreasing (`STAGNATED`).
+/// The iteration has converged if the relative change of the loads is below this value.
 const SETTLED: f64 = 1e-14;
+/// A relative change of the loads below this value counts as round-off once the changes stop
+/// decreasing.
 const STAGNATED: f64 = 1e-12;
 /// Largest ratio of the change of `map(x)` to the change of `x` at which the map counts as a
 /// contraction. The determinant of the coupled system is then positive; the distance to 1 is a
@@ -24,10 +25,11 @@ const MEMORY: usize = 3;
 pub(crate) struct FixedPoint {
     mapped: Vec<f64>,
     residual: Vec<f64>,
-    /// `before`: iterate and residual of the previous iteration. `points`, `residuals`: latest
-    /// changes of iterate and residual, one vector per iteration.
+    /// Iterate and residual of the previous iteration.
     before: (Vec<f64>, Vec<f64>),
+    /// Latest changes of the iterate, one vector per iteration.
     points: Vec<Vec<f64>>,
+    /// Latest changes of the residual, one vector per iteration.
     residuals: Vec<Vec<f64>>,
 }
 

@@ -7,19 +7,20 @@ use super::normal_load::Configuration;
 use super::small_system::{Four, blocks_of, solve_in_place};
 use crate::scalar::Scalar;
 
-/// Largest numbers of plain power iterations (`PLAIN`) and of damped ones (`DAMPED`); every iterate
-/// yields a valid bound. Plain iterations converge faster, damped iterations converge for every
-/// matrix.
+/// Largest number of plain power iterations. They converge faster than damped ones. Every iterate
+/// yields a valid bound.
 const PLAIN: usize = 30;
+/// Largest number of damped power iterations. They converge for every matrix. Every iterate
+/// yields a valid bound.
 const DAMPED: usize = 60;
-/// Relative change of the bound in one iteration that counts as round-off (`STILL`), and number of
-/// such changes in a row after which the iteration stops (`REPEATED`).
+/// A relative change of the bound in one iteration counts as round-off below this value.
 const STILL: f64 = 1e-13;
+/// The iteration stops after this number of successive changes of the size of round-off.
 const REPEATED: usize = 3;
 
-/// Largest number of steps of inverse iteration (`INVERSE`), and relative distance between lower
-/// and upper bound at which it has converged (`CONVERGED`).
+/// Largest number of steps of inverse iteration.
 const INVERSE: usize = 6;
+/// Inverse iteration has converged if lower and upper bound differ by at most this fraction.
 const CONVERGED: f64 = 1e-13;
 
 /// Buffers of [`coupling_bound`].

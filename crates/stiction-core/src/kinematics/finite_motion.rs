@@ -6,12 +6,13 @@ use super::bodies::{Bodies, State};
 use super::tracing::Loops;
 use nalgebra::DVector;
 
-/// Size of a step, in rad and characteristic lengths (`STRIDE`), and number of steps (`STRIDES`).
+/// Size of a step, in rad and characteristic lengths.
 const STRIDE: f64 = 0.05;
+/// Number of steps.
 const STRIDES: usize = 20;
-/// Number of corrections after each step (`CORRECTIONS`), and their damping, which suppresses
-/// singular values below 1e-6 (`DAMPING`).
+/// Number of corrections after each step.
 const CORRECTIONS: usize = 8;
+/// Damping of the corrections. It suppresses singular values below 1e-6.
 const DAMPING: f64 = 1e-12;
 /// Largest permitted scaled error of the loops along the motion. It admits dimensions given with
 /// six digits.

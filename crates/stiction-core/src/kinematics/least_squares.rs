@@ -16,20 +16,23 @@ use crate::topology::Topology;
 use core::cell::OnceCell;
 use nalgebra::DVector;
 
-/// Initial damping (`DAMPING`), its limits, and its factors after a successful step (`RELAX`) and a
-/// failed step (`TIGHTEN`).
+/// Initial damping.
 const DAMPING: f64 = 1e-3;
+/// Smallest damping.
 const LEAST_DAMPING: f64 = 1e-15;
+/// Largest damping.
 const GREATEST_DAMPING: f64 = 1e12;
+/// Factor on the damping after a successful step.
 const RELAX: f64 = 0.2;
+/// Factor on the damping after a failed step.
 const TIGHTEN: f64 = 5.0;
 /// Largest permitted component of a step, rad or characteristic lengths; longer steps jump between
 /// assembly modes.
 const STRIDE: f64 = 0.25;
 
-/// Number of steps after which further steps include a correction for the curvature of the errors
-/// (`SLOW`), and largest ratio of this correction to the step (`BEND`).
+/// Number of steps after which further steps include a correction for the curvature of the errors.
 const SLOW: usize = 20;
+/// Largest ratio of this correction to the step.
 const BEND: f64 = 0.375;
 /// Length of the finite difference for the curvature along a step, as a fraction of the step.
 const PROBE: f64 = 0.1;

@@ -15,8 +15,8 @@ pub struct MotionConstraints {
     /// Number of rows of loop closure, which come first: constraints of cut joints, then gearings.
     pub(super) closures: usize,
     pub(super) coordinates: Vec<Coordinate>,
-    /// For each prescribed coordinate, the indices of all three components of its rotation vector,
-    /// if all of them are prescribed; otherwise `None`.
+    /// Indices of all three components of the rotation vector to which each prescribed coordinate
+    /// belongs, if all of them are prescribed; otherwise `None`.
     pub(super) orientations: Vec<Option<[usize; 3]>>,
     pub(super) differences: Vec<Difference>,
     pub(super) spins: Vec<Spin>,

@@ -26,9 +26,9 @@ const STRAIGHT: f64 = 1e-2;
 /// Steps off stationary points need a dense decomposition, so they are not computed for more
 /// degrees of freedom than this.
 const LARGE: usize = 150;
-/// Largest number of directions with small derivatives (`DIRECTIONS`), and length of the longest
-/// step (`STRIDE`).
+/// Largest number of directions with small derivatives.
 const DIRECTIONS: usize = 8;
+/// Length of the longest step, rad and characteristic lengths.
 const STRIDE: f64 = 0.25;
 /// Largest number of iterations for the eigenvalues of a symmetric matrix of at most [`DIRECTIONS`]
 /// rows.

@@ -39,10 +39,9 @@ const NEAR: f64 = 1e-6;
 /// (at most 0.14, see [`STEP`]).
 const MOVES: f64 = 0.2;
 
-/// Length above which a path counts as a finite motion, in rad and characteristic lengths
-/// (`FINITE`), and largest number of directions to follow that are open at second order
-/// (`DIRECTIONS`).
+/// A path counts as a finite motion above this length, in rad and characteristic lengths.
 const FINITE: f64 = 0.2;
+/// Largest number of directions that are open at second order and are followed.
 const DIRECTIONS: usize = 4;
 
 /// The loop equations of a mechanism, and optionally prescribed coordinates.

@@ -18,10 +18,11 @@ pub(crate) const LARGE: usize = 260;
 /// between zero and non-zero by this factor, and the limit exceeds the remainders that count as
 /// zero by the same factor.
 const CLEAR: f64 = 10.0;
-/// Relative residuals at which the iterations for the largest and for the smallest non-zero squared
-/// singular value stop. The relative errors of the values are of the order of the squares of these
-/// residuals.
+/// Relative residual at which the iteration for the largest squared singular value stops. The
+/// relative error of the value is of the order of the square of this residual.
 const ACCURACY_OF_LARGEST: f64 = 1e-3;
+/// Relative residual at which the iteration for the smallest non-zero squared singular value stops.
+/// The relative error of the value is of the order of the square of this residual.
 const ACCURACY_OF_SMALLEST: f64 = 1e-11;
 /// Components of null vectors below this value are round-off.
 const ROUND_OFF: f64 = 1e-14;
@@ -47,9 +48,9 @@ struct SparseRank {
     /// values of `A` that are not zero.
     square: Option<(SparseMatrix, SparseQr)>,
     largest: f64,
-    /// Smallest singular value that is not zero (`smallest`), and its right singular vector
-    /// (`weakest`).
+    /// Smallest singular value that is not zero.
     smallest: f64,
+    /// Right singular vector of this singular value.
     weakest: Vec<f64>,
 }
 

@@ -98,7 +98,7 @@ impl Plan {
 /// Part of the matrix that is not yet eliminated.
 struct Active {
     rows: Vec<BTreeMap<usize, f64>>,
-    /// For each column, the rows that are not yet eliminated and have an entry in this column.
+    /// Rows of each column that are not yet eliminated and have an entry in this column.
     columns: Vec<BTreeSet<usize>>,
     /// Columns that are not yet eliminated, as pairs (number of rows in `columns`, index) in
     /// ascending order. The order avoids a search of all columns for each pivot.

@@ -176,7 +176,8 @@ impl RowSpace {
         }
     }
 
-    /// For each dependent row, the coefficients of all rows in a linear combination that vanishes.
+    /// Computes, for each dependent row, the coefficients of all rows in a linear combination that
+    /// vanishes.
     pub(crate) fn dependencies(&self) -> Vec<Vec<f64>> {
         let n = self.columns;
         let each = (self.rank..self.rows).map(|dependent| {

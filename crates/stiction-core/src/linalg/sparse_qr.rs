@@ -66,8 +66,9 @@ pub(crate) struct SparseQr {
     dependent: Vec<usize>,
     /// Index of the first entry of each row, followed by the number of entries.
     starts: Vec<usize>,
-    /// Columns (`indices`) and values (`values`) of the entries, row by row.
+    /// Columns of the entries, row by row.
     indices: Vec<usize>,
+    /// Values of the entries, row by row.
     values: Vec<f64>,
     /// Frobenius norm of the remainders of the dependent columns, which are set to zero.
     dropped: f64,

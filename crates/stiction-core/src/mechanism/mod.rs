@@ -94,7 +94,7 @@ pub struct Joint {
     pub frame_k: Pose<f64>,
     /// Advance of a helical joint, m/rad; zero for the other types.
     pub pitch: f64,
-    /// For each degree of freedom, `true` if it is actuated.
+    /// Flag of each degree of freedom: `true` if it is actuated.
     pub actuated: Vec<bool>,
     /// Initial guess of the coordinates for assembly, one per coordinate of the type; `None` if the
     /// poses of the bodies determine them.
@@ -209,7 +209,8 @@ impl Mechanism {
         &self.gearings
     }
 
-    /// For each drive train, the map from the motions and efforts of the actuators to those of its motor.
+    /// Returns, for each drive train, the map from the motions and efforts of the actuators to
+    /// those of its motor.
     pub fn motor_maps(&self) -> Vec<MotorMap> {
         let actuators: Vec<_> = self.actuators().collect();
         drive_train::motor_maps(&self.drive_trains, &actuators)

@@ -76,7 +76,7 @@ pub struct NewtonEuler {
     /// Centres of mass relative to the reference point, world axes, m.
     com: Vec<Vec3<f64>>,
     length: f64,
-    /// For each gearing, true if its multiplier is a moment.
+    /// Flag of each gearing: true if its multiplier is a moment.
     moments: Vec<bool>,
     /// Topology, only for a mechanism with spinning rotors.
     spinning: Option<Topology>,

@@ -15,10 +15,12 @@ const CERTAIN: f64 = 1e-9;
 /// Distance of the shift from the predicted value, as a multiple of the error of the last
 /// prediction.
 const SAFETY: f64 = 4.0;
-/// Smallest and largest relative distance of the shift from the predicted value (`NEAREST`,
-/// `FARTHEST`), and the distance before the first prediction has been checked (`UNCHECKED`).
+/// Smallest relative distance of the shift from the predicted value.
 const NEAREST: f64 = 1e-4;
+/// Largest relative distance of the shift from the predicted value.
 const FARTHEST: f64 = 0.5;
+/// Relative distance of the shift from the predicted value before the first prediction has been
+/// checked.
 const UNCHECKED: f64 = 0.1;
 /// Weight of the last eigenvector in the start vector, relative to that of a general vector. The
 /// general vector makes the iteration find an eigenvalue with an orthogonal eigenvector that has
@@ -28,8 +30,9 @@ const KNOWN: f64 = 4.0;
 /// Smallest eigenvalue and its eigenvector at the last positions.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Prediction {
-    /// Eigenvalues at the last position (`last`) and at the position before (`before`).
+    /// Eigenvalue at the last position.
     last: Option<f64>,
+    /// Eigenvalue at the position before the last one.
     before: Option<f64>,
     /// Relative error of the last prediction.
     missed: Option<f64>,

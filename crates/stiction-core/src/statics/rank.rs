@@ -184,7 +184,7 @@ impl Statics {
         DVector::from_iterator(rows.len(), scaled)
     }
 
-    /// For each unknown, `true` if it is statically determinate.
+    /// Returns, for each unknown, `true` if it is statically determinate.
     pub fn determined(&self) -> Vec<bool> {
         // Null vectors have unit norm: components of the size of round-off count as zero.
         let mut free = vec![0.0; self.column_scales.len()];
@@ -192,22 +192,23 @@ impl Statics {
         free.into_iter().map(|square: f64| square.sqrt() < DETERMINED).collect()
     }
 
-    /// For each actuator, `true` if its effort is statically determinate.
+    /// Returns, for each actuator, `true` if its effort is statically determinate.
     pub fn determined_drives(&self) -> Vec<bool> {
         // Actuator efforts are the last unknowns.
         let mut unknowns = self.determined();
         unknowns.split_off(unknowns.len() - self.drive_weights.len())
     }
 
-    /// For each gearing, `true` if its effort is statically determinate.
+    /// Returns, for each gearing, `true` if its effort is statically determinate.
     pub fn determined_gearings(&self) -> Vec<bool> {
         let each = self.determined().into_iter().zip(&self.system.unknowns);
         let own = each.filter(|(_, unknown)| matches!(unknown, Unknown::Gearing { .. }));
         own.map(|(determined, _)| determined).collect()
     }
 
-    /// For each joint and each component of its complete wrench (force x y z, then moment x y z
-    /// about the joint's origin, world axes), `true` if the balance alone determines the component.
+    /// Returns, for each joint and each component of its complete wrench (force x y z, then moment
+    /// x y z about the joint's origin, world axes), `true` if the balance alone determines the
+    /// component.
     pub fn determined_reactions(&self) -> Vec<[bool; 6]> {
         let mut determined = vec![[true; 6]; self.frames.len()];
         for (joint, wrench) in self.self_stresses().flatten() {

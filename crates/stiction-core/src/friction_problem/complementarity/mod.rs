@@ -35,9 +35,10 @@ use super::continuation::{self, Branch, StepPolicy};
 /// The iteration has converged if the residual of the friction laws, relative to the largest force,
 /// is at most this value.
 const SETTLED: f64 = 1e-12;
-/// Number of Gauss-Seidel sweeps over all interfaces before Newton's method is tried again; doubles
-/// after each failure.
+/// Number of Gauss-Seidel sweeps over all interfaces before Newton's method is tried again. The
+/// number doubles after each failure.
 const SWEEPS: usize = 40;
+/// Largest number of alternations between Gauss-Seidel sweeps and Newton's method.
 const ROUNDS: usize = 6;
 /// Scalings of the rates in Newton's method, tried in this order. The effective mass of a member is
 /// that of its lightest direction, so larger multiples are tried as well: a rod between balls spins

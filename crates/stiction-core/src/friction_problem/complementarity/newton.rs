@@ -7,9 +7,9 @@ use crate::linalg::RowSpace;
 /// A solution with a relative residual up to this value is accepted once the residual no longer
 /// decreases, because only round-off remains.
 const STAGNATED: f64 = 1e-9;
-/// Largest number of Newton steps (`STEPS`), and of halvings of one step until the residual
-/// decreases (`HALVINGS`).
+/// Largest number of Newton steps.
 const STEPS: usize = 40;
+/// Largest number of halvings of one step until the residual decreases.
 const HALVINGS: usize = 10;
 /// A row of the Newton matrix counts as dependent on the others if its independent part is at most
 /// this fraction of the largest norm of a row (or of one, if that is greater).

@@ -8,11 +8,12 @@ use crate::spatial::Pose;
 use core::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Costs of the steps of a path by which a body's pose is determined: across a joint with given
-/// coordinates (`ACROSS`), from the body's home pose (`HOME`), and across a joint without any
-/// information (`UNKNOWN`).
+/// Cost of a step across a joint with given coordinates, on a path by which a body's pose is
+/// determined.
 const ACROSS: u64 = 1;
+/// Cost of a step from the body's home pose.
 const HOME: u64 = 1 << 20;
+/// Cost of a step across a joint without any information.
 const UNKNOWN: u64 = 1 << 40;
 /// Given quantities that differ by more than this conflict; in rad or characteristic lengths.
 pub(super) const CONFLICT: f64 = 1.0;

@@ -10,8 +10,8 @@ pub(super) struct Metric<'a> {
     pub(super) length: f64,
     /// Centres of mass of the bodies, in the body frames, m.
     pub(super) com: &'a [Vec3<f64>],
-    /// For each body, the axis of its local degree of freedom through the centre of mass, in the
-    /// body frame; `None` without one.
+    /// Axis of the local degree of freedom of each body through the centre of mass, in the body
+    /// frame; `None` for a body without one.
     pub(super) spin_axes: Vec<Option<Vec3<f64>>>,
 }
 

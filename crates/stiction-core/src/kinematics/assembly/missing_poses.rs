@@ -16,9 +16,9 @@ use core::f64::consts::PI;
 /// Tolerance of closed loops, in rad or characteristic lengths. It is large, because home poses and
 /// start coordinates are given with few digits.
 const ROUGHLY_CLOSED: f64 = 0.05;
-/// Number of starts of the search for the coordinates of a group (`STARTS`), and number of steps
-/// per start (`STEPS`).
+/// Number of starts of the search for the coordinates of a group.
 const STARTS: usize = 16;
+/// Number of steps of the search from each start.
 const STEPS: usize = 60;
 /// The loops of groups with more degrees of freedom than this are closed one at a time.
 const LARGE: usize = 60;

@@ -61,8 +61,8 @@ impl Assembly {
         Err(AssemblyError::Open { open })
     }
 
-    /// For each body, the axis about which it rotates in the locked passive spins, in the body's
-    /// frame; `None` for a body that does not rotate in them.
+    /// Returns, for each body, the axis about which it rotates in the locked passive spins, in the
+    /// body's frame; `None` for a body that does not rotate in them.
     pub(super) fn spin_axes(&mut self, parameters: &Parameters<f64>) -> Vec<Option<Vec3<f64>>> {
         let mut axes = vec![None; self.body_names.len()];
         let spins = self.model.constraints.spins().len();

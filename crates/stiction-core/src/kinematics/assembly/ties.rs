@@ -14,9 +14,9 @@ use crate::random::Random;
 use core::f64::consts::TAU;
 use std::sync::Arc;
 
-/// Number of searches (`STARTS`), and sizes of the random steps before them (`SIZES`), rad and
-/// characteristic lengths.
+/// Number of searches.
 const STARTS: usize = 12;
+/// Sizes of the random steps before the searches, rad and characteristic lengths.
 const SIZES: [f64; 3] = [1.0, 2.0, 3.0];
 /// Maximum number of steps of a search. Searches that reach another mode take about ten steps; a
 /// larger limit would delay every setup of a mechanism with undetermined poses by futile searches.

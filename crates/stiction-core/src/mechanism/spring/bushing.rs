@@ -101,7 +101,7 @@ impl BushingSpec {
     }
 }
 
-/// Describes why a matrix is not symmetric positive semidefinite; `None` if it is.
+/// Reason why a matrix is not symmetric positive semidefinite, for messages; `None` if it is.
 fn defect_of(matrix: &SixBySix) -> Option<String> {
     // Entries in files are rounded, so a rotated matrix is rarely exactly symmetric.
     const ROUNDING: f64 = 1e-9;
