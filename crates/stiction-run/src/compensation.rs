@@ -14,7 +14,8 @@ pub struct Tracking {
     pub label: String,
     /// True if the report plots the tracking errors of this controller over time.
     pub is_drawn: bool,
-    /// For each actuator: rms error, peak error, largest effort, largest change of the effort between two samples.
+    /// Figures of each actuator: rms error, peak error, largest effort, largest change of the
+    /// effort between two samples.
     pub figures: Vec<[f64; 4]>,
     /// Work of all actuators, J.
     pub work: f64,

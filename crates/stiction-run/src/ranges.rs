@@ -10,7 +10,7 @@ use stiction_draw::numbers::number;
 
 /// Largest number of excursions that are stored for each range; further ones are only counted.
 const KEPT: usize = 1000;
-/// Excess over a range, as a fraction of its width, that counts as rounding.
+/// An excess over a range counts as rounding below this fraction of the width of the range.
 const ROUNDING: f64 = 1e-9;
 
 /// Value of a quantity, and its rate if it is known.
@@ -71,13 +71,16 @@ impl Measured {
 /// Interval of time during which a quantity is outside of its range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Excursion {
-    /// Times at which the quantity leaves the range and returns, s. If it does not return, the second time is that of
-    /// the last sample.
+    /// Time at which the quantity leaves the range, s.
     pub(crate) from: f64,
+    /// Time at which the quantity returns to the range, s; the time of the last sample if it does
+    /// not return.
     pub(crate) until: f64,
+    /// True if the quantity returns to the range.
     pub(crate) returns: bool,
-    /// Largest excess over the range at any sample, in SI units, and its time, s.
+    /// Largest excess over the range at any sample, in SI units.
     pub(crate) beyond: f64,
+    /// Time of the largest excess, s.
     pub(crate) time: f64,
     /// True if the quantity is above its range, false if it is below.
     pub(crate) above: bool,

@@ -10,8 +10,9 @@ use stiction_core::spatial::Pose;
 use stiction_draw::drawing::moving_picture;
 use stiction_draw::numbers::number;
 
-/// Number of frames of the animated picture, and its shortest and longest duration, s.
+/// Number of frames of the animated picture.
 const FRAMES: usize = 32;
+/// Shortest and longest duration of the animated picture, s.
 const SECONDS: (f64, f64) = (2.0, 8.0);
 
 /// Page and animated picture of a motion.

@@ -29,8 +29,7 @@ pub struct Findings {
     pub redundant_actuators: bool,
     /// Poses of all bodies, the ground first, relative to the reference point of the kernel.
     poses: Vec<Pose<f64>>,
-    /// For each drive train, the state of its motor, and what keeps the motor at rest with power
-    /// off.
+    /// State of the motor of each drive train, and what keeps the motor at rest with power off.
     motors: Vec<(Motor, PowerOff)>,
 }
 

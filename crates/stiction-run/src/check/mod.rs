@@ -37,8 +37,8 @@ pub struct Findings {
     pub drives: usize,
     /// Ranks and singularities at random poses.
     pub architecture: Architecture,
-    /// For each self-stress of the constraints at the first pose, the reactions of the
-    /// participating joints in arbitrary scale.
+    /// Reactions of the participating joints in each self-stress of the constraints at the first
+    /// pose, in arbitrary scale.
     pub self_stresses: Vec<Vec<JointLoad>>,
     /// Joints with reactions that are statically indeterminate somewhere along the motion, each
     /// with the names of the indeterminate components.

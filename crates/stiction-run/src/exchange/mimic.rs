@@ -9,8 +9,9 @@ use stiction_core::mechanism::{GearedDof, JointRange, Mechanism, RangeOf};
 pub(super) struct Mimic {
     /// Index of the gearing in the mechanism.
     pub(super) gearing: usize,
-    /// Index of the joint that follows, and index of its leader.
+    /// Index of the joint that follows.
     pub(super) follower: usize,
+    /// Index of the leader of that joint.
     pub(super) leader: usize,
     pub(super) multiplier: f64,
     pub(super) offset: f64,

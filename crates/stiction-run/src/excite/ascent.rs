@@ -23,15 +23,15 @@ const SETTLED: f64 = 1e-4;
 /// Length of the first step, as a fraction of the largest coefficient.
 const FIRST: f64 = 0.1;
 
-/// Number of random trials after an ascent, and the number of steps as which all of them together
-/// count.
+/// Number of random trials after an ascent.
 const TRIALS: usize = 24;
+/// Number of steps that all random trials after an ascent together count as.
 const TRIALS_AS_STEPS: usize = 3;
-/// Size of the first random trial, as a fraction of the coefficients, and the factors by which the
-/// size is multiplied after a success and after a failure. The size stays constant if one trial in
-/// five succeeds.
+/// Size of the first random trial, as a fraction of the coefficients.
 const TRIED: f64 = 0.1;
+/// Factor on the size after a successful trial.
 const LARGER: f64 = 1.5;
+/// Factor on the size after a failed trial. The size stays constant if one trial in five succeeds.
 const SMALLER: f64 = 0.9;
 
 /// Coefficients of a motion, with the sums over its period.

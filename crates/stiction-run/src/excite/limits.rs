@@ -30,10 +30,11 @@ pub(super) enum Of {
     Effort(usize),
     /// Tilt of a joint or length of a spring, relative to the middle of its range.
     Measured(Measured, f64),
-    /// Speed, torque and rated torque of the motor of a drive train. The rated torque bounds the root mean square over
-    /// a period.
+    /// Speed of the motor of a drive train.
     MotorSpeed(usize),
+    /// Torque of the motor of a drive train.
     MotorTorque(usize),
+    /// Rated torque of the motor of a drive train, which bounds the root mean square over a period.
     MotorRated(usize),
     /// Singularity index; its bound is the least allowed value.
     Singularity,
@@ -271,7 +272,7 @@ impl Limits {
         out
     }
 
-    /// For each number of [`Self::parts`], true if only its root mean square is limited.
+    /// Returns, for each number of [`Self::parts`], true if only its root mean square is limited.
     pub(super) fn rated(&self) -> Vec<bool> {
         self.layout().into_iter().map(|(_, rated)| rated).collect()
     }

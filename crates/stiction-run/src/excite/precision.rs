@@ -6,7 +6,7 @@ use super::objective::leading;
 use nalgebra::DMatrix;
 use stiction_identify::{BaseParameters, Kind, Parameter};
 
-/// Correlation of errors above which two parameters count as confounded, as in identification.
+/// Two parameters count as confounded above this correlation of their errors, as in identification.
 const CONFOUNDED: f64 = 0.95;
 
 /// Parameter or combination of parameters, with its expected standard deviation.

@@ -12,9 +12,10 @@ use std::f64::consts::TAU;
 pub(super) struct Series {
     /// Angular frequency of the first harmonic, rad/s.
     omega: f64,
-    /// Matrices from free coefficients to the coefficients `a` of sines and `b` of cosines; their columns are
-    /// orthonormal.
+    /// Matrix from free coefficients to the coefficients `a` of sines; its columns are orthonormal.
     sines: DMatrix<f64>,
+    /// Matrix from free coefficients to the coefficients `b` of cosines; its columns are
+    /// orthonormal.
     cosines: DMatrix<f64>,
 }
 

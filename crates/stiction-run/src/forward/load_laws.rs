@@ -54,7 +54,7 @@ impl ActingLoads<'_> {
         }
     }
 
-    /// Describes a switching function for messages; `place` is its index among those of the load
+    /// Name of a switching function for messages; `place` is its index among those of the load
     /// formulas.
     pub(super) fn switch_name(&self, mut place: usize) -> Option<String> {
         for law in &self.load.laws {

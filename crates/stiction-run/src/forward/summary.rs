@@ -36,10 +36,11 @@ pub struct Summary {
     ranges: Ranges,
 }
 
-/// Largest relative energy error, as a multiple of the tolerance of a step. In event-driven integration the errors of
-/// thousands of events accumulate, and singular positions amplify rounding. Time stepping is of first order, so its
-/// energy error grows with the square root of its tolerance.
+/// Largest relative energy error of event-driven integration, as a multiple of the tolerance of a
+/// step. The errors of thousands of events accumulate, and singular positions amplify rounding.
 const LOST: f64 = 1e5;
+/// Largest relative energy error of time stepping, as a multiple of the tolerance of a step. Time
+/// stepping is of first order, so its energy error grows with the square root of its tolerance.
 const LOST_IN_STEPS: f64 = 3e4;
 
 /// Sticking time and number of stick onsets of a friction interface.

@@ -14,9 +14,9 @@ use stiction_identify::{FitVerdict, Verdict};
 
 /// Number of rows that a long table shows; the other rows are collapsed.
 const LISTED: usize = 40;
-/// Largest number of measured points in a friction plot, and number of speed intervals in which the
-/// curve of the friction law is drawn.
+/// Largest number of measured points in a friction plot.
 const POINTS: usize = 400;
+/// Number of speed intervals in which the curve of the friction law is drawn.
 const INTERVALS: usize = 40;
 /// Half the width of the dash that marks a point, as a fraction of the horizontal axis.
 const DASH: f64 = 2.5e-3;

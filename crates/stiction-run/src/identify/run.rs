@@ -70,8 +70,8 @@ pub struct Prediction {
     pub log: String,
     /// True if the log was fitted, false if it only checks the prediction.
     pub used_for_fit: bool,
-    /// For each actuator its name, and 100 rms(measured - predicted) / rms(measured), percent; `None` if the log has no
-    /// rows of this actuator.
+    /// Name of each actuator, and 100 rms(measured - predicted) / rms(measured), percent; `None` if
+    /// the log has no rows of this actuator.
     pub error_percent: Vec<(String, Option<f64>)>,
     /// Root mean square of the residuals of each actuator, N or N m.
     pub residual: Vec<f64>,
@@ -121,11 +121,12 @@ pub struct Identified {
 
 /// Largest number of iterations between parameter values and normal loads.
 const SWEEPS: usize = 12;
-/// Change of the values, in standard deviations, at which this iteration has converged.
+/// The iteration has converged if the values change by at most this number of standard deviations.
 const SETTLED: f64 = 0.01;
-/// Remaining change, in standard deviations, that a caution reports, and remaining change above which no parameter
-/// counts as identified.
+/// A caution reports remaining changes of the values above this number of standard deviations.
 const VISIBLE: f64 = 0.1;
+/// No parameter counts as identified if a remaining change exceeds this number of standard
+/// deviations.
 const UNSETTLED: f64 = 1.0;
 
 /// Identifies inertia and friction of a model from logs.

@@ -5,23 +5,26 @@ use super::run::{Combined, Named, Prediction, differences};
 use nalgebra::DVector;
 use stiction_identify::{BaseParameters, Estimate, FitVerdict, Kind, Options, Parameter, Verdict};
 
-/// Correlation of errors above which two parameters count as confounded.
+/// Two parameters count as confounded above this correlation of their errors.
 const CONFOUNDED: f64 = 0.95;
 /// Largest number of confounded pairs that are named.
 const NAMED: usize = 20;
 
-/// Magnitude of the cosine between measured and expected efforts above which a sign or a unit
-/// counts as certain.
+/// A sign or a unit counts as certain if the magnitude of the cosine between measured and expected
+/// efforts exceeds this value.
 const AGREES: f64 = 0.5;
 
-/// Range of an angle, in turns, above which positions are probably not in radians, provided that the ratio of measured
-/// efforts to those of the model is below [`IMPLAUSIBLE`].
+/// Positions are probably not in radians if an angle has a range of more turns than this, provided
+/// that the ratio of measured efforts to those of the model is below [`IMPLAUSIBLE`].
 const TURNS: f64 = 2.0;
+/// Ratio of measured efforts to those of the model below which the unit of the positions is in
+/// doubt, see [`TURNS`].
 const IMPLAUSIBLE: f64 = 0.3;
-/// Error of the identified efforts relative to the measured ones, up to which their sign is not in doubt.
+/// The sign of the measured efforts is not in doubt if the relative error of the identified efforts
+/// is at most this value.
 const REPRODUCED: f64 = 0.1;
-/// Error of the identified efforts, relative to the measured ones, up to which their sign is not in
-/// doubt if friction opposes the motion.
+/// If friction opposes the motion, the sign is not in doubt up to this relative error of the
+/// identified efforts.
 const FOLLOWED: f64 = 0.5;
 
 /// Doubt about the sign or the unit of an effort, in words.
@@ -179,8 +182,8 @@ pub(super) struct Residuals<'a> {
     pub(super) actuators: &'a [String],
 }
 
-/// Residual relative to the standard deviation of an effort, and to that of its friction part, above which the model is
-/// incomplete.
+/// The model is incomplete if the residual exceeds these fractions of the standard deviations of an
+/// effort and of its friction part.
 const LACKING: [f64; 2] = [0.05, 0.1];
 
 /// Lists the pairs of parameters that the data cannot distinguish, because their errors are correlated, each with

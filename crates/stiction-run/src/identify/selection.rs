@@ -13,7 +13,8 @@ use stiction_identify::{Choice, Kind, Options, Parameter};
 /// Chooses the parameters that the logs may determine. All logs must measure efforts at the same
 /// place.
 ///
-/// # Errors Fails if the logs contain efforts that the model does not have, or currents whose ratio
+/// # Errors
+/// Fails if the logs contain efforts that the model does not have, or currents whose ratio
 /// to the torque would follow from the motor friction of the model alone.
 pub(super) fn choice(
     mechanism: &Mechanism,

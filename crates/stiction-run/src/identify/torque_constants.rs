@@ -22,7 +22,8 @@ const USEFUL: f64 = 0.5;
 
 /// Finds the drive trains whose currents are logged and whose torque constants are unknown.
 ///
-/// # Errors Fails at a joint that has friction in addition to that of its motor. The identification
+/// # Errors
+/// Fails at a joint that has friction in addition to that of its motor. The identification
 /// does not estimate the motor friction there, so its value in the model, which is a guess, would
 /// fix the scale.
 pub(super) fn unknown(

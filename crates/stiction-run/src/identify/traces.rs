@@ -63,8 +63,8 @@ pub struct FrictionTrace {
     pub unit: &'static str,
     /// Unit of the joint's rate.
     pub rate_unit: &'static str,
-    /// For each instant: magnitude of the joint's rate, friction that the measured effort implies, and friction by the
-    /// identified law.
+    /// Numbers of each instant: magnitude of the joint's rate, friction that the measured effort
+    /// implies, and friction by the identified law.
     pub points: Vec<[f64; 3]>,
 }
 

@@ -205,8 +205,9 @@ struct Seeds<'a> {
     /// Mechanism at the current sample; `None` after a failure.
     scout: Option<Follower<'a>>,
     at: usize,
-    /// Index of the next chunk, and number of samples in each chunk.
+    /// Index of the next chunk.
     next: usize,
+    /// Number of samples in each chunk.
     chunk: usize,
     stride: usize,
 }

@@ -10,8 +10,9 @@ use stiction_draw::figure::meaning::{LIMIT, of_leg};
 use stiction_draw::figure::{COLOURS, Figure, JumpTrace, Panel};
 use stiction_draw::numbers::number;
 
-/// Largest number of actuators, and of friction interfaces for each of them, that are listed.
+/// Largest number of actuators that are listed.
 const DRIVES_LISTED: usize = 3;
+/// Largest number of friction interfaces that are listed for each actuator.
 const INTERFACES_LISTED: usize = 4;
 /// Contributions below this fraction of the largest one count as rounding errors and are not listed.
 const ROUNDING: f64 = 1e-9;

@@ -22,8 +22,9 @@ pub(super) struct Gathered<'a> {
     motors: Motors,
     /// Singularity index of the actuation at the last sample.
     last_distance: f64,
-    /// Calculator for the singularity indices that were postponed, and the least indices so far.
+    /// Calculator for the singularity indices that were postponed.
     calculator: Option<SingularityDistances>,
+    /// Least singularity indices so far.
     least: Distances,
     certainty: Certainty,
     missing: Option<Missing>,

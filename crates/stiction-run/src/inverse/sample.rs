@@ -27,7 +27,7 @@ pub struct Sample {
     pub closure: f64,
     /// Singularity indices; NaN at samples for which they are not requested, see [`Indices`](crate::Indices).
     pub distances: Distances,
-    /// For each joint, true for the components of its reaction that are statically determinate
+    /// Flags of each joint: true for the components of its reaction that are statically determinate
     /// (three components of the force, then three of the moment).
     pub determined_reactions: Vec<[bool; 6]>,
     /// True for each gearing whose effort is statically determinate.

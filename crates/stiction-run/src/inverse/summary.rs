@@ -34,8 +34,9 @@ pub struct Summary {
     /// Guaranteed bounds of each effort at the instant of its widest interval.
     widest_outer: Vec<(f64, f64)>,
     /// Largest distance by which the guaranteed bounds of each actuator's effort exceed its
-    /// interval, and numbers of samples at rest by the certainty of their intervals.
+    /// interval.
     pub(super) certified_within: Vec<f64>,
+    /// Numbers of samples at rest by the certainty of their intervals.
     pub(super) certainty: Certainty,
     pub(super) resting_samples: usize,
     /// Number of samples at rest at which the interval of the efforts is unknown.
@@ -60,8 +61,8 @@ pub struct Summary {
     pub(super) constraint: Least,
     /// Effort of each gearing, and true if it is statically determinate at all samples.
     pub(super) gearings: Vec<(Size, bool)>,
-    /// For each joint, true for the components of its reaction that are statically determinate at
-    /// all samples.
+    /// Flags of each joint: true for the components of its reaction that are statically determinate
+    /// at all samples.
     pub(super) determined_reactions: Vec<[bool; 6]>,
     pub(super) determined_loads: Vec<bool>,
     pub(super) determined_drives: Vec<bool>,

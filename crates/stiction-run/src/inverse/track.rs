@@ -5,8 +5,8 @@ use stiction_core::kinematics::State;
 /// Positions at the first samples of a motion, which the first pass found and the second pass restores.
 #[derive(Debug, Default)]
 pub(super) struct Track {
-    /// For each sample: coordinates, rates and accelerations of the tree, then the sign of the determinant of the loop
-    /// constraints with locked actuators; NaN if it is undetermined.
+    /// Numbers of each sample: coordinates, rates and accelerations of the tree, then the sign of
+    /// the determinant of the loop constraints with locked actuators; NaN if it is undetermined.
     numbers: Vec<f64>,
     /// Number of coordinates and number of degrees of freedom of the tree.
     widths: [usize; 2],

@@ -79,8 +79,9 @@ pub(crate) struct Animation {
     first: Vec<Pose<f64>>,
     origin: Vec3<f64>,
     trail: Option<Trail>,
-    /// Largest number of evenly spaced samples, and number of samples from each of them to the next.
+    /// Largest number of evenly spaced samples.
     most: usize,
+    /// Number of samples from each evenly spaced sample to the next.
     stride: usize,
     count: usize,
     even: BTreeMap<usize, Arc<Frame>>,
@@ -88,8 +89,9 @@ pub(crate) struct Animation {
     last: Option<Arc<Frame>>,
     poses: Vec<Pose<f64>>,
     tracked: Vec<f64>,
-    /// Number of columns of each actuator, and number of columns of singularity indices.
+    /// Number of columns of each actuator.
     quantities: usize,
+    /// Number of columns of singularity indices.
     whole: usize,
 }
 

@@ -22,8 +22,9 @@ pub struct Pictures {
     /// Numeric values of the keys, row by row.
     settings: Vec<Vec<f64>>,
     values: Vec<Vec<Option<f64>>>,
-    /// Number of rows so far, and number of rows from each stored row to the next.
+    /// Number of rows so far.
     rows: usize,
+    /// Number of rows from each stored row to the next.
     stride: usize,
 }
 

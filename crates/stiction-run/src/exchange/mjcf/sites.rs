@@ -23,7 +23,7 @@ pub(super) struct Sites {
     pub(super) of_body: Vec<Vec<Site>>,
     /// Names of the two sites of each spring.
     pub(super) of_spring: Vec<[String; 2]>,
-    /// For each joint outside the tree, names of the two sites that the loop closure makes coincide.
+    /// Names of the two sites that the loop closure of each joint outside the tree makes coincide.
     pub(super) of_closing: Vec<[String; 2]>,
 }
 

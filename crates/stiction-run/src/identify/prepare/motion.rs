@@ -13,9 +13,9 @@ use stiction_format::{LowPass, Signal};
 const PER_PERIOD: f64 = 16.0;
 /// Number of rows of the regression per period of the cut-off frequency.
 pub(super) const ROWS_PER_PERIOD: f64 = 4.0;
-/// A cut-off frequency is suggested from several parts of a log: number of samples in each part,
-/// and number of parts.
+/// Largest number of samples in each part of a log from which a cut-off frequency is suggested.
 const EXAMINED: usize = 20_000;
+/// Number of parts of a log from which a cut-off frequency is suggested.
 const PARTS: usize = 4;
 /// Sampling rate below which the motion of a robot cannot be resolved, 1/s.
 const SLOWEST: f64 = 2.0;

@@ -33,7 +33,7 @@ pub(super) struct Computed {
     pub(super) poses: Vec<(f64, Vec<Pose<f64>>)>,
     /// Indices of coefficients of friction.
     pub(super) mu: Vec<usize>,
-    /// For each instant and actuator, its columns and then its [`EXTRA`] signals.
+    /// Signals of each actuator at each instant: its columns, then its [`EXTRA`] signals.
     signals: Vec<Vec<f64>>,
     actuators: usize,
     width: usize,
@@ -44,7 +44,7 @@ pub(super) struct Computed {
 
 /// Measured efforts in the rows of the regression.
 pub(super) struct Measured {
-    /// For each row the filtered efforts, then the fraction of saturated samples.
+    /// Numbers of each row: the filtered efforts, then the fraction of saturated samples.
     rows: Vec<Vec<f64>>,
     pub(super) noise: Option<Vec<f64>>,
     /// Efforts before the filter.
