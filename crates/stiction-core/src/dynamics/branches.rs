@@ -26,10 +26,9 @@ pub struct FrictionMargin {
 const STARTS: usize = 32;
 /// Largest number of Newton steps from each start.
 const STEPS: usize = 60;
-/// Relative difference of actuator efforts below which two solutions count as equal.
+/// Two solutions count as equal if their actuator efforts differ by less than this fraction.
 const SAME: f64 = 1e-6;
-/// Normal loads count as unbounded above this multiple of the largest normal load at the start of
-/// the search.
+/// Normal loads count as unbounded above this multiple of the largest normal load without friction.
 const UNBOUNDED: f64 = 1e6;
 
 impl InverseDynamics {
@@ -65,9 +64,9 @@ impl InverseDynamics {
     }
 
     /// Searches for solutions for friction and reactions that differ from the result of the last
-    /// [`InverseDynamics::solve`], by Newton's method from many starts, and returns their actuator
-    /// efforts; the list may be incomplete. Empty if [`InverseDynamics::coupling`] is below one:
-    /// the solution is then unique.
+    /// [`InverseDynamics::solve`], by Newton's method from many starts. Returns their actuator
+    /// efforts; the list may be incomplete. Empty if [`InverseDynamics::coupling`] is unknown, or
+    /// below one: the solution is then unique.
     pub fn other_solutions(&mut self, loads: &[AppliedLoad<f64>]) -> Vec<Vec<f64>> {
         if self.coupling().is_none_or(|coupling| coupling < 1.0) {
             return Vec::new();

@@ -24,8 +24,8 @@ use crate::spatial::{Twist, Wrench};
 /// as a dense problem. The cost grows with the cube of the number of interfaces.
 const DENSE: usize = 64;
 
-/// Relative error of the normal loads (relative to the largest) below which extrapolated loads need
-/// no Newton step. A fixed-point step reduces the error by the coupling factor.
+/// Extrapolated normal loads need no Newton step if their error, relative to the largest load, is
+/// below this value. A fixed-point step reduces the error by the coupling factor.
 const ERROR: f64 = 1e-13;
 
 /// Friction force acting at one interface.

@@ -27,7 +27,7 @@ const STEPS: StepPolicy =
     StepPolicy { first: 0.1, growth: 1.5, longest: f64::INFINITY, shortest: 1e-6, most: 300 };
 /// Number of starts of the search for other solutions.
 const STARTS: u32 = 24;
-/// Relative difference of the normal loads below which two solutions count as the same.
+/// Two solutions count as equal if their normal loads differ by less than this fraction.
 const SAME: f64 = 1e-7;
 
 /// Solution with friction: normal loads, accelerations and reactions.

@@ -23,9 +23,10 @@ pub(super) fn is_behind(parameters: &Parameters<f64>, gear: usize, other: usize)
     gear.load.gear.is_some() && gear.joint == other.joint && !is_shaft(other.shape)
 }
 
-/// Wrench at the joint of an interface with a gear that this gear does not transmit: that of gearings, which act in
-/// parallel to it. On an added shaft it contains, with negative sign, the part of the motor in the efforts of prescribed
-/// actuators, because the gear transmits this part although it does not act on the shaft's joint.
+/// Wrench at the joint of a gear's interface that the gear does not transmit: the wrench of
+/// gearings, which act in parallel to the gear. On an added shaft, the result contains, with
+/// negative sign, the motor's part of the efforts of prescribed actuators. The gear transmits this
+/// part although it does not act on the joint of the shaft.
 pub(super) fn parallel_to_gear<T: Scalar>(
     model: &Forward,
     bodies: &Bodies<f64>,

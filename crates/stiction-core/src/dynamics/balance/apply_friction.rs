@@ -38,7 +38,7 @@ impl<T: Scalar> Balance<T> {
             let first = topology.nodes[node].tree_dofs.start;
             let reversed = matches!(topology.nodes[node].link, Link::Joint { reversed: true, .. });
             for (&against, dof) in state.against.iter().zip(interface.shape.dofs()) {
-                // `slope` acts on the predecessor's wrench, rows on the parent's.
+                // `slope` refers to the wrench of the predecessor, `rows` to that of the parent.
                 let tilt = slope * against;
                 if reversed {
                     self.rows[first + dof] += tilt;
@@ -53,9 +53,9 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// Computes the wrench of a cut joint with linearised friction: solves `wrench = columns + sum
-    /// of q (constant + slope.power(wrench))`, with `q` the wrench of each interface per newton of
-    /// friction.
+    /// Computes the columns and the constant part of the wrench of a cut joint with linearised
+    /// friction. Solves `wrench = columns + sum of q (constant + slope.power(wrench))`, with `q`
+    /// the wrench of each interface per newton of friction.
     fn apply_friction_at_cut(
         &mut self,
         topology: &Topology,

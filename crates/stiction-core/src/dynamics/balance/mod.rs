@@ -31,7 +31,7 @@ pub(crate) struct Balance<T> {
     spin_demand: Vec<Vec<Wrench<T>>>,
     /// Wrench at a cut joint per unit of each wrench unknown (column), without friction.
     columns: Vec<Wrench<T>>,
-    /// The same joint's wrench per unit of each wrench unknown, with the linearised friction at the
+    /// Wrench at a cut joint per unit of each wrench unknown, with the linearised friction at the
     /// joint.
     tilted: Vec<Wrench<T>>,
     /// Equation of each DOF of the tree, `row.power(wrench) = constant`, with the wrench that the

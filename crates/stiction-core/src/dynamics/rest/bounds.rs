@@ -22,7 +22,7 @@ use crate::statics::AppliedLoad;
 const PROBE: f64 = 1e-3;
 /// Largest number of updates of the directions of static friction.
 const ROUNDS: usize = 4;
-/// Difference below which two directions count as equal.
+/// Two directions count as equal if they differ by less than this.
 const SAME: f64 = 1e-6;
 
 /// Position with all data needed to solve the balance again.

@@ -48,7 +48,8 @@ const MET: f64 = 1e-12;
 const HALVINGS: usize = 40;
 /// Largest tried fraction of the coefficients. A larger sufficient fraction counts as infinite.
 const MOST: f64 = 1e6;
-/// Relative effort of unpowered actuators below which it counts as zero.
+/// Relative size below which efforts of unpowered actuators, singular values and parts of the
+/// equations that friction does not influence count as zero.
 const NOTHING: f64 = 1e-10;
 /// Bounds count as equal if they differ by less than this fraction.
 const SAME: f64 = 1e-9;

@@ -87,7 +87,7 @@ pub(super) fn factor_into(
             }
             continue;
         }
-        // Motion without inertia: this vector less its coupling to the motions before it.
+        // Motion without inertia: this vector, less its coupling to the motions before it.
         let mut with: Vec<f64> = (0..i).map(|k| factor[i * free + k]).collect();
         for k in (0..i).rev() {
             let after: f64 = (k + 1..i).map(|m| factor[m * free + k] * with[m]).sum();

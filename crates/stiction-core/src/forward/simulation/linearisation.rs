@@ -608,7 +608,7 @@ impl Simulation<'_> {
                 let apart = apart.fold(0.0_f64, f64::max);
                 match &best {
                     Some((_, least)) if apart >= *least => {
-                        // Rounding grows from here on.
+                        // Rounding errors grow with each shorter step.
                         if apart > 4.0 * least {
                             break;
                         }

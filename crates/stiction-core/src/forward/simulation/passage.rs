@@ -9,7 +9,7 @@ use super::Simulation;
 use super::singular::golden_section;
 use crate::forward::integrator::NODES_OF_OUTPUT;
 
-/// Singularity distance below which a singular position may lie ahead.
+/// A singular position may lie ahead only below this singularity distance.
 const NEAR: f64 = 0.5;
 /// A minimum of the singularity distance counts as a singular position only if it is below this
 /// value.

@@ -12,11 +12,11 @@ use crate::forward::inputs::Inputs;
 use crate::forward::instant::InterfaceSample;
 use crate::spatial::Wrench;
 
-/// Singularity distance below which a passage is possible.
+/// A passage through a singular position is possible only below this singularity distance.
 const NEAR: f64 = 0.2;
-/// Singularity distance below which a minimum of the distance counts as a singular position.
+/// A minimum of the singularity distance counts as a singular position below this value.
 const PASSED: f64 = 1e-6;
-/// Singularity distance above which a passage has ended.
+/// A passage has ended once the singularity distance exceeds this value.
 const LEFT: f64 = 0.01;
 /// Spacing of the positions from which a singular start is extrapolated, as motion of the fastest degree of freedom,
 /// rad or characteristic lengths.

@@ -127,7 +127,7 @@ impl Simulation<'_> {
                         self.coarsest = self.coarsest.max(accuracy);
                     }
                     self.step = if shortened { next.max(self.step) } else { next };
-                    // Near a stick onset the approach bounds the step, not stability.
+                    // Near a stick onset the approach to the stop bounds the step, not stability.
                     let near = step >= 0.5 * nearest;
                     let smooth = matches!(after, Ending::Smooth);
                     let stiff = smooth && !near && self.is_stiff(step);

@@ -30,7 +30,7 @@ const SMALLEST_SCALE: f64 = 1e-6;
 const ALLOWANCE: f64 = 1e-5;
 /// Fractions of the friction limits that are tried in turn as bounds of static friction.
 const BOUNDS: [f64; 5] = [0.9, 0.99, 0.999, 0.9999, 1.0];
-/// Difference below which two directions count as equal.
+/// Two directions count as equal if they differ by less than this.
 const ALIGNED: f64 = 1e-6;
 
 /// Modes that satisfy all friction laws, with their solution.

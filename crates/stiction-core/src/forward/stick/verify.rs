@@ -5,7 +5,8 @@ use crate::forward::affine_friction::{InterfaceMode, norm};
 use crate::forward::data::Data;
 use crate::forward::solve::{Solved, Unsolved};
 
-/// Relative excess of friction over its limit that counts as round-off of the reactions.
+/// An excess of friction over its limit counts as round-off of the reactions below this fraction of
+/// the limit.
 const EXCESS: f64 = 1e-10;
 
 /// Result of a verification.
