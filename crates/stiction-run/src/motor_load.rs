@@ -24,7 +24,7 @@ pub(crate) struct MotorLoad {
     span: Option<(f64, f64)>,
 }
 
-/// Fraction of the peak speed below which a motor counts as resting, because a sticking axis in a
+/// A motor counts as resting below this fraction of its peak speed, because a sticking axis in a
 /// simulation keeps a rate due to rounding.
 const STILL: f64 = 1e-9;
 

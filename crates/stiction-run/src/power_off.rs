@@ -7,7 +7,7 @@ use stiction_core::mechanism::{DriveTrain, Motor, MotorMap, SharedMotors};
 use stiction_core::spatial::Vec3;
 use stiction_draw::numbers::number;
 
-/// Fraction of the largest joint force or moment up to which an effort counts as a rounding error.
+/// An effort counts as a rounding error up to this fraction of the largest joint force or moment.
 const ROUNDING: f64 = 1e-13;
 
 /// Means that hold the shaft of one motor at rest with power off.

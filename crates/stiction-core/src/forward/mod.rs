@@ -114,8 +114,8 @@ const SPARSE: usize = 24;
 #[derive(Clone, Debug)]
 pub struct Forward {
     mechanism: Mechanism,
-    /// Copy of the mechanism with shafts for motors, and these shafts, see [`Mechanism::trains_on_shafts`]. `None` if no
-    /// motor needs one.
+    /// Copy of the mechanism with shafts for motors, and these shafts, see
+    /// [`Mechanism::trains_on_shafts`]. `None` if no motor needs one.
     with_shafts: Option<(Mechanism, Vec<MotorShaft>)>,
     topology: Arc<Topology>,
     parameters: Parameters<f64>,

@@ -10,7 +10,7 @@ use stiction_draw::numbers::number;
 
 /// Largest number of friction interfaces that the text lists.
 const LISTED: usize = 6;
-/// Relative difference below which two numbers are printed as one number.
+/// Two numbers are printed as one if they differ by less than this fraction.
 const SAME: f64 = 1e-6;
 /// Largest factor on the friction coefficients that is printed. Larger factors are dominated by
 /// rounding errors.

@@ -4,10 +4,10 @@ use super::{Findings, Kind};
 use crate::Job;
 use stiction_draw::numbers::number;
 
-/// Singularity index below which the forces can be a hundred times as large as the load, or larger.
+/// Below this singularity index the forces can be a hundred times as large as the load, or larger.
 const NEAR: f64 = 0.01;
-/// Relative singular value of the loop constraints (divided by the largest one) below which a rank
-/// decision is doubtful.
+/// A rank decision is doubtful if a singular value of the loop constraints is below this fraction
+/// of the largest one.
 const DOUBTFUL: f64 = 1e-6;
 
 /// Composes all warnings of a check.

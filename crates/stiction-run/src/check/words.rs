@@ -77,8 +77,8 @@ pub(super) fn own_axes(count: usize) -> &'static str {
     if count == 1 { "an axis of its own" } else { "axes of their own" }
 }
 
-/// Describes how well the actuators control the finite motions, if the mechanism has other motions
-/// that are possible to first order only.
+/// Returns a statement on the control of the finite motions by the actuators, if the mechanism has
+/// other motions that are possible to first order only.
 pub(super) fn actuation_of_motion(findings: &Findings) -> Option<String> {
     let (least, greatest, time) = findings.actuation_of_motion?;
     let zero = |x: f64| number(if x < 1e-9 { 0.0 } else { x });

@@ -258,8 +258,8 @@ impl Limits {
         each.collect()
     }
 
-    /// Describes the numbers that [`Self::parts`] writes: for each one the index of its limit, and true if the limit
-    /// bounds the root mean square only.
+    /// Meaning of the numbers that [`Self::parts`] writes: for each one the index of its limit, and
+    /// true if the limit bounds the root mean square only.
     fn layout(&self) -> Vec<(usize, bool)> {
         let mut out = Vec::new();
         for (index, limit) in self.all.iter().enumerate() {

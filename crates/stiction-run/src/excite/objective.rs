@@ -10,12 +10,12 @@ use stiction_core::kinematics::Target;
 use stiction_core::mechanism::{JointId, Mechanism};
 use stiction_core::spatial::Pose;
 
-/// Used fraction of the limit on the singularity index above which the barrier acts.
+/// The barrier acts above this used fraction of the limit on the singularity index.
 const NEAR: f64 = 0.5;
 /// Relative step of finite differences.
 const STEP: f64 = 1e-6;
-/// Distance from their first positions, in characteristic lengths, below which the bodies count as
-/// having returned there at the end of a period.
+/// Bodies count as having returned to their first positions at the end of a period if their
+/// distance from them, in characteristic lengths, is below this value.
 const RETURNED: f64 = 1e-6;
 
 /// Sums over the instants of one period.

@@ -18,7 +18,7 @@ use stiction_format::{Law, Signal};
 /// Update interval of inverse-dynamics efforts if there is no controller, s.
 const UPDATE: f64 = 1e-3;
 
-/// Distance of two instants, as a fraction of a sampling period, below which they count as one.
+/// Two instants count as one if their distance is below this fraction of a sampling period.
 const SAME: f64 = 1e-6;
 
 /// Source of the motion of a prescribed actuator.

@@ -25,7 +25,7 @@ const STEPS: usize = 150;
 const LONGEST: f64 = 0.2;
 /// Largest distance that the search may cover, rad or characteristic lengths.
 const FAR: f64 = 20.0;
-/// Length of a step at which the search has converged, rad or characteristic lengths.
+/// The search has converged if its step is shorter than this, rad or characteristic lengths.
 const LAST: f64 = 1e-12;
 /// Eigenvalues below this fraction of the largest eigenvalue, or of the square of the characteristic frequency, count
 /// as zero.

@@ -263,7 +263,7 @@ impl Summary {
         value
     }
 
-    /// Energy below which values are rounding errors, J.
+    /// Magnitude of energies, J, below which they are rounding errors.
     pub(super) fn rounding(&self) -> f64 {
         1e-13 * self.energies.peak.abs()
     }

@@ -11,7 +11,7 @@ use stiction_draw::numbers::{number, order, percent};
 
 /// Largest number of friction interfaces and events listed.
 const LISTED: usize = 6;
-/// Relative error of a step above which the summary contains a caution.
+/// The summary contains a caution if the relative error of a step exceeds this value.
 pub(super) const COARSE: f64 = 1e-8;
 
 /// Writes the summary as text.

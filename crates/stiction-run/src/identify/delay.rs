@@ -18,12 +18,13 @@ pub struct Delay {
 
 /// Number of Gauss-Newton iterations.
 const STEPS: usize = 6;
-/// Number of standard deviations above which a delay is certain.
+/// A delay is certain if it exceeds this number of its standard deviations.
 pub(super) const CERTAIN: f64 = 5.0;
 /// Fraction of the squared residuals that a delay must explain, when each fifth of the logs is predicted from the
 /// others.
 const EXPLAINED: f64 = 0.02;
-/// Change of a delay, in standard deviations, below which the iteration has converged.
+/// The iteration has converged if the delays change by less than this number of standard
+/// deviations.
 const SETTLED: f64 = 0.1;
 
 /// Regressor signals of an effect, one for each fitted log; `None` if the effect cannot be computed for one of the logs.
@@ -46,7 +47,8 @@ fn remaining(
     each.collect()
 }
 
-/// Magnitude of the filtered direction of motion below which a row is close to a reversal.
+/// A row is close to a reversal if the magnitude of the filtered direction of motion is below this
+/// value.
 const CLOSE: f64 = 0.95;
 
 /// Standard deviation of a delay due to the jumps of friction, s. The instant of each jump is known

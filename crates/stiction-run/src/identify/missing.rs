@@ -194,7 +194,7 @@ impl Fit<'_> {
     }
 }
 
-/// Describes an effect in words, and its remedy.
+/// Returns a description of an effect, and its remedy.
 fn words(effect: Effect, (name, unit): (&str, &str), is_positive: bool) -> (String, String) {
     let term = |formula: &str| {
         format!(

@@ -23,8 +23,8 @@ const CHUNK: (usize, usize) = (16, 256);
 const WEIGHT: usize = 8192;
 /// Largest number of samples in a step of the scout; longer steps save no time.
 const STRIDE: usize = 16;
-/// Difference below which two poses count as equal: m for positions, dimensionless for rotations.
-/// Newton's method converges to 1e-14, and other assembly modes are far away.
+/// Two poses count as equal if they differ by less than this: m for positions, dimensionless for
+/// rotations. Newton's method converges to 1e-14, and other assembly modes are far away.
 const SAME: f64 = 1e-8;
 
 /// Computation that is performed at the samples of a chunk.

@@ -16,7 +16,7 @@ pub(super) struct Motors {
 struct Train {
     train: DriveTrain,
     map: MotorMap,
-    /// Rate of the drive train's output below which it counts as resting, m/s or rad/s.
+    /// The output of the drive train counts as resting below this rate, m/s or rad/s.
     rest_rate: f64,
 }
 

@@ -23,10 +23,10 @@ pub enum Phase {
     Forces,
 }
 
-/// Fraction of the largest sliding speed below which an interface counts as resting. At a reversal,
+/// An interface counts as resting below this fraction of the largest sliding speed. At a reversal,
 /// rounding errors leave about 1e-16 of the largest speed instead of zero.
 const REST: f64 = 1e-9;
-/// Sliding speed below which an interface counts as resting in any motion, m/s. This limit decides
+/// An interface counts as resting in any motion below this sliding speed, m/s. This limit decides
 /// for motions that consist only of reversals or of a single pose.
 const STANDSTILL: f64 = 1e-12;
 

@@ -13,10 +13,10 @@ use std::fmt::{self, Write};
 use stiction_core::dynamics::FrictionMode;
 use stiction_draw::numbers::{number, order, percent};
 
-/// Singularity index below which a pose counts as singular. The indices of a singular pose at finite rates are accurate
-/// only to the square root of the rounding error.
+/// A pose counts as singular if its singularity index is below this value. The indices of a
+/// singular pose at finite rates are accurate only to the square root of the rounding error.
 pub(super) const ROOT_OF_ROUNDING: f64 = 1e-6;
-/// Singularity index below which the summary contains a caution.
+/// The summary contains a caution if a singularity index is below this value.
 pub(super) const NEAR_SINGULAR: f64 = 1e-3;
 /// Largest number of joints and friction interfaces listed.
 const LISTED: usize = 6;

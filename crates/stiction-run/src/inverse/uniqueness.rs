@@ -3,7 +3,7 @@
 use stiction_core::dynamics::{InverseDynamics, Weighting};
 use stiction_core::statics::{Distances, NullDirection, SingularityDistances, Statics};
 
-/// Singularity index below which a pose counts as singular; such an index is exactly zero.
+/// A pose counts as singular if its singularity index is below this value, that is, exactly zero.
 pub(crate) const SINGULAR: f64 = f64::MIN_POSITIVE;
 
 /// Verdicts at one sample, with buffers that the next sample reuses.

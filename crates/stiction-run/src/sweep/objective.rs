@@ -56,7 +56,7 @@ impl Objectives {
         self.items.iter().map(|item| item.header.clone()).collect()
     }
 
-    /// Describes the objectives whose values are statically indeterminate.
+    /// Descriptions of the objectives whose values are statically indeterminate, for messages.
     pub fn doubts(&self) -> impl Iterator<Item = String> {
         let items = self.items.iter().filter(|item| !item.is_determined);
         items.map(|item| format!("`{}` is not unique", item.column.name))

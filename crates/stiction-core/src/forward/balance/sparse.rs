@@ -319,7 +319,7 @@ fn gradient(
         let own = weighed(model, data, joint, &one.wrenches[joint]);
         let mut sum = dot(&own, &weighed(model, data, joint, &row.covector));
         for &(node, sign) in &topology.cuts[cut].path {
-            // The wrench of a tree joint on its outer body balances the multipliers.
+            // The wrench of a tree joint on its outer body balances the multiplier of the row.
             let Link::Joint { joint, .. } = topology.nodes[node].link else { continue };
             let demand = weighed(model, data, joint, &one.demand[topology.nodes[node].body]);
             sum -= sign * dot(&demand, &weighed(model, data, joint, &row.covector));

@@ -25,7 +25,8 @@ pub(super) enum Interpolation {
     Chord,
 }
 
-/// Data of the last step: its state at the start, and a copy of the simulation at a requested instant within the step.
+/// Data of the last step: the state at its start, and a copy of the simulation at a requested
+/// instant within the step.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LastStep<'a> {
     /// State at the start of the step, as the numbers of [`Simulation::checkpoint`].

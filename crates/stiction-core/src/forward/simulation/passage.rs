@@ -17,9 +17,9 @@ const NARROW: f64 = 0.02;
 /// A minimum counts as a singular position only if the singularity distance on both sides exceeds
 /// the minimum by this factor.
 const RISES: f64 = 3.0;
-/// A singular position may lie in one half of the searched interval only if the singularity
-/// distance changes over the other half by at least this fraction of its value at the outer end of
-/// the first-mentioned half. Near a singular position the distance is proportional to the time from
+/// Smallest change of the singularity distance over one half of the searched interval if a singular
+/// position lies in the other half, as a fraction of the distance at the outer end of the half with
+/// the singular position. Near a singular position the distance is proportional to the time from
 /// it.
 const CHANGES: f64 = 0.3;
 /// Number of parts of the searched interval; the singularity distance is sampled at their ends.

@@ -42,9 +42,9 @@ const SHORT_WAY: f64 = 2e-4;
 /// few instants only, so steps must not be too long.
 const FREQUENT: f64 = 0.1;
 
-/// A linear correction along the derivative bridges the distance between the end of a shortened
-/// step and its event if it is below this fraction of the step. The error of the correction is of
-/// second order and below rounding.
+/// A linear correction along the derivative moves the end of a shortened step to its event if their
+/// distance is below this fraction of the step. The error of the correction is of second order and
+/// below rounding.
 const NUDGE: f64 = 1e-7;
 
 impl Simulation<'_> {

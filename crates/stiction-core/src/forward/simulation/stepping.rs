@@ -14,8 +14,8 @@ use crate::kinematics::{Bodies, State};
 use crate::mechanism::JointId;
 use crate::parameters::Parameters;
 
-/// Initial number of time steps without a change of mode after which the event-driven method is
-/// tried again.
+/// Initial and smallest number of time steps without a change of mode after which the event-driven
+/// method is tried again.
 pub(super) const QUIET: usize = 8;
 /// Largest value of that number, which doubles after each failure of the event-driven method.
 pub(super) const LONGEST_WAIT: usize = 4096;
@@ -32,8 +32,8 @@ const STILL: f64 = 1e-9;
 const JUMP: f64 = 1e-4;
 /// Length, s, of the steps in which jumps are detected; longer steps with a jump are shortened.
 const SHORTEST_BEFORE_JUMP: f64 = 1e-8;
-/// Longer steps, s, that are tried if the shortest step has no solution. The change of velocity over such a step is
-/// recorded as a jump.
+/// Longer steps, s, that are tried if the shortest step has no solution. The change of velocity
+/// over such a step is recorded as a jump.
 const LONGER: [f64; 4] = [1e-6, 1e-5, 1e-4, 1e-3];
 /// Smallest jump of a joint rate that an event lists, as a fraction of the largest jump.
 const SMALL_PART: f64 = 1e-3;

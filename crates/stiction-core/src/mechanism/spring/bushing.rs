@@ -23,11 +23,11 @@ pub struct Bushing {
     pub ends: [BodyId; 2],
     /// The two frames, each in its body.
     pub frames: [Pose<f64>; 2],
-    /// Stiffness matrix K, forces before moments and translations before rotations: forces in N/m and N/rad, moments in N
-    /// and N m/rad; symmetric, positive semidefinite.
+    /// Stiffness matrix K, forces before moments and translations before rotations: forces in N/m
+    /// and N/rad, moments in N and N m/rad; symmetric, positive semidefinite.
     pub stiffness: SixBySix,
-    /// Damping matrix C, in the same order: forces in N s/m and N s/rad, moments in N s and N m s/rad; symmetric, positive
-    /// semidefinite.
+    /// Damping matrix C, in the same order: forces in N s/m and N s/rad, moments in N s and N m
+    /// s/rad; symmetric, positive semidefinite.
     pub damping: SixBySix,
 }
 

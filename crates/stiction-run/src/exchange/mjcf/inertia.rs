@@ -11,7 +11,7 @@ use stiction_core::spatial::Mat3;
 const SLACK: f64 = 1e-9;
 /// Least moment of inertia in the file, kg m^2; MuJoCo rejects moments below about 1e-14 kg m^2.
 const LEAST: f64 = 1e-13;
-/// Change of a moment of inertia, relative to the largest, above which a note is written.
+/// A note is written if a moment of inertia changes by more than this fraction of the largest one.
 const NOTED: f64 = 1e-6;
 
 /// Inertia tensor for MuJoCo, kg m^2, and true if it differs noticeably from that of the body. The smallest principal

@@ -32,8 +32,8 @@ impl Standstill {
     }
 }
 
-/// Distance in time of two successive rows, in units of the median distance, above which the log
-/// has a gap between them.
+/// The log has a gap between two successive rows if their distance in time exceeds this multiple of
+/// the median distance.
 const GAP: f64 = 1.5;
 
 /// Finds the dwells among the rows at `times`: intervals in which `is_resting` holds. `effort`

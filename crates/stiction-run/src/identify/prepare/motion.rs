@@ -17,9 +17,10 @@ pub(super) const ROWS_PER_PERIOD: f64 = 4.0;
 const EXAMINED: usize = 20_000;
 /// Number of parts of a log from which a cut-off frequency is suggested.
 const PARTS: usize = 4;
-/// Sampling rate below which the motion of a robot cannot be resolved, 1/s.
+/// The motion of a robot cannot be resolved at sampling rates below this value, 1/s.
 const SLOWEST: f64 = 2.0;
-/// Standard deviation of the time steps, relative to their mean, above which there is a caution.
+/// There is a caution if the standard deviation of the time steps exceeds this fraction of their
+/// mean.
 const JITTER: f64 = 0.1;
 /// Largest number of lines with spikes that a caution names.
 const NAMED: usize = 10;

@@ -12,7 +12,7 @@ use super::motion::Motion;
 use stiction_core::kinematics::Target;
 use stiction_identify::Regressor;
 
-/// Distance of two instants, relative to the step of the grid, below which they count as one.
+/// Two instants count as one if their distance is below this fraction of the step of the grid.
 const SAME: f64 = 1e-3;
 
 /// Common delay of the efforts of all channels, s; `None` if it is unknown, or if the delays differ

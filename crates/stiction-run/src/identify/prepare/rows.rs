@@ -16,7 +16,8 @@ use stiction_identify::{Block, Kind, Regressor, Rest, Rows};
 
 /// Largest fraction of friction at rest, or of saturated samples, in a filtered row that is kept.
 const RESTING: f64 = 0.02;
-/// Height of a spike in an effort, relative to the effort's standard deviation, up to which it is not replaced.
+/// A spike in an effort is replaced only if its height exceeds this fraction of the standard
+/// deviation of the effort.
 const HARMLESS: f64 = 0.05;
 /// Largest number of instants whose poses are kept, for the moving robot of the report.
 const SHOWN: usize = 600;
