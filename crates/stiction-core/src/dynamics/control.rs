@@ -15,11 +15,11 @@ use crate::statics::AppliedLoad;
 
 /// Largest number of Newton steps for the loop closures.
 const CLOSURE_STEPS: usize = 12;
-/// Closure error below which one more Newton step closes the loops to round-off: lengths divided by
-/// the characteristic length, angles in rad.
+/// One more Newton step closes the loops to round-off if the closure error is below this value:
+/// lengths divided by the characteristic length, angles in rad.
 const NEAR: f64 = 1e-7;
-/// Closure error above which the loops count as open: lengths divided by the characteristic length,
-/// angles in rad.
+/// Loops count as open if the closure error exceeds this value: lengths divided by the
+/// characteristic length, angles in rad.
 const CLOSED: f64 = 1e-12;
 
 /// Outcome of [`Model::inverse_dynamics`].

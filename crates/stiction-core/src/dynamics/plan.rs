@@ -21,11 +21,12 @@ pub(crate) struct BalancePlan {
     pub(super) program: StaticLu,
 }
 
-/// Fraction of the largest singular value below which singular values count as zero. Matrices are
-/// scaled to entries of order one, and positions are accurate to 1e-13.
+/// Singular values below this fraction of the largest one count as zero. Matrices are scaled to
+/// entries of order one, and positions are accurate to 1e-13.
 const NEGLIGIBLE: f64 = 1e-9;
-/// Magnitude of a pivot of the scaled balance below which the singular values are checked. A small
-/// pivot does not imply a small singular value, but a small singular value implies a small pivot.
+/// The singular values are checked if the magnitude of a pivot of the scaled balance is below this
+/// value. A small pivot does not imply a small singular value, but a small singular value implies a
+/// small pivot.
 const SUSPICIOUS_PIVOT: f64 = 1e-3;
 
 impl BalancePlan {

@@ -30,9 +30,9 @@ pub(super) struct Anchor {
     pub(super) pose: Pose<f64>,
 }
 
-/// Correction, rad or characteristic lengths, below which the next correction reuses the present
-/// decomposition, provided the singularity distance exceeds [`REGULAR`]. The error of the reuse is
-/// of second order.
+/// If a correction is smaller than this, rad or characteristic lengths, the next one reuses the
+/// present decomposition, provided the singularity distance exceeds [`REGULAR`]. The error of the
+/// reuse is of second order.
 const SMALL: f64 = 1e-9;
 /// Singularity distance above which a decomposition may be reused.
 const REGULAR: f64 = 0.2;

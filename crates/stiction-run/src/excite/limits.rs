@@ -258,7 +258,7 @@ impl Limits {
         each.collect()
     }
 
-    /// Meaning of the numbers that [`Self::parts`] writes: for each one the index of its limit, and
+    /// Layout of the numbers that [`Self::parts`] writes: for each one the index of its limit, and
     /// true if the limit bounds the root mean square only.
     fn layout(&self) -> Vec<(usize, bool)> {
         let mut out = Vec::new();

@@ -263,7 +263,7 @@ impl Summary {
         value
     }
 
-    /// Magnitude of energies, J, below which they are rounding errors.
+    /// Magnitude, J, below which energies are rounding errors.
     pub(super) fn rounding(&self) -> f64 {
         1e-13 * self.energies.peak.abs()
     }

@@ -13,7 +13,7 @@ use crate::topology::{Link, Role};
 
 /// Number of right-hand sides solved at once, one per SIMD lane.
 pub(in crate::dynamics) const WIDTH: usize = 4;
-/// A residual below this fraction of the largest entry of the right-hand side counts as round-off.
+/// A residual counts as round-off below this fraction of the largest entry of the right-hand side.
 const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
 pub(in crate::dynamics) type Four = Lanes<f64, WIDTH>;
 

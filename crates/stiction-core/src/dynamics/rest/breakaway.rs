@@ -26,7 +26,7 @@ pub struct Breakaway {
     pub backward: (f64, f64),
 }
 
-/// Fraction of the largest sliding velocity below which an interface counts as not sliding.
+/// An interface counts as not sliding below this fraction of the largest sliding velocity.
 const STILL: f64 = 1e-9;
 
 /// Computes, for each actuator, the sliding velocities of all interfaces at a unit rate of this

@@ -47,7 +47,7 @@ pub(super) fn greatest_frictions(
     sound.then(|| greatest.iter().enumerate().map(limit).collect())
 }
 
-/// Number of fixed-point steps above which a factorisation is faster.
+/// Largest number of fixed-point steps. A factorisation is faster than more steps.
 const STEPS: usize = 16;
 
 /// Solves `x = constants + coupled x`, given a spectral radius of `coupled` below one.

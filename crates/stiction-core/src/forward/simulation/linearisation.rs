@@ -22,7 +22,7 @@ const DEPENDENT: f64 = 1e-6;
 /// Actuated coordinates are chosen before others as long as the independent part of their rate
 /// exceeds this fraction of the largest rate of any coordinate.
 const PREFERRED: f64 = 1e-2;
-/// Singularity distance of the constraints below which no linearisation is computed.
+/// No linearisation is computed below this singularity distance of the constraints.
 const SINGULAR: f64 = 1e-6;
 /// Longest first step of a difference: rad or characteristic lengths for positions, rad or
 /// characteristic lengths per characteristic time for rates.

@@ -14,8 +14,9 @@ use crate::forward::affine_friction::{InterfaceMode, norm};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 
-/// Fraction of the largest slip speed below which a plate or ball is advanced directly to its stop. The remaining time
-/// is then the same fraction of the time that has passed since the largest speed.
+/// A plate or ball is advanced directly to its stop below this fraction of the largest slip speed.
+/// The remaining time is then the same fraction of the time that has passed since the largest
+/// speed.
 pub(super) const SLOW: f64 = 10.0 * REST;
 /// Longest step as a fraction of the estimated time to the stop.
 const PART: f64 = 0.7;

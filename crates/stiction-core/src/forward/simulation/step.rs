@@ -13,11 +13,11 @@ use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
 use crate::forward::integrator::Tolerance;
 
-/// Singularity distance below which each stage of a step is projected onto the loop constraints, in
-/// addition to its end.
+/// Each stage of a step, in addition to its end, is projected onto the loop constraints below this
+/// singularity distance.
 const NEAR_SINGULAR: f64 = 0.2;
 
-/// Singularity distance below which the start of a motion counts as singular.
+/// The start of a motion counts as singular below this singularity distance.
 const SINGULAR: f64 = 1e-9;
 
 /// Stability bound of Hairer's stiffness test for this method: stability bounds a step if its

@@ -23,7 +23,7 @@ pub(super) const LONGEST_WAIT: usize = 4096;
 pub(super) const FIRST: f64 = 1e-6;
 /// Time stepping takes over if this many events occur with a mean interval below [`DENSE`].
 const MANY: usize = 40;
-/// Mean interval, s, below which events are too dense for the event-driven method.
+/// Events are too dense for the event-driven method below this mean interval, s.
 pub(super) const DENSE: f64 = 5e-5;
 /// Changes of the rates count as rounding below this fraction of the largest rate without friction.
 const STILL: f64 = 1e-9;

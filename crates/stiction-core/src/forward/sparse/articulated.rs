@@ -12,7 +12,7 @@ use crate::parameters::Parameters;
 use crate::spatial::{Twist, Vec3, Wrench};
 use crate::topology::{Link, Topology};
 
-/// Inertia of a motion, relative to that of the rigid subtree, below which it counts as round-off.
+/// The inertia of a motion counts as round-off below this fraction of that of the rigid subtree.
 const NEGLIGIBLE: f64 = 1e-11;
 
 /// Articulated inertia as a 6 x 6 block: force and moment per linear and angular acceleration.

@@ -17,10 +17,10 @@ const ADDED: f64 = 1e-8;
 /// Smallest pivot of an independent row, relative to the diagonal; pivots of dependent rows are below [`DEPENDENT`].
 const INDEPENDENT: f64 = 1e-5;
 const DEPENDENT: f64 = 2e-7;
-/// Singularity distance above which a solution without an added matrix needs no correction: its round-off is that of
-/// the system divided by the square of the distance.
+/// Above this singularity distance, a solution without an added matrix needs no correction: its
+/// round-off is that of the system divided by the square of the distance.
 const REGULAR: f64 = 0.03;
-/// Residual, relative to the right-hand side, at which the corrections end.
+/// The corrections end when the residual is below this fraction of the right-hand side.
 const SETTLED: f64 = 1e-15;
 /// Largest number of corrections.
 const CORRECTIONS: usize = 6;
