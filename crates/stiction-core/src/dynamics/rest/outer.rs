@@ -47,7 +47,7 @@ pub(super) fn greatest_frictions(
     sound.then(|| greatest.iter().enumerate().map(limit).collect())
 }
 
-/// Largest number of fixed-point steps. A factorisation is faster than more steps.
+/// Largest number of fixed-point steps. If more are needed, a factorisation is faster.
 const STEPS: usize = 16;
 
 /// Solves `x = constants + coupled x`, given a spectral radius of `coupled` below one.

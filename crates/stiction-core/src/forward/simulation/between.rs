@@ -250,7 +250,7 @@ impl Energies {
     fn blend(&mut self, to: &Self, account: &Account, (part, span): (f64, f64)) {
         let between = |a: &mut f64, b: &f64, power: &f64| {
             let all = b - *a;
-            // The mean force over a jump has no meaningful power at the end of the step.
+            // The mean force over a jump has no power at the end of the jump.
             let last = (span * power).clamp((2.0 * all).min(0.0), (2.0 * all).max(0.0));
             *a += part * (2.0 * all - last + part * (last - all));
         };

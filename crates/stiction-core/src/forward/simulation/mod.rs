@@ -53,7 +53,7 @@ use scratch::Scratch;
 const REST: f64 = 1e-10;
 
 /// Number of evaluations after which progress is checked. The simulation stalls if time has
-/// advanced less than [`LEAST_PROGRESS`] during these evaluations.
+/// advanced by less than [`LEAST_PROGRESS`] of the longest step during these evaluations.
 const PATIENCE: usize = 5_000;
 /// Least advance of time during [`PATIENCE`] evaluations, as a fraction of the longest step.
 const LEAST_PROGRESS: f64 = 1e-3;

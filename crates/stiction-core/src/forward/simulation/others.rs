@@ -6,8 +6,9 @@ use crate::forward::inputs::Inputs;
 use crate::mechanism::JointId;
 
 impl Simulation<'_> {
-    /// Searches for further solutions if the uniqueness bound does not exclude them, and records those that it finds as
-    /// an event. Does so once for each time interval in which the bound excludes nothing.
+    /// Searches for further solutions if the uniqueness bound is one or more and thus excludes
+    /// none, and records those that it finds as an event. Searches once for each time interval with
+    /// such bounds.
     pub(super) fn look_for_others(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         let Some(coupling) = self.now.coupling.filter(|c| *c >= 1.0) else {
             self.reported_others = false;

@@ -19,8 +19,7 @@ pub(super) struct Scratch {
     pub(super) projection: Projection,
     /// Normal forces from which Newton's method starts, N.
     pub(super) loads: Vec<f64>,
-    /// True if the mechanism is at rest and the decomposed constraint matrix is that of the present
-    /// position.
+    /// True if the decomposed constraint matrix is that of the present position at rest.
     pub(super) conditions_hold: bool,
     /// Smallest relative margin to the friction limit among all sticking interfaces and all stages of a step.
     pub(super) margin: f64,

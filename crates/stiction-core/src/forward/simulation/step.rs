@@ -399,7 +399,8 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// Uses the present normal forces as the starting point of Newton's method.
+    /// Uses the present normal forces as the starting point of Newton's method, and resets the
+    /// smallest margin and the smallest singularity distance of the step.
     pub(super) fn start_near_present_loads(&mut self) {
         let loads = &mut self.workspace.loads;
         loads.clear();

@@ -1,4 +1,5 @@
-//! Rest of the whole mechanism: time advances without integration as long as friction holds.
+//! Rest of the whole mechanism: time advances without integration as long as friction holds the
+//! mechanism.
 
 use super::Simulation;
 use super::between::Interpolation;
