@@ -95,7 +95,7 @@ pub(super) struct Row {
 }
 
 impl Row {
-    /// Figure of the first run that has it.
+    /// Headline figure of the first run that has one.
     pub(super) fn headline(&self) -> &Headline {
         &self.headline
     }

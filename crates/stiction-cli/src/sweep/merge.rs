@@ -95,7 +95,7 @@ pub(super) fn merge(options: &Sweep, folders: &[PathBuf]) -> Result<(), Failure>
 fn open(folder: &Path) -> Result<Part, Failure> {
     let text = std::fs::read_to_string(folder.join("sweep.json")).map_err(|error| {
         Failure::input(format!(
-            "{} is not the folder of a complete part: sweep.json: {error}",
+            "{} does not contain a complete part of a sweep: sweep.json: {error}",
             folder.display()
         ))
         .help("give the folders of parts that have ended; --resume completes an interrupted one")

@@ -74,7 +74,7 @@ pub enum AssemblyError {
         }
     )]
     Contradiction {
-        /// Name of the violated quantity: rates or accelerations.
+        /// Name of the quantities that violate a constraint: rates or accelerations.
         order: &'static str,
         /// Joint or gearing with the largest violation; `None` if a coordinate is violated more.
         joint: Option<String>,

@@ -140,8 +140,8 @@ pub struct RotorParameters<T> {
 }
 
 impl<T: Scalar> RotorParameters<T> {
-    /// Returns the parameters of a drive train's rotor, if the rotor spins on a body: one contribution to its angular
-    /// momentum for each degree of freedom that the drive train moves.
+    /// Returns the parameters of a drive train's rotor, one for each degree of freedom that contributes to the angular
+    /// momentum of the rotor. There are none if the rotor does not spin on a body.
     pub fn of(train: &DriveTrain) -> impl Iterator<Item = Self> + '_ {
         let momentum = train.transmission() * train.rotor_inertia;
         let spinning = train.rotor_axis.filter(|_| momentum != 0.0);

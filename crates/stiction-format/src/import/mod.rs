@@ -138,7 +138,7 @@ fn describe(context: &Context<'_>, root: &Element, stem: &str) -> Option<Descrip
         "mujoco" => mjcf::read(context, root),
         "sdf" => sdf::read(context, root),
         "mujocoinclude" => {
-            let message = "this is a part of an MJCF, not a whole robot".to_owned();
+            let message = "this is a part of an MJCF model, not a whole robot".to_owned();
             let help = "convert the file whose <include> names this one";
             context.error("xml", message, &root.place(), help);
             None

@@ -14,7 +14,7 @@ const LARGEST: f64 = 1e30;
 const MOST_NODES: u32 = 4_000_000;
 
 /// Message for a xacro file, a template from which URDF is generated.
-pub(super) const XACRO: &str = "this is a xacro file, which describes how to write a URDF";
+pub(super) const XACRO: &str = "this is a xacro file, a template from which URDF is generated";
 pub(super) const EXPAND_XACRO: &str = "expand it first: `xacro robot.urdf.xacro > robot.urdf`";
 
 /// Attribute with its place.

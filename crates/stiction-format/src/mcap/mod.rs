@@ -24,7 +24,7 @@ struct Recorded {
     times: Vec<[u64; 2]>,
     /// Positions of all joints, row by row, m or rad.
     positions: Vec<f64>,
-    /// Joints whose effort the first state has.
+    /// For each joint: true if the first message contains its effort.
     with_effort: Vec<bool>,
     /// Efforts of the joints in `with_effort`, row by row, N or N m.
     efforts: Vec<f64>,

@@ -209,7 +209,7 @@ fn unknown(names: &Names, own: &'static [Field], path: &str) -> (String, Option<
 /// Orders of intrinsic angles by body; xyz by default.
 pub(crate) type Orders = HashMap<BodyId, AngleOrder>;
 
-/// Coordinate that a resolved path names, and its measure.
+/// Coordinate that a resolved path names, and whether it is a length or an angle.
 pub(crate) fn coordinate(
     meaning: Meaning<'_>,
     orders: &Orders,

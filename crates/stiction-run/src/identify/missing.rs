@@ -23,7 +23,7 @@ pub struct Missing {
     pub sigma: f64,
     /// Unit of the size.
     pub unit: &'static str,
-    /// Fraction by which the effect reduces the squared residuals, if each fifth of the logs is
+    /// Fraction by which the effect reduces the squared residuals, when each fifth of the logs is
     /// predicted from the other four (cross-validation).
     pub gain: f64,
     /// Parameters that the effect changes by more than a standard deviation, each with its change in standard

@@ -65,7 +65,7 @@ struct Choice {
 struct Setup {
     plan: Plan,
     tunables: Vec<Named>,
-    /// Positions and rates of the actuators at the start of the request.
+    /// Positions and rates of the actuators at the start of the requested simulation.
     initial: Vec<Target<f64>>,
     /// Poses of the bodies at this start, in the ground's frame: initial guesses that preserve the
     /// assembly mode at another start.

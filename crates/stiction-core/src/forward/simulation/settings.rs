@@ -31,8 +31,8 @@ pub enum Method {
     /// Steps of order eight; every stick and slip onset ends a step.
     EventDriven,
     /// Steps of first order at velocity level (Moreau 1988, Jean 1999); stick and slip onsets fall within
-    /// steps. Accelerations and reactions are means over the last step. Velocities jump where friction leaves
-    /// no acceleration; [`super::EventKind::Jump`] records it.
+    /// steps. Accelerations and reactions are means over the last step. Velocities jump where no
+    /// acceleration satisfies the law of friction; [`super::EventKind::Jump`] records it.
     TimeStepping,
 }
 

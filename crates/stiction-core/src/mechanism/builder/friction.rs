@@ -110,7 +110,7 @@ impl Checks<'_> {
                 );
             }
             (Combine::RootSumSquare, InterfaceShape::Thread) => {
-                self.problem("the normal load of a thread is combined as a sum or at two pads");
+                self.problem("the parts of the normal load of a thread can be combined as a sum or at two pads only");
             }
             _ => {}
         }

@@ -80,7 +80,7 @@ impl Parser<'_> {
             let (Some(power), Some(product)) = (power, scale.times(unit.scale, exponent)) else {
                 let span = span.start..self.before();
                 let label = "expected a power such as 2 or -1";
-                return Err(Fault::new(span, "this power of a unit is not a unit", label));
+                return Err(Fault::new(span, "this power gives no unit in use", label));
             };
             (scale, dimension) = (product, power);
         }
