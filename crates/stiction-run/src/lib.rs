@@ -56,6 +56,7 @@ mod follower;
 pub mod forward;
 mod gearing_load;
 pub mod identify;
+mod in_space;
 mod instants;
 pub mod inverse;
 mod job;
@@ -75,6 +76,7 @@ mod view;
 
 pub use error::{Error, Missing, SinkError};
 pub use follower::Follower;
+pub use in_space::{SpaceError, Tracked};
 pub use instants::{Instants, InstantsError};
 pub use job::{Indices, Job};
 pub use portrait::Portrait;

@@ -61,6 +61,31 @@ pub fn legs_of_joints(mechanism: &Mechanism) -> Vec<Option<usize>> {
     (0..mechanism.joints().len()).map(leg).collect()
 }
 
+/// Largest number of bodies whose paths are drawn.
+pub(super) const TRACED: usize = 4;
+
+/// Indices of the bodies whose paths show the motion of a mechanism: the hubs, such as platforms; without hubs, the ends
+/// of open chains; without those, the bodies that are not connected to the ground. Empty if there are too many.
+pub fn outputs(mechanism: &Mechanism) -> Vec<usize> {
+    let joints = joints_of_bodies(mechanism);
+    let hubs = hubs(mechanism, &joints);
+    let off_ground = |body: &usize| is_off_ground(&joints, *body);
+    let is_end = |body: &usize| joints[*body].len() == 1 && off_ground(body);
+    let bodies = || 1..joints.len();
+    let all: [Vec<usize>; 3] = [
+        bodies().filter(|body| hubs[*body]).collect(),
+        bodies().filter(is_end).collect(),
+        bodies().filter(off_ground).collect(),
+    ];
+    let found = all.into_iter().find(|found| !found.is_empty()).unwrap_or_default();
+    if found.len() > TRACED { Vec::new() } else { found }
+}
+
+/// Returns true if no joint connects the body to the ground.
+pub(super) fn is_off_ground(joints: &[Vec<usize>], body: usize) -> bool {
+    joints[body].iter().all(|joint| !joints[BodyId::GROUND.0].contains(joint))
+}
+
 /// Part of a name before its first dot, which is the name of the leg.
 pub(super) fn leg_of(name: &str) -> Option<&str> {
     name.split_once('.').map(|(leg, _)| leg)

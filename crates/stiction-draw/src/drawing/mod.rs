@@ -17,7 +17,7 @@ mod symbols;
 mod trail;
 mod view;
 
-pub use layout::legs_of_joints;
+pub use layout::{legs_of_joints, outputs};
 pub use moving::moving_picture;
 pub(crate) use style::tones;
 pub use style::{BRANCHES, BRANCHES_ON_DARK, Surface};

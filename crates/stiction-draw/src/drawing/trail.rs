@@ -1,14 +1,12 @@
 //! Traces of a motion: paths of bodies and strokes of sliding joints.
 
-use super::layout::Layout;
+use super::layout::{Layout, TRACED, is_off_ground};
 use super::placed::Placed;
 use stiction_core::mechanism::Mechanism;
 use stiction_core::spatial::{Pose, Vec3};
 
 /// Largest number of stored points of a path.
 const KEPT: usize = 600;
-/// Largest number of traced bodies.
-const TRACED: usize = 4;
 
 /// Paths of the hubs or, without hubs, of the coupler bodies, and strokes of the sliding joints.
 #[derive(Clone, Debug)]
@@ -95,8 +93,7 @@ impl Trail {
 pub(super) fn traced(placed: &Placed<'_>, layout: &Layout) -> Vec<(usize, Vec3<f64>)> {
     let bodies = layout.joints.len();
     let hubs: Vec<usize> = (1..bodies).filter(|&body| layout.hubs[body]).collect();
-    let off_ground =
-        |body: &usize| layout.joints[*body].iter().all(|joint| !layout.joints[0].contains(joint));
+    let off_ground = |body: &usize| is_off_ground(&layout.joints, *body);
     let traced = if hubs.is_empty() { (1..bodies).filter(off_ground).collect() } else { hubs };
     let point = |body: usize| {
         let pose = placed.pose[body];

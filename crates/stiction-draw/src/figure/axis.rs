@@ -34,6 +34,14 @@ impl Axis {
         Self { low, high, step: round_step(high - low, ticks) }
     }
 
+    /// Creates an axis of a given length about the middle of the values.
+    pub(super) fn about(values: impl Iterator<Item = f64>, length: f64, ticks: usize) -> Self {
+        let (low, high) = extremes(values);
+        let middle = 0.5 * low + 0.5 * high;
+        let (low, high) = (middle - 0.5 * length, middle + 0.5 * length);
+        Self { low, high, step: round_step(length, ticks) }
+    }
+
     /// Returns the axis with ticks at whole numbers only.
     pub(super) fn of_counts(self) -> Self {
         Self { step: self.step.max(1.0), ..self }
@@ -60,7 +68,7 @@ impl Axis {
     }
 }
 
-fn extremes(values: impl Iterator<Item = f64>) -> (f64, f64) {
+pub(super) fn extremes(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let finite = values.filter(|value| value.is_finite());
     let found = finite.fold(None, |known: Option<(f64, f64)>, x| {
         Some(known.map_or((x, x), |(low, high)| (low.min(x), high.max(x))))

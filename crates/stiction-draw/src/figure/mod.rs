@@ -6,12 +6,15 @@ mod axis;
 mod bars;
 mod inline;
 pub mod meaning;
+mod path;
+mod plane;
 #[cfg(feature = "png")]
 mod png;
 mod render;
 mod trace;
 
 pub use bars::{Bar, Bars};
+pub use path::PathTrace;
 pub use trace::{BandTrace, JumpTrace, Trace, reversal};
 
 use crate::drawing::BRANCHES;
@@ -42,6 +45,20 @@ pub struct Panel {
     pub is_count: bool,
     /// Index of the leg whose quantities the panel shows; its colour is that of [`meaning::OF_LEG`].
     pub leg: Option<usize>,
+    /// Plane whose two axes the panel shows, if its curves are paths in space. Either all panels of a figure have a
+    /// plane or none has one.
+    pub plane: Option<Plane>,
+}
+
+/// Plane on which a panel projects the path of a body. All panels of the figure have the same scale on both axes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Plane {
+    /// Name and unit of the horizontal axis.
+    pub x_label: String,
+    /// Index of the body.
+    pub body: usize,
+    /// Horizontal and vertical axis: 0, 1, 2 for x, y, z.
+    pub axes: [usize; 2],
 }
 
 /// Interval of a quantity as a function of the value on the horizontal axis.
@@ -142,6 +159,11 @@ impl Figure {
         self.render(Form::Paper)
     }
 
+    /// Returns true if the panels show paths in space.
+    fn is_of_paths(&self) -> bool {
+        self.panels.iter().any(|panel| panel.plane.is_some())
+    }
+
     /// Returns `true` if no line of the figure has a point that can be drawn.
     pub fn is_empty(&self) -> bool {
         let mut points = self.panels.iter().flat_map(|panel| &panel.lines).flat_map(|l| &l.points);
@@ -187,7 +209,7 @@ impl Figure {
         let is_common = has_one_meaning && (entries.len() < all().count() || is_long);
         let most = self.panels.iter().map(|panel| panel.labels().count()).max().unwrap_or(0);
         // More names than this do not fit beside a panel.
-        !is_common && most <= 9
+        !is_common && most <= 9 && !self.is_of_paths()
     }
 }
 

@@ -34,11 +34,12 @@ impl Figure {
             })
             .collect();
         let layouts = self.panels.iter().zip(&rows).map(|(panel, plots)| {
+            let x_label = panel.plane.as_ref().map_or(&self.x_label, |plane| &plane.x_label);
             Layout::auto_from_plots(plots)
                 .with_legend_width(LEGEND)
                 .with_force_margins(LEFT, LEGEND + 24.0)
                 .with_y_label(clean(&panel.y_label))
-                .with_x_label(clean(&self.x_label))
+                .with_x_label(clean(x_label))
         });
         let layouts = layouts.collect();
         let sheet = Sheet::new(self.panels.len(), 1)

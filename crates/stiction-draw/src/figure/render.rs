@@ -11,11 +11,11 @@ use std::fmt::Write;
 /// on a narrow page.
 const WIDTHS: [f64; 2] = [860.0, 700.0];
 /// Mean width of a letter, px.
-const LETTER: f64 = 6.6;
+pub(super) const LETTER: f64 = 6.6;
 /// Height of the name of a panel, px.
-const NAME: f64 = 26.0;
+pub(super) const NAME: f64 = 26.0;
 /// Height of tick labels together with the name of the axis, px.
-const TICKS: f64 = 44.0;
+pub(super) const TICKS: f64 = 44.0;
 /// Height of tick labels alone, px.
 const NUMBERS: f64 = 18.0;
 /// Largest number of panels for which the tick labels below the last panel suffice.
@@ -32,19 +32,22 @@ const APART: f64 = 14.0;
 impl Figure {
     /// Draws the figure as one `svg` element.
     pub(super) fn render(&self, form: Form) -> String {
-        Renderer::new(self, form).finish()
+        match self.is_of_paths() {
+            true => Renderer::new(self, form).planes(),
+            false => Renderer::new(self, form).finish(),
+        }
     }
 }
 
-struct Renderer<'a> {
-    figure: &'a Figure,
-    form: Form,
-    left: f64,
-    right: f64,
-    width: f64,
-    height: f64,
-    x: Axis,
-    drawn: String,
+pub(super) struct Renderer<'a> {
+    pub(super) figure: &'a Figure,
+    pub(super) form: Form,
+    pub(super) left: f64,
+    pub(super) right: f64,
+    pub(super) width: f64,
+    pub(super) height: f64,
+    pub(super) x: Axis,
+    pub(super) drawn: String,
 }
 
 impl<'a> Renderer<'a> {
@@ -86,14 +89,21 @@ impl<'a> Renderer<'a> {
         if panel.is_count { axis.of_counts() } else { axis }
     }
 
-    fn colour(&self, name: &str) -> String {
+    pub(super) fn colour(&self, name: &str) -> String {
         if self.form == Form::Page {
             return format!("var(--{name})");
         }
         on_paper(name).to_owned()
     }
 
-    fn text(&mut self, (x, y): (f64, f64), anchor: &str, more: &str, colour: &str, content: &str) {
+    pub(super) fn text(
+        &mut self,
+        (x, y): (f64, f64),
+        anchor: &str,
+        more: &str,
+        colour: &str,
+        content: &str,
+    ) {
         let fill = self.colour(colour);
         let (x, y, content) = (px(x), px(y), escape(content));
         let _ = write!(
@@ -102,30 +112,31 @@ impl<'a> Renderer<'a> {
         );
     }
 
-    fn stroke(&mut self, path: &str, colour: &str, more: &str) {
+    pub(super) fn stroke(&mut self, path: &str, colour: &str, more: &str) {
         let colour = self.colour(colour);
         let _ = write!(self.drawn, "<path d=\"{path}\" fill=\"none\" stroke=\"{colour}\"{more}/>");
     }
 
-    fn finish(mut self) -> String {
-        let figure = self.figure;
+    /// Draws the title and the legend of a file; returns the vertical position below them, px.
+    pub(super) fn heading(&mut self) -> f64 {
         let mut top = 4.0;
         if self.form == Form::Paper {
-            if !figure.title.is_empty() {
+            if !self.figure.title.is_empty() {
                 top += 20.0;
-                self.text(
-                    (self.left, top),
-                    "start",
-                    " font-size=\"16\" font-weight=\"600\"",
-                    "ink",
-                    &figure.title,
-                );
+                let more = " font-size=\"16\" font-weight=\"600\"";
+                self.text((self.left, top), "start", more, "ink", &self.figure.title);
                 top += 6.0;
             }
-            if !figure.labels_lines() {
+            if !self.figure.labels_lines() {
                 top = self.legend(top);
             }
         }
+        top
+    }
+
+    fn finish(mut self) -> String {
+        let figure = self.figure;
+        let mut top = self.heading();
         let mut bottom = top + NAME;
         let count = figure.panels.len();
         for (index, panel) in figure.panels.iter().enumerate() {
@@ -139,7 +150,6 @@ impl<'a> Renderer<'a> {
                     () => 4.0,
                 };
         }
-        let (width, height) = (px(self.width), px(top.max(bottom + 4.0)));
         let over_time = figure.x_label.starts_with("time [s]");
         let cursor = match self.form == Form::Page && over_time {
             true => format!(
@@ -151,8 +161,16 @@ impl<'a> Renderer<'a> {
             ),
             false => String::new(),
         };
+        self.sheet(top.max(bottom + 4.0), &cursor)
+    }
+
+    /// The `svg` element of all that is drawn, with further attributes if it is a part of a page.
+    pub(super) fn sheet(&self, height: f64, attributes: &str) -> String {
+        let (width, height) = (px(self.width), px(height));
         let frame = match self.form {
-            Form::Page => format!("<svg class=\"curves\" viewBox=\"0 0 {width} {height}\"{cursor}"),
+            Form::Page => {
+                format!("<svg class=\"curves\" viewBox=\"0 0 {width} {height}\"{attributes}")
+            }
             Form::Paper => format!(
                 "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\""
             ),
@@ -309,7 +327,7 @@ impl<'a> Renderer<'a> {
         self.left + (self.right - self.left) * self.x.place(value)
     }
 
-    fn line(&mut self, line: &Line, leg: Option<usize>, y: &Axis, bottom: f64) {
+    pub(super) fn line(&mut self, line: &Line, leg: Option<usize>, y: &Axis, bottom: f64) {
         let name = colour_name(line.colour, leg);
         let mut path = String::new();
         let mut runs: Vec<Vec<(String, String)>> = vec![Vec::new()];

@@ -19,6 +19,47 @@ const plots = [...document.querySelectorAll("svg[data-left]")].map(svg => {
   };
 });
 
+// The place of the body in every plot of a path; a click near a path sets the time.
+const plans = [...document.querySelectorAll("svg[data-plan]")].map(svg => {
+  const panels = [...svg.querySelectorAll("g.panel")].map(panel => {
+    const [left, right, top, bottom, first, end, low, high, body, across, up] =
+      ["left", "right", "top", "bottom", "first", "end", "low", "high", "body", "across", "up"].map(name => number(panel, name));
+    const position = frame => plus(run.poseAt(frame, body).position, film.origin);
+    const at = frame => {
+      const p = position(frame);
+      return [left + (right - left) * (p[across] - first) / (end - first), bottom - (bottom - top) * (p[up] - low) / (high - low)];
+    };
+    // The sample drawn nearest to a place, if it is near.
+    const nearest = (place, near) => {
+      let found, least = near;
+      for (let frame = 0; frame < frames; frame++) {
+        const [x, y] = at(frame), away = Math.hypot(x - place.x, y - place.y);
+        if (away < least) [found, least] = [frame, away];
+      }
+      return found;
+    };
+    const contains = place => left <= place.x && place.x <= right && top <= place.y && place.y <= bottom;
+    const names = [["across-name", across], ["name", up]].map(([name, axis]) => [panel.getAttribute(`data-${name}`), axis]);
+    return { position, at, nearest, contains, names, range: end - first };
+  });
+  const mark = document.createElementNS(SPACE, "path");
+  mark.setAttribute("class", "cursor");
+  svg.append(mark);
+  svg.addEventListener("click", event => {
+    const place = placeIn(svg, event), panel = panels.find(own => own.contains(place));
+    const frame = panel && panel.nearest(place, 40);
+    if (frame === undefined) return;
+    setPlaying(false);
+    show(frame);
+    remember();
+  });
+  plots.push(() => mark.setAttribute("d", panels.map(panel => {
+    const [x, y] = panel.at(state.frame).map(value => value.toFixed(1));
+    return `M${x - 5} ${y}a5 5 0 1 0 10 0a5 5 0 1 0 -10 0`;
+  }).join("")));
+  return [svg, panels];
+});
+
 // A plot under the pointer: the values of its curves there, as far as a plot can be read.
 const hint = make("div", { class: "hint", "aria-hidden": "true" });
 document.body.append(hint);
@@ -30,6 +71,27 @@ const heightAt = (path, x) => {
     if (a[0] <= x && x <= b[0]) return b[0] > a[0] ? a[1] + (b[1] - a[1]) * (x - a[0]) / (b[0] - a[0]) : b[1];
   }
 };
+// A thousandth of the axis: a plot has no more.
+const read = (value, range) => { const unit = 10 ** Math.floor(Math.log10(range) - 3); return shown(Math.round(value / unit) * unit); };
+// Places the hint beside the pointer.
+const place = event => {
+  const wide = hint.offsetWidth, room = document.documentElement.clientWidth;
+  hint.style.left = `${Math.max(4, Math.min(event.clientX + 14, room - wide - 4)) + window.scrollX}px`;
+  hint.style.top = `${event.clientY + 16 + window.scrollY}px`;
+};
+// Time and position of the sample of a path that is nearest to the pointer.
+const tellPath = (svg, panels, event) => {
+  const at = placeIn(svg, event), panel = panels.find(own => own.contains(at));
+  const frame = panel && panel.nearest(at, 40);
+  hint.replaceChildren();
+  if (frame === undefined) return;
+  hint.append(make("div", {}, `t = ${shown(times[frame])} s`));
+  for (const [name, axis] of panel.names) {
+    const [label, unit] = [name.replace(/ \[.*$/, ""), (/\[(.*)\]$/.exec(name) || ["", ""])[1]];
+    hint.append(make("div", {}, `${label} ≈ ${read(panel.position(frame)[axis], panel.range)} ${unit}`));
+  }
+  place(event);
+};
 const tell = (svg, event) => {
   const at = placeIn(svg, event), [left, right] = [number(svg, "left"), number(svg, "right")];
   const panel = [...svg.querySelectorAll("g.panel")].find(own => number(own, "top") <= at.y && at.y <= number(own, "bottom"));
@@ -37,9 +99,7 @@ const tell = (svg, event) => {
   if (!panel || at.x < left || at.x > right) return;
   const [top, bottom, low, high] = ["top", "bottom", "low", "high"].map(name => number(panel, name));
   const [first, end] = [number(svg, "first"), number(svg, "end")];
-  // A thousandth of the axis: a plot has no more.
-  const read = (value, range) => { const unit = 10 ** Math.floor(Math.log10(range) - 3); return shown(Math.round(value / unit) * unit); };
-  hint.append(make("div", {}, `t ≈ ${read(first + (end - first) * (at.x - left) / (right - left), end - first)} s`));
+    hint.append(make("div", {}, `t ≈ ${read(first + (end - first) * (at.x - left) / (right - left), end - first)} s`));
   const unit = (/\[(.*)\]$/.exec(panel.getAttribute("data-name")) || ["", ""])[1];
   for (const path of panel.querySelectorAll("path[data-label]")) {
     const y = heightAt(path, at.x);
@@ -49,9 +109,7 @@ const tell = (svg, event) => {
     line.textContent = `${label} ≈ ${read(low + (high - low) * (bottom - y) / (bottom - top), high - low)} ${unit}`;
     hint.append(line);
   }
-  const wide = hint.offsetWidth, room = document.documentElement.clientWidth;
-  hint.style.left = `${Math.max(4, Math.min(event.clientX + 14, room - wide - 4)) + window.scrollX}px`;
-  hint.style.top = `${event.clientY + 16 + window.scrollY}px`;
+  place(event);
 };
 // Enlarges a plot in its frame, about a point of the window; by keys about its middle.
 const enlarge = (svg, factor, event) => {
@@ -67,8 +125,12 @@ const enlarge = (svg, factor, event) => {
   frame.scrollLeft = (frame.scrollLeft + x) * zoom / old - x;
   frame.scrollTop = (frame.scrollTop + y) * zoom / old - y;
 };
-for (const svg of document.querySelectorAll("svg[data-left]")) {
-  svg.addEventListener("pointermove", event => { if (event.pointerType === "mouse") tell(svg, event); });
+for (const svg of document.querySelectorAll("svg[data-left],svg[data-plan]")) {
+  const plan = plans.find(([own]) => own === svg);
+  svg.addEventListener("pointermove", event => {
+    if (event.pointerType !== "mouse") return;
+    if (plan) tellPath(...plan, event); else tell(svg, event);
+  });
   svg.addEventListener("pointerleave", () => hint.replaceChildren());
   svg.addEventListener("wheel", event => { if (event.ctrlKey) { event.preventDefault(); enlarge(svg, event.deltaY < 0 ? 1.25 : 0.8, event); } }, { passive: false });
   svg.parentElement.addEventListener("keydown", event => {

@@ -7,12 +7,13 @@ use super::job::{Feed, Job};
 use super::motors::Motors;
 use super::reference::{References, own_signal};
 use super::stop::Stop;
-use crate::Instants;
 use crate::error::Error;
 use crate::names::Names;
+use crate::{Instants, Tracked};
 use stiction_core::dynamics::AppliedLoad;
 use stiction_core::forward::{Forward, Inputs, Simulation, View};
 use stiction_core::kinematics::{Bodies, State, Target};
+use stiction_core::spatial::{Mat3, Pose, Vec3};
 use stiction_format::{Law, Signal};
 
 /// Update interval of inverse-dynamics efforts if there is no controller, s.
@@ -44,6 +45,9 @@ pub(super) struct Acting<'a> {
     leader: Option<Guide<'a>>,
     /// Reference motions of the actuators that follow the motion.
     references: References<'a>,
+    /// Motion of the whole mechanism at the samples of the results, for references in space; `None` if the mechanism
+    /// cannot follow it or if not all actuators do.
+    in_space: Option<Guide<'a>>,
     controller: Option<Controller<'a>>,
     motors: Motors,
     /// Efforts that are held between two samples, N or N m.
@@ -74,6 +78,12 @@ pub(super) struct Acting<'a> {
     /// Error of the last evaluation of the loads, if a formula had no value in that state. The
     /// simulation avoids that state by a shorter step if it can.
     pub(super) without_load: Option<Error>,
+}
+
+/// Pose that is not known.
+fn unknown() -> Pose<f64> {
+    let nan = Vec3::new(f64::NAN, f64::NAN, f64::NAN);
+    Pose { rotation: Mat3 { columns: [nan; 3] }, position: nan }
 }
 
 /// Actuators with a prescribed motion or a lock, in the order of the targets of [`Acting`].
@@ -110,6 +120,11 @@ impl<'a> Acting<'a> {
             .collect();
         let is_guided = sources.iter().any(|way| matches!(way, MotionSource::Guide(_)));
         let leader = if is_guided { Guide::new(job)? } else { None };
+        // Without this reference, the simulation is complete but for its tracking error in space.
+        let in_space = match job.follows_in_space() {
+            true => Guide::new(job).ok().flatten(),
+            false => None,
+        };
         let controller = match job.control {
             Some(control) => Some(Controller::new(job, control, forward, (state, &bodies))?),
             None => None,
@@ -145,6 +160,7 @@ impl<'a> Acting<'a> {
             stopped,
             is_stopped: false,
             references,
+            in_space,
             controller,
             motors: Motors::new(forward.mechanism()),
             kept: vec![0.0; actuators.len()],
@@ -176,6 +192,10 @@ impl<'a> Acting<'a> {
         let mut numbers = vec![self.samples as f64];
         numbers.extend_from_slice(&self.kept);
         self.references.save(&mut numbers);
+        numbers.push(f64::from(u8::from(self.in_space.is_some())));
+        if let Some(guide) = &self.in_space {
+            guide.save(&mut numbers);
+        }
         numbers.push(self.reference_from.len() as f64);
         numbers.extend_from_slice(&self.reference_from);
         numbers.extend_from_slice(&self.leader_from);
@@ -195,7 +215,13 @@ impl<'a> Acting<'a> {
         }
         self.samples = *first as usize;
         self.kept.copy_from_slice(kept);
-        let (&count, rest) = self.references.restore(rest)?.split_first()?;
+        let (has_space, mut rest) = self.references.restore(rest)?.split_first()?;
+        if *has_space == 1.0 {
+            rest = self.in_space.as_mut()?.restore(rest)?;
+        } else {
+            self.in_space = None;
+        }
+        let (&count, rest) = rest.split_first()?;
         let (reference_from, mut rest) = rest.split_at_checked(count as usize)?;
         self.reference_from = reference_from.to_vec();
         if let Some(leader) = &mut self.leader {
@@ -219,6 +245,24 @@ impl<'a> Acting<'a> {
             return Err(Error::Checkpoint);
         }
         self.references.at(time)
+    }
+
+    /// Replaces `poses` by the reference poses of bodies in the world at a sample, s; NaN from the first sample on at
+    /// which the mechanism cannot follow the motion.
+    pub(super) fn reference_poses(
+        &mut self,
+        time: f64,
+        bodies: &[Tracked],
+        poses: &mut Vec<Pose<f64>>,
+    ) {
+        if self.in_space.as_mut().is_some_and(|guide| guide.go_to(time).is_err()) {
+            self.in_space = None;
+        }
+        poses.clear();
+        match &self.in_space {
+            Some(guide) => poses.extend(guide.poses(bodies)),
+            None => poses.extend(bodies.iter().map(|_| unknown())),
+        }
     }
 
     /// Position error and rate error of an actuator.

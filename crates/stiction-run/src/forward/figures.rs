@@ -3,7 +3,9 @@
 use super::job::Job;
 use super::rows::{Layout, Rows};
 use super::summary::Summary;
+use crate::bodies::BodyRow;
 use crate::by_leg::ByLeg;
+use crate::in_space::SpaceCurves;
 use crate::names::legs_of_actuators;
 use crate::{Sink, SinkError};
 use stiction_core::forward::{Event, EventKind};
@@ -26,6 +28,7 @@ pub struct Curves {
     errors: Vec<Trace>,
     drives: Vec<Trace>,
     friction: ByLeg,
+    space: SpaceCurves,
     energy: [Trace; 5],
     first: Option<(f64, f64)>,
 }
@@ -48,6 +51,7 @@ impl Curves {
             errors: vec![trace.clone(); actuators],
             drives: vec![trace.clone(); actuators],
             friction: ByLeg::new(job.model, &layout.names, count),
+            space: SpaceCurves::new(job.tracked(), job.follows_in_space(), count),
             energy: std::array::from_fn(|_| trace.clone()),
             legs: legs_of_actuators(&job.model.mechanism),
             drawn,
@@ -94,6 +98,7 @@ impl Curves {
             let panels = panels.collect();
             figures.push(("error", Figure { title, x_label: x_label.clone(), panels }));
         }
+        figures.extend(self.space.figures(&self.title));
         let drives = self.drives.into_iter().zip(&layout.names.drives).zip(&self.legs).take(PANELS);
         let panels: Vec<Panel> = drives
             .map(|((trace, (name, unit)), &leg)| Panel {
@@ -155,6 +160,9 @@ impl Sink<Rows> for Curves {
                 self.errors[actuator].push(time, 1e3 * (position - reference));
             }
         }
+        let row = |body: usize| &rows.bodies[BodyRow::WIDTH * (body - 1)..][..BodyRow::WIDTH];
+        self.space.add(|body| BodyRow::pose(row(body)).position);
+        self.space.add_references(time, &rows.space);
         // In a simulation the friction of a sticking interface is known.
         self.friction.add(time, rows.friction.chunks_exact(6).map(|row| (row[0], row[2], false)));
         let energy = &rows.energy;

@@ -1,11 +1,12 @@
 //! Reference motion of the actuators, and the efforts that it requires.
 
 use super::job::Job;
-use crate::Follower;
 use crate::error::Error;
+use crate::{Follower, Tracked};
 use stiction_core::dynamics::{AppliedLoad, FrictionMode};
 use stiction_core::forward::Forward;
 use stiction_core::kinematics::{Bodies, Target};
+use stiction_core::spatial::Pose;
 use stiction_format::Side;
 
 /// Inverse dynamics along the motion of a simulation, which gives the reference motions of the actuators.
@@ -60,6 +61,13 @@ impl<'a> Guide<'a> {
     /// Motion of the bodies at the present instant.
     pub(super) fn bodies(&self) -> &Bodies<f64> {
         self.follower.solver.bodies()
+    }
+
+    /// Poses of bodies in the world at the present instant.
+    pub(super) fn poses(&self, bodies: &[Tracked]) -> impl Iterator<Item = Pose<f64>> {
+        let (solver, origin) = (&self.follower.solver, self.follower.solver.parameters().origin);
+        let poses = bodies.iter().map(|tracked| solver.bodies().pose[tracked.body]);
+        poses.map(move |pose| Pose { position: pose.position + origin, ..pose })
     }
 
     /// Efforts that the motion requires, with friction and without friction, N or N m.

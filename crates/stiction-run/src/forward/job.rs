@@ -4,6 +4,7 @@ use super::control_law::ControlLaw;
 use super::load_laws::ActingLoads;
 use super::stop::Stop;
 use crate::error::Error;
+use crate::in_space::{Tracked, tracked};
 use stiction_core::dynamics::AppliedLoad;
 use stiction_core::forward::{Known, Settings, View};
 use stiction_core::mechanism::JointId;
@@ -207,6 +208,18 @@ impl Job<'_> {
     /// Returns whether a body picks up or places a part during the simulation.
     pub(crate) fn has_payload_changes(&self) -> bool {
         !self.load.payload_changes((self.from, self.until)).is_empty()
+    }
+
+    /// Bodies whose motion in space is of interest: those that the motion prescribes, or else the platforms, the end of
+    /// an arm, or the couplers.
+    pub fn tracked(&self) -> Vec<Tracked> {
+        tracked(self.model, self.motion)
+    }
+
+    /// Returns whether all actuators follow the motion, so that all bodies have a reference.
+    pub fn follows_in_space(&self) -> bool {
+        let followers = self.followers();
+        self.motion.is_some() && !followers.is_empty() && followers.iter().all(|follows| *follows)
     }
 
     /// True for each actuator that follows the motion.

@@ -5,12 +5,14 @@ use super::motors::Motors;
 use super::sample::Sample;
 use crate::bodies::BodyRow;
 use crate::dofs::{Dof, actuated, dofs_of};
+use crate::in_space::{self, Tracked};
 use crate::names::Names;
 use crate::ranges::Measured;
 use crate::table::{REACTION, columns, header};
 use crate::{Sink, SinkError};
 use std::io;
 use stiction_core::forward::{InterfaceMode, InterfaceSample};
+use stiction_core::spatial::Pose;
 
 /// Columns of the tables of a simulation.
 #[derive(Clone, Debug)]
@@ -28,6 +30,8 @@ pub(super) struct Layout {
     pub(crate) dof_of_actuator: Vec<usize>,
     pub(super) motors: Motors,
     bodies: Vec<String>,
+    /// Bodies with a reference in space.
+    pub(crate) tracked: Vec<Tracked>,
     /// Quantities that have a range but are no joint coordinates, with their names and SI units.
     pub(super) measured: Vec<(Measured, String, &'static str)>,
     /// Stop conditions, as the user wrote them.
@@ -45,8 +49,10 @@ pub struct Rows {
     pub reactions: Vec<f64>,
     /// Row of `friction.csv`.
     pub friction: Vec<f64>,
-    /// Row of `bodies.csv`.
+    /// Row of `bodies.csv` but for its last columns.
     pub bodies: Vec<f64>,
+    /// Last columns of `bodies.csv`: references and tracking errors in space.
+    pub space: Vec<f64>,
     /// Row of `energy.csv`.
     pub energy: Vec<f64>,
 }
@@ -83,6 +89,7 @@ impl Layout {
             dof_of_actuator,
             dofs,
             bodies: BodyRow::header(mechanism).collect(),
+            tracked: if job.follows_in_space() { job.tracked() } else { Vec::new() },
             measured: Measured::all(mechanism)
                 .into_iter()
                 .map(|(of, name, unit, _)| (of, name, unit))
@@ -134,7 +141,9 @@ impl Layout {
             motion.push(format!("d({name}) [{rate}]"));
             motion.push(format!("dd({name}) [{acceleration}]"));
         }
-        [forward, reactions, friction, self.bodies.clone(), energy, motion].map(header)
+        let mut bodies = self.bodies.clone();
+        bodies.extend(self.tracked.iter().flat_map(in_space::columns));
+        [forward, reactions, friction, bodies, energy, motion].map(header)
     }
 
     /// Index of the first column of a degree of freedom in a row of `forward.csv`.
@@ -216,7 +225,7 @@ impl<S: Sink<Rows>> Recorder<S> {
             readers.push(reader.into_records());
         }
         for _ in 0..count {
-            let Rows { time, forward, reactions, friction, bodies, energy } = &mut self.rows;
+            let Rows { time, forward, reactions, friction, bodies, space, energy } = &mut self.rows;
             // The table of the motion repeats other tables.
             let mut motion = Vec::new();
             let rows = [forward, reactions, friction, bodies, energy, &mut motion];
@@ -228,6 +237,7 @@ impl<S: Sink<Rows>> Recorder<S> {
                 }
                 *time = row.remove(0);
             }
+            *space = bodies.split_off(bodies.len() - in_space::WIDTH * self.layout.tracked.len());
             self.bodies.follow(&self.rows.bodies);
             self.sink.add(&self.rows)?;
         }
@@ -281,6 +291,14 @@ impl<S: Sink<Rows>> Sink<Sample<'_>> for Recorder<S> {
         rows.bodies.clear();
         let origin = sample.forward.parameters().origin;
         rows.bodies.extend_from_slice(self.bodies.of(&now.bodies, origin, sample.loads));
+
+        rows.space.clear();
+        for (tracked, reference) in layout.tracked.iter().zip(sample.reference_poses) {
+            let pose = now.bodies.pose[tracked.body];
+            let pose = Pose { position: pose.position + origin, ..pose };
+            rows.space.extend(reference.position.to_array());
+            rows.space.extend(in_space::error(&pose, reference));
+        }
 
         let row = &mut rows.energy;
         row.clear();

@@ -97,6 +97,8 @@ impl Job<'_> {
         let dofs = dofs_of(&self.model.mechanism);
         let mut joints = Vec::with_capacity(dofs.len());
         let mut reference = Vec::new();
+        let mut reference_poses = Vec::new();
+        let tracked = if self.follows_in_space() { self.tracked() } else { Vec::new() };
         let mut ending = Ending::Reached;
         let (mut done, mut last) = (0, self.from);
         let mut before = Vec::new();
@@ -179,6 +181,7 @@ impl Job<'_> {
             }
             joints.clear();
             joints.extend(dofs.iter().map(|f| simulation.joint_motion(f.joint, f.index)));
+            acting.reference_poses(time, &tracked, &mut reference_poses);
             let sample = Sample {
                 forward,
                 instant: now,
@@ -186,6 +189,7 @@ impl Job<'_> {
                 energy_error: simulation.energy_error(),
                 joints: &joints,
                 reference: &reference,
+                reference_poses: &reference_poses,
                 loads: &loads,
                 closure: forward.closure_error(&now.bodies, &now.state),
             };

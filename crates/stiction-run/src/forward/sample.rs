@@ -3,6 +3,7 @@
 use stiction_core::dynamics::AppliedLoad;
 use stiction_core::forward::{Energies, Forward, Instant};
 use stiction_core::kinematics::Target;
+use stiction_core::spatial::Pose;
 
 /// Record of one sample, with references to the simulation.
 #[derive(Clone, Copy, Debug)]
@@ -19,6 +20,9 @@ pub struct Sample<'a> {
     pub joints: &'a [Target<f64>],
     /// Reference motions of the actuators; zeros for actuators that follow no motion.
     pub reference: &'a [Target<f64>],
+    /// Reference poses in the world of the bodies of [`Job::tracked`](super::Job::tracked), in their order; NaN where
+    /// the mechanism cannot follow the motion. Empty if not all actuators follow a motion.
+    pub reference_poses: &'a [Pose<f64>],
     /// External loads.
     pub loads: &'a [AppliedLoad<f64>],
     /// Largest closure error of loops and gearings, m; errors of angles are multiplied by the characteristic length.

@@ -75,7 +75,8 @@ fn each_row<R>(layout: &Layout, rows: &Rows, write: impl FnOnce([&[f64]; 6]) -> 
     let actuated = layout.dof_of_actuator.iter();
     let motion = actuated.flat_map(|&dof| layout.motion_in(&rows.forward, dof)).copied();
     let motion: Vec<f64> = motion.collect();
-    let all = [&rows.forward, &rows.reactions, &rows.friction, &rows.bodies, &rows.energy, &motion];
+    let bodies = [&rows.bodies[..], &rows.space].concat();
+    let all = [&rows.forward, &rows.reactions, &rows.friction, &bodies, &rows.energy, &motion];
     write(all.map(Vec::as_slice))
 }
 

@@ -4,6 +4,7 @@ use super::contributions::ShareCurves;
 use super::motor_curves::MotorCurves;
 use super::sample::Sample;
 use crate::by_leg::ByLeg;
+use crate::in_space::{SpaceCurves, tracked};
 use crate::job::Job;
 use crate::names::{Names, legs_of_actuators, legs_of_interfaces};
 use crate::{Sink, SinkError};
@@ -33,6 +34,7 @@ pub struct Curves {
     last: Option<(f64, Vec<f64>)>,
     shares: ShareCurves,
     motors: MotorCurves,
+    space: SpaceCurves,
 }
 
 impl Curves {
@@ -51,6 +53,7 @@ impl Curves {
             last: None,
             shares: ShareCurves::new(&names, count),
             motors: MotorCurves::new(job, count),
+            space: SpaceCurves::new(tracked(job.model, Some(job.motion)), false, count),
             legs: legs_of_actuators(&job.model.mechanism),
             interface_legs: legs_of_interfaces(&job.model.mechanism, &names),
             names,
@@ -88,6 +91,7 @@ impl Curves {
             figures.push(("drives", Figure { title, x_label: x_label.clone(), panels }));
         }
 
+        figures.extend(self.space.figures(&self.title));
         figures.extend(self.motors.figure(&self.title).map(|figure| ("motors", figure)));
         if self.has_friction {
             let colours = self.friction.colours();
@@ -132,6 +136,7 @@ impl Curves {
 impl Sink<Sample> for Curves {
     fn add(&mut self, sample: &Sample) -> Result<(), SinkError> {
         let (time, forces) = (sample.time, &sample.forces);
+        self.space.add(|body| sample.bodies.pose[body].position + sample.origin);
         let velocities: Vec<f64> =
             forces.interfaces.iter().map(|interface| interface.velocity).collect();
         // First reversal since the last sample. Efforts may jump there.

@@ -36,7 +36,7 @@ pub fn draw_report(
         cards(summary, outcome),
         html::warnings(&summary.cautions(job)),
         section("The robot", &animation.shared.figure("", None)),
-        of("Motion", tables::motion(summary) + &plot(&["motion", "error"])),
+        of("Motion", tables::motion(summary) + &plot(&["motion", "error", "path", "space-error"])),
         of("Actuator efforts", tables::efforts(summary) + &plot(&["drives"])),
         of("Motors", tables::motors(summary)),
         of("Friction", tables::friction(summary, outcome) + &plot(&["friction"])),

@@ -31,7 +31,7 @@ pub fn draw_report(
     let efforts = tables::efforts(job, summary) + &plot(&["drives"]) + &tables::rest(summary);
     let motors = tables::motors(summary) + &plot(&["motors"]);
     let friction = tables::friction(job, summary, verdict) + &plot(&["friction", "contributions"]);
-    let along = plot(&["singularity"]);
+    let along = plot(&["path", "singularity"]);
     let of = |title: &str, inner: String| match inner.is_empty() {
         true => inner,
         false => section(title, &inner),

@@ -1,0 +1,270 @@
+//! Motion of the prescribed bodies in space: their paths, their references, and the tracking errors.
+
+use stiction_core::kinematics::Coordinate;
+use stiction_core::spatial::{Pose, Vec3};
+use stiction_draw::figure::meaning::{REFERENCE, RESULT};
+use stiction_draw::figure::{Figure, Line, Panel, PathTrace, Plane, Trace};
+use stiction_format::{ModelFile, Motion};
+
+/// Body whose motion in space is of interest.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Tracked {
+    /// Index of the body.
+    pub body: usize,
+    /// Name of the body.
+    pub name: String,
+    /// True if the orientation of the body is a part of its task. False if the motion prescribes only its position.
+    pub turns: bool,
+}
+
+/// Error of a tracked body: distance of its origin from that of the reference, m, and angle between both orientations,
+/// rad.
+pub type SpaceError = [f64; 2];
+
+/// Name of the horizontal axis of a plot over time.
+const TIME: &str = "time [s]";
+/// A path along one axis is no plot: its other extents are below this fraction of the greatest one.
+const FLAT: f64 = 1e-6;
+/// A projection that is smaller than this fraction of the greatest extent shows nothing.
+const SMALL: f64 = 0.05;
+/// Angles below this are rounding errors, rad.
+const ROUNDING: f64 = 1e-9;
+
+/// Bodies whose motion in space is of interest: those whose position or orientation the motion prescribes, or else the
+/// platforms, the end of an arm, or the couplers.
+pub(crate) fn tracked(model: &ModelFile, motion: Option<&Motion>) -> Vec<Tracked> {
+    let name = |body: usize| model.mechanism.bodies()[body].name.clone();
+    let mut found: Vec<Tracked> = Vec::new();
+    for (coordinate, _) in motion.iter().flat_map(|motion| &motion.coordinates) {
+        let (body, turns) = match coordinate {
+            Coordinate::Position { body, .. } => (body.0, false),
+            Coordinate::Angle { body, .. } | Coordinate::RotationVector { body, .. } => {
+                (body.0, true)
+            }
+            Coordinate::Joint { .. } => continue,
+        };
+        match found.iter_mut().find(|known| known.body == body) {
+            Some(known) => known.turns |= turns,
+            None => found.push(Tracked { body, name: name(body), turns }),
+        }
+    }
+    if found.is_empty() {
+        let bodies = stiction_draw::drawing::outputs(&model.mechanism).into_iter();
+        found.extend(bodies.map(|body| Tracked { body, name: name(body), turns: true }));
+    }
+    found
+}
+
+/// Error of a pose from its reference.
+pub(crate) fn error(pose: &Pose<f64>, reference: &Pose<f64>) -> SpaceError {
+    let turn = reference.rotation.transpose() * pose.rotation;
+    [(pose.position - reference.position).norm(), turn.rotation_vector().norm()]
+}
+
+/// Columns of the reference of a tracked body, and of its errors, in `bodies.csv`.
+pub(crate) fn columns(tracked: &Tracked) -> [String; 5] {
+    let columns =
+        ["reference.x [m]", "reference.y [m]", "reference.z [m]", "error [m]", "error_angle [rad]"];
+    columns.map(|column| format!("{}.{column}", tracked.name))
+}
+
+/// Number of [`columns`].
+pub(crate) const WIDTH: usize = 5;
+
+/// Path of a body, over which those of its reference or of other runs may be drawn.
+pub(crate) struct Path {
+    pub(crate) label: String,
+    pub(crate) points: Vec<[f64; 3]>,
+    pub(crate) colour: usize,
+    pub(crate) dashed: bool,
+}
+
+/// Paths of bodies on the planes in which they move; `None` if no path has two extents.
+pub(crate) fn paths(title: &str, bodies: &[(&Tracked, Vec<Path>)]) -> Option<Figure> {
+    let mut panels = Vec::new();
+    for (tracked, paths) in bodies {
+        for axes in planes(paths.iter().flat_map(|path| &path.points)) {
+            let line = |path: &Path| Line {
+                label: path.label.clone(),
+                points: path.points.iter().map(|point| (point[axes[0]], point[axes[1]])).collect(),
+                colour: path.colour,
+                dashed: path.dashed,
+            };
+            let label = |axis: usize| format!("{}.{} [m]", tracked.name, ["x", "y", "z"][axis]);
+            panels.push(Panel {
+                y_label: label(axes[1]),
+                lines: paths.iter().map(line).collect(),
+                plane: Some(Plane { x_label: label(axes[0]), body: tracked.body, axes }),
+                ..Panel::default()
+            });
+        }
+    }
+    let title = title.to_owned();
+    (!panels.is_empty()).then_some(Figure { title, x_label: String::new(), panels })
+}
+
+/// Planes, as horizontal and vertical axis, on which a path is projected: seen from the front, from the side and from
+/// above, without projections that show a line along an axis or almost a point.
+fn planes<'p>(points: impl Iterator<Item = &'p [f64; 3]>) -> Vec<[usize; 2]> {
+    let mut ends = [(f64::INFINITY, f64::NEG_INFINITY); 3];
+    for point in points.filter(|point| point.iter().all(|x| x.is_finite())) {
+        for ((low, high), x) in ends.iter_mut().zip(point) {
+            (*low, *high) = (low.min(*x), high.max(*x));
+        }
+    }
+    let extents = ends.map(|(low, high)| (high - low).max(0.0));
+    let sizes = ends.map(|(low, high)| low.abs().max(high.abs()));
+    let greatest = extents.into_iter().fold(0.0, f64::max);
+    // Far from the origin, rounding errors are larger.
+    let noise = 1e-12 * sizes.into_iter().filter(|x| x.is_finite()).fold(0.0, f64::max);
+    let moves = extents.map(|extent| extent > (FLAT * greatest).max(noise));
+    [[0, 2], [1, 2], [0, 1]]
+        .into_iter()
+        .filter(|[a, b]| moves[*a] && moves[*b])
+        .filter(|[a, b]| extents[*a].max(extents[*b]) > SMALL * greatest)
+        .collect()
+}
+
+/// Title of the plot of paths.
+pub(crate) fn title_of<'t>(tracked: impl Iterator<Item = &'t Tracked>) -> String {
+    let names: Vec<&str> = tracked.map(|tracked| tracked.name.as_str()).collect();
+    format!("Path of {}", names.join(", "))
+}
+
+/// Errors of a body in one run over time: distance and angle.
+#[derive(Clone, Debug)]
+pub(crate) struct Followed {
+    pub(crate) label: String,
+    pub(crate) colour: usize,
+    pub(crate) dashed: bool,
+    pub(crate) errors: [Trace; 2],
+    pub(crate) peaks: [f64; 2],
+}
+
+impl Followed {
+    /// Creates empty curves with room for `count` samples.
+    pub(crate) fn new(label: &str, (colour, dashed): (usize, bool), count: usize) -> Self {
+        let errors = [Trace::new(count), Trace::new(count)];
+        Self { label: label.to_owned(), colour, dashed, errors, peaks: [0.0; 2] }
+    }
+
+    /// Adds the errors at a time, s.
+    pub(crate) fn push(&mut self, time: f64, errors: SpaceError) {
+        for ((trace, peak), value) in self.errors.iter_mut().zip(&mut self.peaks).zip(errors) {
+            trace.push(time, value);
+            if value.is_finite() {
+                *peak = peak.max(value);
+            }
+        }
+    }
+}
+
+/// Plot of the tracking errors of bodies over time; `None` without any value above rounding errors.
+pub(crate) fn errors_of(title: &str, bodies: Vec<(&Tracked, Vec<Followed>)>) -> Option<Figure> {
+    let mut panels = Vec::new();
+    for (tracked, runs) in bodies {
+        let peak = |k: usize| runs.iter().map(|run| run.peaks[k]).fold(0.0, f64::max);
+        let (distance, angle) = (unit_of_length(peak(0)), unit_of_angle(peak(1)));
+        let is_shown = [peak(0) > 0.0, tracked.turns && peak(1) > ROUNDING];
+        let mut lines = [Vec::new(), Vec::new()];
+        for run in runs {
+            let factors = [distance.1, angle.1];
+            for ((lines, trace), factor) in lines.iter_mut().zip(run.errors).zip(factors) {
+                let mut line = trace.line(&run.label, run.colour, run.dashed);
+                line.points.iter_mut().for_each(|point| point.1 *= factor);
+                lines.push(line);
+            }
+        }
+        let units = [distance.0, angle.0];
+        let whats = ["distance from the reference", "angle from the reference"];
+        for (((lines, is_shown), unit), what) in
+            lines.into_iter().zip(is_shown).zip(units).zip(whats)
+        {
+            if is_shown {
+                let y_label = format!("{}: {what} [{unit}]", tracked.name);
+                panels.push(Panel { y_label, lines, ..Panel::default() });
+            }
+        }
+    }
+    let figure = Figure { title: title.to_owned(), x_label: TIME.to_owned(), panels };
+    (!figure.is_empty()).then_some(figure)
+}
+
+/// Unit in which a length, m, has few digits before the decimal point, and its factor.
+pub(crate) fn unit_of_length(peak: f64) -> (&'static str, f64) {
+    match peak {
+        x if x < 1e-4 => ("um", 1e6),
+        x if x < 1.0 => ("mm", 1e3),
+        _ => ("m", 1.0),
+    }
+}
+
+/// Unit of an angle, rad, and its factor.
+pub(crate) fn unit_of_angle(peak: f64) -> (&'static str, f64) {
+    match peak.to_degrees() {
+        x if x < 1e-2 => ("mdeg", 1f64.to_degrees() * 1e3),
+        _ => ("deg", 1f64.to_degrees()),
+    }
+}
+
+/// Collector of the paths of a run, and of its tracking errors if it follows a reference.
+#[derive(Clone, Debug)]
+pub(crate) struct SpaceCurves {
+    tracked: Vec<Tracked>,
+    paths: Vec<PathTrace>,
+    /// Empty if the run follows no reference.
+    references: Vec<PathTrace>,
+    errors: Vec<Followed>,
+}
+
+impl SpaceCurves {
+    /// Creates empty curves with room for `count` samples.
+    pub(crate) fn new(tracked: Vec<Tracked>, follows: bool, count: usize) -> Self {
+        let followed = if follows { tracked.len() } else { 0 };
+        Self {
+            paths: vec![PathTrace::new(count); tracked.len()],
+            references: vec![PathTrace::new(count); followed],
+            errors: vec![Followed::new("error", (RESULT, false), count); followed],
+            tracked,
+        }
+    }
+
+    /// Adds the positions of the bodies; `position` returns that of the body with this index, m.
+    pub(crate) fn add(&mut self, position: impl Fn(usize) -> Vec3<f64>) {
+        for (path, tracked) in self.paths.iter_mut().zip(&self.tracked) {
+            path.push(position(tracked.body).to_array());
+        }
+    }
+
+    /// Adds references and errors at a time, s: for each tracked body, the numbers of its [`columns`].
+    pub(crate) fn add_references(&mut self, time: f64, numbers: &[f64]) {
+        let each = self.references.iter_mut().zip(&mut self.errors);
+        for ((path, errors), row) in each.zip(numbers.chunks_exact(WIDTH)) {
+            path.push([row[0], row[1], row[2]]);
+            errors.push(time, [row[3], row[4]]);
+        }
+    }
+
+    /// Returns the plots of the paths and of the errors with their file names.
+    pub(crate) fn figures(self, about: &str) -> Vec<(&'static str, Figure)> {
+        let mut references = self.references.into_iter();
+        let mut errors = self.errors.into_iter();
+        let (mut bodies, mut followed) = (Vec::new(), Vec::new());
+        for (tracked, path) in self.tracked.iter().zip(self.paths) {
+            let drawn = |label: &str, colour: usize, trace: PathTrace| Path {
+                label: label.to_owned(),
+                points: trace.into_points(),
+                colour,
+                dashed: colour == REFERENCE,
+            };
+            let mut own = vec![drawn("path", RESULT, path)];
+            own.extend(references.next().map(|trace| drawn("reference", REFERENCE, trace)));
+            bodies.push((tracked, own));
+            followed.extend(errors.next().map(|errors| (tracked, vec![errors])));
+        }
+        let paths = paths(&format!("{}: {about}", title_of(self.tracked.iter())), &bodies);
+        let errors = errors_of(&format!("Tracking error in space: {about}"), followed);
+        let paths = paths.map(|figure| ("path", figure));
+        paths.into_iter().chain(errors.map(|figure| ("space-error", figure))).collect()
+    }
+}
