@@ -8,6 +8,11 @@
 //!
 //! Equation (M6) of the book's theory.
 
+mod bounds;
+mod inverse_iteration;
+#[cfg(test)]
+mod tests;
+
 use super::distance::Distances;
 use super::newton_euler::NewtonEuler;
 use super::prediction::{Prediction, Shift};
@@ -17,6 +22,7 @@ use crate::linalg::{BLOCK, BlockCholesky, Lanczos, Part, Slot, Twofold, add_oute
 use crate::mechanism::Mechanism;
 use crate::parameters::Parameters;
 use crate::spatial::Wrench;
+use inverse_iteration::{length_squared, weakest};
 
 /// Singular values below this fraction of the largest entry are refined with the matrix itself,
 /// because the Gram matrix loses digits. The error is quadratic in the ratio of the Gram matrix's
@@ -26,17 +32,6 @@ const SMALL: f64 = 1e-4;
 /// matrix itself, because refinement would converge too slowly: each pass multiplies the error by
 /// the ratio of the Gram matrix's round-off to the squared value.
 const TINY: f64 = 1e-6;
-/// Maximum number of refinement passes. For singular values at [`TINY`], each pass divides the
-/// error by about a hundred.
-const PASSES: usize = 10;
-/// Round-off of a Gram matrix and its decomposition, relative to the squared largest entry, with a
-/// margin.
-const ROUNDED: f64 = 1e-11;
-/// Refinement ends if the correction, relative to the solution, is below this value, which is about
-/// round-off.
-const REFINED: f64 = 1e-14;
-/// Relative residual at which eigenvectors from refined solutions have converged.
-const REFINED_ACCURACY: f64 = 1e-12;
 
 /// Computes [`Distances`] at many positions of one mechanism. Successive positions along a motion
 /// cost least: each value is extrapolated from the previous ones, and inverse iteration about the
@@ -221,79 +216,6 @@ impl SingularityDistances {
                 SingularityIndex::Constraint => distances.constraint,
             }
         })
-    }
-
-    /// Returns true if an index at the position of `bodies` certainly exceeds a value: if the Gram
-    /// matrix, shifted by the squared value, has a Cholesky decomposition. This test costs less
-    /// than the index. Also false if round-off does not allow the decision.
-    pub fn exceeds(
-        &mut self,
-        index: SingularityIndex,
-        value: f64,
-        (parameters, bodies): (&Parameters<f64>, &Bodies<f64>),
-    ) -> bool {
-        self.place(parameters, bodies);
-        let largest = self.largest();
-        if value.is_nan() || value <= SMALL * largest {
-            return false;
-        }
-        let by = value * value + ROUNDED * largest * largest;
-        let matrix = match index {
-            SingularityIndex::Actuation => {
-                self.multiply_between_bodies();
-                &mut self.by_bodies
-            }
-            SingularityIndex::Constraint => {
-                self.multiply_between_joints(by);
-                &mut self.by_joints
-            }
-        };
-        matrix.shift(by);
-        matrix.factor()
-    }
-
-    /// Upper bounds on the changes of the indices since the last call. By Weyl's inequality a singular
-    /// value changes by at most the norm of the change of the matrix, which is at most the geometric
-    /// mean of its largest sums of magnitudes in a column and in a row.
-    pub fn travel(&mut self, parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> Distances {
-        std::mem::swap(&mut self.on, &mut self.passed);
-        self.place(parameters, bodies);
-        let Self { row_sums, .. } = self;
-        row_sums.fill([[0.0; BLOCK]; 2]);
-        // Largest sums of magnitudes in a column: over the columns of constraints, and over those
-        // of actuators.
-        let mut columns = [0.0_f64; 2];
-        for ((joint, on), passed) in self.joints.iter().zip(&self.on).zip(&self.passed) {
-            let mut sums = [0.0; BLOCK];
-            for end in 0..2 {
-                let Some(body) = joint.ends[end].checked_sub(1) else { continue };
-                let mut rows = [[0.0; BLOCK]; 2];
-                for unknown in 0..joint.unknowns {
-                    let kind = usize::from(unknown >= joint.constraints);
-                    let (now, before) = (&on[end][unknown], &passed[end][unknown]);
-                    let change: Part = core::array::from_fn(|i| (now[i] - before[i]).abs());
-                    (0..BLOCK).for_each(|i| rows[kind][i] += change[i]);
-                    sums[unknown] += change.iter().sum::<f64>();
-                }
-                for (kind, rows) in rows.iter().enumerate() {
-                    (0..BLOCK).for_each(|i| row_sums[body][kind][i] += rows[i]);
-                }
-            }
-            let (constraints, others) = sums.split_at(joint.constraints);
-            columns[0] = constraints.iter().fold(columns[0], |most, sum| most.max(*sum));
-            columns[1] = others.iter().fold(columns[1], |most, sum| most.max(*sum));
-        }
-        let mut rows = [0.0_f64; 2];
-        for [constraints, drives] in row_sums {
-            for i in 0..BLOCK {
-                rows[0] = rows[0].max(constraints[i]);
-                rows[1] = rows[1].max(constraints[i] + drives[i]);
-            }
-        }
-        Distances {
-            constraint: (columns[0] * rows[0]).sqrt(),
-            actuation: (columns[0].max(columns[1]) * rows[1]).sqrt(),
-        }
     }
 
     /// Computes the actuation index at the position of the last [`Self::place`]; `None` if
@@ -538,165 +460,5 @@ impl SingularityDistances {
             self.constraint.add(square, stress);
         }
         Some(square.sqrt())
-    }
-}
-
-/// Computes the eigenvector of the smallest eigenvalue of a matrix by inverse iteration about the shift.
-/// Without a shift, solutions are refined with `product`, which multiplies by the matrix without
-/// forming it.
-fn weakest<'a>(
-    matrix: &mut BlockCholesky,
-    lanczos: &'a mut Lanczos,
-    start: impl Iterator<Item = Part>,
-    shift: Option<Shift>,
-    product: impl Fn(&[Part], &mut [[Twofold; BLOCK]]),
-) -> Option<&'a [Part]> {
-    matrix.shift(shift.map_or(0.0, |shift| shift.by));
-    if !matrix.factor() {
-        return None;
-    }
-    if let Some(Shift { accuracy, .. }) = shift {
-        return lanczos.greatest(start, accuracy, |vector| matrix.solve(vector));
-    }
-    let mut settled = true;
-    let refined = |vector: &mut [Part]| settled &= solve_refined(matrix, vector, &product);
-    let found = lanczos.greatest(start, REFINED_ACCURACY, refined);
-    found.filter(|_| settled)
-}
-
-/// Solves by iterative refinement with an approximate decomposition; `false` if it does not converge.
-fn solve_refined(
-    matrix: &mut BlockCholesky,
-    vector: &mut [Part],
-    product: &impl Fn(&[Part], &mut [[Twofold; BLOCK]]),
-) -> bool {
-    let wanted = vector.to_vec();
-    matrix.solve(vector);
-    let mut left = vec![[Twofold::default(); BLOCK]; wanted.len()];
-    for _ in 0..PASSES {
-        for (left, wanted) in left.iter_mut().flatten().zip(wanted.iter().flatten()) {
-            *left = Twofold::default();
-            left.add_product(-1.0, *wanted);
-        }
-        product(vector, &mut left);
-        let mut correction: Vec<Part> =
-            left.iter().map(|part| part.map(|sum| -sum.value())).collect();
-        matrix.solve(&mut correction);
-        for (x, more) in vector.iter_mut().flatten().zip(correction.iter().flatten()) {
-            *x += more;
-        }
-        let [size, change] = [&*vector, &correction].map(length_squared);
-        if change <= REFINED * REFINED * size {
-            return true;
-        }
-        if !change.is_finite() {
-            break;
-        }
-    }
-    false
-}
-
-fn length_squared(vector: &[Part]) -> f64 {
-    vector.iter().map(|part| dot(part, part)).sum()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::newton_euler::Unknown;
-    use super::*;
-    use crate::dynamics::{InverseDynamics, Settings};
-    use crate::kinematics::{Coordinate, Target};
-    use crate::linalg::Svd;
-    use crate::mechanism::{BodySpec, JointId, JointSpec, MechanismBuilder};
-    use crate::spatial::{Mat3, Pose, Vec3};
-
-    /// Creates a four-bar linkage of R, U, S and R joints.
-    fn four_bar() -> Mechanism {
-        let at = |x: f64, y: f64, z: f64| {
-            // Rotation axes in general directions.
-            let turn = Vec3::new(0.4 + x, 0.9 - y, 0.2 + z);
-            Pose { rotation: Mat3::rotation(turn, 1.0), position: Vec3::new(x, y, z) }
-        };
-        let joint = |name: &str, kind, ends: [&str; 2], frames: [Pose<f64>; 2]| {
-            JointSpec::new(name, kind, ends[0], ends[1]).frames(frames[0], frames[1])
-        };
-        // All body frames coincide with the ground frame at this position.
-        let [a, b, c, d] =
-            [at(0.0, 0.0, 0.0), at(0.02, 0.0, 0.1), at(0.33, 0.01, 0.2), at(0.3, 0.02, 0.0)];
-        let mut builder = MechanismBuilder::new("four-bar");
-        for (name, com) in [("crank", b), ("rod", c), ("rocker", d)] {
-            builder = builder.body(BodySpec::new(name).mass(1.0).com(com.position * 0.6));
-        }
-        builder
-            .joint(joint("a", JointType::Revolute, ["ground", "crank"], [a, a]).actuated())
-            .joint(joint("b", JointType::Universal, ["crank", "rod"], [b, b]))
-            .joint(joint("c", JointType::Spherical, ["rod", "rocker"], [c, c]))
-            .joint(joint("d", JointType::Revolute, ["ground", "rocker"], [d, d]))
-            .build()
-            .unwrap()
-    }
-
-    #[test]
-    fn lower_bounds_are_below_the_indices() {
-        let crank = Coordinate::Joint { joint: JointId(0), dof: 0 };
-        let still = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
-        let solver =
-            InverseDynamics::new(four_bar(), &[], &[crank], &[still], Settings::default()).unwrap();
-        let at = (solver.parameters(), solver.bodies());
-        let mut proximity = SingularityDistances::new(solver.mechanism()).unwrap();
-        let Distances { actuation, constraint } = proximity.measure(solver.mechanism(), at.0, at.1);
-        let both = [SingularityIndex::Actuation, SingularityIndex::Constraint];
-        for (index, value) in both.into_iter().zip([actuation, constraint]) {
-            // The margin for round-off is 1e-11 of a square.
-            assert!(proximity.exceeds(index, value * (1.0 - 1e-6), at), "{index:?} {value}");
-            assert!(!proximity.exceeds(index, value * (1.0 + 1e-6), at), "{index:?} {value}");
-            assert!(!proximity.exceeds(index, f64::NAN, at));
-            assert!(!proximity.exceeds(index, 0.0, at));
-        }
-    }
-
-    /// Checks nearly singular positions, which result from an unsuitable unit of length for
-    /// moments.
-    #[test]
-    fn small_values_are_found_by_refined_solutions() {
-        let mut refined = 0;
-        let crank = Coordinate::Joint { joint: JointId(0), dof: 0 };
-        let still = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
-        let solver =
-            InverseDynamics::new(four_bar(), &[], &[crank], &[still], Settings::default()).unwrap();
-        let mechanism = solver.mechanism();
-        for length in [1e2, 1e3, 1e4, 3e4, 1e5, 3e5, 1e6] {
-            let mut parameters = solver.parameters().clone();
-            parameters.length = length;
-            let system = NewtonEuler::new(mechanism, &parameters, solver.bodies());
-            let types: Vec<_> = mechanism.joints().iter().map(|joint| joint.joint_type).collect();
-            let scaled = system.scaled_matrix(&types).to_dense();
-            let is_constraint =
-                |k: &usize| matches!(system.unknowns[*k], Unknown::Constraint { .. });
-            let constraints: Vec<usize> = (0..scaled.ncols()).filter(is_constraint).collect();
-            let only_constraints = scaled.select_columns(&constraints);
-
-            let mut proximity = SingularityDistances::new(mechanism).unwrap();
-            proximity.place(&parameters, solver.bodies());
-            let largest = proximity.largest();
-            let pairs = [
-                (proximity.smallest_between_bodies_at(None), Svd::new(&scaled)),
-                (proximity.smallest_between_joints_at(None), Svd::new(&only_constraints)),
-            ];
-            for (found, svd) in pairs {
-                let expected = *svd.singular_values.as_slice().last().unwrap();
-                if !(TINY * largest..=SMALL * largest).contains(&expected) {
-                    continue;
-                }
-                // The iteration stops at 1e-12; with any method, the relative accuracy of the smallest value is
-                // the round-off of the entries divided by that value.
-                let known = 2e-12 + 8.0 * f64::EPSILON * svd.largest() / expected;
-                let found = found.unwrap();
-                let error = (found - expected).abs() / expected;
-                assert!(error < known, "{length}: {found} {expected}, {error}");
-                refined += 1;
-            }
-        }
-        assert!(refined >= 3, "{refined}");
     }
 }

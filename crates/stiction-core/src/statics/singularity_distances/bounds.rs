@@ -1,0 +1,86 @@
+//! Bounds on the indices: tests against a value, and their largest change between two positions.
+
+use super::super::distance::Distances;
+use super::{SMALL, SingularityDistances, SingularityIndex};
+use crate::kinematics::Bodies;
+use crate::linalg::{BLOCK, Part};
+use crate::parameters::Parameters;
+
+/// Round-off of a Gram matrix and its decomposition, relative to the squared largest entry, with a
+/// margin.
+const ROUNDED: f64 = 1e-11;
+
+impl SingularityDistances {
+    /// Returns true if an index at the position of `bodies` certainly exceeds a value: if the Gram
+    /// matrix, shifted by the squared value, has a Cholesky decomposition. This test costs less
+    /// than the index. Also false if round-off does not allow the decision.
+    pub fn exceeds(
+        &mut self,
+        index: SingularityIndex,
+        value: f64,
+        (parameters, bodies): (&Parameters<f64>, &Bodies<f64>),
+    ) -> bool {
+        self.place(parameters, bodies);
+        let largest = self.largest();
+        if value.is_nan() || value <= SMALL * largest {
+            return false;
+        }
+        let by = value * value + ROUNDED * largest * largest;
+        let matrix = match index {
+            SingularityIndex::Actuation => {
+                self.multiply_between_bodies();
+                &mut self.by_bodies
+            }
+            SingularityIndex::Constraint => {
+                self.multiply_between_joints(by);
+                &mut self.by_joints
+            }
+        };
+        matrix.shift(by);
+        matrix.factor()
+    }
+
+    /// Upper bounds on the changes of the indices since the last call. By Weyl's inequality a singular
+    /// value changes by at most the norm of the change of the matrix, which is at most the geometric
+    /// mean of its largest sums of magnitudes in a column and in a row.
+    pub fn travel(&mut self, parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> Distances {
+        std::mem::swap(&mut self.on, &mut self.passed);
+        self.place(parameters, bodies);
+        let Self { row_sums, .. } = self;
+        row_sums.fill([[0.0; BLOCK]; 2]);
+        // Largest sums of magnitudes in a column: over the columns of constraints, and over those
+        // of actuators.
+        let mut columns = [0.0_f64; 2];
+        for ((joint, on), passed) in self.joints.iter().zip(&self.on).zip(&self.passed) {
+            let mut sums = [0.0; BLOCK];
+            for end in 0..2 {
+                let Some(body) = joint.ends[end].checked_sub(1) else { continue };
+                let mut rows = [[0.0; BLOCK]; 2];
+                for unknown in 0..joint.unknowns {
+                    let kind = usize::from(unknown >= joint.constraints);
+                    let (now, before) = (&on[end][unknown], &passed[end][unknown]);
+                    let change: Part = core::array::from_fn(|i| (now[i] - before[i]).abs());
+                    (0..BLOCK).for_each(|i| rows[kind][i] += change[i]);
+                    sums[unknown] += change.iter().sum::<f64>();
+                }
+                for (kind, rows) in rows.iter().enumerate() {
+                    (0..BLOCK).for_each(|i| row_sums[body][kind][i] += rows[i]);
+                }
+            }
+            let (constraints, others) = sums.split_at(joint.constraints);
+            columns[0] = constraints.iter().fold(columns[0], |most, sum| most.max(*sum));
+            columns[1] = others.iter().fold(columns[1], |most, sum| most.max(*sum));
+        }
+        let mut rows = [0.0_f64; 2];
+        for [constraints, drives] in row_sums {
+            for i in 0..BLOCK {
+                rows[0] = rows[0].max(constraints[i]);
+                rows[1] = rows[1].max(constraints[i] + drives[i]);
+            }
+        }
+        Distances {
+            constraint: (columns[0] * rows[0]).sqrt(),
+            actuation: (columns[0].max(columns[1]) * rows[1]).sqrt(),
+        }
+    }
+}

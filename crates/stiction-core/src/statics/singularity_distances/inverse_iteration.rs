@@ -1,0 +1,72 @@
+//! Inverse iteration for the smallest eigenvalue of a Gram matrix.
+
+use super::super::prediction::Shift;
+use crate::linalg::{BLOCK, BlockCholesky, Lanczos, Part, Twofold, dot};
+
+/// Maximum number of refinement passes. For singular values at [`TINY`](super::TINY), each pass divides the
+/// error by about a hundred.
+const PASSES: usize = 10;
+/// Refinement ends if the correction, relative to the solution, is below this value, which is about
+/// round-off.
+const REFINED: f64 = 1e-14;
+/// Relative residual at which eigenvectors from refined solutions have converged.
+const REFINED_ACCURACY: f64 = 1e-12;
+
+/// Computes the eigenvector of the smallest eigenvalue of a matrix by inverse iteration about the shift.
+/// Without a shift, solutions are refined with `product`, which multiplies by the matrix without
+/// forming it.
+pub(super) fn weakest<'a>(
+    matrix: &mut BlockCholesky,
+    lanczos: &'a mut Lanczos,
+    start: impl Iterator<Item = Part>,
+    shift: Option<Shift>,
+    product: impl Fn(&[Part], &mut [[Twofold; BLOCK]]),
+) -> Option<&'a [Part]> {
+    matrix.shift(shift.map_or(0.0, |shift| shift.by));
+    if !matrix.factor() {
+        return None;
+    }
+    if let Some(Shift { accuracy, .. }) = shift {
+        return lanczos.greatest(start, accuracy, |vector| matrix.solve(vector));
+    }
+    let mut settled = true;
+    let refined = |vector: &mut [Part]| settled &= solve_refined(matrix, vector, &product);
+    let found = lanczos.greatest(start, REFINED_ACCURACY, refined);
+    found.filter(|_| settled)
+}
+
+/// Solves by iterative refinement with an approximate decomposition; `false` if it does not converge.
+fn solve_refined(
+    matrix: &mut BlockCholesky,
+    vector: &mut [Part],
+    product: &impl Fn(&[Part], &mut [[Twofold; BLOCK]]),
+) -> bool {
+    let wanted = vector.to_vec();
+    matrix.solve(vector);
+    let mut left = vec![[Twofold::default(); BLOCK]; wanted.len()];
+    for _ in 0..PASSES {
+        for (left, wanted) in left.iter_mut().flatten().zip(wanted.iter().flatten()) {
+            *left = Twofold::default();
+            left.add_product(-1.0, *wanted);
+        }
+        product(vector, &mut left);
+        let mut correction: Vec<Part> =
+            left.iter().map(|part| part.map(|sum| -sum.value())).collect();
+        matrix.solve(&mut correction);
+        for (x, more) in vector.iter_mut().flatten().zip(correction.iter().flatten()) {
+            *x += more;
+        }
+        let [size, change] = [&*vector, &correction].map(length_squared);
+        if change <= REFINED * REFINED * size {
+            return true;
+        }
+        if !change.is_finite() {
+            break;
+        }
+    }
+    false
+}
+
+pub(super) fn length_squared(vector: &[Part]) -> f64 {
+    vector.iter().map(|part| dot(part, part)).sum()
+}

@@ -1,0 +1,98 @@
+//! Tests against decompositions of the matrices themselves.
+
+use super::super::newton_euler::Unknown;
+use super::*;
+use crate::dynamics::{InverseDynamics, Settings};
+use crate::kinematics::{Coordinate, Target};
+use crate::linalg::Svd;
+use crate::mechanism::{BodySpec, JointId, JointSpec, MechanismBuilder};
+use crate::spatial::{Mat3, Pose, Vec3};
+
+/// Creates a four-bar linkage of R, U, S and R joints.
+fn four_bar() -> Mechanism {
+    let at = |x: f64, y: f64, z: f64| {
+        // Rotation axes in general directions.
+        let turn = Vec3::new(0.4 + x, 0.9 - y, 0.2 + z);
+        Pose { rotation: Mat3::rotation(turn, 1.0), position: Vec3::new(x, y, z) }
+    };
+    let joint = |name: &str, kind, ends: [&str; 2], frames: [Pose<f64>; 2]| {
+        JointSpec::new(name, kind, ends[0], ends[1]).frames(frames[0], frames[1])
+    };
+    // All body frames coincide with the ground frame at this position.
+    let [a, b, c, d] =
+        [at(0.0, 0.0, 0.0), at(0.02, 0.0, 0.1), at(0.33, 0.01, 0.2), at(0.3, 0.02, 0.0)];
+    let mut builder = MechanismBuilder::new("four-bar");
+    for (name, com) in [("crank", b), ("rod", c), ("rocker", d)] {
+        builder = builder.body(BodySpec::new(name).mass(1.0).com(com.position * 0.6));
+    }
+    builder
+        .joint(joint("a", JointType::Revolute, ["ground", "crank"], [a, a]).actuated())
+        .joint(joint("b", JointType::Universal, ["crank", "rod"], [b, b]))
+        .joint(joint("c", JointType::Spherical, ["rod", "rocker"], [c, c]))
+        .joint(joint("d", JointType::Revolute, ["ground", "rocker"], [d, d]))
+        .build()
+        .unwrap()
+}
+
+#[test]
+fn lower_bounds_are_below_the_indices() {
+    let crank = Coordinate::Joint { joint: JointId(0), dof: 0 };
+    let still = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
+    let solver =
+        InverseDynamics::new(four_bar(), &[], &[crank], &[still], Settings::default()).unwrap();
+    let at = (solver.parameters(), solver.bodies());
+    let mut proximity = SingularityDistances::new(solver.mechanism()).unwrap();
+    let Distances { actuation, constraint } = proximity.measure(solver.mechanism(), at.0, at.1);
+    let both = [SingularityIndex::Actuation, SingularityIndex::Constraint];
+    for (index, value) in both.into_iter().zip([actuation, constraint]) {
+        // The margin for round-off is 1e-11 of a square.
+        assert!(proximity.exceeds(index, value * (1.0 - 1e-6), at), "{index:?} {value}");
+        assert!(!proximity.exceeds(index, value * (1.0 + 1e-6), at), "{index:?} {value}");
+        assert!(!proximity.exceeds(index, f64::NAN, at));
+        assert!(!proximity.exceeds(index, 0.0, at));
+    }
+}
+
+/// Checks nearly singular positions, which result from an unsuitable unit of length for
+/// moments.
+#[test]
+fn small_values_are_found_by_refined_solutions() {
+    let mut refined = 0;
+    let crank = Coordinate::Joint { joint: JointId(0), dof: 0 };
+    let still = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
+    let solver =
+        InverseDynamics::new(four_bar(), &[], &[crank], &[still], Settings::default()).unwrap();
+    let mechanism = solver.mechanism();
+    for length in [1e2, 1e3, 1e4, 3e4, 1e5, 3e5, 1e6] {
+        let mut parameters = solver.parameters().clone();
+        parameters.length = length;
+        let system = NewtonEuler::new(mechanism, &parameters, solver.bodies());
+        let types: Vec<_> = mechanism.joints().iter().map(|joint| joint.joint_type).collect();
+        let scaled = system.scaled_matrix(&types).to_dense();
+        let is_constraint = |k: &usize| matches!(system.unknowns[*k], Unknown::Constraint { .. });
+        let constraints: Vec<usize> = (0..scaled.ncols()).filter(is_constraint).collect();
+        let only_constraints = scaled.select_columns(&constraints);
+
+        let mut proximity = SingularityDistances::new(mechanism).unwrap();
+        proximity.place(&parameters, solver.bodies());
+        let largest = proximity.largest();
+        let pairs = [
+            (proximity.smallest_between_bodies_at(None), Svd::new(&scaled)),
+            (proximity.smallest_between_joints_at(None), Svd::new(&only_constraints)),
+        ];
+        for (found, svd) in pairs {
+            let expected = *svd.singular_values.as_slice().last().unwrap();
+            if !(TINY * largest..=SMALL * largest).contains(&expected) {
+                continue;
+            }
+            // The iteration stops at 1e-12; with any method, the relative accuracy of the smallest value is
+            // the round-off of the entries divided by that value.
+            let known = 2e-12 + 8.0 * f64::EPSILON * svd.largest() / expected;
+            let found = found.unwrap();
+            let error = (found - expected).abs() / expected;
+            assert!(error < known, "{length}: {found} {expected}, {error}");
+            refined += 1;
+        }
+    }
+    assert!(refined >= 3, "{refined}");
+}
