@@ -59,8 +59,9 @@ pub struct Forces {
     pub effort_outer_bounds: Vec<(f64, f64)>,
     /// Reliability of `effort_bounds`.
     pub bounds: Bounds,
-    /// For each joint, the force that the predecessor exerts on the successor, N, and the moment
-    /// about the joint's origin, N m, in world axes; includes constraint, effort and friction.
+    /// Reaction of each joint: the force that the predecessor exerts on the successor, N, and the
+    /// moment about the joint's origin, N m, in world axes; includes constraint, effort and
+    /// friction.
     pub reactions: Vec<(Vec3<f64>, Vec3<f64>)>,
     /// Effort of each gearing, N m, or N if its sum is a length, in the order of
     /// [`Mechanism::gearings`](crate::mechanism::Mechanism::gearings). On each of its degrees of freedom, a gearing

@@ -75,8 +75,8 @@ pub(crate) struct BalanceStructure {
     pub(super) columns_of: Vec<Vec<usize>>,
     /// Number of columns for wrenches at cut joints; local degrees of freedom and then gearings follow.
     pub(super) wrench_columns: usize,
-    /// For each local degree of freedom, the nodes whose bodies it accelerates, together with all
-    /// their ancestors.
+    /// Nodes whose bodies each local degree of freedom accelerates, together with all their
+    /// ancestors.
     pub(super) spin_nodes: Vec<Vec<usize>>,
     pub(super) gearings: Vec<GearingColumn>,
     pub(super) weighed: Vec<Weighed>,

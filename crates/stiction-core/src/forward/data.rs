@@ -25,9 +25,9 @@ pub(super) struct Data {
     pub(super) velocities: Vec<[f64; 3]>,
     /// Bristle deflections of each interface, m.
     pub(super) bristles: Vec<[f64; 3]>,
-    /// State of the inputs: own states, sides of the switching functions, counted angles.
+    /// State of the inputs: internal states, sides of the switching functions, counted angles.
     pub(super) input: InputState,
-    /// Rates of the own states of the inputs, per second.
+    /// Rates of the internal states of the inputs, per second.
     pub(super) input_rates: Vec<f64>,
     /// Estimated friction limit of each interface relative to the largest: the scale of statically indeterminate static
     /// frictions. Stays constant while the modes stay the same.

@@ -23,9 +23,9 @@ pub struct View<'a> {
 /// State of the inputs that a simulation stores.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct InputState {
-    /// Own states of the inputs, see [`Inputs::initial_states`].
+    /// Internal states of the inputs, see [`Inputs::initial_states`].
     pub(super) values: Vec<f64>,
-    /// Scale of each own state: its absolute tolerance is a fraction of this scale.
+    /// Scale of each internal state: its absolute tolerance is a fraction of this scale.
     pub(super) scales: Vec<f64>,
     /// Side of each switching function, see [`Inputs::switches`].
     pub(super) sides: Vec<bool>,
@@ -60,7 +60,7 @@ impl Angle {
 }
 
 impl<'a> View<'a> {
-    /// Own states of the inputs, see [`Inputs::initial_states`].
+    /// Internal states of the inputs, see [`Inputs::initial_states`].
     pub fn states(&self) -> &'a [f64] {
         &self.input.values
     }
@@ -147,14 +147,14 @@ pub trait Inputs {
         let _ = (view, loads);
     }
 
-    /// Returns the own states of the inputs, such as the integral of a controller: for each one its initial value, and
-    /// the magnitude to which the absolute tolerance refers. The simulation integrates them with the mechanism, under
-    /// the same error control.
+    /// Returns the internal states of the inputs, such as the integral of a controller: for each
+    /// one its initial value, and the magnitude to which the absolute tolerance refers. The
+    /// simulation integrates them with the mechanism, under the same error control.
     fn initial_states(&self) -> Vec<(f64, f64)> {
         Vec::new()
     }
 
-    /// Writes the rates of the own states, per second. `rates` contains zeros at first.
+    /// Writes the rates of the internal states, per second. `rates` contains zeros at first.
     fn state_rates(&mut self, view: &View<'_>, rates: &mut [f64]) {
         let _ = (view, rates);
     }
@@ -162,9 +162,10 @@ pub trait Inputs {
     /// Appends the values of the switching functions to `values`, which is empty at first; their number must be
     /// constant.
     ///
-    /// Efforts, loads and rates of own states must be smooth functions of time and state while [`View::sides`] stays
-    /// the same, even beyond the zero of a switching function. A step ends where a switching function changes its sign,
-    /// and its side changes there. An example is the effort minus its limit.
+    /// Efforts, loads and rates of internal states must be smooth functions of time and state while
+    /// [`View::sides`] stays the same, even beyond the zero of a switching function. A step ends
+    /// where a switching function changes its sign, and its side changes there. An example is the
+    /// effort minus its limit.
     fn switches(&mut self, view: &View<'_>, values: &mut Vec<f64>) {
         let _ = (view, values);
     }

@@ -121,7 +121,7 @@ pub struct Instant {
     pub interfaces: Vec<InterfaceSample>,
     /// Rates of the bristle deflections, m/s.
     pub(super) bristle_rates: Vec<[f64; 3]>,
-    /// Rates of the own states of the inputs, per second.
+    /// Rates of the internal states of the inputs, per second.
     pub(super) input_rates: Vec<f64>,
     /// Energies and powers.
     pub account: Account,

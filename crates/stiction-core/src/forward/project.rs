@@ -124,7 +124,7 @@ impl Forward {
     /// Projects as [`Self::project`], reusing the buffers.
     ///
     /// # Errors
-    /// As [`Self::project`].
+    /// See [`Self::project`].
     pub(super) fn project_in(
         &self,
         time: f64,

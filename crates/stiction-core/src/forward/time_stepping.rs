@@ -49,7 +49,7 @@ pub(super) struct TimeStep {
     pub(super) modes: Vec<InterfaceMode>,
     /// Bristle deflections at the end of the step, m.
     pub(super) bristles: Vec<[f64; 3]>,
-    /// Own states of the inputs at the end of the step.
+    /// Internal states of the inputs at the end of the step.
     pub(super) input_states: Vec<f64>,
     /// Surface velocities at the end, m/s.
     pub(super) velocities: Vec<[f64; 3]>,

@@ -30,8 +30,8 @@ pub(crate) struct BlockCholesky {
     starts: Vec<usize>,
     /// Elimination step of the row of each block below the diagonal.
     rows: Vec<usize>,
-    /// For each pair of blocks below the diagonal in one elimination step, the index of the block
-    /// that the pair changes; for all steps, one after the other.
+    /// Index of the block that each pair of blocks below the diagonal in one elimination step
+    /// changes; for all steps, one after the other.
     updates: Vec<usize>,
     diagonal: Vec<Block>,
     /// Blocks below the diagonal, transposed: all products are then sums of outer products, which

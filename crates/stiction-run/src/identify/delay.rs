@@ -27,7 +27,8 @@ const EXPLAINED: f64 = 0.02;
 /// deviations.
 const SETTLED: f64 = 0.1;
 
-/// Regressor signals of an effect, one for each fitted log; `None` if the effect cannot be computed for one of the logs.
+/// Regressor signals of an effect, one for each fitted log; `None` if the effect cannot be computed
+/// for one of the logs.
 pub(super) fn candidate(all: &[Prepared], channel: usize, effect: Effect) -> Option<Candidate> {
     let fits = all.iter().filter(|log| !log.predict);
     let signal: Option<Vec<_>> = fits.map(|log| log.effect(channel, effect)).collect();

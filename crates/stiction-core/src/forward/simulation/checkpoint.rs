@@ -31,7 +31,7 @@ pub(super) const FORMAT: f64 = 9.0;
 /// Largest valid count; a larger number cannot be a count.
 const COUNTABLE: f64 = 1e15;
 
-/// Largest valid number of own states, and of switching functions, of the inputs.
+/// Largest valid number of internal states, and of switching functions, of the inputs.
 const MOST_INPUTS: usize = 1_000_000;
 
 /// Writer or reader of the numbers of a checkpoint. Both use the same sequence of calls, which ensures the same order.

@@ -153,7 +153,8 @@ impl Simulation<'_> {
         Some(part)
     }
 
-    /// Smallest relative margin to the friction limit among all sticking interfaces; negative if one exceeds its limit.
+    /// Smallest relative margin to the friction limit among all sticking interfaces; negative if one
+    /// exceeds its limit or must start to move.
     pub(super) fn least_margin(&self, at: &Instant) -> f64 {
         if at.gives_way.is_some() {
             return -1.0;

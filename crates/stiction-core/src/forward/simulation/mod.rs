@@ -71,7 +71,7 @@ pub struct Simulation<'a> {
     friction_scales: Vec<f64>,
     reference_frictions: Vec<[f64; 3]>,
     limit_factor: f64,
-    /// Own states of the inputs, sides of their switching functions, and counted angles.
+    /// Internal states of the inputs, sides of their switching functions, and counted angles.
     input: InputState,
     /// Time, s, at which switching functions change their sign; infinite if no change was found in
     /// the last step.

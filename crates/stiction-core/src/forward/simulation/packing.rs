@@ -1,4 +1,5 @@
-//! State vector of the integrator: coordinates, rates, bristle deflections, energies, and own states of the inputs.
+//! State vector of the integrator: coordinates, rates, bristle deflections, energies, and internal
+//! states of the inputs.
 
 use super::Simulation;
 use crate::forward::instant::Instant;

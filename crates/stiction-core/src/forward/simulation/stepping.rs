@@ -211,8 +211,9 @@ impl Simulation<'_> {
         }
     }
 
-    /// Returns the difference between a whole step and two half steps in units of the tolerance. It is the largest
-    /// difference of coordinates, of rates times the step, and of own states of the inputs.
+    /// Returns the difference between a whole step and two half steps in units of the tolerance. It
+    /// is the largest difference of coordinates, of rates times the step, and of internal states of
+    /// the inputs.
     pub(super) fn apart(&self, whole: &StepResult, halves: &StepResult, step: f64) -> f64 {
         let (a, b) = (&whole.state, &halves.state);
         let tolerance = self.settings.time_step_tolerance;

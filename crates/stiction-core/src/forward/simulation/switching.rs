@@ -229,7 +229,7 @@ impl<'a> Simulation<'a> {
             if falls <= 0.0 || rises <= 0.0 {
                 continue;
             }
-            // Where the tangents meet: a convex function is above.
+            // A convex function is above the intersection of its tangents.
             let (length, down, up) = (high.0 - low.0, falls / part, rises / part);
             let meeting = (low.1 - high.1 + up * length) / (down + up);
             let least = low.1 - down * meeting.clamp(0.0, length);

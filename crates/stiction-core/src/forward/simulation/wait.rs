@@ -20,7 +20,8 @@ impl Simulation<'_> {
             && self.frozen.iter().all(|frozen| *frozen)
     }
 
-    /// Returns whether only time and forces change: the mechanism is at rest, and the inputs have no own states.
+    /// Returns whether only time and forces change: the mechanism is at rest, and the inputs have
+    /// no internal states.
     pub(super) fn waits(&self) -> bool {
         self.is_still() && self.input.values.is_empty()
     }

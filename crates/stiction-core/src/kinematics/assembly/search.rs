@@ -202,7 +202,8 @@ impl Assembly {
         let (mut modes, failure) =
             self.modes(parameters, (given, &reference, &metric), first, twin);
         let least = modes.iter().map(|mode| mode.distance).fold(f64::INFINITY, f64::min);
-        // Of modes equally near within rounding, the first one found counts as the nearest.
+        // If several modes are equally near within rounding, the first one found counts as the
+        // nearest.
         for mode in modes.iter_mut().filter(|mode| mode.distance <= least + TIE) {
             mode.distance = least;
         }
