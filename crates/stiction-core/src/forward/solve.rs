@@ -69,7 +69,7 @@ impl Forward {
             }
             for (place, dof) in interface.shape.dofs().enumerate() {
                 let joint = interface.joint;
-                // Several interfaces of one DOF share its static friction.
+                // A prescribed DOF has its own constraint already.
                 if !targets.is_empty() && self.is_prescribed_place(index, place) {
                     continue;
                 }

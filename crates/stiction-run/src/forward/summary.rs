@@ -40,7 +40,7 @@ pub struct Summary {
 /// step. The errors of thousands of events accumulate, and singular positions amplify rounding.
 const LOST: f64 = 1e5;
 /// Largest relative energy error of time stepping, as a multiple of the tolerance of a step. Time
-/// stepping is of first order, so its energy error grows with the square root of its tolerance.
+/// stepping is of first order, so its energy error exceeds the tolerance of a step by far.
 const LOST_IN_STEPS: f64 = 3e4;
 
 /// Sticking time and number of stick onsets of a friction interface.

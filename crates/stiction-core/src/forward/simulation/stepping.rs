@@ -426,7 +426,7 @@ impl Simulation<'_> {
         self.last_step = last_step;
         if let Some(stepping) = &mut self.stepping {
             stepping.quiet = 0;
-            stepping.wait *= 2;
+            stepping.wait = (2 * stepping.wait).min(LONGEST_WAIT);
         }
         Ok(())
     }

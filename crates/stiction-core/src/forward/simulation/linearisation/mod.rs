@@ -4,16 +4,21 @@
 //! of the friction interfaces. Each step length is a quarter of the previous one, and the estimate that differs least
 //! from its successor is taken; the difference estimates the error.
 
+mod differences;
+mod error;
+
+pub use error::LinearisationError;
+
 use super::scratch::Scratch;
 use super::{Method, Simulation};
 use crate::forward::affine_friction::InterfaceMode;
 use crate::forward::error::ForwardError;
-use crate::forward::inputs::{Inputs, View};
+use crate::forward::inputs::Inputs;
 use crate::forward::solve::Unsolved;
 use crate::kinematics::{Bodies, State, Target};
 use crate::mechanism::JointId;
 use crate::spatial::Vec3;
-use crate::statics::AppliedLoad;
+use differences::{Beside, Change};
 use nalgebra::{DMatrix, DVector};
 
 /// A joint coordinate counts as dependent if the part of its rate that is independent of the
@@ -27,72 +32,6 @@ const SINGULAR: f64 = 1e-6;
 /// Longest first step of a difference: rad or characteristic lengths for positions, rad or
 /// characteristic lengths per characteristic time for rates.
 const FIRST_STEP: f64 = 2e-2;
-/// Largest number of step lengths, each of which is a quarter of the previous one.
-const STEPS: usize = 24;
-/// Coefficients of the central difference of order six, for one, two and three steps from the centre.
-const STENCIL: [f64; 3] = [0.75, -0.15, 1.0 / 60.0];
-/// Largest number of corrections that restore the independent coordinates after the loops are closed.
-const CORRECTIONS: usize = 12;
-
-/// Reason for which an operating point has no linearisation.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum LinearisationError {
-    /// Friction, locks and prescribed motions prevent every motion.
-    #[error("the mechanism cannot move at this position: {held}")]
-    Held {
-        /// The constraint that holds the mechanism, in words.
-        held: String,
-    },
-    /// The constraints lose rank at the operating point.
-    #[error(
-        "the position is singular: the loop constraints lose rank (singularity index \
-         {distance:.1e}), so the accelerations have no derivatives"
-    )]
-    Singular {
-        /// Singularity distance.
-        distance: f64,
-    },
-    /// The friction of an interface at rest is at its limit.
-    #[error(
-        "friction interface {interface} is at rest at its static friction limit: opposite \
-         disturbances cause different motions, so there is no linearisation"
-    )]
-    AtLimit {
-        /// Index of the friction interface.
-        interface: usize,
-    },
-    /// The friction law of an interface has internal states.
-    #[error(
-        "the friction law of interface {interface} has bristles (dahl, lugre), whose deflections \
-         are further states that the linearisation does not include"
-    )]
-    Bristles {
-        /// Index of the friction interface.
-        interface: usize,
-    },
-    /// No acceleration satisfies the friction laws at the operating point.
-    #[error("no acceleration satisfies all friction laws at this state")]
-    NoAcceleration,
-    /// Interfaces begin to slide from rest, so the motion differs on both sides of the operating point.
-    #[error(
-        "friction interfaces begin to slide from rest at this state: opposite disturbances cause \
-         different motions, so there is no linearisation"
-    )]
-    BeginsToSlide {
-        /// Indices of the friction interfaces.
-        interfaces: Vec<usize>,
-    },
-    /// A motion of the mechanism changes no joint coordinate.
-    #[error(
-        "a motion of the mechanism has no joint coordinate that describes it, such as that of a free \
-         body or of a ball joint; replace the ball joint by revolute joints or a universal joint"
-    )]
-    NoCoordinate,
-    /// Accelerations cannot be evaluated at positions or rates near the operating point.
-    #[error("{0}")]
-    Forward(#[from] ForwardError),
-}
 
 /// Linear equations of motion about an operating point: `dq/dt = v`, `dv/dt = a0 + K q + D v + B u`, outputs `y = C q`.
 /// Here `q` and `v` are the deviations of the independent coordinates and their rates from the operating point, and `u`
@@ -127,41 +66,6 @@ pub struct Linearisation {
     /// Rates of the tree for a unit rate of each independent coordinate.
     directions: Vec<Vec<f64>>,
 }
-
-/// Inputs with one effort changed by a constant amount.
-struct Nudged<'a> {
-    inner: &'a mut dyn Inputs,
-    actuator: usize,
-    amount: f64,
-}
-
-impl Inputs for Nudged<'_> {
-    fn efforts(&mut self, view: &View<'_>, efforts: &mut [f64]) {
-        self.inner.efforts(view, efforts);
-        if let Some(effort) = efforts.get_mut(self.actuator) {
-            *effort += self.amount;
-        }
-    }
-
-    fn targets(&mut self, time: f64, targets: &mut [Target<f64>]) {
-        self.inner.targets(time, targets);
-    }
-
-    fn loads(&mut self, view: &View<'_>, loads: &mut Vec<AppliedLoad<f64>>) {
-        self.inner.loads(view, loads);
-    }
-}
-
-/// Variable with respect to which a difference is taken.
-#[derive(Clone, Copy)]
-enum Change {
-    Position(usize),
-    Rate(usize),
-    Effort(usize),
-}
-
-/// Accelerations of the independent coordinates, and actuator positions, near the operating point.
-type Beside = (Vec<f64>, Vec<f64>);
 
 impl Simulation<'_> {
     /// Linearises the equations of motion about the present instant, with the present modes of the friction interfaces.
@@ -466,201 +370,6 @@ impl Simulation<'_> {
         }
         Ok(())
     }
-
-    /// Returns the state whose independent coordinates differ from the operating point by `change`. Their rates are
-    /// `rates`, or those of the operating point if `rates` is `None`.
-    fn state_beside(
-        &mut self,
-        lin: &Linearisation,
-        change: &[f64],
-        rates: Option<&[f64]>,
-        inputs: &mut dyn Inputs,
-    ) -> Result<State<f64>, ForwardError> {
-        let (model, time) = (self.model, self.now.time);
-        let targets = model.targets(time, inputs);
-        let mut state = self.now.state.clone();
-        let topology = &model.topology;
-        let along = |amounts: &[f64]| {
-            let mut sum = vec![0.0; topology.dofs()];
-            for (direction, amount) in lin.directions.iter().zip(amounts) {
-                sum.iter_mut().zip(direction).for_each(|(s, d)| *s += amount * d);
-            }
-            sum
-        };
-        let mut bodies = Bodies::new(topology);
-        let wanted: Vec<(f64, f64)> = lin
-            .motion
-            .iter()
-            .enumerate()
-            .map(|(k, motion)| (motion.value + change[k], rates.map_or(motion.rate, |r| r[k])))
-            .collect();
-        if rates.is_some_and(|rates| rates.iter().all(|rate| *rate == 0.0)) {
-            state.rates.fill(0.0);
-        }
-        let mut missing: (Vec<f64>, Vec<f64>) = (change.to_vec(), vec![0.0; change.len()]);
-        let mut before = f64::INFINITY;
-        for _ in 0..CORRECTIONS {
-            state.advance(topology, &along(&missing.0));
-            let more = along(&missing.1);
-            state.rates.iter_mut().zip(&more).for_each(|(rate, more)| *rate += more);
-            model.project(time, &mut state, &targets, &self.anchors, &self.frozen)?;
-            bodies.place(topology, &model.parameters, &state.coordinates);
-            bodies.move_with(topology, &state.rates);
-            let mut worst = 0.0_f64;
-            for (k, &(joint, dof)) in lin.coordinates.iter().enumerate() {
-                let has = model.joint_motion(&state, &bodies, joint, dof);
-                missing.0[k] = nearest_turn(model, (joint, dof), wanted[k].0 - has.value);
-                missing.1[k] = wanted[k].1 - has.rate;
-                worst = worst.max(missing.0[k].abs()).max(missing.1[k].abs());
-            }
-            if worst == 0.0 || worst >= 0.5 * before && worst < 1e-12 {
-                break;
-            }
-            before = worst;
-        }
-        Ok(state)
-    }
-
-    /// Evaluates the accelerations of the independent coordinates and the positions of the actuators with one variable
-    /// changed by `amount`. `None` if a sliding interface would reverse.
-    fn beside(
-        &mut self,
-        lin: &Linearisation,
-        change: Change,
-        amount: f64,
-        inputs: &mut dyn Inputs,
-    ) -> Result<Option<Beside>, ForwardError> {
-        let (model, time) = (self.model, self.now.time);
-        let mut shift = vec![0.0; lin.coordinates.len()];
-        let state = match change {
-            Change::Position(k) => {
-                shift[k] = amount;
-                self.state_beside(lin, &shift, None, inputs)?
-            }
-            Change::Rate(k) => {
-                let mut rates: Vec<f64> = lin.motion.iter().map(|motion| motion.rate).collect();
-                rates[k] += amount;
-                self.state_beside(lin, &shift, Some(&rates), inputs)?
-            }
-            Change::Effort(_) => self.now.state.clone(),
-        };
-        let mut y = Vec::new();
-        self.pack_into(&mut y);
-        let (coordinates, rest) = y.split_at_mut(state.coordinates.len());
-        coordinates.copy_from_slice(&state.coordinates);
-        rest[..state.rates.len()].copy_from_slice(&state.rates);
-        let at = match change {
-            Change::Effort(actuator) => {
-                self.evaluate(time, &y, &mut Nudged { inner: inputs, actuator, amount }, false)?
-            }
-            _ => self.evaluate(time, &y, inputs, false)?,
-        };
-        // A sliding interface must not reverse.
-        let reverses = self.modes.iter().zip(&at.interfaces).any(|(mode, interface)| match mode {
-            InterfaceMode::Slides(direction) => {
-                let along = interface.velocity.iter().zip(direction).map(|(v, d)| v * d);
-                along.sum::<f64>() <= 0.0
-            }
-            _ => false,
-        });
-        if reverses {
-            self.workspace.spare(at);
-            return Ok(None);
-        }
-        let motion =
-            |joint: JointId, dof: usize| model.joint_motion(&at.state, &at.bodies, joint, dof);
-        let accelerations =
-            lin.coordinates.iter().map(|&(joint, dof)| motion(joint, dof).acceleration);
-        let positions = model.topology.actuators.iter().map(|actuator| {
-            let at = (JointId(actuator.joint), actuator.dof);
-            let value = motion(at.0, at.1).value;
-            let base = model.joint_motion(&self.now.state, &self.now.bodies, at.0, at.1).value;
-            nearest_turn(model, at, value - base)
-        });
-        Ok(Some((accelerations.collect(), positions.collect())))
-    }
-
-    /// Returns the derivative with respect to one variable, and its estimated error; `first` is the longest step.
-    fn difference(
-        &mut self,
-        lin: &Linearisation,
-        change: Change,
-        first: f64,
-        inputs: &mut dyn Inputs,
-    ) -> Result<(Beside, f64), LinearisationError> {
-        let mut best: Option<(Beside, f64)> = None;
-        let mut before: Option<Beside> = None;
-        let mut failed = None;
-        let mut step = first;
-        for _ in 0..STEPS {
-            let estimate = self.central(lin, change, step, inputs);
-            step *= 0.25;
-            let estimate = match estimate {
-                Ok(Some(estimate)) => estimate,
-                Ok(None) => continue,
-                Err(error) => {
-                    failed = Some(error);
-                    continue;
-                }
-            };
-            if let Some(before) = &before {
-                let apart = estimate.0.iter().zip(&before.0).map(|(a, b)| (a - b).abs());
-                let apart = apart.fold(0.0_f64, f64::max);
-                match &best {
-                    Some((_, least)) if apart >= *least => {
-                        // Rounding errors grow with each shorter step.
-                        if apart > 4.0 * least {
-                            break;
-                        }
-                    }
-                    _ => best = Some((before.clone(), apart)),
-                }
-                if apart == 0.0 {
-                    break;
-                }
-            }
-            before = Some(estimate);
-        }
-        match (best, failed) {
-            (Some(best), _) => Ok(best),
-            (None, Some(error)) => Err(error.into()),
-            (None, None) => Err(LinearisationError::BeginsToSlide { interfaces: self.at_rest() }),
-        }
-    }
-
-    /// Lists the interfaces whose mode is slip but whose velocity is zero: they begin to slide.
-    fn at_rest(&self) -> Vec<usize> {
-        let speed =
-            |c: usize| self.now.interfaces[c].velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let fastest = (0..self.modes.len()).map(speed).fold(self.fastest, f64::max);
-        let slides = |c: &usize| matches!(self.modes[*c], InterfaceMode::Slides(_));
-        let slow = (0..self.modes.len()).filter(slides).filter(|c| speed(*c) <= 1e-6 * fastest);
-        slow.collect()
-    }
-
-    /// Central difference of order six with respect to one variable; `None` if a sliding interface would reverse.
-    fn central(
-        &mut self,
-        lin: &Linearisation,
-        change: Change,
-        step: f64,
-        inputs: &mut dyn Inputs,
-    ) -> Result<Option<Beside>, ForwardError> {
-        let mut sum: Option<Beside> = None;
-        for (k, weight) in STENCIL.iter().enumerate() {
-            for side in [1.0, -1.0] {
-                let amount = side * (k + 1) as f64 * step;
-                let Some(at) = self.beside(lin, change, amount, inputs)? else {
-                    return Ok(None);
-                };
-                let factor = side * weight / step;
-                let sum = sum.get_or_insert_with(|| (vec![0.0; at.0.len()], vec![0.0; at.1.len()]));
-                sum.0.iter_mut().zip(&at.0).for_each(|(s, x)| *s += factor * x);
-                sum.1.iter_mut().zip(&at.1).for_each(|(s, x)| *s += factor * x);
-            }
-        }
-        Ok(sum)
-    }
 }
 
 /// Characteristic rate, 1/s: the natural frequency of a pendulum of the characteristic length, at least one.
@@ -670,13 +379,4 @@ fn self_rate(model: &crate::forward::Forward) -> f64 {
 
 fn translates(model: &crate::forward::Forward, (joint, dof): (JointId, usize)) -> bool {
     model.topology.joint_types[joint.0].dofs()[dof].translates()
-}
-
-/// Reduces the difference of a coordinate: an angle to the range from -pi to pi by full turns; a length is unchanged.
-fn nearest_turn(model: &crate::forward::Forward, at: (JointId, usize), change: f64) -> f64 {
-    if translates(model, at) {
-        return change;
-    }
-    let turn = std::f64::consts::TAU;
-    change - turn * (change / turn).round()
 }
