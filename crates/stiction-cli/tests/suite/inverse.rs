@@ -40,6 +40,7 @@ fn the_files_are_complete() {
     expected.extend([
         "drives.svg",
         "friction.svg",
+        "path.svg",
         "power.svg",
         "report.html",
         "singularity.svg",

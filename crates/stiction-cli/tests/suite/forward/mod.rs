@@ -43,9 +43,27 @@ fn the_files_are_complete() {
     let inner = Folder(folder.0.join("new/deep"));
     let mut expected = FILES.to_vec();
     expected.extend(["drives.svg", "energy.svg", "error.svg", "friction.svg", "motion.svg"]);
-    expected.push("report.html");
+    expected.extend(["path.svg", "report.html", "space-error.svg"]);
     expected.sort_unstable();
     assert_eq!(inner.files(), expected);
+
+    // The tracking error in space is that of the position in the same table.
+    let bodies = inner.read("bodies.csv");
+    let of = |name: &str| column(&bodies, &format!("platform.{name}"));
+    let axes = ["x", "y", "z"]
+        .map(|axis| (of(&format!("{axis} [m]")), of(&format!("reference.{axis} [m]"))));
+    let error = of("error [m]");
+    for (k, found) in error.iter().enumerate() {
+        let sum: f64 = axes.iter().map(|(actual, wanted)| (actual[k] - wanted[k]).powi(2)).sum();
+        assert!((found - sum.sqrt()).abs() < 1e-15 + 1e-12 * sum.sqrt(), "{k}: {found}");
+    }
+    assert!(error.iter().any(|x| *x > 1e-6) && error.iter().all(|x| *x < 1e-2), "{error:?}");
+    assert!(of("error_angle [rad]").iter().all(|x| *x < 0.1));
+    // The motion prescribes the height of the reference.
+    for (t, z) in column(&bodies, "time [s]").iter().zip(&axes[2].1) {
+        let wanted = 0.55 + 0.03 * (std::f64::consts::TAU * t).cos();
+        assert!((z - wanted).abs() < 1e-9, "{t}: {z} {wanted}");
+    }
 
     let forward = inner.read("forward.csv");
     let times = column(&forward, "time [s]");
