@@ -10,6 +10,7 @@ mod description;
 mod extension;
 mod inertia;
 mod joint_motors;
+mod legs;
 mod locks;
 mod masses;
 mod meaning;
@@ -185,7 +186,7 @@ fn write(context: &Context<'_>, source: &Source, mut robot: Description) -> Opti
     if context.has_errors() {
         return None;
     }
-    let draft = text::Draft { file: file_name(&source.name), notes: &[], motion: None };
+    let draft = text::Draft { file: file_name(&source.name), notes: &[], motion: None, legs: &[] };
     let name = format!("{} as a model file", source.name);
     let read = |text: &str| {
         crate::read(&Source::new(name.clone(), text), &|_| Err("no files here".to_owned()))
@@ -201,7 +202,24 @@ fn write(context: &Context<'_>, source: &Source, mut robot: Description) -> Opti
     // The second text would repeat the notes of the first, which are the same.
     let notes = context.take_notes();
     let draft = text::Draft { notes: &notes, motion, ..draft };
-    let text = text::write(&Context::new(context.files, context.literal), &robot, &draft);
+    let again = Context::new(context.files, context.literal);
+    let mut text = text::write(&again, &robot, &draft);
+    if !context.literal
+        && let groups = legs::find(&robot)
+        && !groups.is_empty()
+        && let Ok(long) = read(&text)
+    {
+        let mut accepted: Vec<legs::Group> = Vec::new();
+        for group in groups {
+            let tried: Vec<legs::Group> = accepted.iter().cloned().chain([group]).collect();
+            let with_legs =
+                text::write(&again, &robot, &text::Draft { legs: &tried, ..draft.clone() });
+            let is_shorter = with_legs.lines().count() < text.lines().count();
+            if is_shorter && read(&with_legs).is_ok_and(|model| legs::is_same(&model, &long)) {
+                (accepted, text) = (tried, with_legs);
+            }
+        }
+    }
     for Note { message, places } in notes {
         match places.as_slice() {
             [] => context.note(message, None),
