@@ -141,6 +141,10 @@ fn the_gallery_returns_from_each_format() {
         for format in [Format::Mjcf, Format::Sdf, Format::Urdf] {
             let again = round_trip(&original, format);
             assert_eq!(again.default_friction, original.default_friction, "{name} {format:?}");
+            let legs = [("gough", 6), ("3rps", 3), ("delta", 3), ("3rrr", 3)];
+            if let Some((_, count)) = legs.iter().find(|(known, _)| *known == name) {
+                assert_eq!(again.legs.len(), *count, "{name} {format:?}");
+            }
             for t in [0.0, 0.3] {
                 let Some(expected) = forces(&original, &original, t) else { continue };
                 let found = forces(&original, &again, t);

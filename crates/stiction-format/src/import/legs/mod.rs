@@ -8,6 +8,7 @@ mod same;
 pub(super) use same::is_same;
 
 use super::description::{Description, GROUND};
+use super::names::TAKEN;
 use super::text::legs::properties;
 use names::Pattern;
 use std::collections::{HashMap, HashSet};
@@ -183,7 +184,12 @@ fn parts(robot: &Description, walk: &Walk, pattern: &Pattern) -> Option<(Vec<Par
     let body = |(index, pattern): (usize, &String)| {
         let key = names::bare(pattern);
         let is_joint = JointType::from_symbol(&key).is_some();
-        let key = if key.is_empty() || is_joint { format!("link{}", index + 1) } else { key };
+        let first = key.split('.').next().unwrap_or_default();
+        let key = if first.is_empty() || is_joint || TAKEN.contains(&first) {
+            format!("link{}", index + 1)
+        } else {
+            key
+        };
         Part { key, pattern: pattern.clone() }
     };
     let bodies: Vec<Part> = body_names.iter().enumerate().map(body).collect();

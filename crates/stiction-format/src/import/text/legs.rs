@@ -34,7 +34,7 @@ pub(in crate::import) fn properties(
     out
 }
 
-/// Lines of a joint that are the same in all legs; the key `start` is written between both texts.
+/// Lines of a joint that are the same in all legs.
 fn of_joint(robot: &Description, index: usize) -> String {
     let context = silent();
     let mut out = String::new();
@@ -128,7 +128,11 @@ impl Writer<'_> {
         };
         let is_short = own.iter().all(Vec::is_empty);
         if is_short && (0..legs.len()).all(|leg| name(leg).is_none()) {
-            let angles: Vec<String> = placement.angles.iter().map(|own| angle(*own)).collect();
+            let each = placement.angles.iter().map(|own| match *own {
+                0.0 => "\"0 deg\"".to_owned(),
+                own => angle(own),
+            });
+            let angles: Vec<String> = each.collect();
             let _ = writeln!(out, "angles = [{}]", angles.join(", "));
         } else if is_short {
             out += "place = [\n";
@@ -142,18 +146,12 @@ impl Writer<'_> {
             }
             out += "]\n";
         }
-        for (_, end) in [("foot", 0), ("tip", 1)] {
-            let wanted = ["foot", "tip"][end];
-            for (_, value) in shared.iter().filter(|(key, _)| key == wanted) {
-                let _ = writeln!(out, "{wanted} = {value}");
-            }
+        for (key, value) in shared.iter().filter(|(key, _)| !key.contains('.')) {
+            let _ = writeln!(out, "{key} = {value}");
         }
         if !is_short {
             for (index, own) in own.iter().enumerate() {
-                out += match self.header {
-                    "[legs]" | "[[legs]]" => "\n[[legs.place]]\n",
-                    _ => "",
-                };
+                out += "\n[[legs.place]]\n";
                 if let Some(name) = name(index) {
                     let _ = writeln!(out, "name = {}", text(name));
                 }

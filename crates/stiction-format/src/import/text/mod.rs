@@ -46,9 +46,10 @@ pub(super) struct Draft<'a> {
 pub(super) fn write(context: &Context<'_>, robot: &Description, draft: &Draft<'_>) -> String {
     let mut out = String::new();
     let title = format!("{}, from the {} {}", robot.name, robot.format, draft.file);
+    let each = if draft.legs.is_empty() { "" } else { "; parts of legs have one for each leg" };
     comment(
         &mut out,
-        &format!("From {} ({}). Numbers after # are its lines.", draft.file, robot.format),
+        &format!("From {} ({}). Numbers after # are its lines{each}.", draft.file, robot.format),
     );
     if !draft.notes.is_empty() {
         out += "#\n";
