@@ -32,6 +32,7 @@ pub use context::{FileLoader, Note};
 pub use extension::NAMESPACE;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, quoted};
+use crate::model_file::ModelFile;
 use crate::source::Source;
 use context::Context;
 use description::Description;
@@ -153,6 +154,53 @@ fn describe(context: &Context<'_>, root: &Element, stem: &str) -> Option<Descrip
     }
 }
 
+/// Writes the model file with equal legs. `None` if the robot has none, or if no group makes the text shorter and describes
+/// the same mechanism, with the same names.
+fn with_legs(
+    context: &Context<'_>,
+    robot: &Description,
+    draft: &text::Draft<'_>,
+    read: &dyn Fn(&str) -> Result<ModelFile, Diagnostics>,
+) -> Option<String> {
+    /// Greatest number of groups; limits the time for writing and reading texts.
+    const MOST: usize = 20;
+    let found = if context.literal { Vec::new() } else { legs::find(robot) };
+    if found.is_empty() {
+        return None;
+    }
+    let write =
+        |legs: &[legs::Group]| text::write(context, robot, &text::Draft { legs, ..draft.clone() });
+    let long = write(&[]);
+    let mut shortest = long.lines().count();
+    let mut groups: Vec<legs::Group> = Vec::new();
+    for group in found.into_iter().take(MOST) {
+        groups.push(group);
+        let lines = write(&groups).lines().count();
+        if lines < shortest {
+            shortest = lines;
+        } else {
+            groups.pop();
+        }
+    }
+    let long = read(&long).ok()?;
+    let is_same = |text: &str| read(text).is_ok_and(|model| legs::is_same(&model, &long));
+    let all = write(&groups);
+    if groups.is_empty() || is_same(&all) {
+        return (!groups.is_empty()).then_some(all);
+    }
+    let (mut accepted, mut text) = (Vec::new(), None);
+    for group in groups {
+        accepted.push(group);
+        let own = write(&accepted);
+        if is_same(&own) {
+            text = Some(own);
+        } else {
+            accepted.pop();
+        }
+    }
+    text
+}
+
 /// Writes the model file twice: first without a motion, to find a position in which all loops
 /// close, then with a motion that keeps the robot in this position.
 fn write(context: &Context<'_>, source: &Source, mut robot: Description) -> Option<String> {
@@ -203,23 +251,8 @@ fn write(context: &Context<'_>, source: &Source, mut robot: Description) -> Opti
     let notes = context.take_notes();
     let draft = text::Draft { notes: &notes, motion, ..draft };
     let again = Context::new(context.files, context.literal);
-    let mut text = text::write(&again, &robot, &draft);
-    if !context.literal
-        && let groups = legs::find(&robot)
-        && !groups.is_empty()
-        && let Ok(long) = read(&text)
-    {
-        let mut accepted: Vec<legs::Group> = Vec::new();
-        for group in groups {
-            let tried: Vec<legs::Group> = accepted.iter().cloned().chain([group]).collect();
-            let with_legs =
-                text::write(&again, &robot, &text::Draft { legs: &tried, ..draft.clone() });
-            let is_shorter = with_legs.lines().count() < text.lines().count();
-            if is_shorter && read(&with_legs).is_ok_and(|model| legs::is_same(&model, &long)) {
-                (accepted, text) = (tried, with_legs);
-            }
-        }
-    }
+    let text = text::write(&again, &robot, &draft);
+    let text = with_legs(&again, &robot, &draft, &read).unwrap_or(text);
     for Note { message, places } in notes {
         match places.as_slice() {
             [] => context.note(message, None),

@@ -53,7 +53,8 @@ impl Part {
     }
 }
 
-/// Chain of joints against their direction: from the body to which the chain leads.
+/// Chain of joints with the bodies between them.
+#[derive(Clone)]
 struct Walk {
     from: usize,
     to: usize,
@@ -63,23 +64,27 @@ struct Walk {
 
 /// Finds groups of equal legs. No joint or body is in two of them.
 pub(super) fn find(robot: &Description) -> Vec<Group> {
-    let mut alike: HashMap<_, Vec<(Walk, Pattern)>> = HashMap::new();
-    // Patterns of a chain differ, hence each walk is cloned into every class that it may belong to.
+    let kinds = |walk: &Walk| -> Vec<JointType> {
+        walk.joints.iter().map(|&joint| robot.joints[joint].kind).collect()
+    };
+    let mut by_kinds: HashMap<_, Vec<Walk>> = HashMap::new();
     for walk in walks(robot) {
-        let kinds: Vec<JointType> = walk.joints.iter().map(|&j| robot.joints[j].kind).collect();
-        let known = |kind: &JointType| *kind != JointType::Free;
-        if !kinds.iter().all(known) {
-            continue;
+        let kinds = kinds(&walk);
+        if !kinds.contains(&JointType::Free) {
+            by_kinds.entry((walk.from, walk.to, kinds)).or_default().push(walk);
         }
+    }
+    // A chain may belong to several classes, because several words of its names may be that of the leg.
+    let mut alike: HashMap<_, Vec<(Walk, Pattern)>> = HashMap::new();
+    for walk in by_kinds.into_values().filter(|walks| walks.len() > 1).flatten() {
         let joints = walk.joints.iter().map(|&joint| robot.joints[joint].name.as_str());
         let bodies = walk.bodies.iter().map(|&body| robot.bodies[body].name.as_str());
         let names: Vec<&str> = joints.chain(bodies).collect();
         let properties = properties(robot, &walk.joints, &walk.bodies);
         for pattern in names::patterns(&names) {
-            let key =
-                ((walk.from, walk.to), kinds.clone(), pattern.names.clone(), properties.clone());
-            let walk = Walk { joints: walk.joints.clone(), bodies: walk.bodies.clone(), ..walk };
-            alike.entry(key).or_default().push((walk, pattern));
+            let ends = (walk.from, walk.to);
+            let key = (ends, kinds(&walk), pattern.names.clone(), properties.clone());
+            alike.entry(key).or_default().push((walk.clone(), pattern));
         }
     }
     let mut classes: Vec<Vec<(Walk, Pattern)>> =
