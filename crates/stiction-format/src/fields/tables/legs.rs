@@ -58,8 +58,8 @@ pub(crate) const LEGS: &[Field] = &[
         "names",
         Texts,
         "Names of joints and bodies of the chain in the model, with {} in place of the leg's name: \
-         { R = \"{}_hinge\", rod = \"{}_rod\" }. By default the leg's name, a dot and the name in \
-         the chain: leg1.R, leg1.rod.",
+         { R = \"{}_hinge\", rod = \"{}_rod\" }; by default the leg's name, a dot and the name in \
+         the chain.",
     ),
     field("from", Name, "Body from which the legs start; by default the ground."),
     required("to", Name, "Body to which the legs lead."),

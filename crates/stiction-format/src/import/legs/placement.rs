@@ -196,9 +196,9 @@ fn take_rounding(own: &mut Joint, first: &Joint) {
             own.rotation = first.rotation;
         }
     }
-    if let (Some(own), Some(first)) = (&mut own.start, first.start) {
-        if alike(own.rotation, first.rotation) {
-            own.rotation = first.rotation;
-        }
+    if let (Some(own), Some(first)) = (&mut own.start, first.start)
+        && alike(own.rotation, first.rotation)
+    {
+        own.rotation = first.rotation;
     }
 }

@@ -254,7 +254,7 @@ impl Writer<'_> {
             mass_properties(out, bodies[0]);
             *out += &self.shared("bodies", part, shared);
         }
-        for (name, own) in spring::of_legs(robot, group).unwrap_or_default() {
+        for (name, own) in spring::of_legs(robot, group).0 {
             let _ = writeln!(out, "\n[legs.springs.{}]", key(&name));
             *out += &own;
         }
