@@ -68,7 +68,7 @@ impl From<Mechanism> for ModelFile {
 /// Leg of a model that defines its legs by one common chain.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Leg {
-    /// Name, the prefix of the names of its joints and bodies: `leg1` of `leg1.P`.
+    /// Name, by default the prefix of the names of its joints and bodies: `leg1` of `leg1.P`.
     pub name: String,
     /// Joints, from the base to the platform.
     pub joints: Vec<JointId>,

@@ -1,6 +1,6 @@
 //! Changes of single values of a document, written as `platform.mass = 2 kg`.
 
-use super::{Document, Key, Node, Table, Text, Value, convert};
+use super::{Document, Key, Node, Table, Text, Value, change_leg, convert};
 use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean, quoted};
 use crate::fields::tables::{LEGS, MODEL};
 use crate::source::{Place, Source, Span};
@@ -123,7 +123,7 @@ fn move_by(value: &mut Value, offset: usize) {
     }
 }
 
-enum Outcome {
+pub(super) enum Outcome {
     Set,
     /// No key has this name; `known` lists the names that exist at this point of the path.
     Unknown {
@@ -140,10 +140,10 @@ enum Outcome {
 
 /// The new value, and the path of the key that receives it.
 #[derive(Clone, Copy)]
-struct Target<'a> {
-    path: &'a [String],
-    span: &'a Span,
-    value: &'a Value,
+pub(super) struct Target<'a> {
+    pub(super) path: &'a [String],
+    pub(super) span: &'a Span,
+    pub(super) value: &'a Value,
 }
 
 impl Target<'_> {
@@ -151,6 +151,9 @@ impl Target<'_> {
     fn in_model(&self, root: &mut Table) -> Outcome {
         let first = self.path.first().map(String::as_str).unwrap_or_default();
         if MODEL.iter().any(|field| field.key == first) {
+            if let Some(outcome) = self.in_one_leg(root) {
+                return outcome;
+            }
             return self.in_table(root, !NAMED.contains(&first) && first != "legs", first);
         }
         let mut known: Vec<String> = Vec::new();
@@ -166,6 +169,9 @@ impl Target<'_> {
                 }
             }
         }
+        if let Some(outcome) = self.in_one_leg(root) {
+            return outcome;
+        }
         if let Some((_, legs)) = root.entries.iter_mut().find(|(key, _)| key.name == "legs") {
             match self.in_legs(legs) {
                 Outcome::Unknown { known: of_legs, .. } => known.extend(of_legs),
@@ -179,9 +185,15 @@ impl Target<'_> {
         Outcome::Unknown { name: first.to_owned(), known }
     }
 
+    /// Sets the value of a part of a single leg, given by its name in the model.
+    fn in_one_leg(&self, root: &mut Table) -> Option<Outcome> {
+        let (_, legs) = root.entries.iter_mut().find(|(key, _)| key.name == "legs")?;
+        change_leg::set(self, legs)
+    }
+
     /// Sets the value in a table. `open` permits a new key, which the reader checks later. `parent`
     /// is the key of the table; for the root it is the first key of the path.
-    fn in_table(&self, table: &mut Table, open: bool, parent: &str) -> Outcome {
+    pub(super) fn in_table(&self, table: &mut Table, open: bool, parent: &str) -> Outcome {
         let names = |table: &Table| table.entries.iter().map(|(key, _)| key.name.clone()).collect();
         // Names may contain points: tries the longest existing one first.
         for count in (1..=self.path.len()).rev() {
@@ -299,7 +311,7 @@ impl Target<'_> {
     }
 }
 
-fn table_of<'a>(table: &'a mut Table, key: &str) -> Option<&'a mut Table> {
+pub(super) fn table_of<'a>(table: &'a mut Table, key: &str) -> Option<&'a mut Table> {
     let (_, value) = table.entries.iter_mut().find(|(known, _)| known.name == key)?;
     match &mut value.node {
         Node::Table(table) => Some(table),

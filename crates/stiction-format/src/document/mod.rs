@@ -1,6 +1,7 @@
 //! Parser from TOML text to a document tree with places; it reports all syntax errors at once.
 
 mod change;
+mod change_leg;
 mod repair;
 mod syntax;
 pub(crate) mod tree;

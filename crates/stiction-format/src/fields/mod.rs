@@ -67,6 +67,8 @@ pub(crate) enum Shape {
     List(&'static [Field]),
     /// Tables with these keys, by name.
     Named(&'static [Field]),
+    /// Texts by name.
+    Texts,
     /// Quantities by name.
     Parameters,
     /// Coefficients by joint name.

@@ -208,6 +208,9 @@ fn shape(shape: &Shape) -> Value {
         }
         Shape::List(fields) => json!({ "type": "array", "items": table(fields) }),
         Shape::Named(fields) => json!({ "type": "object", "additionalProperties": table(fields) }),
+        Shape::Texts => {
+            json!({ "type": "object", "additionalProperties": { "type": "string" } })
+        }
         Shape::Parameters | Shape::Coefficients => {
             json!({ "type": "object", "additionalProperties": reference("quantity") })
         }

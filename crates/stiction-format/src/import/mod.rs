@@ -10,6 +10,7 @@ mod description;
 mod extension;
 mod inertia;
 mod joint_motors;
+mod legs;
 mod locks;
 mod masses;
 mod meaning;
@@ -31,6 +32,7 @@ pub use context::{FileLoader, Note};
 pub use extension::NAMESPACE;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, quoted};
+use crate::model_file::ModelFile;
 use crate::source::Source;
 use context::Context;
 use description::Description;
@@ -152,6 +154,53 @@ fn describe(context: &Context<'_>, root: &Element, stem: &str) -> Option<Descrip
     }
 }
 
+/// Writes the model file with equal legs. `None` if the robot has none, or if no group makes the text shorter and describes
+/// the same mechanism, with the same names.
+fn with_legs(
+    context: &Context<'_>,
+    robot: &Description,
+    draft: &text::Draft<'_>,
+    read: &dyn Fn(&str) -> Result<ModelFile, Diagnostics>,
+) -> Option<String> {
+    /// Greatest number of groups; limits the time for writing and reading texts.
+    const MOST: usize = 20;
+    let found = if context.literal { Vec::new() } else { legs::find(robot) };
+    if found.is_empty() {
+        return None;
+    }
+    let write =
+        |legs: &[legs::Group]| text::write(context, robot, &text::Draft { legs, ..draft.clone() });
+    let long = write(&[]);
+    let mut shortest = long.lines().count();
+    let mut groups: Vec<legs::Group> = Vec::new();
+    for group in found.into_iter().take(MOST) {
+        groups.push(group);
+        let lines = write(&groups).lines().count();
+        if lines < shortest {
+            shortest = lines;
+        } else {
+            groups.pop();
+        }
+    }
+    let long = read(&long).ok()?;
+    let is_same = |text: &str| read(text).is_ok_and(|model| legs::is_same(&model, &long));
+    let all = write(&groups);
+    if groups.is_empty() || is_same(&all) {
+        return (!groups.is_empty()).then_some(all);
+    }
+    let (mut accepted, mut text) = (Vec::new(), None);
+    for group in groups {
+        accepted.push(group);
+        let own = write(&accepted);
+        if is_same(&own) {
+            text = Some(own);
+        } else {
+            accepted.pop();
+        }
+    }
+    text
+}
+
 /// Writes the model file twice: first without a motion, to find a position in which all loops
 /// close, then with a motion that keeps the robot in this position.
 fn write(context: &Context<'_>, source: &Source, mut robot: Description) -> Option<String> {
@@ -185,7 +234,7 @@ fn write(context: &Context<'_>, source: &Source, mut robot: Description) -> Opti
     if context.has_errors() {
         return None;
     }
-    let draft = text::Draft { file: file_name(&source.name), notes: &[], motion: None };
+    let draft = text::Draft { file: file_name(&source.name), notes: &[], motion: None, legs: &[] };
     let name = format!("{} as a model file", source.name);
     let read = |text: &str| {
         crate::read(&Source::new(name.clone(), text), &|_| Err("no files here".to_owned()))
@@ -201,7 +250,9 @@ fn write(context: &Context<'_>, source: &Source, mut robot: Description) -> Opti
     // The second text would repeat the notes of the first, which are the same.
     let notes = context.take_notes();
     let draft = text::Draft { notes: &notes, motion, ..draft };
-    let text = text::write(&Context::new(context.files, context.literal), &robot, &draft);
+    let again = Context::new(context.files, context.literal);
+    let text = text::write(&again, &robot, &draft);
+    let text = with_legs(&again, &robot, &draft, &read).unwrap_or(text);
     for Note { message, places } in notes {
         match places.as_slice() {
             [] => context.note(message, None),

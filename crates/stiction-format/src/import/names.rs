@@ -7,7 +7,7 @@ use crate::diagnostic::quoted;
 use std::collections::{HashMap, HashSet};
 
 /// Names that parts cannot have, because they have a meaning in motions, loads and results.
-const TAKEN: [&str; 10] =
+pub(super) const TAKEN: [&str; 10] =
     ["title", "start", "duration", "step", "file", "order", "time", "loads", "dampers", "ground"];
 /// Longest name that is kept, in characters.
 const LONGEST: usize = 100;

@@ -13,7 +13,7 @@ use crate::document::{Key, Node, Table, Value};
 use crate::expression::Measure;
 use crate::fields::tables::{LEGS, PLACE};
 use crate::source::Span;
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use stiction_core::mechanism::GROUND_NAME;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
@@ -88,11 +88,54 @@ fn read_group(context: &Context<'_>, table: &Table, all: &mut Expansion) {
         axis,
         from: (from, record.span("from")),
         to,
+        patterns: patterns(context, record.value("names"), &chain),
     };
     group.check_names(|key| record.value(key));
     for placement in placements {
         group.expand(&placement, all);
     }
+}
+
+/// Patterns of the names of joints and bodies by their names in the chain: each text before and after
+/// the leg's name, and the place of the pattern.
+type Patterns<'a> = HashMap<&'a str, (&'a str, &'a str, Span)>;
+
+fn patterns<'a>(context: &Context<'_>, names: Option<&'a Value>, chain: &'a Chain) -> Patterns<'a> {
+    let mut patterns = Patterns::new();
+    let Some(names) = names else { return patterns };
+    let Some(table) = names.as_table() else {
+        context.wrong(names, "a table of names such as { R = \"{}_hinge\" }");
+        return patterns;
+    };
+    let joints = chain.joints.iter().map(|joint| joint.key.as_str());
+    let known: Vec<&str> =
+        joints.chain(chain.bodies.iter().map(|body| body.key.as_str())).collect();
+    for (key, value) in &table.entries {
+        if !known.contains(&key.name.as_str()) {
+            let message = format!("the chain has no joint or body {}", quoted(&key.name));
+            let help = did_you_mean(&key.name, "it has", known.iter().copied());
+            context.push(
+                Diagnostic::error("unknown-name", message)
+                    .at(context.place(&key.span), "not in the chain")
+                    .maybe_help(help),
+            );
+            continue;
+        }
+        let Some(pattern) = context.text(value, "a quoted name such as \"{}_hinge\"") else {
+            continue;
+        };
+        match pattern.split_once("{}") {
+            Some((before, after)) if !after.contains("{}") => {
+                patterns.insert(&key.name, (before, after, value.span.clone()));
+            }
+            _ => context.push(
+                Diagnostic::error("legs", "a name of parts of legs contains {} exactly once")
+                    .at(context.place(&value.span), "")
+                    .help("{} stands for the name of the leg, such as leg1: \"{}_hinge\""),
+            ),
+        }
+    }
+    patterns
 }
 
 /// Positions of the legs, and a flag that is true if all are valid.
@@ -164,9 +207,27 @@ struct Group<'a> {
     axis: Vec3<f64>,
     from: (&'a str, Span),
     to: (&'a str, Span),
+    patterns: Patterns<'a>,
 }
 
 impl Group<'_> {
+    /// Name of a joint or body of a leg in the model.
+    fn full(&self, leg: &str, key: &str) -> String {
+        match self.patterns.get(key) {
+            Some((before, after, _)) => format!("{before}{leg}{after}"),
+            None => format!("{leg}.{key}"),
+        }
+    }
+
+    /// Checks the names that the patterns give the parts of a leg.
+    fn check_patterns(&self, leg: &str) {
+        for (key, (.., span)) in &self.patterns {
+            let is_body = self.chain.bodies.iter().any(|body| body.key == *key);
+            let kind = if is_body { "body" } else { "joint" };
+            names::check(self.context, &self.full(leg, key), span, kind);
+        }
+    }
+
     /// Reports names of joints and bodies that are not in the chain.
     fn check_names<'v>(&self, value: impl Fn(&str) -> Option<&'v Value>) {
         let of = |value: Option<&Value>, kind: &str, known: Vec<&str>| {
@@ -232,7 +293,8 @@ impl Group<'_> {
         let foot = origin("foot").unwrap_or(Vec3::zero());
         let tip = origin("tip").unwrap_or(Vec3::zero());
 
-        let full = |link: &Link| format!("{name}.{}", link.key);
+        self.check_patterns(&name);
+        let full = |link: &Link| self.full(&name, &link.key);
         for link in &self.chain.bodies {
             let table = self.merged("bodies", link, placement);
             let what = format!("body `{}` of the legs", link.key);
@@ -260,7 +322,7 @@ impl Group<'_> {
             };
             let table = self.merged("joints", &link.link(), placement);
             let what = format!("joint `{}` of the legs", link.key);
-            let joint_name = format!("{name}.{}", link.key);
+            let joint_name = self.full(&name, &link.key);
             let drive = self.merged("actuators", &link.link(), placement);
             if !drive.entries.is_empty() {
                 let what = format!("actuator of joint `{}` of the legs", link.key);
@@ -279,7 +341,7 @@ impl Group<'_> {
             ));
         }
         let joints: Vec<String> =
-            self.chain.joints.iter().map(|link| format!("{name}.{}", link.key)).collect();
+            self.chain.joints.iter().map(|link| self.full(&name, &link.key)).collect();
         let keys = self.chain.joints.iter().map(|link| link.key.clone());
         let keyed: Vec<(String, String)> = keys.zip(joints.iter().cloned()).collect();
         let leg = leg_springs::Leg {

@@ -14,7 +14,7 @@ mod draft;
 mod drives;
 mod friction;
 mod gearing;
-mod geometry;
+pub(crate) mod geometry;
 mod given;
 mod joint;
 mod leg_springs;

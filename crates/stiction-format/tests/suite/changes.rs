@@ -108,3 +108,35 @@ fn gearings_are_changed_by_name() {
     assert!(read("belt.offset=30 deg").is_ok());
     assert!(read("gearings.bellt.offset=30 deg").unwrap_err().contains("did you mean `belt`?"));
 }
+
+/// Names in the model address parts of a single leg; the other legs keep their values.
+#[test]
+fn a_part_of_one_leg_can_be_changed() {
+    let masses = |change: &str| {
+        let model = changed("3rps", &[change]).unwrap();
+        [1, 2, 3].map(|leg| mass(&model, &format!("leg{leg}.rod")))
+    };
+    for change in ["bodies.leg2.rod.mass=3kg", "leg2.rod.mass=3kg"] {
+        assert_eq!(masses(change), [2.07, 3.0, 2.07], "{change}");
+    }
+    assert_eq!(masses("leg2.rod.mass=3kg").len(), 3);
+    let both = changed("3rps", &["leg1.rod.mass=3", "leg1.rod.mass=4", "leg3.rod.mass=5"]).unwrap();
+    assert_eq!([1, 2, 3].map(|leg| mass(&both, &format!("leg{leg}.rod"))), [4.0, 2.07, 5.0]);
+    // Values beside the changed one are those of all legs.
+    let model = changed("3rps", &["joints.leg3.P.friction.mu=0.3"]).unwrap();
+    let law = |joint: &str| {
+        let id = model.mechanism.joint_id(joint).unwrap();
+        let law = &model.mechanism.joints()[id.0].friction[0].law;
+        [law.mu, law.viscous]
+    };
+    assert_eq!([law("leg1.P"), law("leg3.P")], [[0.12, 0.02], [0.3, 0.02]]);
+    // The numbering continues across groups, and legs may have names.
+    let model = changed("delta", &["twin2.rod.mass=1", "leg3.rod.mass=2"]).unwrap();
+    assert_eq!(
+        ["leg2.rod", "twin2.rod", "leg3.rod"].map(|body| mass(&model, body)),
+        [0.06, 1.0, 2.0]
+    );
+    for wrong in ["leg4.rod.mass=1", "leg2.rood.mass=1", "leg2.rod.masss=1"] {
+        assert!(changed("3rps", &[wrong]).is_err(), "{wrong}");
+    }
+}

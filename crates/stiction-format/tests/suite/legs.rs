@@ -399,3 +399,67 @@ fn springs_of_legs_are_those_written_by_hand() {
     let said = read(&Source::new("robot.toml", wrong), &|_| Err(String::new())).unwrap_err();
     assert!(said.to_string().contains("`Q`"), "{said}");
 }
+
+/// `names` gives parts other names than the leg's name, a dot and the name in the chain.
+#[test]
+fn parts_of_legs_can_have_other_names() {
+    let text = |names: &str| {
+        format!(
+            "{HEAD}
+[legs]
+chain = \"R* arm P rod S\"
+to = \"platform\"
+{names}
+place = [{{ name = \"left\" }}, {{ angle = \"180 deg\" }}]
+foot = [1, 0, 0]
+tip = [1, 0, 0]
+[legs.joints.R]
+axis = \"y\"
+[legs.joints.P]
+axis = \"z\"
+[legs.springs.P]
+joint = \"P\"
+stiffness = \"1 N/m\"
+rest = 0
+[legs.actuators.R]
+ratio = 2
+rotor_axis = {{ body = \"arm\", axis = \"z\" }}
+"
+        )
+    };
+    let named = model(&text(r#"names = { R = "hip_{}", arm = "{}-arm", P = "{}" }"#));
+    let plain = model(&text(""));
+    let names = |model: &ModelFile| -> Vec<String> {
+        model.mechanism.joints().iter().map(|joint| joint.name.clone()).collect()
+    };
+    assert_eq!(names(&plain), ["left.R", "left.P", "left.S", "leg2.R", "leg2.P", "leg2.S"]);
+    assert_eq!(names(&named), ["hip_left", "left", "left.S", "hip_leg2", "leg2", "leg2.S"]);
+    let bodies: Vec<_> = named.mechanism.bodies().iter().map(|body| body.name.as_str()).collect();
+    assert_eq!(bodies, ["ground", "platform", "left-arm", "left.rod", "leg2-arm", "leg2.rod"]);
+    assert_eq!(named.mechanism.drive_trains()[1].name, "hip_leg2");
+    assert_eq!(named.mechanism.joint_springs()[0].name, "left.P");
+    assert!(difference_of_frames(&named.mechanism, &plain.mechanism) == 0.0);
+    for (names, message) in [
+        (r#"names = { R = "hip" }"#, "contains {} exactly once"),
+        (r#"names = { R = "{}{}" }"#, "contains {} exactly once"),
+        (r#"names = { Q = "{}_q" }"#, "has no joint or body `Q`"),
+        (r#"names = { R = "{} a" }"#, "cannot be the name of a joint"),
+        (r#"names = { R = "{}.S" }"#, "left.S"),
+        (r#"names = { R = 1 }"#, "a quoted name"),
+        (r#"names = ["a"]"#, "a table of names"),
+    ] {
+        let source = Source::new("robot.toml", text(names));
+        let errors = read(&source, &|_| Err(String::new())).unwrap_err().to_string();
+        assert!(errors.contains(message), "{names}: {errors}");
+    }
+}
+
+/// Largest difference of the joint frames, in order.
+fn difference_of_frames(a: &Mechanism, b: &Mechanism) -> f64 {
+    let joints = a.joints().iter().zip(b.joints());
+    let frames = joints.flat_map(|(a, b)| [(a.frame_j, b.frame_j), (a.frame_k, b.frame_k)]);
+    let size = |(a, b): (stiction_core::spatial::Pose<f64>, stiction_core::spatial::Pose<f64>)| {
+        (a.inverse() * b).position.norm() + (a.inverse() * b).rotation.rotation_vector().norm()
+    };
+    frames.map(size).fold(0.0, f64::max)
+}

@@ -17,6 +17,11 @@ enum Format {
 
 /// Converts a model to a format and back.
 fn round_trip(original: &ModelFile, format: Format) -> ModelFile {
+    model_of(&original.name, &imported(original, format))
+}
+
+/// Text of the model that returns from a format.
+fn imported(original: &ModelFile, format: Format) -> String {
     let job = default_job(original, FrictionMode::Off);
     let home = Home::of(&job).unwrap();
     let (text, yaml) = match format {
@@ -35,7 +40,7 @@ fn round_trip(original: &ModelFile, format: Format) -> ModelFile {
     let source = Source::new(format!("{name}.xml"), text.clone());
     let imported = import(&source, ImportOptions::default(), &files)
         .unwrap_or_else(|errors| panic!("{name} {format:?}: {errors}\n{text}"));
-    model_of(name, &imported.text)
+    imported.text
 }
 
 fn body(mechanism: &Mechanism, name: &str) -> BodyId {
@@ -141,6 +146,10 @@ fn the_gallery_returns_from_each_format() {
         for format in [Format::Mjcf, Format::Sdf, Format::Urdf] {
             let again = round_trip(&original, format);
             assert_eq!(again.default_friction, original.default_friction, "{name} {format:?}");
+            let legs = [("gough", 6), ("3rps", 3), ("delta", 3), ("3rrr", 3)];
+            if let Some((_, count)) = legs.iter().find(|(known, _)| *known == name) {
+                assert_eq!(again.legs.len(), *count, "{name} {format:?}");
+            }
             for t in [0.0, 0.3] {
                 let Some(expected) = forces(&original, &original, t) else { continue };
                 let found = forces(&original, &again, t);
@@ -184,6 +193,79 @@ fn the_gallery_returns_from_each_format() {
     }
     // Some thousand components are compared in all formats together.
     assert!(compared > 3000 && frictions > 50, "{compared} {frictions}");
+}
+
+/// Legs with motors, springs and ranges.
+const DRIVEN_LEGS: &str = r#"
+name = "driven"
+gravity = [0, 0, "-9.81 m/s^2"]
+[bodies.platform]
+mass = "5 kg"
+com = [0, 0, "10 mm"]
+inertia = ["0.02 kg m^2", "0.02 kg m^2", "0.03 kg m^2"]
+home = { position = [0, 0, "550 mm"] }
+[legs]
+chain = "R cylinder P rod S"
+to = "platform"
+angles = ["0 deg", "120 deg", "240 deg"]
+foot = ["450 mm", 0, 0]
+tip = ["150 mm", 0, 0]
+[legs.joints.R]
+axis = "y"
+start = "-28 deg"
+[legs.joints.P]
+axis = "z"
+start = "626 mm"
+range = ["500 mm", "800 mm"]
+[legs.actuators.P]
+lead = "10 mm/rev"
+rotor_inertia = "1e-5 kg m^2"
+efficiency = 0.9
+[legs.springs.R]
+joint = "R"
+stiffness = "3 N m/rad"
+rest = "-0.2 rad"
+[legs.springs.gas]
+from = "cylinder"
+at = [0, 0, "20 mm"]
+to = "rod"
+to_at = [0, 0, "-10 mm"]
+stiffness = "100 N/m"
+free_length = "300 mm"
+[legs.bodies.cylinder]
+mass = "5 kg"
+com = [0, 0, "170 mm"]
+inertia = ["0.05 kg m^2", "0.05 kg m^2", "0.002 kg m^2"]
+[legs.bodies.rod]
+mass = "2 kg"
+com = [0, 0, "-128 mm"]
+inertia = ["0.02 kg m^2", "0.02 kg m^2", "0.0005 kg m^2"]
+[motions.lift]
+platform.z = "550 mm + 20 mm*sin(2*pi*t)"
+platform.rx = "3 deg*sin(2*pi*t)"
+platform.ry = 0
+[loads.none]
+[default]
+motion = "lift"
+load = "none"
+"#;
+
+#[test]
+fn motors_and_springs_of_legs_return_with_them() {
+    let original = model_of("driven", DRIVEN_LEGS);
+    for format in [Format::Mjcf, Format::Sdf, Format::Urdf] {
+        let text = imported(&original, format);
+        let again = model_of("driven", &text);
+        assert_eq!(again.legs, original.legs, "{format:?}");
+        for table in ["[actuators", "[springs", "[bodies.\"", "[joints"] {
+            assert!(!text.contains(table), "{format:?} {table}\n{text}");
+        }
+        let [a, b] = [&original, &again].map(|model| forces(&original, model, 0.3).unwrap());
+        for ((name, a, _), (other, b, _)) in a.efforts.iter().zip(&b.efforts) {
+            assert_eq!(name, other);
+            assert!((a - b).abs() < 1e-10 * a.abs().max(1.0), "{format:?} {name}: {a} {b}");
+        }
+    }
 }
 
 /// Gearings, motors of several joints, springs, bushings and ranges.

@@ -3,7 +3,9 @@
 use super::joint::LEG_JOINT;
 use super::{BODY, LEG_ACTUATOR, SPRING};
 use crate::expression::Measure::{Angle, Length};
-use crate::fields::Shape::{Axis, List, Name, Named, Names, Quantities, Quantity, Text, Vector};
+use crate::fields::Shape::{
+    Axis, List, Name, Named, Names, Quantities, Quantity, Text, Texts, Vector,
+};
 use crate::fields::{Field, field, required};
 
 const FOOT: Field = field(
@@ -51,6 +53,13 @@ pub(crate) const LEGS: &[Field] = &[
         Names,
         "Names of the bodies between the joints if `chain` lists only joints: [\"cylinder\", \
          \"rod\"].",
+    ),
+    field(
+        "names",
+        Texts,
+        "Names of joints and bodies of the chain in the model, with {} in place of the leg's name: \
+         { R = \"{}_hinge\", rod = \"{}_rod\" }; by default the leg's name, a dot and the name in \
+         the chain.",
     ),
     field("from", Name, "Body from which the legs start; by default the ground."),
     required("to", Name, "Body to which the legs lead."),

@@ -32,20 +32,24 @@ pub(super) fn write(
     let _ = writeln!(out, "from = {}", text(&robot.bodies[joint.from].name));
     let _ = writeln!(out, "to = {}", text(&robot.bodies[joint.to].name));
     frames(out, joint);
-    if joint.kind == JointType::Helical {
-        let _ = writeln!(out, "pitch = {}", quantity(joint.pitch, "m/rad"));
-    }
+    pitch(out, joint);
     actuation(out, robot, index);
     start(out, joint, in_loop);
     ranges(out, joint);
     friction(context, out, robot, index);
 }
 
+pub(super) fn pitch(out: &mut String, joint: &Joint) {
+    if joint.kind == JointType::Helical {
+        let _ = writeln!(out, "pitch = {}", quantity(joint.pitch, "m/rad"));
+    }
+}
+
 fn has_axes(kind: JointType) -> bool {
     !matches!(kind, JointType::Spherical | JointType::Fixed | JointType::Free)
 }
 
-fn frames(out: &mut String, joint: &Joint) {
+pub(super) fn frames(out: &mut String, joint: &Joint) {
     for (name, point) in [("at", joint.frame_j.position), ("to_at", joint.frame_k.position)] {
         let point = lengths(point);
         if point != "[0, 0, 0]" {
@@ -71,7 +75,7 @@ fn frames(out: &mut String, joint: &Joint) {
     }
 }
 
-fn actuation(out: &mut String, robot: &Description, index: usize) {
+pub(super) fn actuation(out: &mut String, robot: &Description, index: usize) {
     let joint = &robot.joints[index];
     let names: Vec<String> = (0..joint.dofs.len())
         // A drive train actuates its coordinate.
@@ -96,7 +100,7 @@ pub(super) fn is_angle(kind: JointType, dof: usize) -> bool {
     kind.dofs()[dof].motion != Motion::Translation
 }
 
-fn start(out: &mut String, joint: &Joint, in_loop: bool) {
+pub(super) fn start(out: &mut String, joint: &Joint, in_loop: bool) {
     let axes = joint.frame_j.rotation;
     let turned = |pose: Mat3<f64>| axes * pose * axes.transpose();
     match (joint.kind, joint.start) {
@@ -136,7 +140,7 @@ fn start(out: &mut String, joint: &Joint, in_loop: bool) {
     }
 }
 
-fn ranges(out: &mut String, joint: &Joint) {
+pub(super) fn ranges(out: &mut String, joint: &Joint) {
     if let Some(table) = &joint.range {
         let _ = match table.get("range") {
             // A joint of one coordinate has a pair.
@@ -182,7 +186,7 @@ fn interfaces(kind: JointType) -> &'static [(&'static str, usize)] {
     }
 }
 
-fn friction(context: &Context<'_>, out: &mut String, robot: &Description, index: usize) {
+pub(super) fn friction(context: &Context<'_>, out: &mut String, robot: &Description, index: usize) {
     let joint = &robot.joints[index];
     if let Some(table) = &joint.friction {
         inline(out, table);

@@ -2,6 +2,7 @@
 
 pub(super) mod gearing;
 mod joint;
+pub(super) mod legs;
 mod motor;
 pub(super) mod numbers;
 mod spring;
@@ -9,8 +10,10 @@ mod spring;
 use super::context::{Context, Note};
 use super::description::{Body, Description, GROUND, Joint, VisualMesh};
 use super::extension::joint_names;
+use super::legs::Group;
 use crate::source::Place;
 use numbers::{guess, inertia, lengths, quantity};
+use std::collections::HashSet;
 use std::fmt::Write;
 use stiction_core::spatial::Vec3;
 
@@ -27,6 +30,7 @@ pub(super) struct Held {
 }
 
 /// Content of the text besides the robot: file name, remarks and motion.
+#[derive(Clone)]
 pub(super) struct Draft<'a> {
     /// Name of the file from which the robot was imported.
     pub(super) file: &'a str,
@@ -34,15 +38,18 @@ pub(super) struct Draft<'a> {
     pub(super) notes: &'a [Note],
     /// Coordinates that fix the position of the robot; `None` for a text from which only the mechanism is read.
     pub(super) motion: Option<Vec<Held>>,
+    /// Parts that are written as equal legs.
+    pub(super) legs: &'a [Group],
 }
 
 /// Writes the model file.
 pub(super) fn write(context: &Context<'_>, robot: &Description, draft: &Draft<'_>) -> String {
     let mut out = String::new();
     let title = format!("{}, from the {} {}", robot.name, robot.format, draft.file);
+    let each = if draft.legs.is_empty() { "" } else { "; parts of legs have one for each leg" };
     comment(
         &mut out,
-        &format!("From {} ({}). Numbers after # are its lines.", draft.file, robot.format),
+        &format!("From {} ({}). Numbers after # are its lines{each}.", draft.file, robot.format),
     );
     if !draft.notes.is_empty() {
         out += "#\n";
@@ -59,16 +66,22 @@ pub(super) fn write(context: &Context<'_>, robot: &Description, draft: &Draft<'_
         out += "\n";
         comment(&mut out, remark);
     }
-    for body in robot.bodies.iter().skip(1) {
-        write_body(&mut out, body);
+    let legs = || draft.legs.iter().flat_map(|group| &group.legs);
+    let bodies: HashSet<usize> = legs().flat_map(|leg| &leg.bodies).copied().collect();
+    let joints: HashSet<usize> = legs().flat_map(|leg| &leg.joints).copied().collect();
+    for (index, body) in robot.bodies.iter().enumerate().skip(1) {
+        if !bodies.contains(&index) {
+            write_body(&mut out, body);
+        }
     }
     let in_loops = robot.in_loops();
-    for index in 0..robot.joints.len() {
+    legs::write(&mut out, robot, draft.legs, &in_loops);
+    for index in (0..robot.joints.len()).filter(|index| !joints.contains(index)) {
         joint::write(context, &mut out, robot, index, in_loops[index]);
     }
-    motor::write(context, &mut out, robot);
+    motor::write(context, &mut out, robot, &legs::driven(robot, draft.legs));
     gearing::write(context, &mut out, robot);
-    spring::write(&mut out, robot);
+    spring::write(&mut out, robot, draft.legs);
     let motion = draft.motion.as_ref().filter(|motion| !motion.is_empty());
     if let Some(motion) = motion {
         out += "\n";
@@ -108,15 +121,24 @@ fn write_body(out: &mut String, body: &Body) {
     }
     let _ =
         writeln!(out, "{}", line(body.place.as_ref(), &format!("[bodies.{}]", key(&body.name))));
+    mass_properties(out, body);
+    if let Some(visuals) = visuals(body) {
+        let _ = writeln!(out, "visual = {visuals}");
+    }
+}
+
+fn mass_properties(out: &mut String, body: &Body) {
     if !body.is_massless() {
         let _ = writeln!(out, "mass = {}", quantity(body.mass, "kg"));
         let _ = writeln!(out, "com = {}", lengths(body.com));
         let _ = writeln!(out, "inertia = {}", inertia(body.inertia));
     }
-    if !body.visuals.is_empty() {
-        let meshes = body.visuals.iter().map(|visual| format!("    {},\n", mesh(visual)));
-        let _ = writeln!(out, "visual = [\n{}]", meshes.collect::<String>());
-    }
+}
+
+/// List of the meshes of a body, if there are any.
+fn visuals(body: &Body) -> Option<String> {
+    let meshes = body.visuals.iter().map(|visual| format!("    {},\n", mesh(visual)));
+    (!body.visuals.is_empty()).then(|| format!("[\n{}]", meshes.collect::<String>()))
 }
 
 /// Table of a mesh on one line.

@@ -5,6 +5,8 @@ use super::super::description::{Coordinate, Description, JointMotor, Motor};
 use super::joint::is_angle;
 use super::numbers::quantity;
 use super::{entries, key, line, text};
+use crate::source::Place;
+use std::collections::HashSet;
 use std::fmt::Write;
 
 /// Tests if a coordinate needs a motor table, because the key `actuated = true` cannot express its
@@ -39,8 +41,80 @@ fn motors(robot: &Description, joint: usize, dof: usize) -> impl Iterator<Item =
     robot.motors.iter().filter(move |motor| (motor.joint, motor.dof) == (joint, dof))
 }
 
-pub(super) fn write(context: &Context<'_>, out: &mut String, robot: &Description) {
-    for (name, table) in &robot.motor_tables {
+/// Keys of the table of the only motor of a joint with one degree of freedom, without that of the joint; `None` unless the
+/// motor has the name of the joint.
+pub(super) fn of_leg(robot: &Description, joint: usize) -> Option<String> {
+    let own = &robot.joints[joint];
+    if own.dofs.len() != 1 || own.kind.dofs().len() != 1 {
+        return None;
+    }
+    let mut out = String::new();
+    if is_driven_otherwise(robot, joint, 0) {
+        let (_, table) = robot.motor_tables.iter().find(|(name, _)| *name == own.name)?;
+        let is_own = table.get("joint").and_then(toml::Value::as_str) == Some(&own.name);
+        let names = |(name, table): &&(String, toml::Table)| {
+            *name != own.name && table.to_string().contains(&text(&own.name))
+        };
+        let is_alone = motors(robot, joint, 0).next().is_none()
+            && robot.joint_motors.iter().flat_map(|motor| &motor.terms).all(|term| term.0 != joint)
+            && robot.motor_tables.iter().find(names).is_none();
+        // The axis of a rotor names a body.
+        if !is_own || !is_alone || table.contains_key("rotor_axis") {
+            return None;
+        }
+        let mut table = table.clone();
+        table.remove("joint");
+        entries(&mut out, &table);
+        return Some(out);
+    }
+    if !is_written(robot, joint, 0) {
+        return None;
+    }
+    let all: Vec<&Motor> = motors(robot, joint, 0).collect();
+    let plain = plain(robot, joint, 0);
+    let motor = match all.as_slice() {
+        [] => &plain,
+        [motor] if motor.name == own.name => motor,
+        _ => return None,
+    };
+    values(&mut out, robot, motor, (&own.dofs[0], 1));
+    Some(out)
+}
+
+/// Place of the motor of a joint in the imported file.
+pub(super) fn place(robot: &Description, joint: usize) -> Option<&Place> {
+    match motors(robot, joint, 0).next() {
+        Some(motor) => motor.place.as_ref(),
+        None if robot.motor_tables.iter().any(|(name, _)| *name == robot.joints[joint].name) => {
+            None
+        }
+        None => robot.joints[joint].place.as_ref(),
+    }
+}
+
+/// Direct motor of a coordinate for which the file has none.
+fn plain(robot: &Description, joint: usize, dof: usize) -> Motor {
+    let own = &robot.joints[joint];
+    Motor {
+        name: own.dof_name(dof),
+        joint,
+        dof,
+        gear: 1.0,
+        effort: None,
+        rate: None,
+        place: own.place.clone(),
+    }
+}
+
+/// Writes all motors but those of the joints `in_legs`, which are written with their legs.
+pub(super) fn write(
+    context: &Context<'_>,
+    out: &mut String,
+    robot: &Description,
+    in_legs: &HashSet<usize>,
+) {
+    let is_in_legs = |name: &str| in_legs.iter().any(|joint| robot.joints[*joint].name == name);
+    for (name, table) in robot.motor_tables.iter().filter(|(name, _)| !is_in_legs(name)) {
         let _ = writeln!(out, "\n[actuators.{}]", key(name));
         entries(out, table);
     }
@@ -59,19 +133,11 @@ pub(super) fn write(context: &Context<'_>, out: &mut String, robot: &Description
                 }
                 continue;
             }
-            if !is_written(robot, index, dof) {
+            if !is_written(robot, index, dof) || in_legs.contains(&index) {
                 continue;
             }
             let all: Vec<&Motor> = motors(robot, index, dof).collect();
-            let plain = Motor {
-                name: joint.dof_name(dof),
-                joint: index,
-                dof,
-                gear: 1.0,
-                effort: None,
-                rate: None,
-                place: joint.place.clone(),
-            };
+            let plain = plain(robot, index, dof);
             let shown = if all.is_empty() { vec![&plain] } else { all };
             for motor in &shown {
                 if shown.len() > 1 {
@@ -131,10 +197,20 @@ fn several(out: &mut String, robot: &Description, motor: &JointMotor) {
 /// Writes the motor of a coordinate; several motors share its effort, inertia and friction equally.
 fn one(out: &mut String, robot: &Description, motor: &Motor, (own, count): (&Coordinate, usize)) {
     let joint = &robot.joints[motor.joint];
-    let turns = is_angle(joint.kind, motor.dof);
     let header = format!("[actuators.{}]", key(&motor.name));
     let _ = writeln!(out, "\n{}", line(motor.place.as_ref(), &header));
     let _ = writeln!(out, "joint = {}", text(&joint.dof_name(motor.dof)));
+    values(out, robot, motor, (own, count));
+}
+
+/// Writes the keys of a motor besides its joint.
+fn values(
+    out: &mut String,
+    robot: &Description,
+    motor: &Motor,
+    (own, count): (&Coordinate, usize),
+) {
+    let turns = is_angle(robot.joints[motor.joint].kind, motor.dof);
     // The ratio of joint effort to motor torque is the gear ratio, or 2 pi divided by the lead.
     if !turns {
         let lead = std::f64::consts::TAU / motor.gear;

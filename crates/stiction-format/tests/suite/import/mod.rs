@@ -4,6 +4,7 @@ mod exporters;
 mod formats;
 mod gearings;
 mod hostile;
+mod legs;
 mod meaning;
 mod mujoco;
 mod tree;

@@ -1,0 +1,205 @@
+//! Comparison of the mechanism of a text with legs to that of the text without them.
+
+use crate::model_file::ModelFile;
+use std::collections::HashMap;
+use stiction_core::friction::Combine;
+use stiction_core::joint::JointType;
+use stiction_core::mechanism::{BodyId, GearedDof, Joint, JointId, Mechanism, RangeOf};
+use stiction_core::spatial::{Mat3, Quaternion, Vec3};
+
+/// Greatest relative difference of numbers.
+const TOLERANCE: f64 = 1e-12;
+
+/// Tests if both models contain the same parts with the same names and numbers, in any order. Joint frames may differ by
+/// rotations that do not change the motion or the friction of the joint.
+pub(in crate::import) fn is_same(a: &ModelFile, b: &ModelFile) -> bool {
+    let Some(map) = Map::new(&a.mechanism, &b.mechanism) else { return false };
+    map.is_same(&a.mechanism, &b.mechanism)
+        && a.visuals.len() == b.visuals.len()
+        && a.default_friction == b.default_friction
+        && a.motions.len() == b.motions.len()
+}
+
+/// Indices in the second mechanism of the parts of the first.
+struct Map {
+    bodies: Vec<usize>,
+    joints: Vec<usize>,
+}
+
+/// For each name its index in the other list; `None` unless both lists contain the same names.
+fn indices<'a>(
+    own: impl ExactSizeIterator<Item = &'a str>,
+    other: impl ExactSizeIterator<Item = &'a str>,
+) -> Option<Vec<usize>> {
+    if own.len() != other.len() {
+        return None;
+    }
+    let known: HashMap<&str, usize> =
+        other.enumerate().map(|(index, name)| (name, index)).collect();
+    own.map(|name| known.get(name).copied()).collect()
+}
+
+impl Map {
+    fn new(a: &Mechanism, b: &Mechanism) -> Option<Self> {
+        let bodies = |of: &'_ Mechanism| {
+            of.bodies().iter().map(|body| body.name.clone()).collect::<Vec<String>>()
+        };
+        let joints = |of: &'_ Mechanism| {
+            of.joints().iter().map(|joint| joint.name.clone()).collect::<Vec<String>>()
+        };
+        let indices = |a: Vec<String>, b: Vec<String>| {
+            indices(a.iter().map(String::as_str), b.iter().map(String::as_str))
+        };
+        Some(Self {
+            bodies: indices(bodies(a), bodies(b))?,
+            joints: indices(joints(a), joints(b))?,
+        })
+    }
+
+    fn body(&self, id: BodyId) -> BodyId {
+        BodyId(self.bodies[id.0])
+    }
+
+    fn joint(&self, id: JointId) -> JointId {
+        JointId(self.joints[id.0])
+    }
+
+    fn dofs(&self, dofs: &mut [GearedDof]) {
+        dofs.iter_mut().for_each(|dof| dof.joint = self.joint(dof.joint));
+        dofs.sort_by_key(|dof| (dof.joint.0, dof.dof));
+    }
+
+    fn is_same(&self, a: &Mechanism, b: &Mechanism) -> bool {
+        let same_bodies = a.bodies().iter().zip(&self.bodies).all(|(one, other)| {
+            let other = &b.bodies()[*other];
+            let columns = one.inertia.columns.iter().zip(&other.inertia.columns);
+            is_near(one.mass, other.mass)
+                && is_near_point(one.com, other.com)
+                && columns.into_iter().all(|(one, other)| is_near_point(*one, *other))
+        });
+        let same_joints = a
+            .joints()
+            .iter()
+            .zip(&self.joints)
+            .all(|(one, other)| self.is_same_joint(one, &b.joints()[*other]));
+        let springs = |of: &Mechanism, map: &dyn Fn(BodyId) -> BodyId| {
+            let mut all = of.springs().to_vec();
+            all.iter_mut().for_each(|spring| spring.ends = spring.ends.map(map));
+            all.sort_by(|a, b| a.name.cmp(&b.name));
+            all
+        };
+        let joint_springs = |of: &Mechanism, map: &dyn Fn(JointId) -> JointId| {
+            let mut all = of.joint_springs().to_vec();
+            all.iter_mut().for_each(|spring| spring.joint = map(spring.joint));
+            all.sort_by(|a, b| a.name.cmp(&b.name));
+            all
+        };
+        let bushings = |of: &Mechanism, map: &dyn Fn(BodyId) -> BodyId| {
+            let mut all = of.bushings().to_vec();
+            all.iter_mut().for_each(|bushing| bushing.ends = bushing.ends.map(map));
+            all.sort_by(|a, b| a.name.cmp(&b.name));
+            all
+        };
+        same_bodies
+            && same_joints
+            && springs(a, &|id| self.body(id)) == springs(b, &|id| id)
+            && joint_springs(a, &|id| self.joint(id)) == joint_springs(b, &|id| id)
+            && bushings(a, &|id| self.body(id)) == bushings(b, &|id| id)
+            && self.is_driven_alike(a, b)
+            && (a.gravity(), a.base()) == (b.gravity(), b.base())
+    }
+
+    fn is_driven_alike(&self, a: &Mechanism, b: &Mechanism) -> bool {
+        let own = Self {
+            bodies: (0..self.bodies.len()).collect(),
+            joints: (0..self.joints.len()).collect(),
+        };
+        let trains = |of: &Mechanism, map: &Self| {
+            let mut all = of.drive_trains().to_vec();
+            for train in &mut all {
+                map.dofs(&mut train.dofs);
+                if let Some(axis) = &mut train.rotor_axis {
+                    axis.body = map.body(axis.body);
+                }
+            }
+            all.sort_by(|a, b| a.name.cmp(&b.name));
+            all
+        };
+        let gearings = |of: &Mechanism, map: &Self| {
+            let mut all = of.gearings().to_vec();
+            all.iter_mut().for_each(|gearing| map.dofs(&mut gearing.dofs));
+            all.sort_by(|a, b| a.name.cmp(&b.name));
+            all
+        };
+        trains(a, self) == trains(b, &own) && gearings(a, self) == gearings(b, &own)
+    }
+
+    fn is_same_joint(&self, a: &Joint, b: &Joint) -> bool {
+        self.body(a.predecessor) == b.predecessor
+            && self.body(a.successor) == b.successor
+            && (a.joint_type, a.pitch, &a.actuated) == (b.joint_type, b.pitch, &b.actuated)
+            && a.friction == b.friction
+            && a.compliance == b.compliance
+            && a.ranges == b.ranges
+            && is_near_point(a.frame_j.position, b.frame_j.position)
+            && is_near_point(a.frame_k.position, b.frame_k.position)
+            && has_same_axes(a, b)
+            && has_same_start(a, b)
+    }
+}
+
+fn is_near(a: f64, b: f64) -> bool {
+    (a - b).abs() <= TOLERANCE * a.abs().max(b.abs())
+}
+
+fn is_near_point(a: Vec3<f64>, b: Vec3<f64>) -> bool {
+    (a + -b).norm() <= TOLERANCE * a.norm().max(b.norm()).max(1e-3)
+}
+
+fn is_near_rotation(a: Mat3<f64>, b: Mat3<f64>) -> bool {
+    a.columns.iter().zip(&b.columns).all(|(a, b)| is_near_point(*a, *b))
+}
+
+/// Rotation of the successor in the predecessor at zero coordinates.
+fn between(joint: &Joint) -> Mat3<f64> {
+    joint.frame_j.rotation * joint.frame_k.rotation.transpose()
+}
+
+/// Compares the orientation of the frames, as far as the motion, the ranges and the friction depend on it.
+fn has_same_axes(a: &Joint, b: &Joint) -> bool {
+    let are_equal = is_near_rotation(a.frame_j.rotation, b.frame_j.rotation)
+        && is_near_rotation(a.frame_k.rotation, b.frame_k.rotation);
+    // The normal load of pads depends on the direction of the x axis.
+    let has_pads = a.friction.iter().any(|own| own.load.combine == Combine::Pads);
+    if are_equal || has_pads {
+        return are_equal;
+    }
+    let z = |joint: &Joint| joint.frame_j.rotation.columns[2];
+    let is_turned = is_near_rotation(between(a), between(b));
+    match a.joint_type {
+        JointType::Revolute
+        | JointType::Prismatic
+        | JointType::Helical
+        | JointType::Cylindrical => is_near_point(z(a), z(b)) && is_turned,
+        JointType::Fixed => is_turned,
+        JointType::Spherical => a.ranges.iter().all(|range| range.of != RangeOf::Tilt),
+        JointType::Universal | JointType::Planar | JointType::Free => false,
+    }
+}
+
+/// Compares the initial guesses; those of balls as rotations of the bodies.
+fn has_same_start(a: &Joint, b: &Joint) -> bool {
+    if a.joint_type == JointType::Spherical {
+        let turn = |joint: &Joint| {
+            let start = joint.start.as_deref();
+            let start =
+                start.map_or(Mat3::identity(), |q| Quaternion::from_coordinates(q).rotation());
+            joint.frame_j.rotation * start * joint.frame_k.rotation.transpose()
+        };
+        return is_near_rotation(turn(a), turn(b));
+    }
+    match (&a.start, &b.start) {
+        (Some(a), Some(b)) => a.iter().zip(b).all(|(a, b)| is_near(*a, *b)),
+        (a, b) => a == b,
+    }
+}
