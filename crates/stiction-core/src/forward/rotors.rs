@@ -127,8 +127,8 @@ impl RotorTerm {
 
 /// Friction of all motors and gears on each degree of freedom, as an interface with friction coefficient one. Its
 /// normal load is the constant motor friction, plus the gear loss, which is affine in the magnitude of the transmitted
-/// effort. Gears that share a degree of freedom have the same losses, and transmit efforts in constant ratios; others
-/// have shafts.
+/// effort. Gears that share a degree of freedom have the same losses, and transmit efforts in constant ratios. Any
+/// other gear has a separate shaft.
 pub(super) fn shaft_friction(mechanism: &Mechanism) -> Vec<InterfaceParameters<f64>> {
     let mut frictions: Vec<InterfaceParameters<f64>> = Vec::new();
     for train in mechanism.drive_trains().iter().filter(|train| train.has_friction()) {
