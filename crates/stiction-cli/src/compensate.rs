@@ -47,6 +47,10 @@ fn execute(options: &Compensate) -> Result<(), Failure> {
     let Some(mut outputs) = outputs else { return Ok(()) };
     outputs.write("compensate.json", json.as_bytes())?;
     outputs.write("compensate.csv", compared.errors_csv().as_bytes())?;
+    let space = compared.space_csv();
+    if !space.is_empty() {
+        outputs.write("compensate-space.csv", space.as_bytes())?;
+    }
     if options.report.is_on() {
         let command = report::command_line();
         let page = draw_report(robot.model(), &compared.report(), Some(&command));

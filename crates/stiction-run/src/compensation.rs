@@ -1,9 +1,11 @@
 //! Report of controllers with and without compensation of friction.
 
+use crate::in_space::{Followed, Path, SpacePoint, Tracked, errors_of, paths, title_of};
 use crate::report::html::{self, Column, card, note, section, text};
 use crate::report::{Finding, findings, footer, header, repeat};
 use serde_json::Value;
-use stiction_draw::figure::{Figure, Panel, Trace};
+use stiction_draw::figure::meaning::REFERENCE;
+use stiction_draw::figure::{Figure, Panel, PathTrace, Trace};
 use stiction_draw::numbers::number;
 use stiction_format::ModelFile;
 
@@ -27,6 +29,8 @@ pub struct Tracking {
     pub ended: Option<String>,
     /// Times, s, with the tracking errors of all actuators, m or rad.
     pub errors: Vec<(f64, Vec<f64>)>,
+    /// Times, s, with the positions and tracking errors of the tracked bodies.
+    pub space: Vec<(f64, Vec<SpacePoint>)>,
 }
 
 /// Results of several controllers along the same motion.
@@ -38,6 +42,8 @@ pub struct Controllers {
     pub headlines: Vec<(String, String)>,
     /// Actuators with the units of their positions and efforts.
     pub actuators: Vec<(String, &'static str, &'static str)>,
+    /// Bodies whose errors in space are known.
+    pub tracked: Vec<Tracked>,
     /// Result of each controller.
     pub tracking: Vec<Tracking>,
     /// Options of the comparison.
@@ -52,6 +58,10 @@ pub fn draw_report(model: &ModelFile, found: &Controllers, command: Option<&str>
         header(model, &found.about),
         html::cards(&cards),
         section("Tracking errors", &errors(found)),
+        match in_space(found) {
+            plots if plots.is_empty() => plots,
+            plots => section("In space", &plots),
+        },
         section("Figures", &figures(found)),
         findings(&verdicts(found)),
         repeat(command, &found.options),
@@ -101,6 +111,39 @@ fn errors(found: &Controllers) -> String {
         false => String::new(),
     };
     more + &plots
+}
+
+/// Paths of the tracked bodies under the drawn controllers beside their reference, and the errors over time.
+fn in_space(found: &Controllers) -> String {
+    let drawn = || found.tracking.iter().filter(|own| own.is_drawn).enumerate();
+    let (mut bodies, mut followed) = (Vec::new(), Vec::new());
+    for (k, tracked) in found.tracked.iter().enumerate() {
+        let path = |label: &str,
+                    (colour, dashed),
+                    own: &Tracking,
+                    of: fn(&SpacePoint) -> [f64; 3]| {
+            let mut trace = PathTrace::new(own.space.len());
+            own.space.iter().filter_map(|(_, all)| all.get(k)).for_each(|at| trace.push(of(at)));
+            Path { label: label.to_owned(), points: trace.into_points(), colour, dashed }
+        };
+        let looks = |run: usize| (run, run % 2 == 1);
+        let mut paths: Vec<Path> =
+            drawn().map(|(run, own)| path(&own.label, looks(run), own, |at| at.position)).collect();
+        let longest = drawn().map(|(_, own)| own).max_by_key(|own| own.space.len());
+        let reference = |own| path("reference", (REFERENCE, true), own, |at| at.reference);
+        paths.extend(longest.map(reference));
+        bodies.push((tracked, paths));
+        let errors = |(run, own): (usize, &Tracking)| {
+            let mut followed = Followed::new(&own.label, looks(run), own.space.len());
+            let each = own.space.iter().filter_map(|(time, all)| Some((*time, all.get(k)?)));
+            each.for_each(|(time, at)| followed.push(time, at.errors));
+            followed
+        };
+        followed.push((tracked, drawn().map(errors).collect()));
+    }
+    let paths = paths(&title_of(found.tracked.iter()), &bodies);
+    let errors = errors_of("Tracking error in space", followed);
+    paths.iter().chain(&errors).map(html::curves).collect()
 }
 
 fn figures(found: &Controllers) -> String {

@@ -21,6 +21,17 @@ pub struct Tracked {
 /// rad.
 pub type SpaceError = [f64; 2];
 
+/// Tracked body at one sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpacePoint {
+    /// Position of the body's origin in the world, m.
+    pub position: [f64; 3],
+    /// Position of its reference, m.
+    pub reference: [f64; 3],
+    /// Tracking error.
+    pub errors: SpaceError,
+}
+
 /// Name of the horizontal axis of a plot over time.
 const TIME: &str = "time [s]";
 /// A path along one axis is no plot: its other extents are below this fraction of the greatest one.
@@ -32,7 +43,7 @@ const ROUNDING: f64 = 1e-9;
 
 /// Bodies whose motion in space is of interest: those whose position or orientation the motion prescribes, or else the
 /// platforms, the end of an arm, or the couplers.
-pub(crate) fn tracked(model: &ModelFile, motion: Option<&Motion>) -> Vec<Tracked> {
+pub fn tracked(model: &ModelFile, motion: Option<&Motion>) -> Vec<Tracked> {
     let name = |body: usize| model.mechanism.bodies()[body].name.clone();
     let mut found: Vec<Tracked> = Vec::new();
     for (coordinate, _) in motion.iter().flat_map(|motion| &motion.coordinates) {
@@ -56,9 +67,18 @@ pub(crate) fn tracked(model: &ModelFile, motion: Option<&Motion>) -> Vec<Tracked
 }
 
 /// Error of a pose from its reference.
-pub(crate) fn error(pose: &Pose<f64>, reference: &Pose<f64>) -> SpaceError {
+fn error(pose: &Pose<f64>, reference: &Pose<f64>) -> SpaceError {
     let turn = reference.rotation.transpose() * pose.rotation;
     [(pose.position - reference.position).norm(), turn.rotation_vector().norm()]
+}
+
+/// Compares a pose with its reference.
+pub(crate) fn compare(pose: &Pose<f64>, reference: &Pose<f64>) -> SpacePoint {
+    SpacePoint {
+        position: pose.position.to_array(),
+        reference: reference.position.to_array(),
+        errors: error(pose, reference),
+    }
 }
 
 /// Columns of the reference of a tracked body, and of its errors, in `bodies.csv`.

@@ -76,7 +76,7 @@ mod view;
 
 pub use error::{Error, Missing, SinkError};
 pub use follower::Follower;
-pub use in_space::{SpaceError, Tracked};
+pub use in_space::{SpaceError, SpacePoint, Tracked, tracked};
 pub use instants::{Instants, InstantsError};
 pub use job::{Indices, Job};
 pub use portrait::Portrait;

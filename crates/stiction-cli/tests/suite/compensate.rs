@@ -15,7 +15,7 @@ fn controllers_are_compared() {
     );
     assert_eq!(
         Folder(folder.0.join("out")).files(),
-        ["compensate.csv", "compensate.json", "report.html"]
+        ["compensate-space.csv", "compensate.csv", "compensate.json", "report.html"]
     );
     let figures = json(&folder.read("out/compensate.json"));
     assert_eq!(figures["controllers"].as_array().map(Vec::len), Some(3));
@@ -26,7 +26,8 @@ fn controllers_are_compared() {
     let said = folder.stiction(&[&base[..], &[laws], &several].concat());
     let text = said.succeeds();
     assert!(text.contains("tanh 5%") && text.lines().all(|line| line.len() <= 100), "{text}");
-    assert_eq!(Folder(folder.0.join("several")).files(), ["compensate.csv", "compensate.json"]);
+    let files = ["compensate-space.csv", "compensate.csv", "compensate.json"];
+    assert_eq!(Folder(folder.0.join("several")).files(), files);
     let all = json(&folder.read("several/compensate.json"));
     assert_eq!(all["controllers"].as_array().map(Vec::len), Some(1 + 3 + 3));
     // Constant friction jumps where the legs reverse; tanh spreads it over several samples.

@@ -12,7 +12,7 @@ const BESIDE: usize = 2;
 /// Largest height of a panel, px.
 const HIGHEST: f64 = 320.0;
 /// Least length of an axis as a fraction of the greatest extent of all paths. A flat path thus has room for its numbers.
-const LEAST: f64 = 0.3;
+const LEAST: f64 = 0.4;
 /// Length of an axis over the extent of its paths.
 const MARGIN: f64 = 1.16;
 /// Room beside and above the numbers of an axis, px.
@@ -75,7 +75,7 @@ impl Renderer<'_> {
                 self.left = x + left;
                 self.right = self.left + scale * across;
                 self.height = scale * up;
-                self.x = Axis::about(along(panel, 0), across, (scale * across / 70.0) as usize);
+                self.x = Axis::about(along(panel, 0), across, (scale * across / 45.0) as usize);
                 let y = Axis::about(along(panel, 1), up, (scale * up / 40.0) as usize);
                 if let Some(plane) = &panel.plane {
                     self.plane(panel, plane, &y, bottom);

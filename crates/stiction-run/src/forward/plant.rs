@@ -244,6 +244,7 @@ impl Plant {
             energy_error: simulation.energy_error(),
             joints: &joints,
             reference: &[],
+            tracked: &[],
             reference_poses: &[],
             loads: &loads,
             closure: forward.closure_error(&now.bodies, &now.state),

@@ -12,7 +12,6 @@ use crate::table::{REACTION, columns, header};
 use crate::{Sink, SinkError};
 use std::io;
 use stiction_core::forward::{InterfaceMode, InterfaceSample};
-use stiction_core::spatial::Pose;
 
 /// Columns of the tables of a simulation.
 #[derive(Clone, Debug)]
@@ -293,11 +292,9 @@ impl<S: Sink<Rows>> Sink<Sample<'_>> for Recorder<S> {
         rows.bodies.extend_from_slice(self.bodies.of(&now.bodies, origin, sample.loads));
 
         rows.space.clear();
-        for (tracked, reference) in layout.tracked.iter().zip(sample.reference_poses) {
-            let pose = now.bodies.pose[tracked.body];
-            let pose = Pose { position: pose.position + origin, ..pose };
-            rows.space.extend(reference.position.to_array());
-            rows.space.extend(in_space::error(&pose, reference));
+        for point in sample.in_space() {
+            rows.space.extend(point.reference);
+            rows.space.extend(point.errors);
         }
 
         let row = &mut rows.energy;

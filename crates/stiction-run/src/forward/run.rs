@@ -189,6 +189,7 @@ impl Job<'_> {
                 energy_error: simulation.energy_error(),
                 joints: &joints,
                 reference: &reference,
+                tracked: &tracked,
                 reference_poses: &reference_poses,
                 loads: &loads,
                 closure: forward.closure_error(&now.bodies, &now.state),

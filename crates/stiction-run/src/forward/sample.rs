@@ -1,5 +1,6 @@
 //! Record of one sample of a simulation.
 
+use crate::in_space::{self, SpacePoint, Tracked};
 use stiction_core::dynamics::AppliedLoad;
 use stiction_core::forward::{Energies, Forward, Instant};
 use stiction_core::kinematics::Target;
@@ -20,6 +21,8 @@ pub struct Sample<'a> {
     pub joints: &'a [Target<f64>],
     /// Reference motions of the actuators; zeros for actuators that follow no motion.
     pub reference: &'a [Target<f64>],
+    /// Bodies with a reference in space, see [`Job::tracked`](super::Job::tracked).
+    pub tracked: &'a [Tracked],
     /// Reference poses in the world of the bodies of [`Job::tracked`](super::Job::tracked), in their order; NaN where
     /// the mechanism cannot follow the motion. Empty if not all actuators follow a motion.
     pub reference_poses: &'a [Pose<f64>],
@@ -27,4 +30,15 @@ pub struct Sample<'a> {
     pub loads: &'a [AppliedLoad<f64>],
     /// Largest closure error of loops and gearings, m; errors of angles are multiplied by the characteristic length.
     pub closure: f64,
+}
+
+impl Sample<'_> {
+    /// Positions, references and tracking errors of the tracked bodies, in their order.
+    pub fn in_space(&self) -> impl Iterator<Item = SpacePoint> {
+        let origin = self.forward.parameters().origin;
+        self.tracked.iter().zip(self.reference_poses).map(move |(tracked, reference)| {
+            let pose = self.instant.bodies.pose[tracked.body];
+            in_space::compare(&Pose { position: pose.position + origin, ..pose }, reference)
+        })
+    }
 }

@@ -42,6 +42,37 @@ fn report_of(name: &str) -> Run {
     report(&default_job(&model, FrictionMode::Converged))
 }
 
+/// Checks that the path in the page is that of `bodies.csv`, with the same scale on both axes.
+#[test]
+fn paths_are_those_of_the_table() {
+    let model = model("five-bar");
+    let job = default_job(&model, FrictionMode::Converged);
+    let count = job.instants().unwrap().count();
+    let (mut curves, names) = (Curves::new(&job, count), Tables::<Vec<u8>>::files(&job));
+    let mut tables = Tables::new(&job, vec![Vec::new(); names.len()]).unwrap();
+    let mut sinks = (&mut curves, &mut tables);
+    job.run(|sample| sinks.add(sample), |_, _, _| true).unwrap();
+    let place = names.iter().position(|name| *name == "bodies.csv").unwrap();
+    let bodies = Csv::parse(&tables.finish().unwrap()[place]);
+    let figures = curves.figures();
+    let (_, figure) = figures.iter().find(|(name, _)| *name == "path").unwrap();
+    let [panel] = &figure.panels[..] else { panic!("{} panels", figure.panels.len()) };
+    let points = &panel.lines[0].points;
+    let (x, y) = (bodies.column("tool.x [m]"), bodies.column("tool.y [m]"));
+    assert_eq!(points.len(), x.len());
+    assert!(points.iter().zip(x.iter().zip(y)).all(|(p, (x, y))| (p.0, p.1) == (*x, *y)));
+
+    let page = figure.inline("path");
+    let number = |name: &str| -> f64 {
+        let (_, rest) = page.split_once(&format!(" data-{name}=\"")).unwrap();
+        rest.split_once('"').unwrap().0.parse().unwrap()
+    };
+    let across = (number("right") - number("left")) / (number("end") - number("first"));
+    let up = (number("bottom") - number("top")) / (number("high") - number("low"));
+    // Places are rounded to a tenth of a pixel.
+    assert!((across / up - 1.0).abs() < 2e-3, "{across} {up} px/m");
+}
+
 #[test]
 fn reports_are_legible() {
     for name in ["gough", "five-bar"] {

@@ -261,6 +261,7 @@ impl Compensation {
         });
         let laws = pairs.map(simulate).collect::<Result<_, _>>()?;
         Ok(Compared {
+            tracked: stiction_run::tracked(self.robot.model(), Some(motion)),
             robot: self.robot.name().to_owned(),
             motion: name.clone(),
             load: self.load.clone(),

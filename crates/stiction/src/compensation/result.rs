@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use std::fmt::{self, Write};
 use stiction_core::forward::EventKind;
 use stiction_run::compensation::{Controllers, Tracking};
+use stiction_run::{SpacePoint, Tracked};
 
 /// Rates below this fraction of the largest reference rate count as rest.
 const REST: f64 = 1e-4;
@@ -37,6 +38,7 @@ pub struct Compared {
     pub delay: f64,
     /// Actuators with the units of their positions and efforts.
     pub actuators: Vec<(String, &'static str, &'static str)>,
+    pub(super) tracked: Vec<Tracked>,
     /// Result of each control law.
     pub laws: Vec<LawResult>,
 }
@@ -67,6 +69,7 @@ pub struct LawResult {
     pub ended: Option<(f64, String)>,
     /// Time, s, and tracking errors of all samples.
     pub errors: Vec<(f64, Vec<f64>)>,
+    pub(super) space: Vec<(f64, Vec<SpacePoint>)>,
 }
 
 /// Counts changes of sign between rates whose magnitude exceeds a threshold.
@@ -122,6 +125,7 @@ impl LawResult {
             reversals: (0..count).map(more).sum(),
             ended: run.ended().err().map(|error| (last.time, error.message())),
             errors: records.iter().map(|record| (record.time, record.errors.clone())).collect(),
+            space: run.samples().iter().map(|at| (at.time, at.space.clone())).collect(),
         })
     }
 }
@@ -178,6 +182,7 @@ impl Compared {
             reversals: own.reversals,
             ended: own.ended.as_ref().map(|(_, why)| why.clone()),
             errors: own.errors.clone(),
+            space: own.space.clone(),
         };
         let mut headlines = Vec::new();
         for (than, what) in [
@@ -207,7 +212,8 @@ impl Compared {
             all.retain(|key, _| !is_result(key) && !other.contains(&key.as_str()));
         }
         let tracking = self.laws.iter().map(tracking).collect();
-        Controllers { about, headlines, actuators: self.actuators.clone(), tracking, options }
+        let (actuators, tracked) = (self.actuators.clone(), self.tracked.clone());
+        Controllers { about, headlines, actuators, tracked, tracking, options }
     }
 
     /// Geometric mean, over the actuators, of the ratio of the rms errors of two laws; `None` if one of the laws was
@@ -281,6 +287,56 @@ impl Compared {
                         }
                     }
                     None => text.push_str(&",".repeat(self.actuators.len())),
+                }
+            }
+            text.push('\n');
+        }
+        text
+    }
+}
+
+impl Compared {
+    /// Positions, references and tracking errors of the tracked bodies under all control laws as functions of time, as
+    /// CSV; empty if no body is tracked.
+    pub fn space_csv(&self) -> String {
+        if self.tracked.is_empty() {
+            return String::new();
+        }
+        const COLUMNS: [&str; 8] = [
+            "x [m]",
+            "y [m]",
+            "z [m]",
+            "reference.x [m]",
+            "reference.y [m]",
+            "reference.z [m]",
+            "error [m]",
+            "error_angle [rad]",
+        ];
+        let mut text = "time [s]".to_owned();
+        for own in &self.laws {
+            // A comma would begin another column.
+            let label = own.label(self.has_several()).replace(", ", " ");
+            for tracked in &self.tracked {
+                for column in COLUMNS {
+                    let _ = write!(text, ",{label}: {}.{column}", tracked.name);
+                }
+            }
+        }
+        text.push('\n');
+        let longest = self.laws.iter().max_by_key(|own| own.space.len());
+        let times = longest.iter().flat_map(|own| own.space.iter().map(|(time, _)| *time));
+        for (k, time) in times.enumerate() {
+            let _ = write!(text, "{time}");
+            for own in &self.laws {
+                // A simulation that ended early has no more rows.
+                let Some((_, points)) = own.space.get(k) else {
+                    text.push_str(&",".repeat(COLUMNS.len() * self.tracked.len()));
+                    continue;
+                };
+                for at in points {
+                    for value in at.position.iter().chain(&at.reference).chain(&at.errors) {
+                        let _ = write!(text, ",{value}");
+                    }
                 }
             }
             text.push('\n');

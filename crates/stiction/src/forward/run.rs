@@ -5,6 +5,7 @@ use crate::inverse::{BodyPose, Reaction};
 use crate::names::Names;
 use std::sync::Arc;
 use stiction_core::forward::{EventKind, InterfaceMode};
+use stiction_run::SpacePoint;
 use stiction_run::forward::{Ending, Outcome};
 
 /// Motion of a joint coordinate.
@@ -57,6 +58,7 @@ pub struct Sample {
     interfaces: Vec<Interface>,
     poses: Vec<BodyPose>,
     velocities: Vec<BodyVelocity>,
+    pub(crate) space: Vec<SpacePoint>,
     /// Kinetic energy, J.
     pub kinetic_energy: f64,
     /// Potential energy of gravity and springs, J; the gravity part is zero at the reference point
@@ -115,6 +117,7 @@ impl Sample {
             interfaces: interfaces.collect(),
             poses: poses.collect(),
             velocities: velocities.collect(),
+            space: sample.in_space().collect(),
             kinetic_energy: now.account.kinetic,
             potential_energy: now.account.potential,
             works: sample.energies.drives.clone(),

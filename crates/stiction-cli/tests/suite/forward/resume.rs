@@ -43,7 +43,7 @@ fn ctrl_c_keeps_finished_rows() {
     let mut expected = FILES.to_vec();
     expected.extend(["checkpoint.json"]);
     expected.extend(["drives.svg", "energy.svg", "error.svg", "friction.svg", "motion.svg"]);
-    expected.push("report.html");
+    expected.extend(["path.svg", "report.html", "space-error.svg"]);
     expected.sort_unstable();
     assert_eq!(folder.files(), expected);
     let rows = |name: &str| folder.read(name).lines().count();
