@@ -492,7 +492,7 @@ impl Regressor {
         })
     }
 
-    /// Solves the forces, with friction and reactions converged. `engine` is the result of
+    /// Solves for the forces, with friction and reactions converged. `engine` is the result of
     /// [`Self::engine_parameters`], `data` that of [`Self::engine_data`].
     ///
     /// # Errors

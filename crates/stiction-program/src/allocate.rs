@@ -15,8 +15,8 @@ const OWN: usize = 2;
 /// Register number that means no register.
 const NONE: u8 = u8::MAX;
 
-/// An operand in memory is loaded into a register to keep if its next use follows within this
-/// number of steps.
+/// An operand in memory is loaded into a register, and stays there, if its next use follows within
+/// this number of steps.
 const SOON: u32 = 12;
 
 /// Machine code and its data.

@@ -22,7 +22,7 @@ fn latency(step: &Step) -> u32 {
 }
 
 impl Code {
-    /// Reorders the steps for execution.
+    /// Reorders the steps for fast execution: few values in use at a time, and short latencies.
     pub(crate) fn scheduled(&self) -> Self {
         self.depth_first().spread()
     }

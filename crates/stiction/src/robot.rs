@@ -64,7 +64,7 @@ impl Robot {
     pub fn with(&self, change: &str) -> Result<Self, Error> {
         let text = self.text.as_deref().ok_or_else(|| {
             Error::input("the robot has no text to be changed: it was described by code")
-                .with_help("describe it again with the other value")
+                .with_help("build the robot again with the new value")
         })?;
         text.clone().with(change).read()
     }

@@ -78,7 +78,7 @@ pub enum Status {
 }
 
 impl Status {
-    /// True if the forces are valid.
+    /// True if the iteration has converged, so that the forces are valid.
     pub fn is_converged(self) -> bool {
         self == Self::Converged
     }

@@ -156,7 +156,7 @@ impl ConstraintRows {
         }
     }
 
-    /// Computes the matrix of the rows.
+    /// Computes the matrix of the constraint Jacobian, one row for each constraint.
     pub(super) fn fill_matrix(
         &mut self,
         topology: &Topology,

@@ -170,9 +170,9 @@ impl Coupling {
         problem.set_influence(&mut responses);
     }
 
-    /// Solves by fixed-point iteration from the `known` normal loads. An iteration costs one response of the balance,
-    /// whereas Newton's method needs one for each interface. Returns false if the iteration does not contract, or if
-    /// gears transmit normal loads.
+    /// Solves by fixed-point iteration from the `known` normal loads. An iteration solves the
+    /// balance once, whereas Newton's method solves it once for each interface. Returns false if
+    /// the iteration does not contract, or if gears transmit normal loads.
     pub(super) fn iterate(
         &mut self,
         (model, data): (&Forward, &Data),

@@ -62,8 +62,8 @@ pub(crate) trait Branch {
 /// coefficients, halving steps that fail. Returns the number of steps.
 ///
 /// # Errors
-/// Returns the lock if no further step succeeds, because the determinant of the coupled system
-/// vanishes there, or if the number of steps exceeds its limit.
+/// Returns the state in which friction locks the mechanism if no further step succeeds, because the
+/// determinant of the coupled system vanishes there, or if the number of steps exceeds its limit.
 pub(crate) fn follow(
     branch: &mut impl Branch,
     policy: StepPolicy,

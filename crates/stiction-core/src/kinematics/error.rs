@@ -199,7 +199,7 @@ const PART: f64 = 1e-3;
 pub struct OpenDof {
     /// Body with the largest displacement.
     pub body: String,
-    /// Description of its motion; positions are in the world frame.
+    /// Description of the motion; positions are in the world frame.
     pub motion: String,
 }
 

@@ -54,11 +54,11 @@ struct Leg {
 /// Rule that determines the first or the last of the coordinates of a leg that are still unknown.
 #[derive(Clone, Copy, Debug)]
 enum Rule {
-    /// The last coordinate: rotations about the common point of all axes before it preserve the
-    /// distance from that point.
+    /// Determines the last coordinate: rotations about the common point of all earlier axes preserve
+    /// the distance of the leg's end from that point.
     LastByDistance,
-    /// The first coordinate: the common point of all axes after it has a constant distance from the
-    /// end.
+    /// Determines the first coordinate: the common point of all later axes has a constant distance
+    /// from the end of the leg.
     FirstByDistance,
     /// The last coordinate: a rotation about the single axis before it preserves the height along
     /// that axis.

@@ -6,7 +6,7 @@ use crate::numbers::significant;
 /// Rounding errors are then not enlarged to curves.
 const FLAT: f64 = 1e-9;
 
-/// Range of an axis, with the step of its round ticks.
+/// Range of an axis, and the distance between its ticks, which lie at round numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Axis {
     pub(super) low: f64,

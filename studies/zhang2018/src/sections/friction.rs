@@ -38,7 +38,7 @@ impl Kind {
     }
 }
 
-/// Results of one method along a cycle of the regular twin without load.
+/// Results of one method along a cycle of the non-singular variant of the robot, without load.
 pub(crate) struct Row {
     pub(crate) kind: Kind,
     /// RMS friction contribution relative to the RMS frictionless actuator force.

@@ -18,7 +18,7 @@ const NEGLIGIBLE: f64 = 1e-11;
 /// Articulated inertia as a 6 x 6 block: force and moment per linear and angular acceleration.
 type Inertia = [Part; BLOCK];
 
-/// Tree at one position after its elimination.
+/// Factorised equations of motion of the tree at one position (articulated bodies).
 #[derive(Clone, Debug, Default)]
 pub(in crate::forward) struct Articulated {
     /// Reference point of each node, world axes, m.
