@@ -141,7 +141,7 @@ fn threads_and_merged_parts_give_the_same_bytes() {
         "part 1 of 3 is given twice",
     );
     refused(&["sweep", "--merge", "part1", "one", "-o", "x"], "are not parts of one study");
-    refused(&["sweep", "--merge", "nowhere", "-o", "x"], "not the folder of a complete part");
+    refused(&["sweep", "--merge", "nowhere", "-o", "x"], "does not contain a complete part");
 }
 
 /// Numbers of a parameter without the unit that its formulas need are refused before the first row.
