@@ -32,6 +32,35 @@ pub struct SpacePoint {
     pub errors: SpaceError,
 }
 
+impl SpacePoint {
+    /// Names and units of [`Self::values`].
+    pub const COLUMNS: [&str; 8] = [
+        "x [m]",
+        "y [m]",
+        "z [m]",
+        "reference.x [m]",
+        "reference.y [m]",
+        "reference.z [m]",
+        "error [m]",
+        "error_angle [rad]",
+    ];
+
+    /// Number of the columns of the position, which `bodies.csv` has in any case.
+    const POSITION: usize = 3;
+
+    /// Position, reference and tracking errors.
+    pub fn values(&self) -> [f64; 8] {
+        let ([x, y, z], [of_x, of_y, of_z], [distance, angle]) =
+            (self.position, self.reference, self.errors);
+        [x, y, z, of_x, of_y, of_z, distance, angle]
+    }
+
+    /// Reference and tracking errors, the values of [`columns`].
+    pub(crate) fn followed(&self) -> impl Iterator<Item = f64> {
+        self.values().into_iter().skip(Self::POSITION)
+    }
+}
+
 /// Name of the horizontal axis of a plot over time.
 const TIME: &str = "time [s]";
 /// A path along one axis is no plot: its other extents are below this fraction of the greatest one.
@@ -82,14 +111,13 @@ pub(crate) fn compare(pose: &Pose<f64>, reference: &Pose<f64>) -> SpacePoint {
 }
 
 /// Columns of the reference of a tracked body, and of its errors, in `bodies.csv`.
-pub(crate) fn columns(tracked: &Tracked) -> [String; 5] {
-    let columns =
-        ["reference.x [m]", "reference.y [m]", "reference.z [m]", "error [m]", "error_angle [rad]"];
+pub(crate) fn columns(tracked: &Tracked) -> impl Iterator<Item = String> {
+    let columns = SpacePoint::COLUMNS.into_iter().skip(SpacePoint::POSITION);
     columns.map(|column| format!("{}.{column}", tracked.name))
 }
 
 /// Number of [`columns`].
-pub(crate) const WIDTH: usize = 5;
+pub(crate) const WIDTH: usize = SpacePoint::COLUMNS.len() - SpacePoint::POSITION;
 
 /// Path of a body, over which those of its reference or of other runs may be drawn.
 pub(crate) struct Path {

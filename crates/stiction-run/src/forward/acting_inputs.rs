@@ -1,6 +1,6 @@
 //! Inputs of a simulation: loads, actuator efforts, controllers and prescribed motions.
 
-use super::control_law::Measured;
+use super::control_law::{Measured, actuator_motion};
 use super::controller::{Controller, ControllerInput};
 use super::guide::Guide;
 use super::job::{Feed, Job};
@@ -45,8 +45,8 @@ pub(super) struct Acting<'a> {
     leader: Option<Guide<'a>>,
     /// Reference motions of the actuators that follow the motion.
     references: References<'a>,
-    /// Motion of the whole mechanism at the samples of the results, for references in space; `None` if the mechanism
-    /// cannot follow it or if not all actuators do.
+    /// Motion of the whole mechanism at the samples of the results, for references in space. `None` if
+    /// [`Self::references`] follow that motion already, if the mechanism cannot follow it, or if not all actuators do.
     in_space: Option<Guide<'a>>,
     controller: Option<Controller<'a>>,
     motors: Motors,
@@ -120,11 +120,6 @@ impl<'a> Acting<'a> {
             .collect();
         let is_guided = sources.iter().any(|way| matches!(way, MotionSource::Guide(_)));
         let leader = if is_guided { Guide::new(job)? } else { None };
-        // Without this reference, the simulation is complete but for its tracking error in space.
-        let in_space = match job.follows_in_space() {
-            true => Guide::new(job).ok().flatten(),
-            false => None,
-        };
         let controller = match job.control {
             Some(control) => Some(Controller::new(job, control, forward, (state, &bodies))?),
             None => None,
@@ -152,6 +147,11 @@ impl<'a> Acting<'a> {
             .iter()
             .map(|(joint, dof)| forward.joint_coordinate(state, &bodies, *joint, *dof));
         let references = References::new(job, forward, &starts.collect::<Vec<_>>())?;
+        // Without this reference, the simulation is complete but for its tracking error in space.
+        let in_space = match job.follows_in_space() && !references.is_guided() {
+            true => Guide::new(job).ok().flatten(),
+            false => None,
+        };
         Ok(Self {
             forward,
             job,
@@ -247,8 +247,9 @@ impl<'a> Acting<'a> {
         self.references.at(time)
     }
 
-    /// Replaces `poses` by the reference poses of bodies in the world at a sample, s; NaN from the first sample on at
-    /// which the mechanism cannot follow the motion.
+    /// Replaces `poses` by the reference poses of bodies in the world at a sample, s, whose references
+    /// [`Self::references_at`] has just computed; NaN from the first sample on at which the mechanism cannot follow the
+    /// motion.
     pub(super) fn reference_poses(
         &mut self,
         time: f64,
@@ -259,7 +260,7 @@ impl<'a> Acting<'a> {
             self.in_space = None;
         }
         poses.clear();
-        match &self.in_space {
+        match self.references.guide().or(self.in_space.as_mut()) {
             Some(guide) => poses.extend(guide.poses(bodies)),
             None => poses.extend(bodies.iter().map(|_| unknown())),
         }
@@ -384,10 +385,7 @@ impl<'a> Acting<'a> {
         }
         self.given_at(view, &[], &mut feed);
         if let Some(law) = self.job.law {
-            let indices = 0..self.kept.len();
-            let positions: Vec<f64> =
-                indices.clone().map(|k| view.actuator_coordinate(k)).collect();
-            let rates: Vec<f64> = indices.map(|k| view.actuator_rate(k)).collect();
+            let (positions, rates) = actuator_motion(view, self.kept.len());
             let reference = if self.job.motion.is_some() { &reference[..] } else { &[] };
             let measured = Measured { time, positions: &positions, rates: &rates, reference };
             let efforts = law.efforts(&measured).map_err(Error::Receiver)?;

@@ -3,6 +3,7 @@
 use crate::SinkError;
 use std::fmt;
 use std::sync::Arc;
+use stiction_core::forward::View;
 use stiction_core::kinematics::Target;
 
 /// Measured state that a control law receives at a sample.
@@ -16,6 +17,11 @@ pub struct Measured<'a> {
     pub rates: &'a [f64],
     /// Reference motions of all actuators; empty without a motion.
     pub reference: &'a [Target<f64>],
+}
+
+/// Positions, m or rad, and rates of all actuators of a simulation.
+pub(super) fn actuator_motion(view: &View<'_>, actuators: usize) -> (Vec<f64>, Vec<f64>) {
+    (0..actuators).map(|k| (view.actuator_coordinate(k), view.actuator_rate(k))).unzip()
 }
 
 type Compute = dyn Fn(&Measured<'_>) -> Result<Vec<f64>, SinkError> + Send + Sync;

@@ -216,6 +216,11 @@ impl Job<'_> {
         tracked(self.model, self.motion)
     }
 
+    /// [`Self::tracked`], if the simulation has a reference for them; else empty.
+    pub fn followed(&self) -> Vec<Tracked> {
+        if self.follows_in_space() { self.tracked() } else { Vec::new() }
+    }
+
     /// Returns whether all actuators follow the motion, so that all bodies have a reference.
     pub fn follows_in_space(&self) -> bool {
         let followers = self.followers();

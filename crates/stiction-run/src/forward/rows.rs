@@ -88,7 +88,7 @@ impl Layout {
             dof_of_actuator,
             dofs,
             bodies: BodyRow::header(mechanism).collect(),
-            tracked: if job.follows_in_space() { job.tracked() } else { Vec::new() },
+            tracked: job.followed(),
             measured: Measured::all(mechanism)
                 .into_iter()
                 .map(|(of, name, unit, _)| (of, name, unit))
@@ -293,8 +293,7 @@ impl<S: Sink<Rows>> Sink<Sample<'_>> for Recorder<S> {
 
         rows.space.clear();
         for point in sample.in_space() {
-            rows.space.extend(point.reference);
-            rows.space.extend(point.errors);
+            rows.space.extend(point.followed());
         }
 
         let row = &mut rows.energy;

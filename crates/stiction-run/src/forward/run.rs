@@ -98,7 +98,7 @@ impl Job<'_> {
         let mut joints = Vec::with_capacity(dofs.len());
         let mut reference = Vec::new();
         let mut reference_poses = Vec::new();
-        let tracked = if self.follows_in_space() { self.tracked() } else { Vec::new() };
+        let tracked = self.followed();
         let mut ending = Ending::Reached;
         let (mut done, mut last) = (0, self.from);
         let mut before = Vec::new();

@@ -21,10 +21,9 @@ pub struct Sample<'a> {
     pub joints: &'a [Target<f64>],
     /// Reference motions of the actuators; zeros for actuators that follow no motion.
     pub reference: &'a [Target<f64>],
-    /// Bodies with a reference in space, see [`Job::tracked`](super::Job::tracked).
+    /// Bodies with a reference in space: [`Job::followed`](super::Job::followed).
     pub tracked: &'a [Tracked],
-    /// Reference poses in the world of the bodies of [`Job::tracked`](super::Job::tracked), in their order; NaN where
-    /// the mechanism cannot follow the motion. Empty if not all actuators follow a motion.
+    /// Reference poses in the world of the bodies in `tracked`; NaN where the mechanism cannot follow the motion.
     pub reference_poses: &'a [Pose<f64>],
     /// External loads.
     pub loads: &'a [AppliedLoad<f64>],

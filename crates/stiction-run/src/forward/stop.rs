@@ -1,6 +1,6 @@
 //! Conditions that end a simulation.
 
-use super::control_law::Measured;
+use super::control_law::{Measured, actuator_motion};
 use crate::{Error, SinkError};
 use std::fmt;
 use std::sync::Arc;
@@ -63,10 +63,7 @@ impl Stop {
         let distance = match self {
             Self::Formula(condition) => condition.distance(view.time, |c| view.measure(c)),
             Self::Function(function) => {
-                let indices = 0..actuators;
-                let positions: Vec<f64> =
-                    indices.clone().map(|k| view.actuator_coordinate(k)).collect();
-                let rates: Vec<f64> = indices.map(|k| view.actuator_rate(k)).collect();
+                let (positions, rates) = actuator_motion(view, actuators);
                 let (time, reference) = (view.time, &[][..]);
                 let measured = Measured { time, positions: &positions, rates: &rates, reference };
                 (function.compute)(&measured).map_err(Error::Receiver)?

@@ -302,22 +302,12 @@ impl Compared {
         if self.tracked.is_empty() {
             return String::new();
         }
-        const COLUMNS: [&str; 8] = [
-            "x [m]",
-            "y [m]",
-            "z [m]",
-            "reference.x [m]",
-            "reference.y [m]",
-            "reference.z [m]",
-            "error [m]",
-            "error_angle [rad]",
-        ];
         let mut text = "time [s]".to_owned();
         for own in &self.laws {
             // A comma would begin another column.
             let label = own.label(self.has_several()).replace(", ", " ");
             for tracked in &self.tracked {
-                for column in COLUMNS {
+                for column in SpacePoint::COLUMNS {
                     let _ = write!(text, ",{label}: {}.{column}", tracked.name);
                 }
             }
@@ -330,11 +320,11 @@ impl Compared {
             for own in &self.laws {
                 // A simulation that ended early has no more rows.
                 let Some((_, points)) = own.space.get(k) else {
-                    text.push_str(&",".repeat(COLUMNS.len() * self.tracked.len()));
+                    text.push_str(&",".repeat(SpacePoint::COLUMNS.len() * self.tracked.len()));
                     continue;
                 };
                 for at in points {
-                    for value in at.position.iter().chain(&at.reference).chain(&at.errors) {
+                    for value in at.values() {
                         let _ = write!(text, ",{value}");
                     }
                 }
