@@ -279,12 +279,16 @@ impl NativeModel {
             let mut request = self.robot.forward();
             if let Some((period, law)) = law {
                 let watch = Arc::clone(&watch);
-                let law = move |measured: &Measured<'_>| called_law(&law, measured, &watch);
+                let law = move |measured: &Measured<'_>| {
+                    called_with_state(&law, "control law", measured, &watch)
+                };
                 request = request.control_law(period, law)?;
             }
             for (name, function) in stops {
                 let watch = Arc::clone(&watch);
-                let stop = move |measured: &Measured<'_>| called_stop(&function, measured, &watch);
+                let stop = move |measured: &Measured<'_>| {
+                    called_with_state(&function, "stop condition", measured, &watch)
+                };
                 request = request.stop_function(&name, stop);
             }
             request = with_calls(request, &calls, (until, step, tolerance))?;
@@ -470,10 +474,15 @@ fn with_calls(
     }
 }
 
-/// Calls a Python function of the caller with the measured state; returns the efforts. An exception
-/// of this function stops the simulation.
-fn called_law(law: &Py<PyAny>, measured: &Measured<'_>, watch: &Watch) -> Result<Vec<f64>, Error> {
-    let efforts = Python::attach(|py| {
+/// Calls a Python function of the caller, which `what` names, with the measured state. An exception of this function
+/// stops the simulation.
+fn called_with_state<T: for<'a, 'py> FromPyObject<'a, 'py>>(
+    function: &Py<PyAny>,
+    what: &str,
+    measured: &Measured<'_>,
+    watch: &Watch,
+) -> Result<T, Error> {
+    let result = Python::attach(|py| {
         let array = |numbers: &[f64]| numbers.to_vec().into_pyarray(py);
         let reference = |number: fn(&Target<f64>) -> f64| {
             array(&measured.reference.iter().map(number).collect::<Vec<f64>>())
@@ -484,25 +493,11 @@ fn called_law(law: &Py<PyAny>, measured: &Measured<'_>, watch: &Watch) -> Result
             reference(|target| target.acceleration),
         );
         let state = (measured.time, array(measured.positions), array(measured.rates), reference);
-        law.call1(py, state)?.extract::<Vec<f64>>(py)
+        function.call1(py, state)?.extract::<T>(py).map_err(Into::into)
     });
-    efforts.map_err(|error| {
+    result.map_err(|error: PyErr| {
         watch.keep(error);
-        Error::interrupted("the control law raised an exception")
-    })
-}
-
-/// Calls a stop condition of the caller, a Python function, with the measured state. An exception of
-/// this function stops the simulation.
-fn called_stop(stop: &Py<PyAny>, measured: &Measured<'_>, watch: &Watch) -> Result<f64, Error> {
-    let value = Python::attach(|py| {
-        let array = |numbers: &[f64]| numbers.to_vec().into_pyarray(py);
-        let state = (measured.time, array(measured.positions), array(measured.rates));
-        stop.call1(py, state)?.extract::<f64>(py)
-    });
-    value.map_err(|error| {
-        watch.keep(error);
-        Error::interrupted("the stop condition raised an exception")
+        Error::interrupted(format!("the {what} raised an exception"))
     })
 }
 

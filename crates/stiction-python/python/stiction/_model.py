@@ -793,12 +793,11 @@ def _law(law: ControlLaw, actuators: list[str]) -> Callable[..., list[float]]:
     return efforts
 
 
-def _stop(condition: StopCondition) -> Callable[[float, Floats, Floats], float]:
+def _stop(condition: StopCondition) -> Callable[..., float]:
     """Wrap a stop condition in a function that the native module calls; check the returned value."""
-    none = np.empty(0)
 
-    def distance(time: float, q: Floats, v: Floats) -> float:
-        return _number("value of the stop condition", condition(ControlState(time, q, v, none, none, none)))
+    def distance(time: float, q: Floats, v: Floats, reference: tuple[Floats, Floats, Floats]) -> float:
+        return _number("value of the stop condition", condition(ControlState(time, q, v, *reference)))
 
     return distance
 
