@@ -154,12 +154,13 @@ fn describe(context: &Context<'_>, root: &Element, stem: &str) -> Option<Descrip
     }
 }
 
-/// Writes the model file with equal legs. `None` if the robot has none, or if no group makes the text shorter and describes
-/// the same mechanism, with the same names.
+/// Writes the model file with equal legs; `long` is the text without them. `None` if the robot has none, or if no group
+/// makes the text shorter and describes the same mechanism, with the same names.
 fn with_legs(
     context: &Context<'_>,
     robot: &Description,
     draft: &text::Draft<'_>,
+    long: &str,
     read: &dyn Fn(&str) -> Result<ModelFile, Diagnostics>,
 ) -> Option<String> {
     /// Greatest number of groups; limits the time for writing and reading texts.
@@ -168,37 +169,19 @@ fn with_legs(
     if found.is_empty() {
         return None;
     }
-    let write =
-        |legs: &[legs::Group]| text::write(context, robot, &text::Draft { legs, ..draft.clone() });
-    let long = write(&[]);
-    let mut shortest = long.lines().count();
-    let mut groups: Vec<legs::Group> = Vec::new();
+    let model = read(long).ok()?;
+    let (mut groups, mut shortest, mut shorter) = (Vec::new(), long.lines().count(), None);
     for group in found.into_iter().take(MOST) {
         groups.push(group);
-        let lines = write(&groups).lines().count();
-        if lines < shortest {
-            shortest = lines;
+        let text = text::write(context, robot, &text::Draft { legs: &groups, ..draft.clone() });
+        let lines = text.lines().count();
+        if lines < shortest && read(&text).is_ok_and(|own| legs::is_same(&own, &model)) {
+            (shortest, shorter) = (lines, Some(text));
         } else {
             groups.pop();
         }
     }
-    let long = read(&long).ok()?;
-    let is_same = |text: &str| read(text).is_ok_and(|model| legs::is_same(&model, &long));
-    let all = write(&groups);
-    if groups.is_empty() || is_same(&all) {
-        return (!groups.is_empty()).then_some(all);
-    }
-    let (mut accepted, mut text) = (Vec::new(), None);
-    for group in groups {
-        accepted.push(group);
-        let own = write(&accepted);
-        if is_same(&own) {
-            text = Some(own);
-        } else {
-            accepted.pop();
-        }
-    }
-    text
+    shorter
 }
 
 /// Writes the model file twice: first without a motion, to find a position in which all loops
@@ -252,7 +235,7 @@ fn write(context: &Context<'_>, source: &Source, mut robot: Description) -> Opti
     let draft = text::Draft { notes: &notes, motion, ..draft };
     let again = Context::new(context.files, context.literal);
     let text = text::write(&again, &robot, &draft);
-    let text = with_legs(&again, &robot, &draft, &read).unwrap_or(text);
+    let text = with_legs(&again, &robot, &draft, &text, &read).unwrap_or(text);
     for Note { message, places } in notes {
         match places.as_slice() {
             [] => context.note(message, None),

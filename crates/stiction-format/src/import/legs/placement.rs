@@ -1,6 +1,7 @@
 //! Places of equal legs: rotations about an axis, and the joints of each leg as they are without its rotation.
 
 use super::super::description::{Description, Joint};
+use super::super::text::has_axes;
 use super::Group;
 use crate::read::geometry::{about, frame};
 use stiction_core::joint::JointType;
@@ -116,7 +117,7 @@ pub(in crate::import) fn unrotated(
 fn unrotated_joint(joint: &Joint, [from, to]: [Pose<f64>; 2]) -> Joint {
     let mut own = joint.clone();
     let (mut j, mut k) = (joint.frame_j.rotation, joint.frame_k.rotation);
-    if has_no_axes(joint.kind) {
+    if !has_axes(joint.kind) {
         // In the file, frame J of such a joint is parallel to its body.
         k = k * j.transpose();
         own.start = own.start.map(|start| Pose {
@@ -160,10 +161,6 @@ fn unrotated_joint(joint: &Joint, [from, to]: [Pose<f64>; 2]) -> Joint {
     let turn = snapped(own.frame_j.rotation * k.transpose());
     own.frame_k.rotation = turn.transpose() * own.frame_j.rotation;
     own
-}
-
-const fn has_no_axes(kind: JointType) -> bool {
-    matches!(kind, JointType::Spherical | JointType::Fixed | JointType::Free)
 }
 
 /// The rotation with entries of 0 and 1 instead of those that differ by rounding.

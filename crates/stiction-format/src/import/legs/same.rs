@@ -4,7 +4,10 @@ use crate::model_file::ModelFile;
 use std::collections::HashMap;
 use stiction_core::friction::Combine;
 use stiction_core::joint::JointType;
-use stiction_core::mechanism::{BodyId, GearedDof, Joint, JointId, Mechanism, RangeOf};
+use stiction_core::mechanism::{
+    BodyId, Bushing, DriveTrain, GearedDof, Gearing, Joint, JointId, JointSpring, Mechanism,
+    RangeOf, Spring,
+};
 use stiction_core::spatial::{Mat3, Quaternion, Vec3};
 
 /// Greatest relative difference of numbers.
@@ -26,34 +29,36 @@ struct Map {
     joints: Vec<usize>,
 }
 
-/// For each name its index in the other list; `None` unless both lists contain the same names.
-fn indices<'a>(
-    own: impl ExactSizeIterator<Item = &'a str>,
-    other: impl ExactSizeIterator<Item = &'a str>,
-) -> Option<Vec<usize>> {
-    if own.len() != other.len() {
-        return None;
-    }
+/// Indices in the other list of the names of a list; `None` unless both lists contain the same names.
+fn indices(own: &[&str], other: &[&str]) -> Option<Vec<usize>> {
     let known: HashMap<&str, usize> =
-        other.enumerate().map(|(index, name)| (name, index)).collect();
-    own.map(|name| known.get(name).copied()).collect()
+        other.iter().enumerate().map(|(index, name)| (*name, index)).collect();
+    let found = own.iter().map(|name| known.get(name).copied()).collect::<Option<Vec<usize>>>();
+    found.filter(|_| own.len() == other.len())
+}
+
+/// Parts after `map`, in the order of their names.
+fn mapped<T: Clone>(parts: &[T], map: impl FnMut(&mut T), name: fn(&T) -> &String) -> Vec<T> {
+    let mut parts = parts.to_vec();
+    parts.iter_mut().for_each(map);
+    parts.sort_by(|a, b| name(a).cmp(name(b)));
+    parts
 }
 
 impl Map {
     fn new(a: &Mechanism, b: &Mechanism) -> Option<Self> {
-        let bodies = |of: &'_ Mechanism| {
-            of.bodies().iter().map(|body| body.name.clone()).collect::<Vec<String>>()
-        };
-        let joints = |of: &'_ Mechanism| {
-            of.joints().iter().map(|joint| joint.name.clone()).collect::<Vec<String>>()
-        };
-        let indices = |a: Vec<String>, b: Vec<String>| {
-            indices(a.iter().map(String::as_str), b.iter().map(String::as_str))
-        };
-        Some(Self {
-            bodies: indices(bodies(a), bodies(b))?,
-            joints: indices(joints(a), joints(b))?,
-        })
+        let [bodies, joints] = [
+            [a, b].map(|of| of.bodies().iter().map(|body| body.name.as_str()).collect()),
+            [a, b].map(|of| of.joints().iter().map(|joint| joint.name.as_str()).collect()),
+        ]
+        .map(|[own, other]: [Vec<&str>; 2]| indices(&own, &other));
+        Some(Self { bodies: bodies?, joints: joints? })
+    }
+
+    /// Maps every part to itself.
+    fn identity(of: &Mechanism) -> Self {
+        let (bodies, joints) = (of.bodies().len(), of.joints().len());
+        Self { bodies: (0..bodies).collect(), joints: (0..joints).collect() }
     }
 
     fn body(&self, id: BodyId) -> BodyId {
@@ -82,56 +87,35 @@ impl Map {
             .iter()
             .zip(&self.joints)
             .all(|(one, other)| self.is_same_joint(one, &b.joints()[*other]));
-        let springs = |of: &Mechanism, map: &dyn Fn(BodyId) -> BodyId| {
-            let mut all = of.springs().to_vec();
-            all.iter_mut().for_each(|spring| spring.ends = spring.ends.map(map));
-            all.sort_by(|a, b| a.name.cmp(&b.name));
-            all
-        };
-        let joint_springs = |of: &Mechanism, map: &dyn Fn(JointId) -> JointId| {
-            let mut all = of.joint_springs().to_vec();
-            all.iter_mut().for_each(|spring| spring.joint = map(spring.joint));
-            all.sort_by(|a, b| a.name.cmp(&b.name));
-            all
-        };
-        let bushings = |of: &Mechanism, map: &dyn Fn(BodyId) -> BodyId| {
-            let mut all = of.bushings().to_vec();
-            all.iter_mut().for_each(|bushing| bushing.ends = bushing.ends.map(map));
-            all.sort_by(|a, b| a.name.cmp(&b.name));
-            all
-        };
         same_bodies
             && same_joints
-            && springs(a, &|id| self.body(id)) == springs(b, &|id| id)
-            && joint_springs(a, &|id| self.joint(id)) == joint_springs(b, &|id| id)
-            && bushings(a, &|id| self.body(id)) == bushings(b, &|id| id)
-            && self.is_driven_alike(a, b)
+            && self.connections(a) == Self::identity(b).connections(b)
+            && self.drives(a) == Self::identity(b).drives(b)
             && (a.gravity(), a.base()) == (b.gravity(), b.base())
     }
 
-    fn is_driven_alike(&self, a: &Mechanism, b: &Mechanism) -> bool {
-        let own = Self {
-            bodies: (0..self.bodies.len()).collect(),
-            joints: (0..self.joints.len()).collect(),
-        };
-        let trains = |of: &Mechanism, map: &Self| {
-            let mut all = of.drive_trains().to_vec();
-            for train in &mut all {
-                map.dofs(&mut train.dofs);
-                if let Some(axis) = &mut train.rotor_axis {
-                    axis.body = map.body(axis.body);
-                }
+    /// Springs and bushings with the indices of the other mechanism, in the order of their names.
+    fn connections(&self, of: &Mechanism) -> (Vec<Spring>, Vec<JointSpring>, Vec<Bushing>) {
+        let ends = |ends: [BodyId; 2]| ends.map(|id| self.body(id));
+        (
+            mapped(of.springs(), |own| own.ends = ends(own.ends), |own| &own.name),
+            mapped(of.joint_springs(), |own| own.joint = self.joint(own.joint), |own| &own.name),
+            mapped(of.bushings(), |own| own.ends = ends(own.ends), |own| &own.name),
+        )
+    }
+
+    /// Drive trains and gearings with the indices of the other mechanism, in the order of their names.
+    fn drives(&self, of: &Mechanism) -> (Vec<DriveTrain>, Vec<Gearing>) {
+        let train = |own: &mut DriveTrain| {
+            self.dofs(&mut own.dofs);
+            if let Some(axis) = &mut own.rotor_axis {
+                axis.body = self.body(axis.body);
             }
-            all.sort_by(|a, b| a.name.cmp(&b.name));
-            all
         };
-        let gearings = |of: &Mechanism, map: &Self| {
-            let mut all = of.gearings().to_vec();
-            all.iter_mut().for_each(|gearing| map.dofs(&mut gearing.dofs));
-            all.sort_by(|a, b| a.name.cmp(&b.name));
-            all
-        };
-        trains(a, self) == trains(b, &own) && gearings(a, self) == gearings(b, &own)
+        (
+            mapped(of.drive_trains(), train, |own| &own.name),
+            mapped(of.gearings(), |own| self.dofs(&mut own.dofs), |own| &own.name),
+        )
     }
 
     fn is_same_joint(&self, a: &Joint, b: &Joint) -> bool {

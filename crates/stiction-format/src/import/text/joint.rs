@@ -45,7 +45,7 @@ pub(super) fn pitch(out: &mut String, joint: &Joint) {
     }
 }
 
-fn has_axes(kind: JointType) -> bool {
+pub(in crate::import) fn has_axes(kind: JointType) -> bool {
     !matches!(kind, JointType::Spherical | JointType::Fixed | JointType::Free)
 }
 

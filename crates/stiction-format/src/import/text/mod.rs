@@ -7,6 +7,8 @@ mod motor;
 pub(super) mod numbers;
 mod spring;
 
+pub(super) use joint::has_axes;
+
 use super::context::{Context, Note};
 use super::description::{Body, Description, GROUND, Joint, VisualMesh};
 use super::extension::joint_names;
