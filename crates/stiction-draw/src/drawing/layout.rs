@@ -62,7 +62,7 @@ pub fn legs_of_joints(mechanism: &Mechanism) -> Vec<Option<usize>> {
 }
 
 /// Largest number of bodies whose paths are drawn.
-pub(super) const TRACED: usize = 4;
+const TRACED: usize = 4;
 
 /// Indices of the bodies whose paths show the motion of a mechanism: the hubs, such as platforms; without hubs, the ends
 /// of open chains; without those, the bodies that are not connected to the ground. Empty if there are too many.
@@ -71,13 +71,13 @@ pub fn outputs(mechanism: &Mechanism) -> Vec<usize> {
     let hubs = hubs(mechanism, &joints);
     let off_ground = |body: &usize| is_off_ground(&joints, *body);
     let is_end = |body: &usize| joints[*body].len() == 1 && off_ground(body);
-    let bodies = || 1..joints.len();
-    let all: [Vec<usize>; 3] = [
-        bodies().filter(|body| hubs[*body]).collect(),
-        bodies().filter(is_end).collect(),
-        bodies().filter(off_ground).collect(),
-    ];
-    let found = all.into_iter().find(|found| !found.is_empty()).unwrap_or_default();
+    traced_of(joints.len(), &[&|body| hubs[*body], &is_end, &off_ground])
+}
+
+/// Bodies for which the first of the conditions holds that holds for any; empty if there are too many.
+pub(super) fn traced_of(bodies: usize, conditions: &[&dyn Fn(&usize) -> bool]) -> Vec<usize> {
+    let mut all = conditions.iter().map(|holds| (1..bodies).filter(holds).collect::<Vec<_>>());
+    let found = all.find(|found| !found.is_empty()).unwrap_or_default();
     if found.len() > TRACED { Vec::new() } else { found }
 }
 

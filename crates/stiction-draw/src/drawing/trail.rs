@@ -1,6 +1,6 @@
 //! Traces of a motion: paths of bodies and strokes of sliding joints.
 
-use super::layout::{Layout, TRACED, is_off_ground};
+use super::layout::{Layout, is_off_ground, traced_of};
 use super::placed::Placed;
 use stiction_core::mechanism::Mechanism;
 use stiction_core::spatial::{Pose, Vec3};
@@ -91,16 +91,14 @@ impl Trail {
 /// Traced bodies and their traced points, in the axes of the bodies, m: the hubs or, if there are
 /// none, the bodies that are not connected to the ground; empty if there are too many.
 pub(super) fn traced(placed: &Placed<'_>, layout: &Layout) -> Vec<(usize, Vec3<f64>)> {
-    let bodies = layout.joints.len();
-    let hubs: Vec<usize> = (1..bodies).filter(|&body| layout.hubs[body]).collect();
     let off_ground = |body: &usize| is_off_ground(&layout.joints, *body);
-    let traced = if hubs.is_empty() { (1..bodies).filter(off_ground).collect() } else { hubs };
+    let traced = traced_of(layout.joints.len(), &[&|body| layout.hubs[*body], &off_ground]);
     let point = |body: usize| {
         let pose = placed.pose[body];
         let middle = layout.middle(body).unwrap_or(pose.position);
         (body, pose.inverse().apply(middle))
     };
-    if traced.len() > TRACED { Vec::new() } else { traced.into_iter().map(point).collect() }
+    traced.into_iter().map(point).collect()
 }
 
 /// Displacement of a joint's frames along its axis, m: the coordinate of a sliding joint up to a constant.

@@ -99,7 +99,7 @@ const tell = (svg, event) => {
   if (!panel || at.x < left || at.x > right) return;
   const [top, bottom, low, high] = ["top", "bottom", "low", "high"].map(name => number(panel, name));
   const [first, end] = [number(svg, "first"), number(svg, "end")];
-    hint.append(make("div", {}, `t ≈ ${read(first + (end - first) * (at.x - left) / (right - left), end - first)} s`));
+  hint.append(make("div", {}, `t ≈ ${read(first + (end - first) * (at.x - left) / (right - left), end - first)} s`));
   const unit = (/\[(.*)\]$/.exec(panel.getAttribute("data-name")) || ["", ""])[1];
   for (const path of panel.querySelectorAll("path[data-label]")) {
     const y = heightAt(path, at.x);
