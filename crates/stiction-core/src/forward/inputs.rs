@@ -163,9 +163,9 @@ pub trait Inputs {
     /// constant.
     ///
     /// Efforts, loads and rates of internal states must be smooth functions of time and state while
-    /// [`View::sides`] stays the same, even beyond the zero of a switching function. A step ends
-    /// where a switching function changes its sign, and its side changes there. An example is the
-    /// effort minus its limit.
+    /// [`View::sides`] stays the same, even beyond the zero of a switching function. An example of a
+    /// switching function is an effort minus its limit. A step ends where the function changes its
+    /// sign; from there on, the function has its other side.
     fn switches(&mut self, view: &View<'_>, values: &mut Vec<f64>) {
         let _ = (view, values);
     }

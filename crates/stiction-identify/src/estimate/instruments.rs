@@ -16,8 +16,8 @@ use std::borrow::Cow;
 const NEGLIGIBLE: f64 = 1e-12;
 
 impl Problem<'_> {
-    /// Coefficients with which the instruments `Z` explain the columns `W`: `(Z^T D Z)^+ Z^T D W`,
-    /// where `D` are the weights. `None` without instruments.
+    /// Fits the columns `W` by the instruments `Z` with the weights `D` and returns the coefficients
+    /// of the instruments, `(Z^T D Z)^+ Z^T D W`. `None` if there are no instruments.
     pub(super) fn projection(
         &self,
         noise: &[f64],
