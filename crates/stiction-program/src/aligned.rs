@@ -5,8 +5,8 @@ use core::ops::{Deref, DerefMut};
 /// Size of a cache line and of the widest register, bytes.
 const LINE: usize = 64;
 
-/// Numbers that begin at a cache line, because each access to an unaligned block as wide as a
-/// register would need two cache lines.
+/// Buffer of numbers whose first element lies at the start of a cache line. An unaligned access as
+/// wide as a vector register would touch two cache lines.
 #[derive(Debug, Default)]
 pub(crate) struct Aligned {
     numbers: Vec<f64>,
@@ -17,7 +17,7 @@ impl Aligned {
     /// Creates memory for `count` numbers, all zero.
     pub(crate) fn zeros(count: usize) -> Self {
         let numbers = vec![0.0; count + LINE / size_of::<f64>()];
-        // Any offset is valid: at worst the memory is unaligned and slower.
+        // Any offset is valid: an unaligned buffer is only slower.
         let first = numbers.as_ptr().align_offset(LINE).min(numbers.len() - count);
         let mut aligned = Self { numbers, first };
         aligned.numbers.truncate(first + count);

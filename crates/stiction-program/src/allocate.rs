@@ -7,24 +7,25 @@ use crate::code::{Code, Fused, Source, Step};
 use crate::encode::{Base, Emit, Operation, Order, Place, Target, begin};
 use std::collections::HashMap;
 
-/// Indices of constants that the allocator needs; they are stored before those of the code.
+/// Indices of the allocator's own constants, which precede the constants of the code.
 const ZERO: usize = 0;
 const SIGN: usize = 1;
 const OWN: usize = 2;
 
-/// Register number that means no register.
+/// Placeholder for "no register" in the list of pinned registers.
 const NONE: u8 = u8::MAX;
 
-/// An operand in memory is loaded into a register, and stays there, if its next use follows within
-/// this number of steps.
+/// Number of steps. An operand in memory is loaded into a register, and kept there, if its next use
+/// is at most this many steps away.
 const SOON: u32 = 12;
 
 /// Machine code and its data.
 pub(crate) struct Assembled {
     pub(crate) bytes: Vec<u8>,
-    /// Constants, each with as many copies as an instruction reads.
+    /// Constants of the code and of the allocator. Each constant is repeated as often as an
+    /// instruction reads it at once.
     pub(crate) constants: Vec<f64>,
-    /// Number of scratch values.
+    /// Number of values in the scratch memory, which receives values evicted from registers.
     pub(crate) scratch: usize,
 }
 
@@ -42,8 +43,8 @@ pub(crate) fn assemble(code: &Code, target: Target) -> Assembled {
     Assembled { bytes: allocator.assembler.finish(), constants, scratch }
 }
 
-/// Number of copies of each constant in memory. A sign change reads a block of two numbers even for
-/// one lane.
+/// Number of copies of each constant in memory. The minimum is two where the constants are repeated
+/// for each lane, because a sign change reads a block of two numbers even for one lane.
 fn copies(target: Target) -> usize {
     if target.is_single(Base::Constants) { 1 } else { target.width.lanes().max(2) }
 }
@@ -52,9 +53,9 @@ struct Allocator<'a> {
     code: &'a Code,
     target: Target,
     assembler: Box<dyn Emit>,
-    /// Uses of each step's result, the last use first.
+    /// Later steps that use the result of each step, the last use first.
     uses: Vec<Vec<u32>>,
-    /// Uses of constants, slots and shared values.
+    /// Later steps that use each constant, slot or shared value, the last use first.
     constant_uses: Vec<Vec<u32>>,
     slot_uses: HashMap<u32, Vec<u32>>,
     common_uses: HashMap<u32, Vec<u32>>,
@@ -65,10 +66,10 @@ struct Allocator<'a> {
     free_spills: Vec<usize>,
     retired_spills: Vec<usize>,
     spilled: usize,
-    /// Slots that store each step's result.
+    /// For each step, the slots that store its result.
     stores: Vec<Vec<u32>>,
-    /// Slot that already contains each step's result. It remains valid, because no slot is written
-    /// twice.
+    /// For each step, the slot that already contains its result. This copy remains valid, because
+    /// no slot is written twice.
     slot_of_step: Vec<Option<u32>>,
 }
 
@@ -165,7 +166,8 @@ impl<'a> Allocator<'a> {
         self.address(Base::Constants, place, copies(self.target))
     }
 
-    /// Returns a writable register: a free one, or one that is not `pinned`.
+    /// Returns a register that may be overwritten: a free one, or else an evicted one that is not
+    /// `pinned`.
     fn room(&mut self, pinned: &[u8]) -> u8 {
         match self.holds.iter().position(Option::is_none) {
             Some(free) => free as u8,
@@ -173,8 +175,8 @@ impl<'a> Allocator<'a> {
         }
     }
 
-    /// Returns a writable register that is not `pinned`. In contrast to [`Self::room`], `pinned` may also contain
-    /// free registers.
+    /// Returns a register that may be overwritten and is not `pinned`. In contrast to
+    /// [`Self::room`], `pinned` may also contain free registers.
     fn fresh(&mut self, pinned: &[u8]) -> u8 {
         let mut free = (0..self.holds.len() as u8).filter(|r| self.holds[*r as usize].is_none());
         match free.find(|register| !pinned.contains(register)) {
@@ -225,7 +227,7 @@ impl<'a> Allocator<'a> {
         }
     }
 
-    /// Returns the operand in a register; loads it if necessary.
+    /// Returns the register that contains an operand; loads the operand if necessary.
     fn in_register(&mut self, source: Source, pinned: &[u8]) -> u8 {
         if let Some(register) = self.register_of(source) {
             return register;
@@ -237,8 +239,8 @@ impl<'a> Allocator<'a> {
         register
     }
 
-    /// Returns the operand in a register if it is there already or is used again soon, otherwise in
-    /// memory.
+    /// Returns the location of an operand: a register if the operand is already in one or is used
+    /// again soon, otherwise its memory.
     fn anywhere(&mut self, source: Source, now: u32, pinned: &[u8]) -> Place {
         let again = {
             let uses = self.uses_of(source);
@@ -252,8 +254,8 @@ impl<'a> Allocator<'a> {
         memory
     }
 
-    /// Removes the uses of a step's operands, and releases the registers of operands without
-    /// further use.
+    /// Marks the uses of a step's operands as done, and releases the registers of operands that
+    /// have no further use.
     fn used(&mut self, now: u32, step: Step) {
         for operand in step.operands() {
             let uses = self.uses_of(operand);
@@ -268,7 +270,8 @@ impl<'a> Allocator<'a> {
             }
             if let Source::Step(step) = operand {
                 self.register_of_step[step as usize] = None;
-                // The instruction may still read this place, so it is reused only afterwards.
+                // The instruction may still read this scratch value, so its memory is reused only
+                // afterwards.
                 self.retired_spills.extend(self.spill_of_step[step as usize].take());
             }
         }
@@ -302,8 +305,8 @@ impl<'a> Allocator<'a> {
                 let of = self.in_register(of, &[]);
                 let yes = self.in_register(yes, &[of]);
                 let no = self.in_register(no, &[of, yes]);
-                // The target must differ from all operands, because it is written while they are
-                // still read.
+                // The target must differ from all operands, because it is written before all
+                // operands have been read.
                 let to = self.room(&[of, yes, no]);
                 let zero = self.constant(ZERO);
                 self.used(now, step);
@@ -347,8 +350,8 @@ impl<'a> Allocator<'a> {
         to
     }
 
-    /// Emits a fused instruction. Its target is an operand without further use, or a copy of the
-    /// addend.
+    /// Emits a fused instruction. The target register is that of an operand without further use, or
+    /// holds a copy of the addend.
     fn fused(&mut self, now: u32, step: Step, kind: Fused, [a, b, c]: [Source; 3]) -> u8 {
         let ends = |of: &mut Self, source: Source| {
             of.register_of(source).filter(|_| of.uses_of(source).first() == Some(&now))
@@ -390,7 +393,7 @@ impl<'a> Allocator<'a> {
         to
     }
 
-    /// Stores results that are constants or shared values, which no step computes.
+    /// Stores those results that no step computes, because they are constants or shared values.
     fn rest(&mut self) {
         for &(source, slot) in &self.code.stores {
             if matches!(source, Source::Step(_)) {

@@ -1,5 +1,5 @@
-//! Forces at many states: by the program in parallel lanes, and by the solver at states where the
-//! program is invalid.
+//! Forces at many states: the program evaluates several states in parallel lanes, and the solver
+//! replaces the program at states where the program is invalid.
 
 use crate::inverse::InverseProgram;
 use crate::program_inputs::StateOfMotion;
@@ -20,7 +20,7 @@ pub struct ForcesAt<'a> {
     pub redone: bool,
 }
 
-/// Error: no forces at a state.
+/// Error: the forces at a state cannot be computed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StateError {
     /// Index of the state.
@@ -33,7 +33,8 @@ pub struct StateError {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum StateErrorCause {
-    /// The solver cannot move to the state from its previous position.
+    /// The solver cannot move to the configuration of this state from that of the state it solved
+    /// before.
     Position(AssemblyError),
     /// The solver finds no forces at the state.
     Forces(InverseError),
@@ -58,10 +59,10 @@ impl core::error::Error for StateError {
 }
 
 impl InverseProgram {
-    /// Computes the forces with friction at all states and passes them to `tell` in order. Returns
-    /// the number of states for which the solver replaced the program, because a friction interface
-    /// is at rest or a branch was not recorded. `solver` must be the one from which the program was
-    /// recorded; it moves from state to state.
+    /// Computes the forces with friction at all states and calls `tell` with them in the order of
+    /// the states. Returns the number of states at which the solver replaced the program, because a
+    /// friction interface is at rest or a branch was not recorded. `solver` must be the one from
+    /// which the program was recorded; it moves from state to state.
     ///
     /// # Errors
     /// [`StateError`] for the first state at which the solver finds no forces. Forces of earlier

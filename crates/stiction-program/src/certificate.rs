@@ -14,12 +14,12 @@ use stiction_core::kinematics::{State, Target};
 use stiction_core::random::Random;
 use stiction_core::spatial::Wrench;
 
-/// Tolerance for rounding of efforts, normal loads, forces and moments, each relative to the
-/// largest of its kind.
+/// Tolerance for rounding. Differences of efforts, normal loads, forces and moments are each
+/// relative to the largest value of that kind.
 const ROUNDING: f64 = 1e-11;
 
 impl RecordingSource<'_> {
-    /// Splits a sample into state, targets and loads.
+    /// Splits the numbers of a sample into state, targets and loads.
     pub(crate) fn unpacked(
         &self,
         sample: &[f64],
@@ -54,7 +54,8 @@ impl RecordingSource<'_> {
         let mut confirmed = 0;
         for sample in samples {
             let (state, targets, loads) = self.unpacked(sample);
-            // Efforts near those of a motion, so that friction does not lock the actuators.
+            // Efforts close to those of inverse dynamics at this state, so that friction does not
+            // lock the actuators.
             let coordinates = &state.coordinates;
             let ran = run(self.model, parameters, like, coordinates, (&targets, &loads), 0);
             let scale = ran.inverse.efforts().iter().fold(1e-9_f64, |max, x| max.max(x.abs()));
@@ -71,7 +72,7 @@ impl RecordingSource<'_> {
                 } else {
                     program.run_frictionless(&mut memory, &mut holds);
                 }
-                // A condition may have a sign that occurred in no sample.
+                // A condition may have a sign that did not occur in the samples of the recording.
                 if !holds[0] {
                     continue;
                 }

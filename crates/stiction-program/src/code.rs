@@ -8,11 +8,11 @@ use std::collections::HashMap;
 /// Operand of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Source {
-    /// Slot of the memory, which outlives the code.
+    /// Slot of the memory. Slots keep their values after the code has run.
     Slot(u32),
     /// Constant of the code.
     Constant(u32),
-    /// Number shared by all lanes, in a separate read-only memory.
+    /// Number that all lanes share, in a separate read-only memory.
     Common(u32),
     /// Result of an earlier step.
     Step(u32),
@@ -32,7 +32,7 @@ pub(crate) enum Step {
         yes: Source,
         no: Source,
     },
-    /// Fused product and sum, rounded once.
+    /// Sum or difference of a product and a third operand, rounded once.
     Fused(Fused, [Source; 3]),
 }
 
@@ -58,7 +58,7 @@ impl Fused {
 }
 
 impl Step {
-    /// Step with its operands replaced by `to`.
+    /// Returns the step with each operand replaced by `to(operand)`.
     pub(crate) fn map(self, to: impl Fn(Source) -> Source) -> Self {
         match self {
             Self::Add(a, b) => Self::Add(to(a), to(b)),
@@ -85,7 +85,7 @@ impl Step {
     }
 }
 
-/// Steps in order, and the slots that receive results.
+/// Steps in order, their constants, and the slots that receive results.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Code {
     pub(crate) steps: Vec<Step>,
@@ -93,7 +93,8 @@ pub(crate) struct Code {
     pub(crate) stores: Vec<(Source, u32)>,
 }
 
-/// Call of a mathematical function between pieces of code, with arguments and result in slots.
+/// Call of a mathematical function between two pieces of code. The arguments and the result are in
+/// slots.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Call {
     pub(crate) function: Function,
@@ -109,7 +110,7 @@ pub(crate) enum Part {
 }
 
 impl Part {
-    /// Number of arithmetic operations.
+    /// Number of arithmetic operations, including function calls.
     pub(crate) fn operations(&self) -> usize {
         match self {
             Self::Code(code) => code.steps.len(),
@@ -118,7 +119,8 @@ impl Part {
     }
 }
 
-/// Assigns slots to nodes, and records the nodes whose values all lanes share.
+/// Assignment of slots to nodes, and of places in the shared memory to nodes whose values are the
+/// same in all lanes.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Slots {
     of_node: HashMap<Node, u32>,
@@ -127,14 +129,14 @@ pub(crate) struct Slots {
 }
 
 impl Slots {
-    /// Reserves consecutive slots; returns the first.
+    /// Reserves `count` consecutive slots and returns the first.
     pub(crate) fn reserve(&mut self, count: usize) -> u32 {
         let first = self.count;
         self.count += count as u32;
         first
     }
 
-    /// Assigns the first slots to these inputs, in their order.
+    /// Assigns the first slots to the inputs with the indices `inputs`, in their order.
     pub(crate) fn of_inputs(ops: &[Op], inputs: Range<usize>) -> Self {
         let mut slots = Self::default();
         slots.reserve(inputs.len());
@@ -154,7 +156,7 @@ impl Slots {
         self.of_node.insert(node, slot);
     }
 
-    /// Assigns a place in the shared memory of all lanes to a node.
+    /// Assigns a place in the memory shared by all lanes to a node.
     pub(crate) fn assign_common(&mut self, node: Node, place: u32) {
         self.common.insert(node, place);
     }
@@ -166,8 +168,8 @@ impl Slots {
     /// Slots of compiled results.
     ///
     /// # Errors
-    /// [`RecordError::NotConfirmed`] if a node has no slot, because another number would be read in
-    /// its place.
+    /// [`RecordError::NotConfirmed`] if a node has no slot; any other slot would contain a wrong
+    /// number.
     pub(crate) fn places(&self, nodes: &[Node]) -> Result<Vec<u32>, RecordError> {
         nodes.iter().map(|node| self.of(*node).ok_or(RecordError::NotConfirmed)).collect()
     }
@@ -177,7 +179,7 @@ impl Slots {
         self.of(node).ok_or(RecordError::NotConfirmed)
     }
 
-    /// Location of a node before any code runs.
+    /// Location of the value of a node before any code runs: a slot or a shared number.
     fn known(&self, node: Node) -> Option<Source> {
         let common = || self.common.get(&node).map(|place| Source::Common(*place));
         self.of(node).map(Source::Slot).or_else(common)
@@ -197,9 +199,9 @@ impl Slots {
     }
 }
 
-/// Pairs of operations that become one step. A product and the only sum that reads it become a
-/// fused step if both have the same level. A reciprocal and the only product that reads it become a
-/// quotient.
+/// Finds pairs of operations that become one step, and returns the partner of each node. If `fuse`
+/// is true, a product and the only sum that reads it become a fused step, if no function call lies
+/// between them. A reciprocal and the only product that reads it become a quotient.
 fn pairs(
     ops: &[Op],
     needed: &[bool],
@@ -219,7 +221,8 @@ fn pairs(
     for (k, op) in ops.iter().enumerate().filter(|(k, _)| fuse && needed[*k]) {
         let (Op::Add(a, b) | Op::Sub(a, b)) = *op else { continue };
         let serves = |node: &Node| alone(*node, k) && matches!(ops[*node as usize], Op::Mul(..));
-        // The later product is preferred, because its operands are closer.
+        // If both operands are suitable products, the later one is preferred, because its own
+        // operands are closer.
         if let Some(product) = [a.max(b), a.min(b)].into_iter().find(serves) {
             with[k] = Some(product);
             with[product as usize] = Some(k as Node);
@@ -252,7 +255,7 @@ pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots, fuse: boo
         .map(|(k, op)| if slots.known(k as Node).is_some() { Op::Input(u32::MAX) } else { *op })
         .collect();
     let needed = needed(&cut, &open);
-    // Number of consecutive calls before each node.
+    // For each node, the largest number of successive function calls on which it depends.
     let mut level = vec![0_usize; ops.len()];
     let mut most = 0;
     for (k, op) in cut.iter().enumerate().filter(|(k, _)| needed[*k]) {
@@ -263,7 +266,7 @@ pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots, fuse: boo
         level[k] = before.max().unwrap_or(0);
         most = most.max(level[k] + usize::from(matches!(op, Op::Call(..))));
     }
-    // Values that later levels or calls read need slots.
+    // Values that a later level or a call reads need slots.
     let mut crosses = vec![false; ops.len()];
     open.iter().for_each(|node| crosses[*node as usize] = true);
     for (k, op) in cut.iter().enumerate().filter(|(k, _)| needed[*k]) {
@@ -313,7 +316,7 @@ pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots, fuse: boo
             let mut of = |node: Node| source(node, &mut code, &mut constants);
             let pair = with[k].map(|other| (other, cut[other as usize]));
             let step = match (*op, pair) {
-                // This operation is part of the step of the other operation of its pair.
+                // This operation is already part of the step of its partner.
                 (Op::Mul(..), Some((_, Op::Add(..) | Op::Sub(..)))) | (Op::Div(..), Some(_)) => {
                     continue;
                 }
@@ -354,7 +357,7 @@ pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots, fuse: boo
                 code.stores.push((Source::Step(place), u32::MAX - node));
             }
         }
-        // Results receive their slots last, because until then operands refer to them as steps.
+        // Results receive their slots last, because operands refer to them as steps until then.
         for (_, slot) in &mut code.stores {
             if *slot > u32::MAX / 2 {
                 *slot = slots.made(u32::MAX - *slot);
@@ -371,7 +374,7 @@ pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots, fuse: boo
 }
 
 impl Code {
-    /// Number of shared values up to the last one that the code reads.
+    /// Length of the shared memory that the code reads: one more than the largest index.
     pub(crate) fn common(&self) -> usize {
         let operands = self.steps.iter().flat_map(|step| step.operands());
         let all = operands.chain(self.stores.iter().map(|(source, _)| *source));

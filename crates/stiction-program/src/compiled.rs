@@ -1,10 +1,10 @@
-//! Stages of a program, compiled for one state and for vector lanes.
+//! Stages of a program, each compiled for one state and for several states in parallel lanes.
 
 use crate::code::Part;
 use crate::memory::Memory;
 use crate::run::{Runner, natural_lanes};
 
-/// `N` stages that work on the same slots.
+/// `N` stages of a program that share their slots.
 #[derive(Debug)]
 pub(crate) struct Compiled<const N: usize> {
     slots: usize,
@@ -15,7 +15,7 @@ pub(crate) struct Compiled<const N: usize> {
 }
 
 impl<const N: usize> Compiled<N> {
-    /// Prepares stages that share a number of slots. The stages are interpreted if `machine` is
+    /// Compiles the stages, which share `slots` slots. The stages are interpreted if `machine` is
     /// false.
     pub(crate) fn new(stages: &[Vec<Part>; N], slots: usize, machine: bool) -> Self {
         let lanes = natural_lanes();
@@ -40,7 +40,7 @@ impl<const N: usize> Compiled<N> {
         self.one.iter().chain(&self.many).all(Runner::is_machine_code)
     }
 
-    /// Stages for one state (`lanes` 1) or for all lanes.
+    /// Stages compiled for one state (`lanes` 1) or for all lanes.
     pub(crate) fn runners(&self, lanes: usize) -> &[Runner; N] {
         if lanes == 1 { &self.one } else { &self.many }
     }

@@ -1,9 +1,10 @@
 //! Recording of derivatives of actuator forces, in addition to inverse dynamics.
 //!
-//! The solution is a fixed point of the Newton step of the coupling. At the solution, the result of the step does not
-//! depend on the step's initial value to first order, which is why Newton's method converges quadratically. The
-//! derivatives of actuator forces are therefore those after one step from fixed reactions, without differentiation of
-//! the iteration. The same applies to the position, for which one Newton step closes the loops.
+//! The coupled forces are a fixed point of a Newton step. At the solution, the result of the step
+//! does not depend on its initial value to first order, which is why Newton's method converges
+//! quadratically. The derivatives of the actuator forces are therefore those of a single step from
+//! constant reactions; the iteration is not differentiated. The configuration is treated in the
+//! same way, with one Newton step that closes the loops.
 //!
 //! Equations (P6) and (P7) of the book's theory.
 
@@ -22,9 +23,10 @@ use stiction_core::random::Random;
 use stiction_core::scalar::Scalar;
 use stiction_core::spatial::Wrench;
 
-/// Requested derivatives and the inputs that they need. In the list of inputs, they follow the inputs of inverse
-/// dynamics, in this order: the six components of the reaction of each joint with friction interfaces; the slopes of
-/// all quantities; and, during the recording only, the differentiated parameters of the mechanism.
+/// Quantities with respect to which actuator forces are differentiated, and the inputs that the
+/// derivatives need. These inputs follow those of inverse dynamics, in this order: the six
+/// components of the reaction of each joint with friction interfaces; the slopes of all quantities;
+/// and, only during the recording, the differentiated parameters of the mechanism.
 pub(crate) struct DerivativeInputs<'a> {
     quantities: &'a [Quantity],
     /// Differentiated parameters of the mechanism, with their values.
@@ -36,8 +38,9 @@ pub(crate) struct DerivativeInputs<'a> {
 }
 
 impl<'a> DerivativeInputs<'a> {
-    /// Assigns inputs. `first_target` is the index of the first prescribed value among the inputs,
-    /// `first` that of the first input for derivatives. Fails if a quantity does not exist.
+    /// Assigns the inputs of the derivatives. `first_target` is the index of the first prescribed
+    /// value among the inputs, `first` the index of the first input of the derivatives. Fails if a
+    /// quantity does not exist.
     pub(crate) fn new(
         source: &RecordingSource<'_>,
         quantities: &'a [Quantity],
@@ -63,13 +66,13 @@ impl<'a> DerivativeInputs<'a> {
         Ok(Self { quantities, numbers, interface_joints, first_target, first })
     }
 
-    /// Inputs that contain the slopes of all quantities.
+    /// Indices of the inputs that contain the slopes of all quantities.
     pub(crate) fn slopes(&self) -> Range<usize> {
         let first = self.first + 6 * self.interface_joints.len();
         first..first + self.quantities.len()
     }
 
-    /// Joints with friction interfaces, each with the first input of its reaction.
+    /// Joints with friction interfaces, each with the index of the first input of its reaction.
     pub(crate) fn reactions(&self) -> Vec<(usize, usize)> {
         self.interface_joints.iter().copied().zip((self.first..).step_by(6)).collect()
     }
@@ -79,7 +82,7 @@ impl<'a> DerivativeInputs<'a> {
         self.slopes().end + self.numbers.len()
     }
 
-    /// Random reactions and slopes; `length` scales moments.
+    /// Random reactions and slopes as values of these inputs; `length`, m, scales moments.
     pub(crate) fn any(&self, length: f64, random: &mut Random) -> Vec<f64> {
         let mut numbers = Vec::new();
         for _ in &self.interface_joints {
@@ -90,8 +93,8 @@ impl<'a> DerivativeInputs<'a> {
         numbers
     }
 
-    /// Actuator forces after a step from the wrenches at joints with friction interfaces, which are
-    /// held constant. Recomputes the position and motion of `followed` as functions of the
+    /// Actuator forces after one Newton step from constant wrenches at the joints with friction
+    /// interfaces. Recomputes the configuration and motion in `followed` as functions of the
     /// prescribed values and of the differentiated parameters.
     pub(crate) fn follow(
         &self,
@@ -132,8 +135,9 @@ impl<'a> DerivativeInputs<'a> {
         ran.inverse.efforts().to_vec()
     }
 
-    /// Adds the slopes of `drives` to the graph. Held nodes are released and the parameters become
-    /// constants. Returns the graph, the new node of each old one, and the slopes.
+    /// Adds the slopes of `drives` to the graph. Nodes that are constant for the differentiation
+    /// are replaced by their operands, and the differentiated parameters become constants. Returns
+    /// the graph, the new node of each old one, and the slopes.
     pub(crate) fn differentiated(
         &self,
         mut graph: Graph,
@@ -156,8 +160,8 @@ impl<'a> DerivativeInputs<'a> {
         (graph, new_of, slopes)
     }
 
-    /// Slope of each input. Those of prescribed values and of differentiated parameters are inputs
-    /// themselves.
+    /// Node of the slope of each input; `None` for an input that does not vary. The slopes of
+    /// prescribed values and of differentiated parameters are inputs themselves.
     fn slopes_of_inputs(&self, graph: &mut Graph) -> Vec<Option<Node>> {
         let mut slopes = vec![None; self.slopes().end];
         for (place, quantity) in self.slopes().zip(self.quantities) {
@@ -166,7 +170,7 @@ impl<'a> DerivativeInputs<'a> {
                 Quantity::Value(at) => slopes[self.first_target + 3 * at] = slope,
                 Quantity::Rate(at) => slopes[self.first_target + 3 * at + 1] = slope,
                 Quantity::Acceleration(at) => slopes[self.first_target + 3 * at + 2] = slope,
-                // The mechanism's numbers are in the same order.
+                // The parameters of the mechanism have the same order as their slopes.
                 _ => slopes.push(slope),
             }
         }
@@ -174,7 +178,7 @@ impl<'a> DerivativeInputs<'a> {
     }
 }
 
-/// Shifts an angle by full turns to the value nearest to another angle.
+/// Shifts `angle` by full turns to the value nearest to `other`, rad.
 fn nearest(angle: Recorded, other: Recorded) -> Recorded {
     let (sine, cosine) = (angle - other).sin_cos();
     other + sine.atan2(cosine)

@@ -8,13 +8,13 @@ use crate::run::natural_lanes;
 use stiction_core::dynamics::{AppliedLoad, InverseDynamics};
 use stiction_core::kinematics::{State, Target};
 
-/// Program of inverse dynamics for one mechanism and of the derivatives of its actuator forces with
-/// respect to selected quantities of motion and mechanism. Derivatives are exact to round-off, in
-/// several directions at once.
+/// Program that computes inverse dynamics of one mechanism and the derivatives of its actuator
+/// forces with respect to selected quantities of the motion and the mechanism. Derivatives are
+/// exact to round-off, and are computed for several directions at once.
 ///
-/// A direction consists of a slope for each quantity; a unit slope of one quantity alone gives the partial
-/// derivative. Friction interfaces slide, and their friction is coupled with the normal loads; the derivatives
-/// include the change of friction with the normal loads.
+/// A direction consists of a slope (rate of change) for each quantity; a unit slope of one quantity
+/// alone yields the partial derivative. The derivatives assume that all friction interfaces slide,
+/// and include the change of friction with the normal loads.
 ///
 /// ```
 /// use stiction_core::dynamics::{InverseDynamics, Settings};
@@ -58,12 +58,12 @@ pub struct DerivativeProgram {
 pub struct DerivativeMemory {
     inverse: Memory,
     directions: Memory,
-    /// True if the derivatives at the last evaluated state are valid.
+    /// True if the derivatives can be computed at the last evaluated state.
     is_ready: bool,
 }
 
 impl DerivativeProgram {
-    /// Records and compiles inverse dynamics and derivatives with respect to these quantities;
+    /// Records and compiles inverse dynamics and its derivatives with respect to `quantities`.
     /// `solver`, `signal` and `loads` are as in [`InverseProgram::record`].
     ///
     /// # Errors
@@ -102,7 +102,8 @@ impl DerivativeProgram {
         &self.inverse
     }
 
-    /// Quantities of the derivatives, in the order of the slopes.
+    /// Quantities with respect to which actuator forces are differentiated, in the order of the
+    /// slopes.
     pub fn quantities(&self) -> &[Quantity] {
         &self.quantities
     }
@@ -112,13 +113,13 @@ impl DerivativeProgram {
         self.lanes
     }
 
-    /// Number of arithmetic operations in addition to [`InverseProgram::operations`]: per state,
-    /// and per group of [`Self::lanes`] directions.
+    /// Number of arithmetic operations in addition to [`InverseProgram::operations`]: those at each
+    /// state, and those for each group of [`Self::lanes`] directions.
     pub fn operations(&self) -> [usize; 2] {
         self.code.operations
     }
 
-    /// Allocates the memory of a run.
+    /// Allocates the memory of the program.
     pub fn memory(&self) -> DerivativeMemory {
         let DerivativeCode { preparation, directions, slots, .. } = &self.code;
         let mut inverse = self.inverse.memory(1);
@@ -127,10 +128,10 @@ impl DerivativeProgram {
         DerivativeMemory { inverse, directions, is_ready: false }
     }
 
-    /// Computes all forces with friction at a state of motion, and prepares derivatives there. The
-    /// state must close the loops. Returns `true` if the coupling has converged and the assumptions
-    /// of the program are satisfied, see [`InverseProgram::run`]; otherwise all derivatives are
-    /// NaN.
+    /// Computes all forces with friction at a state and prepares the derivatives there. The state
+    /// must close the loops. Returns `true` if the iteration of the friction forces has converged
+    /// and the assumptions of the program are satisfied, see [`InverseProgram::run`]; otherwise all
+    /// derivatives are NaN.
     ///
     /// # Panics
     /// See [`InverseProgram::set`].
@@ -155,7 +156,7 @@ impl DerivativeProgram {
         memory.is_ready
     }
 
-    /// Sets the direction of one lane: a slope for each quantity. [`Self::jacobian`] overwrites
+    /// Sets the direction of one lane: a slope for each quantity. [`Self::jacobian`] overwrites all
     /// directions.
     ///
     /// # Panics
@@ -176,20 +177,21 @@ impl DerivativeProgram {
         let Memory { slots, scratch, .. } = directions;
         self.code.directions.run_with(slots, &inverse.slots, scratch);
         if !*is_ready {
-            // The slopes would belong to another state.
+            // Existing slopes would belong to another state.
             for slope in &self.code.slopes {
                 slots[*slope as usize * self.lanes..][..self.lanes].fill(f64::NAN);
             }
         }
     }
 
-    /// Forces of the last [`Self::run`], in lane 0 of [`Self::inverse`].
+    /// Memory with the forces of the last [`Self::run`], in lane 0. The methods of
+    /// [`Self::inverse`] read them.
     pub fn forces<'a>(&self, memory: &'a DerivativeMemory) -> &'a Memory {
         &memory.inverse
     }
 
-    /// Slope of an actuator force along a direction, N or N m per unit of the direction, from the
-    /// last [`Self::differentiate`].
+    /// Derivative of an actuator force along the direction of a lane, N or N m per unit of the
+    /// direction, computed by the last [`Self::differentiate`].
     pub fn slope(&self, memory: &DerivativeMemory, lane: usize, drive: usize) -> f64 {
         memory.directions.read(self.code.slopes[drive], lane)
     }
@@ -198,7 +200,7 @@ impl DerivativeProgram {
     /// actuator, one column for each quantity; NaN if there was no run or it failed.
     ///
     /// # Panics
-    /// If the length of `jacobian` is not the number of actuators times that of quantities.
+    /// If the length of `jacobian` is not the number of actuators times the number of quantities.
     pub fn jacobian(&self, memory: &mut DerivativeMemory, jacobian: &mut [f64]) {
         let count = self.quantities.len();
         let (found, expected) = (jacobian.len(), count * self.code.slopes.len());

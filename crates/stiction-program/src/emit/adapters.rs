@@ -1,4 +1,4 @@
-//! Programs and files that run the C code in other environments.
+//! Files that adapt the C code to other environments.
 
 use super::SourceFile;
 use super::c::C;
@@ -17,10 +17,10 @@ const RULES: [&str; 3] = [
     include_str!("templates/adapters/cortex_m7.mk"),
 ];
 
-/// Environments in which the C code runs, in addition to programs in C.
+/// Environments to which the C code is adapted, in addition to programs in C.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Adapters {
-    /// Python, by its module `ctypes`.
+    /// Python, through its module `ctypes`.
     pub ctypes: bool,
     /// A component of LinuxCNC's hardware abstraction layer.
     pub linuxcnc: bool,
@@ -29,7 +29,7 @@ pub struct Adapters {
 }
 
 impl C<'_> {
-    /// Files of the adapters; `files` are those of the code.
+    /// Files of the adapters. `files` are the source files of the C code.
     pub(super) fn adapters(&self, files: &[SourceFile]) -> Vec<SourceFile> {
         let name = &self.options.name;
         let file = |name: String, text: String| SourceFile { name, text };
@@ -58,14 +58,14 @@ impl C<'_> {
         found
     }
 
-    /// Rules for the Makefile.
+    /// Makefile rules of the adapters.
     pub(super) fn adapter_rules(&self) -> String {
         let Adapters { ctypes, linuxcnc, cortex_m7 } = self.options.adapters;
         let chosen = [ctypes, linuxcnc, cortex_m7].into_iter().zip(RULES);
         chosen.filter(|(is_chosen, _)| *is_chosen).map(|(_, rules)| self.fill(rules)).collect()
     }
 
-    /// Component of LinuxCNC, which contains the code.
+    /// Text of the LinuxCNC component, which contains the code itself.
     fn component(&self, files: &[SourceFile]) -> String {
         let name = &self.options.name;
         let text = |end: &str| {

@@ -55,7 +55,7 @@ pub(crate) fn files(
     files
 }
 
-/// Test vectors as a table.
+/// Formats test vectors as comma-separated values with a header line.
 pub(crate) fn table(labels: &Labels, vectors: &[TestVector]) -> String {
     let mut heads = Vec::new();
     for (before, after) in [("", ""), ("d(", ")"), ("d(d(", "))")] {
@@ -80,12 +80,12 @@ pub(crate) struct C<'a> {
 }
 
 impl C<'_> {
-    /// Fills a template: names between `@` are replaced.
+    /// Fills a template: replaces names between `@` signs by values.
     pub(super) fn fill(&self, template: &str) -> String {
         self.fill_with(template, &[])
     }
 
-    /// Fills a template, with additional values for names between `@`.
+    /// Fills a template, with the additional names and values in `more`.
     pub(crate) fn fill_with(&self, template: &str, more: &[(&str, String)]) -> String {
         let sizes = self.program.sizes();
         let functions = self.options.functions;
@@ -226,7 +226,7 @@ impl C<'_> {
         substitute(OWN_MATH, &values)
     }
 
-    /// True if the code contains sines and cosines.
+    /// Returns true if the code contains sines and cosines.
     fn turns(&self) -> bool {
         let is = |s: &Statement| matches!(s, Statement::SineCosine { .. });
         let listings = Listings::new(self.program, self.options.functions);
@@ -239,13 +239,13 @@ impl C<'_> {
         listings.all().flat_map(|l| &l.routines).flatten().any(is)
     }
 
-    /// Literal with the suffix of the precision.
+    /// Literal of a number with the suffix of its precision.
     fn number(&self, number: f64) -> String {
         let suffix = if self.options.precision == Precision::Double { "" } else { "f" };
         literal(number, self.options.precision) + suffix
     }
 
-    /// Numbers of an initialiser, in rows.
+    /// Items of an array initialiser, broken into lines.
     fn numbers(&self, numbers: &[f64]) -> String {
         let mut text = String::from("   ");
         let mut length = 3;
@@ -261,7 +261,8 @@ impl C<'_> {
         text
     }
 
-    /// Largest change of each coordinate in a step from home.
+    /// Array items: largest change of each coordinate, m or rad, in one step from the home
+    /// position.
     fn strides(&self) -> String {
         let length = self.program.length();
         let stride = |unit: &str| if unit == "m" { 0.05 * length } else { 0.05 };
@@ -375,7 +376,7 @@ impl C<'_> {
     }
 }
 
-/// Replaces names between `@` in a text.
+/// Replaces the names between `@` signs in `template` by their `values`.
 pub(crate) fn substitute(template: &str, values: &[(&str, String)]) -> String {
     let mut text = String::with_capacity(template.len());
     for (k, piece) in template.split('@').enumerate() {

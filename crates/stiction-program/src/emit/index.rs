@@ -1,26 +1,25 @@
-//! Numbers that templates need to compute the singularity index.
+//! Values that are inserted into the source code of the singularity index.
 
 use super::{Precision, SourceOptions, answers};
 use crate::feedforward::{Feedforward, INDEX_PASSES, Term};
 
-/// The iteration has converged only if the squared sine of the angle between a vector and its next
-/// iterate is at most this value. In double, and in single precision.
+/// Convergence limit of the inverse iteration, in double and in single precision: largest squared
+/// sine of the angle between a vector and its next iterate.
 const ALIGNED: [f64; 2] = [1e-8, 1e-6];
-/// The iteration has converged only if the second vector lowers the square of the index by at most
-/// this fraction. In double, and in single precision.
+/// Convergence limit of the inverse iteration, in double and in single precision: largest relative
+/// decrease of the squared index that the second vector may still cause.
 const LOWERED: [f64; 2] = [1e-7, 1e-5];
-/// The second iterate counts as parallel to the first if the square of its component perpendicular
-/// to the first is at most this part of its own square, a multiple of the rounding errors. The
-/// position is then near a singular one, and the first iterate converges by itself. In double, and
-/// in single precision.
+/// Limit for parallel iterates, in double and in single precision, a multiple of the rounding
+/// errors. The second iterate counts as parallel to the first if its squared component
+/// perpendicular to the first is at most this fraction of its own square. The position is then near
+/// a singular one, and the first iterate converges without the second.
 const PARALLEL: [f64; 2] = [1e-8, 1e-3];
-/// A position counts as singular if its index is at most this value. In double, and in single
-/// precision.
+/// Largest index at which a position counts as singular, in double and in single precision.
 const LEAST_INDEX: [f64; 2] = [1e-10, 1e-5];
-/// A position with at least this determinant counts as regular without a test of the index.
+/// Smallest determinant at which a position counts as regular without a test of the index.
 const SMALL_DETERMINANT: f64 = 1e-3;
 
-/// Values of a template; `brackets` enclose lists within lists.
+/// Names and values that fill a template. `[open, close]` are the brackets of lists within lists.
 pub(super) fn values(
     program: &Feedforward,
     options: &SourceOptions,

@@ -1,7 +1,8 @@
 //! Source code of [`Feedforward`] programs in other languages.
 //!
-//! Routines become functions of straight-line code, written from one list of statements (`walk`). Around them, a
-//! fixed text for each language closes the loops, couples the friction, and handles rest and failures.
+//! Routines become functions of straight-line code; all languages use the same list of statements
+//! (`walk`). A fixed text for each language surrounds these functions: it closes the loops,
+//! iterates the friction forces, and covers the state of rest and failures.
 
 mod adapters;
 mod c;
@@ -48,19 +49,20 @@ pub struct Functions {
     pub kinematics: bool,
     /// Wrenches of all joints.
     pub reactions: bool,
-    /// Derivatives of the actuator forces by positions, rates and accelerations.
+    /// Derivatives of the actuator forces with respect to positions, rates and accelerations.
     pub derivatives: bool,
     /// Forward dynamics: accelerations from actuator forces.
     pub accelerations: bool,
 }
 
 impl Functions {
-    /// True if the code contains derivatives, for themselves or for forward dynamics.
+    /// Returns true if the code contains derivatives, which are requested or needed for forward
+    /// dynamics.
     pub fn need_derivatives(self) -> bool {
         self.derivatives || self.accelerations
     }
 
-    /// True if the code computes the wrenches of all joints.
+    /// Returns true if the code computes the wrenches of all joints.
     fn need_wrenches(self) -> bool {
         self.reactions || self.need_derivatives()
     }
@@ -74,7 +76,8 @@ pub struct SourceOptions {
     pub name: String,
     /// Floating-point type.
     pub precision: Precision,
-    /// True to include functions for sine and cosine instead of using those of the mathematical library.
+    /// True to include functions for sine and cosine in the code instead of calling the
+    /// mathematical library.
     pub own_math: bool,
     /// Functions in addition to inverse dynamics.
     pub functions: Functions,
@@ -82,8 +85,8 @@ pub struct SourceOptions {
     pub adapters: Adapters,
 }
 
-/// Test vector: a state of the prescribed coordinates, and the actuator forces of the general solver there, which the
-/// generated code must reproduce.
+/// Test vector: a state of the prescribed coordinates, and the actuator forces that the general
+/// solver computes there. The generated code must reproduce these forces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TestVector {
     /// Positions of the prescribed coordinates, m or rad.
@@ -99,14 +102,15 @@ pub struct TestVector {
 /// File of source code: its name and its text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SourceFile {
-    /// Name, without a folder.
+    /// File name without a folder.
     pub name: String,
-    /// Text.
+    /// Content of the file.
     pub text: String,
 }
 
 impl SourceOptions {
-    /// Options for a model of this name: double precision, functions of the mathematical library.
+    /// Default options for a model with this name: double precision, functions of the mathematical
+    /// library.
     pub fn new(name: &str) -> Self {
         Self {
             name: identifier(name),
@@ -119,12 +123,12 @@ impl SourceOptions {
 }
 
 impl Feedforward {
-    /// Source files: code, self-test with test vectors, build files and a page of instructions.
+    /// Source files: code, self-test with test vectors, build files and instructions.
     ///
     /// # Errors
-    /// A number of the program is too large for the precision; the program has no derivatives, see
-    /// [`Self::with_derivatives`], but the options request them; or it has more or fewer actuators than coordinates,
-    /// but the options request accelerations.
+    /// A number of the program is too large for the precision; the options request derivatives, but
+    /// the program has none, see [`Self::with_derivatives`]; or the options request accelerations,
+    /// but the numbers of actuators and coordinates differ.
     pub fn files(
         &self,
         language: Language,
@@ -160,7 +164,7 @@ impl Feedforward {
 struct Listings {
     position: Listing,
     forces: Listing,
-    /// Poses and twists, or nothing.
+    /// Routines of the poses and of the twists, or empty if they are not requested.
     kinematics: Vec<Listing>,
     derivatives: Option<Listing>,
 }
@@ -192,12 +196,14 @@ impl Listings {
     }
 }
 
-/// Number of results of a call: efforts, and the wrenches of all joints if they are needed.
+/// Number of results of a call: actuator efforts, followed by the wrenches of all joints if they
+/// are needed.
 fn answers(sizes: FeedforwardSizes, functions: Functions) -> usize {
     sizes.drives + if functions.need_wrenches() { 6 * sizes.joints } else { 0 }
 }
 
-/// Items of an array that is never empty, because C has no empty arrays.
+/// Array items in C, with a final zero: the array is never empty, because C does not allow empty
+/// arrays.
 fn list_with_zero(numbers: &[usize]) -> String {
     numbers.iter().map(|number| format!("{number}, ")).collect::<String>() + "0"
 }

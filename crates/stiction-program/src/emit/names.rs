@@ -1,7 +1,7 @@
-//! Names of a model in source code. Names of models are free text, so they enter code only as
-//! identifiers or as harmless text.
+//! Names of a model in source code. Model names may contain any characters, so they enter the code
+//! only as identifiers or as harmless text.
 
-/// Names and units of what the code receives and returns, in order.
+/// Names and units of the inputs and results of the code, in their order.
 #[derive(Clone, Debug, Default)]
 pub struct Labels {
     /// Name of the model.
@@ -16,7 +16,7 @@ pub struct Labels {
     pub joints: Vec<String>,
     /// Name of each friction interface.
     pub interfaces: Vec<String>,
-    /// Name of each body; the first is the ground.
+    /// Name of each body; the first body is the ground.
     pub bodies: Vec<String>,
 }
 
@@ -24,8 +24,8 @@ pub struct Labels {
 /// characters beyond the 31st of external names.
 const LONGEST: usize = 20;
 
-/// Names of the headers of the C library and of files that belong to the code. The code must not
-/// have such a name, because its files would hide the other ones.
+/// File names that the code must not use: headers of the C library, and other files that are
+/// written with the code. A file with such a name would hide the other one.
 const TAKEN: [&str; 33] = [
     "assert",
     "complex",
@@ -62,7 +62,7 @@ const TAKEN: [&str; 33] = [
     "std",
 ];
 
-/// Makes an identifier of any text: lower-case letters, digits and underscores, beginning with a
+/// Converts any text to an identifier: lower-case letters, digits and underscores, beginning with a
 /// letter.
 pub(crate) fn identifier(text: &str) -> String {
     let letter = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' };
@@ -78,8 +78,9 @@ pub(crate) fn identifier(text: &str) -> String {
     name.trim_end_matches('_').to_owned()
 }
 
-/// Converts text so that it neither ends a comment or a string nor begins a new line in any language: letters, digits
-/// and a few signs are kept; every other character is written as its code point in braces.
+/// Converts text so that it cannot end a comment or a string, or begin a new line, in any language.
+/// Letters, digits and a few signs are kept; every other character is written as its code point in
+/// braces.
 pub(crate) fn harmless(text: &str) -> String {
     let mut plain = String::new();
     for c in text.chars() {

@@ -1,7 +1,7 @@
 //! Constants of the built-in sine and cosine: reduction of the angle by quarter turns, and power series.
 
 /// Number of leading bits in each of the first two parts of a quarter turn. Products of these parts
-/// with a whole number below 2^13 are therefore exact.
+/// with an integer below 2^13 are therefore exact.
 const BITS: u32 = 40;
 
 /// Rounds a number towards zero to its leading [`BITS`] bits.
@@ -9,7 +9,7 @@ fn leading(x: f64) -> f64 {
     f64::from_bits(x.to_bits() & !((1 << (53 - BITS)) - 1))
 }
 
-/// A quarter turn as a sum of three numbers, accurate to 130 bits.
+/// Returns a quarter turn, rad, as a sum of three numbers, accurate to 130 bits.
 fn quarter_turn() -> [f64; 3] {
     // The next two terms of pi/2 after its nearest double.
     let (high, low, lowest) =
@@ -22,7 +22,7 @@ fn quarter_turn() -> [f64; 3] {
     [first, second, (sum - second) + (error + lowest)]
 }
 
-/// Names and literals of all constants.
+/// Names and literals of all constants, as values for the template.
 pub(crate) fn values() -> Vec<(&'static str, String)> {
     let [first, second, third] = quarter_turn();
     let text = |x: f64| format!("{x:?}");

@@ -48,7 +48,7 @@ struct Rust<'a> {
 }
 
 impl Rust<'_> {
-    /// Fills a template: names between `@` are replaced.
+    /// Fills a template: replaces names between `@` signs by values.
     fn fill(&self, template: &str) -> String {
         let sizes = self.program.sizes();
         let functions = self.options.functions;
@@ -146,7 +146,8 @@ impl Rust<'_> {
         numbers.iter().map(|number| format!("    {},\n", self.number(*number))).collect()
     }
 
-    /// Largest change of each coordinate in a step from home.
+    /// Array items: largest change of each coordinate, m or rad, in one step from the home
+    /// position.
     fn strides(&self) -> String {
         let length = self.program.length();
         let stride = |unit: &str| if unit == "m" { 0.05 * length } else { 0.05 };

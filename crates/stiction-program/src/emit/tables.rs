@@ -1,4 +1,4 @@
-//! Tables of inputs and results in the head of source code, as plain lines.
+//! Tables of inputs and results for the leading comment of the source code, as lines of plain text.
 
 use super::names::{Labels, harmless};
 use super::{Precision, SourceOptions};
@@ -8,11 +8,12 @@ use crate::tunable::Tunable;
 /// Tunable parameters of one kind.
 #[derive(Clone, Debug)]
 pub(crate) struct Kind {
-    /// Name of the field.
+    /// Name of the field of the parameters in the generated code.
     pub(crate) field: &'static str,
     pub(crate) unit: &'static str,
     pub(crate) about: &'static str,
-    /// Values in the model, each with the name of the part to which it belongs.
+    /// Values in the model, each with the name of the friction interface or body and, for vectors,
+    /// of the component.
     pub(crate) values: Vec<(String, f64)>,
 }
 
@@ -57,7 +58,7 @@ pub(crate) fn kinds(program: &Feedforward, labels: &Labels) -> Vec<Kind> {
     kinds
 }
 
-/// Lines about the origin, the interface and the meaning of all indices.
+/// Lines of text that state the origin of the code, its interface and the meaning of all indices.
 pub(crate) fn lines(
     program: &Feedforward,
     labels: &Labels,

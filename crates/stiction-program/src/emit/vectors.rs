@@ -1,4 +1,4 @@
-//! Test vectors from the general solver.
+//! Test vectors, computed by the general solver.
 
 use super::TestVector;
 use stiction_core::dynamics::{FrictionMode, InverseDynamics};
@@ -6,25 +6,25 @@ use stiction_core::kinematics::Target;
 use stiction_core::random::Random;
 use stiction_core::statics::Constraints;
 
-/// Test states have a singularity index above this value, or above half of the index at home if
-/// that is smaller, because rounding errors grow near singular positions.
+/// Smallest singularity index of a test state, because rounding errors grow near singular
+/// positions. If half of the index at home is smaller, that value is the limit instead.
 const CLEAR: f64 = 0.05;
-/// Sliding speeds of a test state exceed this fraction of the largest one, because the sign of a
-/// speed near zero is uncertain. Interfaces that never slide are excepted, see [`NEVER`].
+/// Smallest sliding speed of a test state, as a fraction of the largest speed, because the sign of
+/// a speed near zero is uncertain. Interfaces that never slide are excepted, see [`NEVER`].
 const SLIDES: f64 = 1e-3;
-/// The largest effort of a test state is at least this fraction of the median of the largest
-/// efforts of all states.
+/// Smallest value for the largest effort of a test state, as a fraction of the median of the
+/// largest efforts of all test states.
 const NOTABLE: f64 = 0.05;
-/// A sliding speed below this fraction of the largest one is a rounding error of an interface that
-/// never slides.
+/// Sliding speed, as a fraction of the largest speed, below which the speed is a rounding error of
+/// an interface that never slides.
 const NEVER: f64 = 1e-12;
 
 impl TestVector {
-    /// Random states near the positions of `signal`, with the efforts of the solver under friction
-    /// that is coupled to the reactions. The first position is home, from which the solver moves to
-    /// each state. States are left out if the solver cannot reach them, if they are near singular
-    /// positions, if an interface is almost at rest, or if the efforts vanish. At most `20 count`
-    /// states are tried.
+    /// Random states near the positions of `signal`, with the efforts that the solver computes with
+    /// friction coupled to the reactions. The first position is the home position, from which the
+    /// solver moves to each state. A state is skipped if the solver cannot reach it, if it is near
+    /// a singular position, if a friction interface is almost at rest, or if the efforts vanish. At
+    /// most `20 count` states are tried.
     pub fn random(
         solver: &InverseDynamics,
         signal: &[Vec<Target<f64>>],
@@ -53,7 +53,8 @@ impl TestVector {
             let targets: Vec<Target<f64>> = signal[k % signal.len()].iter().map(about).collect();
             found.extend(Self::at((&home, first), &targets, clear));
         }
-        // If all efforts of a state happen to vanish, they give no scale for rounding errors.
+        // If all efforts of a state vanish by coincidence, they provide no scale for rounding
+        // errors.
         let mut sizes: Vec<f64> = found.iter().map(Self::largest).collect();
         sizes.sort_unstable_by(f64::total_cmp);
         let usual = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
@@ -61,12 +62,13 @@ impl TestVector {
         found
     }
 
-    /// Largest effort.
+    /// Magnitude of the largest effort, N or N m.
     fn largest(&self) -> f64 {
         self.efforts.iter().fold(0.0, |max, effort| max.max(effort.abs()))
     }
 
-    /// Efforts of the solver for these values, reached from home.
+    /// Efforts that the solver computes for these prescribed values, after a motion from the home
+    /// position.
     fn at(
         (home, start): (&InverseDynamics, &[Target<f64>]),
         targets: &[Target<f64>],
@@ -100,8 +102,8 @@ impl TestVector {
     }
 }
 
-/// Smaller one of the type 1 and type 2 singularity indices at the present position. Near a
-/// singular position of either type, different assembly modes are close to each other.
+/// Smaller one of the type 1 and type 2 singularity indices at the present position of the solver.
+/// Different assembly modes are close to each other near a singular position of either type.
 fn index(solver: &InverseDynamics) -> f64 {
     let (statics, spins) = (solver.statics(), solver.idle_axes().len());
     let of_legs = Constraints::new(&statics).leg_distance(spins);

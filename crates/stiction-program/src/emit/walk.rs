@@ -1,7 +1,8 @@
 //! Routines as lists of statements, for any programming language.
 //!
-//! Values that one routine computes and another reads are in a workspace, which begins with the inputs; all other
-//! values are local. Each routine copies its results to a separate array.
+//! The workspace contains the inputs, followed by the values that one routine computes and another
+//! reads. All other values are local variables. Each routine copies its results to a separate
+//! array.
 
 use crate::code::{Call, Code, Part, Source, Step};
 use crate::feedforward::Routine;
@@ -19,14 +20,14 @@ pub(crate) enum Operand {
     Number(f64),
 }
 
-/// Statement of a routine; local variables are assigned once.
+/// Statement of a routine. Each local variable is assigned once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Statement {
     /// A local variable receives the result of an operation on up to three operands.
     Step { to: usize, step: Step, operands: [Operand; 3] },
     /// A local variable receives the value of a function of up to two arguments.
     Call { to: usize, function: Function, arguments: [Operand; 2] },
-    /// Two local variables receive sine and cosine, of which one may be unused.
+    /// Two local variables receive the sine and the cosine of an angle. One of them may be unused.
     SineCosine { sine: usize, cosine: usize, angle: Operand, uses: [bool; 2] },
     /// A place in the workspace receives a value.
     Keep { to: usize, from: Operand },
@@ -45,7 +46,7 @@ pub(crate) struct Listing {
 }
 
 impl Routine {
-    /// Slots that the code reads and those that it writes.
+    /// Slots that the routine reads, and slots that it writes.
     fn slots(&self) -> [Vec<u32>; 2] {
         let (mut read, mut written) = (Vec::new(), Vec::new());
         let source = |source: Source, read: &mut Vec<u32>| {
@@ -77,8 +78,8 @@ impl Routine {
 }
 
 impl Listing {
-    /// Lists the statements of routines that run one after the other. `inputs` are the slots of the
-    /// inputs, in their order in the workspace.
+    /// Lists the statements of `routines`, which run one after the other. `inputs` are the slots of
+    /// the inputs, in the order of the workspace.
     pub(crate) fn new(routines: &[Routine], inputs: &[u32]) -> Self {
         let mut places: HashMap<u32, usize> =
             inputs.iter().enumerate().map(|(place, slot)| (*slot, place)).collect();
@@ -103,7 +104,7 @@ impl Listing {
 }
 
 impl Listing {
-    /// All numbers in the statements.
+    /// All numbers that occur in the statements as constants.
     pub(crate) fn numbers(self) -> Vec<f64> {
         let operands = |statement: Statement| match statement {
             Statement::Step { operands, .. } => operands.to_vec(),
@@ -122,7 +123,7 @@ impl Listing {
 /// Writer of the statements of one routine.
 struct Writer<'a> {
     places: &'a HashMap<u32, usize>,
-    /// Slots whose values are known in this routine.
+    /// Operands that contain the values of slots at this point of the routine.
     known: HashMap<u32, Operand>,
     statements: Vec<Statement>,
     locals: usize,
@@ -151,7 +152,7 @@ impl<'a> Writer<'a> {
 
     fn slot(&self, slot: u32) -> Operand {
         let in_work = || self.places.get(&slot).map(|place| Operand::Work(*place));
-        // A slot that nothing writes holds zero, as in the memory of programs.
+        // A slot that nothing writes contains zero, as in the memory of compiled programs.
         self.known.get(&slot).copied().or_else(in_work).unwrap_or(Operand::Number(0.0))
     }
 

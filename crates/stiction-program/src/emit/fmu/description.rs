@@ -16,26 +16,26 @@ pub enum Fmi {
 pub enum Causality {
     /// Time.
     Independent,
-    /// Set at any instant.
+    /// Value that may be set at any time.
     Input,
-    /// Result that other units may receive.
+    /// Result that other units may read.
     Output,
-    /// Constant unless the user changes it.
+    /// Value that is constant unless the user changes it.
     Parameter,
-    /// Result for display.
+    /// Result for display only.
     Local,
 }
 
 /// Times at which a variable may change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Variability {
-    /// Before the end of initialisation.
+    /// Only before the end of the initialisation.
     Fixed,
-    /// Between steps.
+    /// Between communication steps.
     Tunable,
-    /// At events.
+    /// Only at events.
     Discrete,
-    /// Always.
+    /// At any time.
     Continuous,
 }
 
@@ -57,7 +57,8 @@ pub enum Start {
     Integer(i32),
 }
 
-/// Variable of a unit. Its value reference is its position in the list of variables.
+/// Variable of a functional mock-up unit. Its index in the list of variables is its value
+/// reference.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variable {
     /// Name, unique.
@@ -68,13 +69,13 @@ pub struct Variable {
     pub causality: Causality,
     /// Times at which the variable may change.
     pub variability: Variability,
-    /// Unit by its FMI name, `1` for none.
+    /// FMI name of the unit of measurement, `1` for dimensionless values.
     pub unit: String,
-    /// Description.
+    /// Description for the user.
     pub about: String,
     /// Value before the first step, for inputs and parameters.
     pub start: Option<Start>,
-    /// Least and greatest value; `None` for no limit.
+    /// Smallest and largest permitted value; `None` for no limit.
     pub range: (Option<f64>, Option<f64>),
 }
 
@@ -87,11 +88,11 @@ pub struct Description {
     pub identifier: String,
     /// Name of the model.
     pub model: String,
-    /// Description.
+    /// Description of the model for the user.
     pub about: String,
     /// Version of the program that writes the unit.
     pub version: String,
-    /// Identifier that instance and description share.
+    /// Identifier by which an instance is checked against this description.
     pub token: String,
     /// Source files to compile; empty for a unit that contains only a binary.
     pub sources: Vec<String>,
@@ -99,18 +100,18 @@ pub struct Description {
     pub categories: Vec<(&'static str, &'static str)>,
     /// True if steps can end early at events; descriptions for FMI 3.0 declare this.
     pub has_events: bool,
-    /// Usual communication step, s.
+    /// Recommended communication step, s.
     pub step: f64,
     /// Start of the default experiment, s.
     pub start: f64,
-    /// End of the default experiment, s.
+    /// End of the default experiment, s; `None` for no fixed end.
     pub stop: Option<f64>,
     /// Variables in the order of their value references.
     pub variables: Vec<Variable>,
 }
 
 impl Fmi {
-    /// Major version, and complete version.
+    /// Version of the standard: its major number, and its complete number.
     pub(crate) fn names(self) -> (&'static str, &'static str) {
         match self {
             Self::Two => ("2", "2.0"),
@@ -118,7 +119,8 @@ impl Fmi {
         }
     }
 
-    /// Folder of the binaries for a platform; `None` if the standard has no name for it.
+    /// Name of the folder for binaries of a platform; `None` if the standard defines no name for
+    /// it.
     ///
     /// `system` and `processor` are those of [`std::env::consts`].
     pub fn platform(self, system: &str, processor: &str) -> Option<String> {
@@ -139,12 +141,12 @@ impl Fmi {
 }
 
 impl Variable {
-    /// Time, s.
+    /// Creates the variable of the time, s.
     pub fn time() -> Self {
         Self::real("time", Causality::Independent, "s", "Time")
     }
 
-    /// Creates a real variable: tunable if it is a parameter, else continuous.
+    /// Creates a real variable: tunable if it is a parameter, otherwise continuous.
     pub fn real(name: &str, causality: Causality, unit: &str, about: &str) -> Self {
         let variability = match causality {
             Causality::Parameter => Variability::Tunable,
@@ -162,7 +164,7 @@ impl Variable {
         }
     }
 
-    /// Creates an integer variable: tunable if it is a parameter, else discrete.
+    /// Creates an integer variable: tunable if it is a parameter, otherwise discrete.
     pub fn integer(name: &str, causality: Causality, about: &str) -> Self {
         let variability = match causality {
             Causality::Parameter => Variability::Tunable,
@@ -340,7 +342,7 @@ impl Description {
     }
 }
 
-/// Exponents of the base units; `None` for a unit without a dimension.
+/// XML attributes with the exponents of a unit's base units; `None` for a dimensionless unit.
 fn base_unit(unit: &str) -> Option<&'static str> {
     Some(match unit {
         "s" => "s=\"1\"",
@@ -359,7 +361,7 @@ fn base_unit(unit: &str) -> Option<&'static str> {
     })
 }
 
-/// Makes names unique by appending numbers; usually they are unique already.
+/// Makes the names of variables unique by appending numbers to repeated names.
 pub fn make_unique(variables: &mut [Variable]) {
     let mut seen = std::collections::HashSet::new();
     for variable in variables {
@@ -372,8 +374,9 @@ pub fn make_unique(variables: &mut [Variable]) {
     }
 }
 
-/// Escapes text for an XML attribute, because names of models are free text. Characters that XML cannot contain, and
-/// white space other than blanks, are written as their code points in braces.
+/// Escapes text for an XML attribute, because model names may contain any character. Characters
+/// that XML does not allow, and white space other than blanks, are written as their code points in
+/// braces.
 pub(super) fn escaped(text: &str) -> String {
     let mut plain = String::with_capacity(text.len());
     for c in text.chars() {

@@ -1,4 +1,5 @@
-//! Functional mock-up units: feed-forward as source code with the interface of the FMI standard.
+//! Functional mock-up units (FMUs): feedforward as source code with the interface of the FMI
+//! standard.
 //!
 //! The interface follows the specifications FMI 2.0.5 and 3.0.2 of the Modelica Association. The code contains its
 //! own declarations of the interface and needs no other file.
@@ -27,14 +28,15 @@ const LICENSE: &str = "The generated source code of this FMU is yours: use, chan
 without any condition.\nIt comes without any warranty.\n";
 
 impl Feedforward {
-    /// Files of an FMU for co-simulation, with paths inside it: model description, source code,
-    /// documentation. Binaries are not included; `sources/` compiles without any other file.
+    /// Files of an FMU for co-simulation, with their paths inside the FMU: model description,
+    /// source code, documentation. Binaries are not included; the code in `sources/` compiles
+    /// without any other file.
     ///
-    /// Inputs are position, rate and acceleration of each prescribed coordinate; outputs are the
-    /// efforts. The code is of double precision.
+    /// Inputs are the position, rate and acceleration of each prescribed coordinate; outputs are
+    /// the actuator efforts. The code uses double precision.
     ///
     /// # Errors
-    /// A number of the program is not finite.
+    /// A number in the program is not finite.
     pub fn fmu(
         &self,
         fmi: Fmi,
@@ -110,7 +112,7 @@ impl Feedforward {
         Ok(files)
     }
 
-    /// Variables in the order of their value references.
+    /// Variables of the FMU in the order of their value references.
     fn variables(&self, labels: &Labels) -> Vec<Variable> {
         let mut variables = vec![Variable::time()];
         let kinds_of_input = [
@@ -222,7 +224,7 @@ impl Feedforward {
         variables
     }
 
-    /// Cases of a switch from value references to parameters.
+    /// C `switch` cases that map value references to the addresses of parameters.
     fn places(&self, labels: &Labels) -> String {
         let mut text = "    case REST_RATE:\n        return &content->params.rest_rate;\n    case FADE:\n        \
                         return &content->params.fade;\n"
@@ -241,7 +243,7 @@ impl Feedforward {
         text
     }
 
-    /// Cases of a switch for parameters that may be negative.
+    /// C `switch` cases of those parameters that may be negative.
     fn signed(&self, labels: &Labels) -> String {
         let mut text = String::new();
         let mut all = 0;
@@ -260,7 +262,7 @@ impl Feedforward {
     }
 }
 
-/// Identifier computed from texts, in the form of a GUID.
+/// Computes an identifier in the form of a GUID from the hash of `texts`.
 pub fn token(texts: &[&str]) -> String {
     // FNV-1a (Fowler, Noll, Vo), 64 bits, from two offsets.
     let hash = |offset: u64| {
