@@ -5,7 +5,7 @@ use crate::tunable::Tunable;
 use core::fmt;
 use stiction_core::kinematics::AssemblyError;
 
-/// Error: no program can be recorded for a mechanism. Its solver remains usable.
+/// Error: no program can be recorded for a mechanism. The solver remains usable.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum RecordError {
@@ -18,7 +18,7 @@ pub enum RecordError {
         /// Error of the solver.
         error: AssemblyError,
     },
-    /// The solver can give no fixed order of elimination: its position is singular, or both
+    /// The solver cannot determine a fixed order of elimination: the position is singular, or both
     /// constraints and actuators are redundant.
     NoPlan,
     /// The list of quantities for derivatives is empty.
@@ -26,7 +26,7 @@ pub enum RecordError {
     /// Source code with derivatives was requested of a program without them, see
     /// [`crate::Feedforward::with_derivatives`].
     NoDerivatives,
-    /// The mechanism has no such quantity.
+    /// The mechanism or the motion has no such quantity.
     UnknownQuantity(Quantity),
     /// The mechanism has no such parameter, or a payload is on a body without mass.
     NoTunable(Tunable),

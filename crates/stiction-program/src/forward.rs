@@ -2,11 +2,12 @@
 //! friction.
 //!
 //! Accelerations and reactions are affine in the friction forces, and each friction force is affine
+//! Accelerations and reactions are affine in the friction forces, and each friction force is affine
 //! in the normal load of its interface. The program therefore has these stages: preparation without
-//! friction; a Newton step for the normal loads; a chord step with the matrix of the previous
-//! Newton step, at a third of the cost; and the results that follow from the normal loads. The
-//! iteration begins with the normal loads that result if friction is computed from the frictionless
-//! normal loads. One Newton step usually brings them so close that each chord step gains several
+//! friction; a Newton step for the normal loads; a chord step, which reuses the matrix of the last
+//! Newton step and costs a third of it; and the results that follow from the normal loads. For the
+//! initial guess, friction is computed from the frictionless normal loads. After one Newton step,
+//! each chord step usually adds several correct digits; if not, another Newton step follows.
 //! digits; otherwise another Newton step follows.
 
 use crate::code::{Slots, compile};
@@ -37,7 +38,7 @@ const FAR: f64 = 0.05;
 /// If a Newton step changes the normal loads by at most this fraction, the remaining error is of
 /// the order of its square and counts as rounding.
 const SETTLED: f64 = 1e-8;
-/// Rounding error relative to the largest normal load.
+/// Rounding error of the normal loads, relative to the largest normal load.
 const ROUNDING: f64 = 1e-15;
 /// If a step changes the normal loads by at most this fraction, further steps change them by
 /// rounding only.
@@ -50,9 +51,9 @@ const NEWTON: usize = 2;
 const CHORD: usize = 3;
 const LAST: usize = 4;
 
-/// Compiled program of forward dynamics for one mechanism: from positions, velocities and all
-/// actuator efforts to accelerations and all reactions, with friction of sliding interfaces in
-/// balance with the reactions.
+/// Compiled program of forward dynamics for one mechanism. Computes accelerations and all reactions
+/// from positions, velocities and all actuator efforts; the friction of sliding interfaces is
+/// coupled with the reactions.
 ///
 /// ```
 /// use stiction_core::dynamics::{InverseDynamics, Settings};
@@ -92,8 +93,9 @@ pub struct ForwardProgram {
 /// Slots of the program's results.
 #[derive(Clone, Debug)]
 struct Places {
-    /// Normal loads of the coupled interfaces: initially (`start`), after a Newton step (`newton`),
-    /// after a chord step (`chord`).
+    /// Magnitude of the terms from which a result may vanish by cancellation: that of the operands
+    /// of a sum, or one for sine and cosine; zero for other results, which do not vanish by
+    /// rounding.
     start: Vec<u32>,
     newton: Vec<u32>,
     chord: Vec<u32>,
@@ -132,17 +134,17 @@ impl Motion {
 impl ForwardProgram {
     /// Records and compiles the program of a mechanism.
     ///
-    /// The program first computes the accelerations of the coordinates that `solver` prescribes,
-    /// from which all others follow; their number is that of the actuators. `signal` gives their
-    /// values within the intended range of motion, each close enough to the previous one for the
-    /// solver to follow from its own position. `loads` defines the loaded bodies, points and axes;
-    /// the wrenches themselves are inputs.
+    /// The program computes the accelerations of the coordinates that `solver` prescribes, and all
+    /// other accelerations from these; the number of coordinates must be that of the actuators.
+    /// `signal` contains their values within the intended range of motion, each close enough to the
+    /// previous one for the solver to follow from its present position. `loads` defines the loaded
+    /// bodies, points and axes; the wrenches themselves are inputs.
     ///
     /// # Errors
-    /// See [`RecordError`]: those of [`crate::InverseProgram::record`]; reactions are not unique,
-    /// as in a planar linkage of revolute joints; bodies have local passive DOFs; the efforts do
-    /// not determine the accelerations, because an actuated coordinate has no inertia or the
-    /// numbers of actuators and coordinates differ; or the general kernel does not confirm the
+    /// See [`RecordError`]: the errors of [`crate::InverseProgram::record`]; reactions are not
+    /// unique, as in a planar linkage of revolute joints; bodies have local passive DOFs; the
+    /// efforts do not determine the accelerations, because an actuated coordinate has no inertia or
+    /// the numbers of actuators and coordinates differ; or the general kernel does not confirm the
     /// results of the program.
     pub fn record(
         solver: &InverseDynamics,
@@ -181,7 +183,8 @@ impl ForwardProgram {
         let samples: Vec<Vec<f64>> =
             samples(solver, signal, loads)?.iter().map(Sample::of_tree).collect();
         let pivots = source.mass_pivots(&samples).ok_or(RecordError::NoInertia)?;
-        // A first recording with all interfaces shows whose friction changes a normal load at all.
+        // A first recording with all interfaces determines the interfaces whose friction changes a
+        // normal load.
         let all: Vec<usize> = (0..counts.interfaces).collect();
         let first = source.record_forward(&all, &pivots, &samples);
         let coupled = coupled(&first.graph, &first.influence, counts.interfaces);
@@ -232,8 +235,8 @@ impl ForwardProgram {
             newton.extend(early(ops, &recorded.chord, |input| input >= given + counts.coupled));
         }
         stages[NEWTON] = compile(ops, &newton, &mut slots, fuse);
-        // The following stages run independently, so none may depend on values that another has
-        // left.
+        // The following stages run independently, so none of them may depend on values that another
+        // stage has left in memory.
         let mut of_chord = slots.clone();
         stages[CHORD] = compile(ops, &recorded.chord, &mut of_chord, fuse);
         let chord = of_chord.places(&recorded.chord)?;
@@ -268,8 +271,8 @@ impl ForwardProgram {
         self.code.lanes()
     }
 
-    /// Number of arithmetic operations: of the frictionless computation; and with friction, of the
-    /// preparation, of a Newton step, of a chord step, and of the final stage.
+    /// Numbers of arithmetic operations: of the frictionless computation; and, with friction, of
+    /// the preparation, of a Newton step, of a chord step, and of the final stage.
     pub fn operations(&self) -> [usize; 5] {
         self.code.operations()
     }
@@ -287,9 +290,9 @@ impl ForwardProgram {
 
     /// Sets position and rates, loads, and all actuator efforts (N or N m) of one lane; efforts are
     /// in the order of [`stiction_core::mechanism::Mechanism::actuators`]. The state must close the
-    /// loops; `targets` are values and rates of the coordinates that the recording solver
-    /// prescribes, in this state. Accelerations in either are ignored. Results of the last run
-    /// remain.
+    /// loops. `targets` are the values and rates, in this state, of the coordinates that the
+    /// recording solver prescribes. Accelerations in `state` and `targets` are ignored. Results of
+    /// the last run remain.
     ///
     /// # Panics
     /// If the lane does not exist, if the number of targets or efforts differs from that of the
@@ -380,7 +383,7 @@ impl ForwardProgram {
         }
     }
 
-    /// Sets the normal loads from which the next step starts.
+    /// Copies normal loads from the slots `from` to the inputs of the next step.
     fn take(&self, slots: &mut [f64], lanes: usize, from: &[u32]) {
         let given = self.counts.inputs() + self.counts.drives;
         for (k, from) in from.iter().enumerate() {
@@ -390,11 +393,11 @@ impl ForwardProgram {
         }
     }
 
-    /// Tests the convergence of the normal loads to rounding, and returns `true` if the chord steps
-    /// converge slowly. The change in a step is the error before it. A Newton step squares the
-    /// error. A chord step reduces it by a constant factor, which follows from the last two steps
-    /// if both were chord steps. One small change is not enough, because slowly converging loads
-    /// may change little at first.
+    /// Checks for each lane whether the normal loads have converged to rounding. Returns `true` if
+    /// the chord steps converge slowly. The change in a step approximates the error before the
+    /// step. A Newton step squares the error. A chord step reduces the error by a constant factor,
+    /// which follows from the last two steps if both were chord steps. One small change is not
+    /// sufficient, because slowly converging loads may change little at first.
     fn compare(
         &self,
         slots: &[f64],
@@ -466,7 +469,8 @@ impl ForwardProgram {
         memory.wrench(&self.places.real.reactions, lane, joint)
     }
 
-    /// Normal load of a friction interface, N; its sliding velocity, m/s; and its nonnegative friction force, N.
+    /// Normal load of a friction interface, N, its sliding velocity, m/s, and the magnitude of its
+    /// friction force, N, in this order.
     pub fn interface(&self, memory: &Memory, lane: usize, interface: usize) -> [f64; 3] {
         let Places { loads, velocities, frictions, .. } = &self.places;
         [loads, velocities, frictions].map(|places| memory.read(places[interface], lane))

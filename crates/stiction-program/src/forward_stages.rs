@@ -1,14 +1,15 @@
-//! Recording of forward dynamics: evaluations of the inverse kernel, its responses to unit accelerations and unit
-//! friction forces, and the coupling of friction.
+//! Recording of forward dynamics: an evaluation of inverse dynamics, its changes due to unit
+//! accelerations and unit friction forces, and the coupling of friction with the reactions.
 //!
-//! Let `a` be the accelerations of as many coordinates as there are actuators, and `f` the friction
-//! forces. Actuator forces are `h + M a + C f`, and joint wrenches are `w + W a + R f`. For given
-//! actuator forces `t`, wrenches are `w + W b + (R - V C) f` with `M b = t - h` and `V = W / M`:
-//! affine in the friction forces alone.
+//! Let `a` be the accelerations of the prescribed coordinates, whose number is that of the
+//! actuators, and `f` the friction forces. Actuator forces are `h + M a + C f`, and joint wrenches
+//! are `w + W a + R f`. For given actuator forces `t`, wrenches are `w + W b + (R - V C) f` with
+//! `M b = t - h` and `V = W / M`, and so depend only on the friction forces, in an affine way.
 //!
-//! Expressions in `b` and in the inverse of `M` are recorded with `b` and the inverse as inputs, which are then
-//! replaced by their solutions; the coupling is solved in the merged graph. The bounds of rounding errors, by which
-//! value numbering distinguishes nodes, therefore do not grow through solutions of linear systems.
+//! Expressions in `b` and in the inverse of `M` are recorded with `b` and the inverse as inputs,
+//! which their solutions then replace. The coupling is solved in the merged graph. Therefore the
+//! bounds of rounding errors, with which value numbering distinguishes nodes, do not grow through
+//! solutions of linear systems.
 //!
 //! Equations (P4) and (P5) of the book's theory.
 
@@ -29,19 +30,19 @@ use stiction_core::random::Random;
 use stiction_core::scalar::Scalar;
 use stiction_core::spatial::{Mat3, Pose, Vec3, Wrench};
 
-/// Nodes of one graph that are the results of all stages.
+/// Results of all stages of a forward-dynamics program, as nodes of one graph.
 pub(crate) struct ForwardStages {
     pub(crate) graph: Graph,
     /// Accelerations and reactions without friction.
     pub(crate) ideal: Vec<Node>,
-    /// Normal loads of the coupled interfaces after the first evaluation of friction, which uses
-    /// the frictionless normal loads.
+    /// Normal loads of the coupled interfaces under the friction that the frictionless normal loads
+    /// cause.
     pub(crate) begin: Vec<Node>,
-    /// Normal loads of coupled interfaces after a Newton step from the first set of input loads,
-    /// and the determinant of its matrix.
+    /// Normal loads of the coupled interfaces after a Newton step from the first set of input
+    /// loads, then the determinant of the matrix of this step.
     pub(crate) newton: Vec<Node>,
     /// Normal loads after a chord step from the second set of input loads, with the matrix of the
-    /// first.
+    /// Newton step from the first set.
     pub(crate) chord: Vec<Node>,
     /// Accelerations, reactions, normal loads, sliding velocities and friction forces at the second
     /// set of input loads.
@@ -49,12 +50,13 @@ pub(crate) struct ForwardStages {
     /// Guards without and with friction; each is positive if the assumptions of the recording are
     /// true.
     pub(crate) guards: [Node; 2],
-    /// Change of each interface's normal load with the friction of each coupled interface, row by
-    /// row.
+    /// Derivative of each interface's normal load (row) with respect to the friction force of each
+    /// coupled interface (column), row by row.
     pub(crate) influence: Vec<Node>,
 }
 
-/// Recorded evaluation of the kernel, and its linear responses.
+/// Recorded evaluation of inverse dynamics, and its changes due to unit accelerations and unit
+/// friction forces.
 struct KernelResponses {
     parameters: Parameters<Recorded>,
     base: Data<Recorded>,
@@ -67,8 +69,8 @@ struct KernelResponses {
 }
 
 impl RecordingSource<'_> {
-    /// Order of pivots for the matrix of actuator forces per unit acceleration; `None` if actuator
-    /// forces do not determine the accelerations.
+    /// Order of pivots for the matrix of actuator forces per unit acceleration; `None` if the
+    /// actuator forces do not determine the accelerations.
     pub(crate) fn mass_pivots(&self, samples: &[Vec<f64>]) -> Option<Vec<(usize, usize)>> {
         let counts = self.counts(0);
         let sample = samples.first()?;
@@ -84,8 +86,8 @@ impl RecordingSource<'_> {
         largest_pivots(rows_by_units(&units, counts.drives))
     }
 
-    /// Records and merges all stages with these interfaces coupled. Samples are rows of
-    /// [`Counts::inputs`].
+    /// Records and merges all stages; `coupled` lists the interfaces whose friction changes a
+    /// normal load. Samples are rows of [`Counts::inputs`].
     pub(crate) fn record_forward(
         &self,
         coupled: &[usize],
@@ -160,13 +162,13 @@ impl RecordingSource<'_> {
         counts: &Counts,
         inputs: &mut dyn Iterator<Item = Recorded>,
     ) -> KernelResponses {
-        // The mechanism's numbers are constants of the program.
+        // The parameters of the mechanism are constants of the program.
         let parameters = Parameters::<Recorded>::new(self.solver.mechanism());
         let like = self.solver.state();
         let mut next = || inputs.next().unwrap_or_else(Recorded::zero);
         let coordinates: Vec<Recorded> = (0..counts.coordinates).map(|_| next()).collect();
-        // The kernel computes the rates again; value numbering identifies them with these inputs,
-        // which come first. Accelerations are no inputs.
+        // The kernel computes the rates again; value numbering merges them with these inputs, which
+        // come first. Accelerations are not inputs.
         (0..2 * counts.dofs).for_each(|_| {
             next();
         });
@@ -191,7 +193,8 @@ impl RecordingSource<'_> {
         KernelResponses { parameters, base, units, responses, efforts, targets, loads, coordinates }
     }
 
-    /// Results of the stages, and the influence matrix of the normal loads.
+    /// Evaluates the results of all stages, and the influence matrix of the normal loads, with
+    /// recorded scalars.
     fn follow_forward(
         &self,
         counts: &Counts,
@@ -252,11 +255,11 @@ impl RecordingSource<'_> {
         let states = inverse.interfaces();
         let loads = Loads { parameters, bodies, states, coupled, without, added };
 
-        // The friction of the frictionless normal loads is closer to the solution than zero
+        // The friction that the frictionless normal loads cause is closer to the solution than zero
         // friction.
         let values = |loads: Vec<Load<Recorded>>| loads.iter().map(|load| load.value).collect();
         let begin = values(loads.all_under(&loads.forces(&loads.initial_loads())));
-        // Normal loads that follow from the input loads.
+        // Normal loads that result from the friction under the input loads.
         let found = loads.all_under(&loads.forces(&estimates));
         let found_later = loads.all_under(&loads.forces(&estimates_later));
         let residual = Loads::residuals(&estimates, &found);
@@ -287,8 +290,8 @@ impl RecordingSource<'_> {
         [ideal, begin, matrix, residual, residual_later, estimates, rest, influence, solutions]
     }
 
-    /// Accelerations of the coordinates and of the tree, and all reactions, under these accelerations and friction
-    /// forces.
+    /// Evaluates the accelerations of the prescribed coordinates and of the tree, and all
+    /// reactions, for the given accelerations and friction forces.
     fn finish(
         &self,
         kernel: &KernelResponses,

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 /// Index of a node in a [`Graph`].
 pub(crate) type Node = u32;
 
-/// Operation whose operands are earlier nodes of the graph.
+/// Operation of a node. All operands are earlier nodes of the graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Op {
     /// Number, stored by its bit pattern.
@@ -26,19 +26,19 @@ pub(crate) enum Op {
     },
     /// Function that has no single machine instruction and is called.
     Call(Function, Node, Node),
-    /// Value that differentiation treats as constant. [`Graph::released`] removes these nodes
-    /// afterwards.
+    /// Value that differentiation treats as constant. [`Graph::released`] replaces such a node by
+    /// its operand afterwards.
     Held(Node),
 }
 
-/// Functions that are computed by calls. Functions of one argument receive it twice.
+/// Functions that are computed by calls. A function of one argument receives this argument twice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Function {
     Sin,
     Cos,
     Exp,
     Ln,
-    /// Angle of the arguments y and x.
+    /// Angle of the vector (x, y), from the arguments y and x.
     Atan2,
 }
 
@@ -70,7 +70,7 @@ impl Op {
         all.into_iter().flatten()
     }
 
-    /// Operation with its operands replaced by `to`.
+    /// Returns the operation with each operand replaced by `to(operand)`.
     pub(crate) fn map(self, to: impl Fn(Node) -> Node) -> Self {
         match self {
             Self::Constant(_) | Self::Input(_) => self,
@@ -99,7 +99,8 @@ impl Graph {
         &self.ops
     }
 
-    /// Replaces held nodes by their values; returns the graph and the new node of each old one.
+    /// Replaces each [`Op::Held`] node by its operand. Returns the new graph and the new node of
+    /// each old one.
     pub(crate) fn released(&self) -> (Self, Vec<Node>) {
         let mut new = Self::default();
         let mut new_of = Vec::with_capacity(self.ops.len());
@@ -112,7 +113,7 @@ impl Graph {
         (new, new_of)
     }
 
-    /// Returns the node of an operation, simplified where numbers or signs permit it.
+    /// Returns the node of an operation, simplified where constants or signs permit.
     pub(crate) fn add(&mut self, op: Op) -> Node {
         match op {
             Op::Add(a, b) => self.sum(a, b),
@@ -141,7 +142,7 @@ impl Graph {
         }
     }
 
-    /// Returns the node of a number; positive and negative zero share one node.
+    /// Returns the node of a constant; positive and negative zero share one node.
     pub(crate) fn number(&mut self, x: f64) -> Node {
         self.place(Op::Constant((x + 0.0).to_bits()))
     }
@@ -226,8 +227,8 @@ impl Graph {
             (Some(x), Some(y)) => self.number(x / y),
             (Some(0.0), _) => self.number(0.0),
             (Some(1.0), _) => self.place(Op::Div(a, b)),
-            // A product with the reciprocal differs by a unit in the last place at most, and other
-            // quotients may share the reciprocal.
+            // The product with the reciprocal differs from the quotient by at most a unit in the
+            // last place, and other quotients may share the reciprocal.
             (_, Some(y)) => {
                 let over = self.number(1.0 / y);
                 self.product(a, over)
@@ -240,7 +241,8 @@ impl Graph {
         }
     }
 
-    /// Returns the node of a square root; the root of a square is a magnitude, recorded as a selection by sign.
+    /// Returns the node of a square root. The root of a square is recorded as the magnitude of the
+    /// base, a selection by its sign.
     fn root(&mut self, a: Node) -> Node {
         match self.ops[a as usize] {
             Op::Constant(bits) => self.number(f64::from_bits(bits).sqrt()),
@@ -261,8 +263,8 @@ impl Graph {
         }
     }
 
-    /// Returns the node of a function call. Sine and cosine of an angle from `atan2` follow from
-    /// its arguments.
+    /// Returns the node of a function call. Sine and cosine of an angle from `atan2` are computed
+    /// from the arguments of `atan2` without a call.
     fn call(&mut self, function: Function, a: Node, b: Node) -> Node {
         let (Function::Sin | Function::Cos, Op::Call(Function::Atan2, y, x)) =
             (function, self.ops[a as usize])
@@ -276,7 +278,7 @@ impl Graph {
     }
 }
 
-/// Marks the nodes on which `by` depends, including `by`.
+/// Marks the nodes on which the nodes `by` depend, including `by` themselves.
 pub(crate) fn needed(ops: &[Op], by: &[Node]) -> Vec<bool> {
     let mut needed = vec![false; ops.len()];
     by.iter().for_each(|node| needed[*node as usize] = true);

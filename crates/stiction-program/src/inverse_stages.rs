@@ -1,9 +1,10 @@
 //! Recording of inverse dynamics: an evaluation of the kernel without friction, and a Newton step
-//! of its coupling.
+//! for the coupling of friction with the reactions.
 //!
-//! The kernel includes friction in the balance as a linear function of the reactions, so a step
-//! solves a system as sparse as the frictionless one. A step begins with the wrenches of the cut
-//! joints, from which everything else follows; components without influence are left out.
+//! The kernel includes friction in the force balance as a linear function of the reactions, so a
+//! step solves a system that is as sparse as without friction. The unknowns of a step are the
+//! wrenches of the cut joints, which determine everything else; components without influence are
+//! omitted.
 //!
 //! Equation (P3) of the book's theory.
 
@@ -25,22 +26,24 @@ use stiction_core::random::Random;
 use stiction_core::scalar::Scalar;
 use stiction_core::spatial::{Vec3, Wrench};
 
-/// Stages as results of one graph. Its inputs are the inputs of the program; then those of a step, which are the
-/// components of each cut joint's wrench and the accelerations of local passive DOFs; then those of derivatives, see
+/// Results of all stages, as nodes of one graph. The inputs of the graph are, in this order: the
+/// inputs of the program; the inputs of a Newton step, which are the components of each cut joint's
+/// wrench and the accelerations of local passive DOFs; and the inputs of derivatives, see
 /// [`DerivativeInputs`].
 pub(crate) struct InverseStages {
     pub(crate) graph: Graph,
     /// Actuator forces and reactions without friction.
     pub(crate) ideal: Vec<Node>,
-    /// Indices of the inputs of a step that influence results.
+    /// Indices of those inputs of a Newton step that influence results.
     pub(crate) from: Vec<u32>,
     /// Initial values of the inputs in `from`: wrenches under the friction that the frictionless
     /// normal loads cause.
     pub(crate) begin: Vec<Node>,
     /// Values of the inputs in `from` after a step.
     pub(crate) next: Vec<Node>,
-    /// Sums of squares of the changes of these inputs in a step, and of their values, with moments divided by the
-    /// characteristic length; the determinant of the step's matrix relative to that without friction.
+    /// Three numbers that control convergence: the sum of squares of the changes of the inputs in
+    /// `from` during a step, with moments divided by the characteristic length; the same sum for
+    /// their values; and the determinant of the step's matrix relative to that without friction.
     pub(crate) control: [Node; 3],
     /// Actuator forces, reactions, normal loads, sliding velocities and friction forces after a
     /// step.
@@ -51,12 +54,14 @@ pub(crate) struct InverseStages {
     pub(crate) rate_pivots: Vec<Node>,
     /// Reciprocal pivots of the balance without friction.
     pub(crate) balance_pivots: Vec<Node>,
-    /// Positions of [`IndexLayout::places`](crate::feedforward::IndexLayout::places).
+    /// Data of the singularity index, see
+    /// [`IndexLayout::places`](crate::feedforward::IndexLayout::places).
     pub(crate) places: Vec<Node>,
     /// Derivatives of all actuator forces, if requested, and the inputs of their directions.
     pub(crate) slopes: Vec<Node>,
     pub(crate) slope_inputs: Range<usize>,
-    /// Joints with friction interfaces, each with the first input of its reaction for derivatives.
+    /// Joints with friction interfaces, each with the index of the first of six inputs for its
+    /// reaction, which the derivatives need.
     pub(crate) reactions: Vec<(usize, usize)>,
     /// Guards without friction, with friction and of the derivatives; each is positive if the
     /// assumptions of the recording are true.
@@ -64,7 +69,7 @@ pub(crate) struct InverseStages {
 }
 
 impl RecordingSource<'_> {
-    /// Records and merges all stages, and derivatives with respect to these quantities. Fails if a
+    /// Records and merges all stages, and the derivatives with respect to `quantities`. Fails if a
     /// quantity does not exist.
     pub(crate) fn record_inverse(
         &self,
@@ -173,13 +178,14 @@ impl RecordingSource<'_> {
         })
     }
 
-    /// Results of the stages: actuator forces and reactions without friction; values with which the
-    /// first step begins; those after a step from the inputs; reciprocal pivots without friction
-    /// and in the step; the remaining results; reciprocal pivots of the rate equations; and positions for the singularity
-    /// index. Also returns the recorded inputs.
+    /// Evaluates the stages with recorded scalars. Returns eight groups: actuator forces and
+    /// reactions without friction; initial values of the first step; their values after a step from
+    /// the inputs; reciprocal pivots without friction; those in the step; the remaining results;
+    /// reciprocal pivots of the rate equations; and data of the singularity index. Also returns the
+    /// recorded inputs.
     fn follow(&self, layout: &InputLayout, inputs: &[Recorded]) -> ([Vec<Recorded>; 8], Followed) {
         let mechanism = self.solver.mechanism();
-        // The mechanism's numbers are constants of the program, except tunable ones.
+        // The parameters of the mechanism are constants of the program, except tunable ones.
         let mut parameters = Parameters::<Recorded>::new(mechanism);
         let mut settings =
             Settings { friction: FrictionMode::Off, position_steps: 0, ..Settings::default() };
@@ -187,8 +193,8 @@ impl RecordingSource<'_> {
         let mut data = self.model.data(self.solver.state(), settings);
         let mut inputs = inputs.iter().copied();
         let mut next = || inputs.next().unwrap_or_else(Recorded::zero);
-        // The kernel computes rates and accelerations again, from the targets, by more operations;
-        // value numbering identifies them and keeps those of `read`, which come first.
+        // The kernel recomputes rates and accelerations from the targets with more operations.
+        // Value numbering merges both, and keeps the operations of `read`, which come first.
         layout.read(mechanism, &mut data.state, &mut next);
         layout.tune(&mut parameters, &mut next);
         let coordinates = data.state.coordinates.clone();
@@ -219,7 +225,8 @@ impl RecordingSource<'_> {
         let numbers = |(cuts, spins): (Vec<Wrench<Recorded>>, Vec<Recorded>)| -> Vec<Recorded> {
             cuts.into_iter().flat_map(components).chain(spins).collect()
         };
-        // The friction of the frictionless normal loads is closer to the solution than zero
+        // The friction that the frictionless normal loads cause is closer to the solution than zero
+        // friction.
         // friction.
         let mut rubbed = inverse.clone();
         let frictions: Vec<Recorded> =
@@ -248,8 +255,8 @@ impl RecordingSource<'_> {
     }
 }
 
-/// Indices, relative to the input `first`, of the step inputs on which `rest` depends, directly or
-/// through their values in the next step.
+/// Indices, relative to `first`, of the inputs of a step on which `rest` depends, either directly
+/// or through their values in the next step.
 fn influential_inputs(ops: &[Op], first: usize, next: &[Node], rest: &[Node]) -> Vec<usize> {
     let mut matters: Vec<usize> = Vec::new();
     loop {

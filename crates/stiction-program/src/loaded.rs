@@ -12,7 +12,7 @@ pub(crate) fn place_of(load: &AppliedLoad<f64>) -> LoadPlace {
     (load.body, load.point, load.axes)
 }
 
-/// Checks that loads differ from the recorded ones only in forces and moments.
+/// Panics unless the loads differ from the recorded ones only in forces and moments.
 #[inline]
 pub(crate) fn check_loads(loaded: &[LoadPlace], loads: &[AppliedLoad<f64>]) {
     check_count(loaded, loads);
@@ -25,7 +25,7 @@ pub(crate) fn check_loads(loaded: &[LoadPlace], loads: &[AppliedLoad<f64>]) {
     }
 }
 
-/// Checks that the number of loads is that of the recording.
+/// Panics if the number of loads differs from that of the recording.
 #[inline]
 pub(crate) fn check_count(loaded: &[LoadPlace], loads: &[AppliedLoad<f64>]) {
     let (found, expected) = (loads.len(), loaded.len());

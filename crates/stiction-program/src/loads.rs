@@ -18,11 +18,12 @@ pub(crate) struct Loads<'a> {
     pub(crate) states: &'a [InterfaceState<Recorded>],
     /// Interfaces whose normal loads are unknown.
     pub(crate) coupled: &'a [usize],
-    /// Frictionless wrench of the joint of each interface in the joint's frame J, of which many
-    /// normal loads need only two components. The normal load of a ball does not depend on the
-    /// axes.
+    /// Frictionless wrench of each interface's joint in the joint's frame J. Many normal loads need
+    /// only two of its components. World axes replace those of J for a ball, whose normal load does
+    /// not depend on the axes.
     pub(crate) without: Vec<Wrench<Recorded>>,
-    /// Wrench that a unit friction force of each coupled interface adds at each interface.
+    /// For each interface, the change of its wrench per unit friction force of each coupled
+    /// interface.
     pub(crate) added: Vec<Vec<Wrench<Recorded>>>,
 }
 
@@ -45,7 +46,7 @@ impl Loads<'_> {
         coefficient * load + constant
     }
 
-    /// Friction forces of the coupled interfaces under these normal loads.
+    /// Friction forces of the coupled interfaces under the given normal loads.
     pub(crate) fn forces(&self, loads: &[Recorded]) -> Vec<Recorded> {
         self.coupled
             .iter()
@@ -63,7 +64,7 @@ impl Loads<'_> {
         state.load_in(parameters, self.parameters.pitch[joint], &here, &across, wrench)
     }
 
-    /// Normal load of any interface for these friction forces of the coupled interfaces.
+    /// Normal load of one interface for the given friction forces of the coupled interfaces.
     pub(crate) fn under(&self, interface: usize, forces: &[Recorded]) -> Load<Recorded> {
         let mut wrench = self.without[interface];
         for (added, force) in self.added[interface].iter().zip(forces) {
@@ -72,7 +73,7 @@ impl Loads<'_> {
         self.load(interface, wrench)
     }
 
-    /// Normal loads of the coupled interfaces for these friction forces of the coupled interfaces.
+    /// Normal loads of all coupled interfaces for the given friction forces of these interfaces.
     pub(crate) fn all_under(&self, forces: &[Recorded]) -> Vec<Load<Recorded>> {
         self.coupled.iter().map(|row| self.under(*row, forces)).collect()
     }
@@ -111,15 +112,15 @@ impl Loads<'_> {
         self.coupled.iter().zip(found).map(row).collect()
     }
 
-    /// Derivative of an interface's residual with respect to the normal load of another, which acts
-    /// through the friction of the latter.
+    /// Derivative of the residual of interface `row` with respect to the normal load of interface
+    /// `column`, which acts through the friction of the latter.
     pub(crate) fn slope(&self, row: usize, column: usize, influence: Recorded) -> Recorded {
         let own = Recorded::from_f64(if row == column { 1.0 } else { 0.0 });
         own - influence * self.coefficient(column)
     }
 
-    /// Normal loads of all interfaces. Those of the coupled interfaces are given; the others follow
-    /// from the friction forces.
+    /// Normal loads of all interfaces: `loads` for the coupled interfaces; those of the other
+    /// interfaces are computed from the friction forces.
     pub(crate) fn of_all(&self, loads: &[Recorded], forces: &[Recorded]) -> Vec<Recorded> {
         let of = |row: usize| {
             let given = self.coupled.iter().position(|interface| *interface == row);
@@ -128,7 +129,7 @@ impl Loads<'_> {
         (0..self.states.len()).map(of).collect()
     }
 
-    /// Friction forces of all interfaces under the normal loads of all.
+    /// Friction forces of all interfaces under the given normal loads.
     pub(crate) fn forces_of_all(&self, loads: &[Recorded]) -> Vec<Recorded> {
         loads.iter().enumerate().map(|(interface, load)| self.force(interface, *load)).collect()
     }

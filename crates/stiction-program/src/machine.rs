@@ -1,7 +1,7 @@
 //! Native machine code.
 //!
-//! This is the only unsafe code of the project: it makes memory executable and calls it. The called
-//! code was written by `allocate`. It accesses only the four memory areas that are its arguments,
+//! This is the only unsafe code of this crate: it makes memory executable and calls it. The called
+//! code, which `allocate` wrote, accesses only the four memory areas that are its arguments,
 //! provided that they have the stated sizes, and returns.
 #![allow(unsafe_code)]
 
@@ -26,9 +26,9 @@ pub(crate) struct Machine {
     memory: Mmap,
     constants: Aligned,
     lanes: usize,
-    /// Index of the slot, and of the shared number, to which the base pointers of the code refer.
+    /// Index of the slot, and of the shared number, to which the base pointers of the code point.
     first: usize,
-    /// Numbers of slots, of scratch values and of shared values that the code accesses.
+    /// Number of slots that the code accesses.
     slots: usize,
     scratch: usize,
     common: usize,
@@ -53,7 +53,7 @@ pub(crate) fn instructions() -> Option<Set> {
     Some(Set::Neon)
 }
 
-/// Instruction set of this processor, which is not supported.
+/// Returns `None`: code for this processor or system is not supported.
 #[cfg(not(any(target_arch = "x86_64", all(target_arch = "aarch64", target_os = "linux"))))]
 pub(crate) fn instructions() -> Option<Set> {
     None
@@ -110,7 +110,7 @@ fn publish(code: &[u8]) {
 }
 
 impl Machine {
-    /// Makes code executable; `None` if the system does not allow it.
+    /// Makes code executable; returns `None` if the system does not allow executable memory.
     pub(crate) fn new(code: &Code, width: Width, slots: usize) -> Option<Self> {
         Self::for_target(code, Target { width, set: instructions()? }, slots)
     }
@@ -141,8 +141,8 @@ impl Machine {
         self.scratch
     }
 
-    /// Executes the code. `slots` has the number of slots of [`Self::new`] times the lanes,
-    /// `scratch` has [`Self::scratch`] numbers.
+    /// Executes the code. The length of `slots` must be the number of slots in [`Self::new`] times
+    /// the number of lanes, that of `scratch` must be [`Self::scratch`].
     #[inline]
     pub(crate) fn run(&self, slots: &mut [f64], common: &[f64], scratch: &mut [f64]) {
         assert!(slots.len() >= self.slots && scratch.len() >= self.scratch);
@@ -170,7 +170,7 @@ mod tests {
     /// Number of shared values: more than short addresses reach.
     const COMMON: usize = 300;
 
-    /// Random code on ten slots, with a given number of steps.
+    /// Random code with ten slots and `count` steps.
     fn random_code(random: &mut Random, count: usize) -> Code {
         let mut code = Code { constants: vec![0.5, -1.25, 3.0], ..Code::default() };
         let mut pick = |bound: usize| ((random.number() + 1.0) * 0.5 * bound as f64) as usize;

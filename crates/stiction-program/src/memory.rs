@@ -2,8 +2,8 @@
 
 use crate::aligned::Aligned;
 
-/// Inputs, results and scratch values of a program, for states in parallel lanes. It is valid only
-/// for the program that made it.
+/// Inputs, results and scratch values of a program, for states in parallel lanes. The memory is
+/// valid only for the program that allocated it.
 #[derive(Clone, Debug)]
 pub struct Memory {
     pub(crate) lanes: usize,
@@ -12,7 +12,7 @@ pub struct Memory {
 }
 
 impl Memory {
-    /// Allocates slots for each lane, and scratch values.
+    /// Allocates memory with `slots` slots for each lane and `scratch` scratch values.
     pub(crate) fn new(lanes: usize, slots: usize, scratch: usize) -> Self {
         Self { lanes, slots: Aligned::zeros(slots * lanes), scratch: Aligned::zeros(scratch) }
     }
@@ -24,14 +24,14 @@ impl Memory {
         }
     }
 
-    /// Checks that there is a flag for each lane, so that no flag of an earlier run remains.
+    /// Panics if there is no flag for some lane, because a flag of an earlier run would remain.
     #[inline]
     pub(crate) fn check_flags(&self, flags: &[bool]) {
         let (found, lanes) = (flags.len(), self.lanes);
         assert!(found >= lanes, "{found} flags for {lanes} lanes");
     }
 
-    /// Returns a function that writes the inputs of a lane one after the other.
+    /// Returns a function that writes values to consecutive inputs of a lane.
     #[inline]
     pub(crate) fn writer(&mut self, lane: usize) -> impl FnMut(&[f64]) + '_ {
         assert!(lane < self.lanes, "lane {lane} of {}", self.lanes);
@@ -52,7 +52,8 @@ impl Memory {
         self.slots[slot as usize * self.lanes + lane]
     }
 
-    /// Six components of a joint's wrench; `slots` lists those of all joints one after another.
+    /// Reads the six components of a joint's wrench. `slots` lists those of all joints one after
+    /// another.
     pub(crate) fn wrench(&self, slots: &[u32], lane: usize, joint: usize) -> [f64; 6] {
         core::array::from_fn(|i| self.read(slots[6 * joint + i], lane))
     }

@@ -1,5 +1,4 @@
-//! Derivatives of forces and accelerations with respect to the accelerations of the prescribed
-//! coordinates.
+//! Changes of forces and wrenches per unit acceleration of the prescribed coordinates.
 
 use stiction_core::dynamics::{AppliedLoad, Data, FrictionMode, Inverse, Model, Settings};
 use stiction_core::kinematics::{State, Target};
@@ -7,7 +6,7 @@ use stiction_core::parameters::Parameters;
 use stiction_core::scalar::Scalar;
 use stiction_core::spatial::{Vec3, Wrench};
 
-/// Evaluates the kernel without friction from given coordinates, after a number of position
+/// Evaluates inverse dynamics without friction at the given coordinates, after a number of position
 /// corrections.
 // Not inlined: the kernel is large and slow to compile.
 #[inline(never)]
@@ -26,7 +25,7 @@ pub(crate) fn run<T: Scalar>(
     data
 }
 
-/// Changes due to a unit acceleration of one coordinate.
+/// Changes of forces due to a unit acceleration of one prescribed coordinate.
 #[derive(Clone, Debug)]
 pub(crate) struct Inertial<T> {
     /// Change of each actuator force.
@@ -36,8 +35,8 @@ pub(crate) struct Inertial<T> {
 }
 
 impl<T: Scalar> Inertial<T> {
-    /// Evaluates these changes for each coordinate at a position, with zero rates and without
-    /// gravity and other forces.
+    /// Evaluates these changes for each prescribed coordinate at one position, with zero rates and
+    /// without gravity and other forces.
     pub(crate) fn all(
         model: &Model,
         parameters: &Parameters<T>,

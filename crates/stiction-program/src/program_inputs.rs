@@ -1,5 +1,5 @@
-//! Inputs of a program: motions of floating bodies, coordinates without a closed form, parameters
-//! that are tuned at run time, prescribed values, loads.
+//! Inputs of a program: motions of floating bodies, coordinates that have no closed form, tunable
+//! parameters, prescribed values, and loads.
 
 use crate::samples::Sample;
 use crate::tunable::Tunable;
@@ -12,7 +12,7 @@ use stiction_core::scalar::{Dual, Scalar};
 use stiction_core::spatial::{Mat3, Pose, Quaternion, Vec3};
 use stiction_core::topology::Topology;
 
-/// Motion of a body and its origin, world axes.
+/// Motion of a body frame and its origin, in world axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyMotion<T> {
     /// Position of the origin, m.
@@ -34,10 +34,10 @@ pub struct BodyMotion<T> {
 pub struct StateOfMotion<'a> {
     /// Motions of [`crate::InverseProgram::bodies`].
     pub bodies: &'a [BodyMotion<f64>],
-    /// Coordinates of the tree, of which the program reads [`crate::InverseProgram::coordinates`];
-    /// may be empty if it reads none.
+    /// Coordinates of the tree. The program reads only those in
+    /// [`crate::InverseProgram::coordinates`]; the slice may be empty if it reads none.
     pub coordinates: &'a [f64],
-    /// Prescribed values. The solver uses only these.
+    /// Prescribed values, the only input of the solver where it replaces the program.
     pub targets: &'a [Target<f64>],
     /// Loads with the bodies, points and axes of the recording.
     pub loads: &'a [AppliedLoad<f64>],
@@ -103,10 +103,11 @@ pub(crate) struct InputLayout {
     topology: Topology,
     origin: Vec3<f64>,
     legs: Legs,
-    /// `true` if motions of the floating bodies are inputs, `false` if all coordinates of the tree
-    /// are.
+    /// `true` if the motions of the floating bodies are inputs, `false` if all coordinates of the
+    /// tree are inputs.
     by_motions: bool,
-    /// Coordinates of the tree that neither belong to a floating body nor have a closed form.
+    /// Indices of the tree coordinates that are inputs: those that neither belong to a floating
+    /// body nor have a closed form.
     free: Vec<usize>,
     tunables: Vec<Tunable>,
     count: usize,
@@ -130,8 +131,8 @@ impl InputLayout {
         Self { origin, topology, legs, by_motions: true, free, tunables, count, prescribed }
     }
 
-    /// Layout with all coordinates of the tree, and with parameters of the mechanism, instead of
-    /// motions of bodies. Loads are the last tunable parameters.
+    /// Layout in which all coordinates of the tree and the tunable parameters are inputs, instead
+    /// of motions of bodies. Tunable loads must be the last tunable parameters.
     pub(crate) fn of_tree(solver: &InverseDynamics, tunables: &[Tunable]) -> Self {
         let topology = solver.topology().clone();
         let free: Vec<usize> = (0..topology.coordinates()).collect();
@@ -155,15 +156,17 @@ impl InputLayout {
         self.topology.floating().filter(|_| self.by_motions)
     }
 
-    /// Settings for this layout. If coordinates of the tree are inputs, even the slowest rates count as motion,
-    /// because they indicate the direction of incipient motion at rest.
+    /// Adapts the solver settings to this layout. If coordinates of the tree are inputs, even the
+    /// slowest rates count as motion, because they indicate the direction of incipient motion at
+    /// rest.
     pub(crate) fn adapt(&self, settings: &mut Settings) {
         if !self.by_motions {
             settings.rest_speed = 0.0;
         }
     }
 
-    /// Replaces the tunable parameters by inputs.
+    /// Replaces the tunable parameters of the mechanism by inputs, which `next` returns one after
+    /// the other.
     pub(crate) fn tune<T: Scalar>(
         &self,
         parameters: &mut Parameters<T>,
@@ -195,8 +198,8 @@ impl InputLayout {
         &self.free
     }
 
-    /// Calls `write` with all inputs in their order, from motions of the floating bodies and
-    /// coordinates of the tree.
+    /// Calls `write` with all inputs in their order, computed from motions of the floating bodies
+    /// and coordinates of the tree.
     #[inline]
     pub(crate) fn visit(
         &self,
@@ -221,9 +224,9 @@ impl InputLayout {
         }
     }
 
-    /// Writes the inputs of one state for each lane, with those of all lanes next to each other.
-    /// Writing one state after the other would need as many separate memory accesses as there are
-    /// lanes.
+    /// Writes the inputs of one state for each lane; corresponding inputs of all lanes are
+    /// adjacent. Writing one state after the other would multiply the number of memory accesses by
+    /// the number of lanes.
     #[inline]
     pub(crate) fn write_lanes<const L: usize>(
         &self,
@@ -282,8 +285,8 @@ impl InputLayout {
         })
     }
 
-    /// Reads motions and coordinates into a state of the tree; sets the rates and accelerations
-    /// that follow from the motions.
+    /// Reads motions and coordinates into a state of the tree, and sets those rates and
+    /// accelerations that follow from the motions.
     pub(crate) fn read<T: Scalar>(
         &self,
         mechanism: &Mechanism,
@@ -338,8 +341,8 @@ fn in_time<T: Scalar>(value: T, rate: T, acceleration: T) -> InTime<T> {
     }
 }
 
-/// Pose of a moving body as a function of time, relative to the present; its origin is at
-/// `position` now.
+/// Pose of a moving body as a function of time, relative to the present; `position` is the present
+/// position of the body's origin.
 fn pose_in_time<T: Scalar>(motion: &BodyMotion<T>, position: Vec3<T>) -> Pose<InTime<T>> {
     let join = |value: Vec3<T>, rate: Vec3<T>, second: Vec3<T>| {
         let part =

@@ -6,12 +6,14 @@ use stiction_core::parameters::Parameters;
 use stiction_core::scalar::Scalar;
 use stiction_core::spatial::Vec3;
 
-/// Number that belongs to a state of motion or to a mechanism. Derivatives have the unit of actuator forces (N, N m)
-/// per unit of the quantity.
+/// Variable of a state of motion, or parameter of a mechanism, with respect to which actuator
+/// forces are differentiated. Derivatives have the unit of actuator forces (N, N m) per unit of the
+/// quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Quantity {
-    /// Prescribed coordinate, by its index among the prescribed coordinates, rad or m. All other positions follow
-    /// from the loops; rates and accelerations of all prescribed coordinates do not change.
+    /// Value of a prescribed coordinate, by its index among the prescribed coordinates, rad or m.
+    /// All other positions follow from the loop closure; rates and accelerations of all prescribed
+    /// coordinates do not change.
     Value(usize),
     /// Rate of a prescribed coordinate, rad/s or m/s.
     Rate(usize),
@@ -39,8 +41,8 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// Entry of the mechanism's parameters that the quantity denotes; `None` if the quantity is not
-    /// a parameter or does not exist.
+    /// Returns the parameter of the mechanism that the quantity denotes; `None` if the quantity is
+    /// not a parameter or does not exist.
     pub(crate) fn of_mechanism<T: Scalar>(self, parameters: &mut Parameters<T>) -> Option<&mut T> {
         match self {
             Self::Value(_) | Self::Rate(_) | Self::Acceleration(_) => None,
@@ -64,8 +66,8 @@ impl Quantity {
         }
     }
 
-    /// Entry of the targets that the quantity denotes: a prescribed value, rate or acceleration.
-    /// `None` if the quantity is none of these or does not exist.
+    /// Returns the prescribed value, rate or acceleration that the quantity denotes; `None` if the
+    /// quantity belongs to the mechanism or does not exist.
     pub(crate) fn of_motion<T>(self, targets: &mut [Target<T>]) -> Option<&mut T> {
         match self {
             Self::Value(k) => targets.get_mut(k).map(|target| &mut target.value),

@@ -27,8 +27,8 @@ pub(crate) fn record(
     (GRAPH.replace(before), outputs)
 }
 
-/// Records operations that will be differentiated, including those that compute held values: see
-/// [`Graph::released`].
+/// Calls `f` so that its recordings can be differentiated: values that differentiation treats as
+/// constant become [`Op::Held`] nodes, see [`Graph::released`].
 pub(crate) fn with_slopes<T>(f: impl FnOnce() -> T) -> T {
     let before = WITH_SLOPES.replace(true);
     let result = f();
@@ -36,7 +36,7 @@ pub(crate) fn with_slopes<T>(f: impl FnOnce() -> T) -> T {
     result
 }
 
-/// Records as [`record`], with results in groups.
+/// Records the operations of `f` as [`record`] does, with `N` groups of results.
 pub(crate) fn record_groups<const N: usize>(
     inputs: usize,
     f: impl FnOnce(&[Recorded]) -> [Vec<Recorded>; N],
@@ -136,7 +136,7 @@ impl Scalar for Recorded {
         node_of(Op::Select { of: self.0, yes: yes.0, no: no.0 })
     }
 
-    /// Returns infinity: values are unknown during the recording, so no iteration counts as
+    /// Returns infinity: values are unknown during the recording, so an iteration must not count as
     /// converged.
     fn largest(self) -> f64 {
         f64::INFINITY

@@ -1,11 +1,11 @@
-//! Data that the recordings of all kinds of programs share.
+//! Data that are common to the recordings of all kinds of programs.
 
 use crate::recorded::Recorded;
 use stiction_core::dynamics::{AppliedLoad, InverseDynamics, Model};
 use stiction_core::kinematics::Target;
 use stiction_core::parameters::Parameters;
 
-/// Sizes of a mechanism and of a program.
+/// Numbers of coordinates, joints, interfaces and other parts of a mechanism and its program.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Counts {
     pub(crate) coordinates: usize,
@@ -19,7 +19,7 @@ pub(crate) struct Counts {
     pub(crate) joints: usize,
 }
 
-/// Sources of a recorded program: the model, its solver and the loads.
+/// Data from which a program is recorded: the model, its solver and the loads.
 #[derive(Clone, Copy)]
 pub(crate) struct RecordingSource<'a> {
     pub(crate) model: &'a Model,
@@ -27,7 +27,7 @@ pub(crate) struct RecordingSource<'a> {
     pub(crate) loads: &'a [AppliedLoad<f64>],
 }
 
-/// Recorded inputs of inverse dynamics.
+/// Inputs of inverse dynamics as recorded scalars.
 pub(crate) struct Followed {
     pub(crate) coordinates: Vec<Recorded>,
     pub(crate) targets: Vec<Target<Recorded>>,

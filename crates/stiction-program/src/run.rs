@@ -13,7 +13,7 @@ enum Piece {
     Calls(Vec<Call>),
 }
 
-/// Parts of a program for a number of lanes.
+/// Executable parts of a program, prepared for a fixed number of lanes.
 #[derive(Debug)]
 pub(crate) struct Runner {
     lanes: usize,
@@ -24,13 +24,14 @@ pub(crate) struct Runner {
 /// Largest number of SIMD lanes on any processor. The interpreter always uses this number.
 pub(crate) const MOST_LANES: usize = 8;
 
-/// Number of lanes of this processor, or eight where code is interpreted.
+/// Returns the number of lanes of this processor, or eight where code is interpreted.
 pub(crate) fn natural_lanes() -> usize {
     instructions().map_or(MOST_LANES, |set| Set::widest(set).lanes())
 }
 
 impl Runner {
-    /// Prepares parts for one, two, four or eight lanes; `machine` requests machine code.
+    /// Prepares parts for one, two, four or eight lanes; `machine` requests machine code instead of
+    /// the interpreter.
     pub(crate) fn new(parts: &[Part], lanes: usize, slots: usize, machine: bool) -> Self {
         let width = match lanes {
             1 => Width::One,

@@ -29,7 +29,7 @@ pub(crate) fn samples(
     seeded_samples(1, solver, signal, loads)
 }
 
-/// Random states as [`samples`], different for each seed.
+/// Random states as in [`samples`], different for each `seed`.
 pub(crate) fn seeded_samples(
     seed: u64,
     solver: &InverseDynamics,

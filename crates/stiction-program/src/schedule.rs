@@ -1,5 +1,6 @@
-//! Scheduling of steps: result by result, so that few values are live at a time; independent steps
-//! nearby then fill the latencies, those with the longest critical path first.
+//! Scheduling of steps. Steps are ordered result by result, so that few values are live at a time.
+//! Among nearby independent steps, those with the longest critical path then come first, to hide
+//! latencies.
 
 use crate::code::{Code, Source, Step};
 
@@ -22,7 +23,8 @@ fn latency(step: &Step) -> u32 {
 }
 
 impl Code {
-    /// Reorders the steps for fast execution: few values in use at a time, and short latencies.
+    /// Reorders the steps for fast execution: with few live values and little waiting for
+    /// latencies.
     pub(crate) fn scheduled(&self) -> Self {
         self.depth_first().spread()
     }
@@ -117,7 +119,7 @@ impl Code {
             }
         }
         let mut place = vec![None; count];
-        // Times are in units of the issue of one step.
+        // Times are in units of the issue time of one step.
         let mut ready = vec![0; count];
         let mut order = Vec::with_capacity(count);
         let mut open: Vec<usize> = (0..count.min(WINDOW)).collect();

@@ -2,11 +2,12 @@
 
 use crate::graph::{Function, Graph, Node, Op};
 
-/// Adds the derivatives of all nodes to the graph; returns the slope of each node, `None` for a
-/// constant. `given` are the slopes of inputs.
+/// Adds the derivatives of all nodes to the graph. Returns the slope (derivative) of each node,
+/// `None` for a constant. `given` are the slopes of the inputs.
 ///
-/// Differentiation must precede value numbering: at closed loops a Newton step of the position does
-/// not change the position, but the derivative of the step is that of the position.
+/// Differentiation must precede value numbering. At closed loops a Newton step does not change the
+/// position, so value numbering would remove the step; but the derivative of the position is that
+/// of the step.
 pub(crate) fn slopes(graph: &mut Graph, given: &[Option<Node>]) -> Vec<Option<Node>> {
     let ops = graph.ops().to_vec();
     let mut slopes: Vec<Option<Node>> = Vec::with_capacity(ops.len());

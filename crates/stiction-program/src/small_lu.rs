@@ -15,7 +15,7 @@ pub(crate) struct Factors<T> {
     pub(crate) determinant: T,
 }
 
-/// Order in which the pivots are the diagonal entries.
+/// Order in which the diagonal entries are the pivots.
 pub(crate) fn diagonal(size: usize) -> Vec<(usize, usize)> {
     (0..size).map(|k| (k, k)).collect()
 }
@@ -58,7 +58,7 @@ pub(crate) fn largest_pivots(mut matrix: Vec<Vec<f64>>) -> Option<Vec<(usize, us
 }
 
 impl<T: Scalar> Factors<T> {
-    /// Eliminates with pivots in this order.
+    /// Factorises a matrix with pivots in the given order.
     pub(crate) fn new(matrix: &[Vec<T>], order: Vec<(usize, usize)>) -> Self {
         let row = |&(row, _): &(usize, usize)| {
             order.iter().map(|&(_, column)| matrix[row][column]).collect()

@@ -1,11 +1,11 @@
-//! Values that stages of a program pass to later ones, and guards of their assumptions.
+//! Values that stages of a program pass to later stages, and guards of the assumptions of stages.
 
 use crate::graph::{Graph, Node, Op, needed};
 use crate::value_numbering::Guard;
 use std::collections::HashSet;
 
-/// Nodes that `later` needs and that do not depend on `late` inputs: a stage computes them before
-/// these inputs are known. Constants are excluded.
+/// Nodes that the results `later` need and that do not depend on inputs for which `late` is true. A
+/// stage computes them before these inputs are known. Constants are excluded.
 pub(crate) fn early(ops: &[Op], later: &[Node], late: impl Fn(usize) -> bool) -> Vec<Node> {
     let depends = dependent(ops, late);
     let needed = needed(ops, later);
@@ -22,8 +22,8 @@ pub(crate) fn early(ops: &[Op], later: &[Node], late: impl Fn(usize) -> bool) ->
     nodes
 }
 
-/// Nodes that the present stage computes (`now`), that `later` stages need, and that depend on
-/// `late` inputs.
+/// Nodes that the results `now` of the present stage contain, that the results `later` of later
+/// stages need, and that depend on inputs for which `late` is true.
 pub(crate) fn passed_on(
     ops: &[Op],
     now: &[Node],
@@ -42,7 +42,7 @@ pub(crate) fn passed_on(
     nodes
 }
 
-/// Marks the nodes that depend on `late` inputs.
+/// Marks the nodes that depend on inputs for which `late` is true.
 fn dependent(ops: &[Op], late: impl Fn(usize) -> bool) -> Vec<bool> {
     let mut depends = vec![false; ops.len()];
     for (k, op) in ops.iter().enumerate() {
@@ -65,15 +65,15 @@ pub(crate) fn coupled(graph: &Graph, influence: &[Node], count: usize) -> Vec<us
     (0..count).filter(changes_a_load).collect()
 }
 
-/// Adds a node to `merged` that is positive if the merge is valid for `stage`: the guards on which
-/// `stage` of the graph `of` depends are satisfied.
+/// Adds a node to `merged` that is positive if the merge is valid for the results `stage` of the
+/// graph `of`: all guards on which these results depend are satisfied.
 pub(crate) fn holds(of: &Graph, stage: &[Node], guards: &[Guard], merged: &mut Graph) -> Node {
     let needed = needed(of.ops(), stage);
     let mut holds = merged.number(1.0);
     let none = merged.number(0.0);
     let mut known = HashSet::new();
     for guard in guards.iter().filter(|guard| needed[guard.selection as usize]) {
-        // A root is positive where its argument is.
+        // A square root is positive where its argument is positive.
         let condition = match merged.ops()[guard.condition as usize] {
             Op::Sqrt(square) => square,
             _ => guard.condition,
@@ -86,8 +86,8 @@ pub(crate) fn holds(of: &Graph, stage: &[Node], guards: &[Guard], merged: &mut G
     holds
 }
 
-/// Replaces the inputs from `first` on by these nodes, which depend on none of them; returns the
-/// graph and the new node of each old one.
+/// Replaces the inputs from index `first` on by the nodes `by`, which must not depend on these
+/// inputs. Returns the new graph and the new node of each old one.
 pub(crate) fn with_inputs_replaced(graph: &Graph, first: usize, by: &[Node]) -> (Graph, Vec<Node>) {
     let ops = graph.ops();
     let replaced = |op: &Op| match op {

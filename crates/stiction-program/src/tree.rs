@@ -1,19 +1,20 @@
-//! Inputs of programs that receive the whole state of the tree: coordinates, rates, accelerations,
-//! then prescribed values and loads.
+//! Inputs of forward-dynamics programs, which receive the whole state of the tree: coordinates,
+//! rates, accelerations, then prescribed values and loads.
 
 use crate::program_inputs::{load_to_array, target_to_array};
 use crate::recording::Counts;
 use crate::samples::Sample;
 
 impl Counts {
-    /// Number of inputs of such a program.
+    /// Number of inputs of a forward-dynamics program, without efforts.
     pub(crate) fn inputs(&self) -> usize {
         self.coordinates + 2 * self.dofs + 3 * self.targets + 6 * self.loads
     }
 }
 
 impl Sample {
-    /// Inputs of such a program in the sample, in their order.
+    /// Values of all inputs of a forward-dynamics program in this sample, in the order of the
+    /// inputs.
     pub(crate) fn of_tree(&self) -> Vec<f64> {
         let Self { state, targets, loads } = self;
         let mut all = [&state.coordinates[..], &state.rates, &state.accelerations].concat();

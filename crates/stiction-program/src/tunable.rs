@@ -24,7 +24,7 @@ pub enum Tunable {
 }
 
 impl Tunable {
-    /// Number of values of the parameter.
+    /// Number of scalar values of the parameter.
     pub fn width(self) -> usize {
         match self {
             Self::Mu(_) | Self::Viscous(_) | Self::Mass(_) => 1,
@@ -33,8 +33,8 @@ impl Tunable {
         }
     }
 
-    /// Coefficients of all friction interfaces without a separate law for each direction; interfaces with a table of
-    /// coefficients have only the viscous coefficient.
+    /// Friction coefficients of all interfaces that have no separate law for each direction. An
+    /// interface with a table of coefficients contributes only its viscous coefficient.
     pub fn frictions(parameters: &Parameters<f64>) -> Vec<Self> {
         let interfaces = || parameters.interfaces.iter().enumerate();
         let plain = interfaces().filter(|(_, interface)| interface.backward.is_none());
@@ -44,13 +44,13 @@ impl Tunable {
         mu.chain(plain.map(|(k, _)| Self::Viscous(k))).collect()
     }
 
-    /// Masses of all bodies that have one.
+    /// Masses of all bodies that have mass.
     pub fn masses(parameters: &Parameters<f64>) -> Vec<Self> {
         let heavy = parameters.mass.iter().enumerate().skip(1).filter(|(_, mass)| **mass > 0.0);
         heavy.map(|(body, _)| Self::Mass(BodyId(body))).collect()
     }
 
-    /// Zero load on the body for [`Tunable::Wrench`]; `None` for any other parameter.
+    /// Zero load on the body of a [`Tunable::Wrench`]; `None` for any other parameter.
     pub(crate) fn load(self) -> Option<AppliedLoad<f64>> {
         let Self::Wrench(body) = self else { return None };
         let (point, force, moment) = (Vec3::zero(), Vec3::zero(), Vec3::zero());
@@ -99,7 +99,7 @@ impl Tunable {
         }
     }
 
-    /// Replaces the parameter's numbers in `parameters`; does nothing for loads, which are not part
+    /// Writes `values` to the entries of `parameters`; does nothing for loads, which are not part
     /// of the mechanism.
     pub(crate) fn apply<T: Scalar>(self, parameters: &mut Parameters<T>, values: &[T]) {
         match (self, values) {

@@ -1,5 +1,5 @@
-//! Value numbering of nodes: comparison of their values at samples, with bounds of the rounding
-//! errors.
+//! Value numbering of nodes: nodes are compared by their values at samples, with bounds of the
+//! rounding errors.
 //!
 //! Equation (P2) of the book's theory.
 
@@ -19,9 +19,9 @@ const EPSILON: f64 = f64::EPSILON / 2.0;
 /// error bounds.
 const APART: f64 = 64.0;
 
-/// Two values also count as different if their relative difference exceeds this limit, whatever
-/// their error bounds. The bounds grow with every operation, even if the errors do not, and finally
-/// exceed the values.
+/// Two values also count as different if their relative difference exceeds this limit, regardless
+/// of their error bounds. The bounds grow with every operation, even if the errors do not, and
+/// eventually exceed the values.
 const CLOSE: f64 = 1e-9;
 
 impl Value {
@@ -36,8 +36,9 @@ impl Value {
     }
 }
 
-/// Value of an operation, computed from the values of its operands. `chance` decides selections;
-/// its arguments are the node of the condition and the sign of the condition (`true` if positive).
+/// Value of an operation, computed from the values of its operands. `chance` decides which branch a
+/// selection takes; its arguments are the node of the condition and the sign of the condition
+/// (`true` if positive).
 fn value_of(
     op: Op,
     inputs: &[f64],
@@ -67,7 +68,8 @@ fn value_of(
         Op::Held(a) => of(a),
         Op::Neg(a) => Value { x: -of(a).x, error: of(a).error },
         Op::Sqrt(a) => {
-            // The magnitude, because arguments can be negative in branches that are not taken.
+            // The root of the magnitude, because arguments can be negative in branches that are not
+            // taken.
             let (a, root) = (of(a), of(a).x.abs().sqrt());
             let error = if root > 0.0 { a.error / (2.0 * root) } else { a.error.sqrt() };
             Value::new(root, error)
@@ -92,8 +94,8 @@ fn value_of(
     }
 }
 
-/// Magnitude relative to which a vanishing result is rounding: that of the cancelling terms of a
-/// sum, or one for sine and cosine. Other results do not vanish by rounding.
+/// Magnitude of the terms from which a result may vanish by cancellation: that of the operands of a
+/// sum, or one for sine and cosine; zero for other results, which do not vanish by rounding.
 fn size_of(op: Op, of: impl Fn(Node) -> Value) -> f64 {
     match op {
         Op::Add(a, b) | Op::Sub(a, b) => of(a).x.abs().max(of(b).x.abs()),
@@ -102,7 +104,7 @@ fn size_of(op: Op, of: impl Fn(Node) -> Value) -> f64 {
     }
 }
 
-/// Hash of two numbers.
+/// Hash of two integers.
 fn mixed(a: u64, b: u64) -> u64 {
     let mut z = a.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ b.wrapping_mul(0xD1B5_4A32_D192_ED03);
     z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -121,17 +123,17 @@ pub(crate) struct Guard {
     pub(crate) is_positive: bool,
 }
 
-/// Merged graph with fewer nodes.
+/// Graph after merging, with fewer nodes.
 pub(crate) struct Merged {
     pub(crate) graph: Graph,
     /// New node of each old node.
     pub(crate) new_of: Vec<Node>,
-    /// Conditions under which both graphs are equivalent.
+    /// Conditions under which the original and the merged graph are equivalent.
     pub(crate) guards: Vec<Guard>,
 }
 
-/// Merges nodes that have the same value, up to sign and rounding, for all `samples` of inputs. The
-/// first of equal nodes remains.
+/// Merges nodes that have the same value, up to sign and rounding, for all `samples` of the inputs.
+/// The first of equal nodes remains.
 ///
 /// Two different polynomials of the inputs agree at random points with probability zero. Samples
 /// must be as generic as the inputs permit. Selections that take both branches in the samples are

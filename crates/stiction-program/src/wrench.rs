@@ -1,4 +1,4 @@
-//! Wrenches in different frames, and their six components.
+//! Wrenches in different frames, and their six components as arrays.
 
 use stiction_core::dynamics::Inverse;
 use stiction_core::kinematics::Bodies;
@@ -11,7 +11,7 @@ pub(crate) fn components<T: Copy>(wrench: Wrench<T>) -> [T; 6] {
     [f.x, f.y, f.z, m.x, m.y, m.z]
 }
 
-/// Wrench with these six components.
+/// Wrench with six components: force, then moment.
 pub(crate) fn from_components<T: Copy>(numbers: &[T]) -> Wrench<T> {
     let part =
         |first: usize| Vec3 { x: numbers[first], y: numbers[first + 1], z: numbers[first + 2] };
@@ -26,7 +26,7 @@ pub(crate) fn local<T: Scalar>(frame: &Pose<T>, wrench: Wrench<T>) -> Wrench<T> 
     }
 }
 
-/// Total joint wrench: force and moment about the joint's origin, world axes.
+/// Total wrench of a joint: force, then moment about the joint's origin, world axes.
 pub(crate) fn reaction<T: Scalar>(
     inverse: &Inverse<T>,
     bodies: &Bodies<T>,

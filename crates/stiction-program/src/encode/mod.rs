@@ -1,5 +1,5 @@
-//! Encoders of machine instructions. All instruction sets are encoded on every machine; only that
-//! of the processor can be executed (`machine`).
+//! Encoders of machine instructions. Every machine can encode the instructions of all instruction
+//! sets, but executes only its own (`machine`).
 
 mod neon;
 mod x86;
@@ -70,7 +70,7 @@ impl Target {
         }
     }
 
-    /// Returns `true` for memory that holds one copy of each number instead of one for each lane.
+    /// Returns `true` for memory with one copy of each number instead of a copy for each lane.
     pub(crate) fn is_single(self, base: Base) -> bool {
         match base {
             Base::Common => true,
@@ -89,8 +89,8 @@ impl Target {
         self.set != Set::Neon
     }
 
-    /// Slot at the base address. It lies beyond the first slot, so that short offsets of both signs
-    /// are used.
+    /// Index of the slot to which the base address points. It is not the first slot, so that short
+    /// offsets of both signs are used.
     pub(crate) const fn base_slot(self) -> usize {
         match self.set {
             Set::Avx | Set::Avx512 => 128,
@@ -109,7 +109,7 @@ pub(crate) enum Base {
     Common,
 }
 
-/// Operand: a vector register or memory.
+/// Location of an operand: a vector register or memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Place {
     Register(u8),
@@ -117,7 +117,7 @@ pub(crate) enum Place {
     Memory(Base, i32),
 }
 
-/// Arithmetic operation on two operands.
+/// Arithmetic operation with two operands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Operation {
     Add,
@@ -126,7 +126,8 @@ pub(crate) enum Operation {
     Div,
 }
 
-/// Order of the operands of a fused instruction `product + sum`; the target is one of the operands.
+/// Order of the operands of a fused instruction `product + sum`. The target register is also one of
+/// the operands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Order {
     /// Computes `to = to * last + second`, see [`Target::overwrites_factors`].
@@ -135,38 +136,39 @@ pub(crate) enum Order {
     Plus,
 }
 
-/// Encodes operations on one number or on a whole register, each as one or a few instructions.
+/// Encoder of operations on one number or on a whole register, each as one or a few instructions.
 pub(crate) trait Emit {
     /// Encodes `to = a OP b`.
     fn arithmetic(&mut self, operation: Operation, to: u8, a: u8, b: Place);
 
-    /// Product and sum with one rounding; `to` is one of the operands.
+    /// Encodes a product and a sum with a single rounding; `to` is also one of the operands.
     fn fused(&mut self, kind: Fused, order: Order, to: u8, second: u8, last: Place);
 
     /// Encodes `to = from`, both registers.
     fn copy(&mut self, to: u8, from: u8);
 
-    /// `to = -from`; `sign` contains the sign bit for instruction sets that need it.
+    /// Encodes `to = -from`; `sign` contains the sign bit for instruction sets that need it.
     fn negate(&mut self, to: u8, from: u8, sign: Place);
 
     /// Encodes `to = sqrt(of)`.
     fn sqrt(&mut self, to: u8, of: Place);
 
-    /// `to = of > 0 ? yes : no`, false for NaN; `to` differs from the other registers, and `zero`
-    /// contains zero.
+    /// Encodes `to = of > 0 ? yes : no`, where NaN selects `no`. `to` must differ from the other
+    /// registers, and `zero` must contain zero.
     fn select(&mut self, to: u8, of: u8, zero: Place, yes: u8, no: u8);
 
-    /// `to = [from]`, broadcast to all lanes from memory with one copy of each number.
+    /// Encodes the load of a register, `to = [from]`; a number in memory with one copy is broadcast
+    /// to all lanes.
     fn load(&mut self, to: u8, from: Place);
 
     /// Encodes the store of a register, `[to] = from`.
     fn store(&mut self, to: Place, from: u8);
 
-    /// Bytes of the complete function, including its return.
+    /// Returns the bytes of the complete function, including the return instruction.
     fn finish(self: Box<Self>) -> Vec<u8>;
 }
 
-/// Begins a function of four addresses, in the order of [`Base`].
+/// Starts a function with four addresses as arguments, in the order of [`Base`].
 pub(crate) fn begin(target: Target) -> Box<dyn Emit> {
     match target.set {
         Set::Avx | Set::Avx512 => Box::new(x86::Assembler::new(target)),

@@ -7,7 +7,7 @@ use crate::code::Fused;
 
 /// Number of registers available for values.
 pub(super) const FREE: u8 = 30;
-/// Register for operands from memory, which only loads can read.
+/// Register into which operands from memory are loaded, because only loads can access memory.
 const OPERAND: u8 = 30;
 /// Register that receives a value whose own register is still needed as an operand.
 const ASIDE: u8 = 31;
@@ -15,8 +15,8 @@ const ASIDE: u8 = 31;
 const ADDRESS: u32 = 16;
 /// Number of the stack pointer as a base register.
 const STACK: u32 = 31;
-/// Callee-saved vector registers, of which the lower halves must be preserved: pairs from d8 on,
-/// each by its first register.
+/// Callee-saved vector registers, whose lower halves must be preserved, as pairs from d8 on. Each
+/// pair is given by its first register.
 const KEPT: [u32; 4] = [8, 10, 12, 14];
 
 /// Register of an argument of the function, in the order x0 to x3.
@@ -57,20 +57,21 @@ impl Assembler {
         self.bytes.extend(instruction.to_le_bytes());
     }
 
-    /// Saves or restores a pair of preserved registers; `place` is in units of eight bytes.
+    /// Saves or restores a pair of callee-saved registers; `place` is an offset in units of eight
+    /// bytes.
     fn pair(&mut self, form: u32, place: u32, kept: usize) {
         let first = KEPT[kept];
         self.emit(form | place << 15 | (first + 1) << 10 | STACK << 5 | first);
     }
 
-    /// Encodes an instruction for one number (`one`) or for two (`two`), with registers in the
-    /// fields d, n and m.
+    /// Encodes an instruction with registers in the fields d, n and m. `one` is the opcode for a
+    /// single number, `two` the opcode for two numbers.
     fn of(&mut self, [one, two]: [u32; 2], d: u8, n: u8, m: u8) {
         let form = if self.is_scalar { one } else { two };
         self.emit(form | u32::from(m) << 16 | u32::from(n) << 5 | u32::from(d));
     }
 
-    /// Reads or writes a whole register, or one number.
+    /// Encodes a load or a store of one number or of a whole register.
     fn memory(&mut self, access: Access, one: bool, which: u8, base: Base, offset: i32) {
         let unit = if one { 8 } else { 16 };
         let (mut rest, mut base) = (offset.unsigned_abs(), register(base));
@@ -89,7 +90,7 @@ impl Assembler {
         self.emit(form | (rest / unit) << 10 | base << 5 | u32::from(which));
     }
 
-    /// Returns the operand in a register; loads it if necessary.
+    /// Returns the register that contains the operand; loads the operand if necessary.
     fn in_register(&mut self, place: Place) -> u8 {
         match place {
             Place::Register(register) => register,

@@ -57,7 +57,8 @@ struct Instruction {
     whole: bool,
 }
 
-/// rdi, rsi, rdx, rcx: the first four arguments of a function (System V).
+/// Registers rdi, rsi, rdx and rcx, which contain the first four arguments of a function (System
+/// V).
 const fn register(base: Base) -> u8 {
     match base {
         Base::Slots => 7,
@@ -76,7 +77,7 @@ impl Assembler {
         self.target.width == Width::One
     }
 
-    /// Arithmetic instruction for one number or a whole register.
+    /// Arithmetic instruction in opcode map 0F, for one number or for a whole register.
     fn of_map(&self, opcode: u8) -> Instruction {
         let prefix = if self.is_scalar() { PF2 } else { P66 };
         Instruction {
@@ -90,8 +91,8 @@ impl Assembler {
         }
     }
 
-    /// Encodes an instruction; `reg` is the operand in the field of that name, `second` that in the
-    /// prefix, `rm` the last.
+    /// Encodes an instruction. `reg` is the operand in the field of that name, `second` the operand
+    /// in the prefix, and `rm` the last operand.
     fn emit(&mut self, what: Instruction, reg: u8, second: u8, rm: Place) {
         let high = |register: u8| register >= 16;
         let needs = match rm {
@@ -159,8 +160,8 @@ impl Assembler {
         self.bytes.extend(what.immediate);
     }
 
-    /// Returns `true` for a number in memory that is broadcast to all lanes. Before AVX-512, only
-    /// loads can broadcast.
+    /// Returns `true` if the operand is a number in memory that is broadcast to all lanes. Without
+    /// AVX-512, only loads can broadcast.
     fn spreads(&self, place: Place) -> bool {
         match place {
             Place::Memory(base, _) => !self.is_scalar() && self.target.is_single(base),
@@ -168,7 +169,8 @@ impl Assembler {
         }
     }
 
-    /// Offset in units of the operand size; `None` if it does not fit.
+    /// Offset of a memory operand in units of its size; `None` if the offset does not fit into one
+    /// byte.
     fn in_units(&self, what: Instruction, place: Place) -> Option<i8> {
         let Place::Memory(_, offset) = place else { return None };
         let unit = match self.target.width {
@@ -282,7 +284,7 @@ impl Emit for Assembler {
     }
 }
 
-/// Inverts a bit of a register number, as the prefixes require, and shifts it to its place.
+/// Inverts a bit of a register number, as the prefixes require, and shifts the bit to its place.
 fn inverted(bit: u8, place: u8) -> u8 {
     (bit & 1 ^ 1) << place
 }

@@ -14,14 +14,15 @@ use crate::tunable::Tunable;
 use stiction_core::dynamics::InverseDynamics;
 use stiction_core::kinematics::Target;
 
-/// Routines of the derivatives of all actuator forces with respect to values, rates and accelerations of the
-/// prescribed coordinates, with their own slots.
+/// Routines that compute the derivatives of all actuator forces with respect to the values, rates
+/// and accelerations of the prescribed coordinates. These routines have slots of their own.
 #[derive(Clone, Debug)]
 pub(crate) struct Derivatives {
-    /// Preparation at a state, then slopes along a direction. Their results: the guard, and a slope
-    /// for each actuator.
+    /// Two routines: the preparation at a state, and the slopes of the actuator forces along a
+    /// direction. The result of the first is the guard; the results of the second are one slope for
+    /// each actuator.
     pub(crate) routines: [Routine; 2],
-    /// Joints whose wrenches are inputs.
+    /// Joints with friction interfaces, whose wrenches are inputs.
     pub(crate) joints: Vec<usize>,
     /// Slots of the inputs: tree coordinates, tunable parameters, value, rate and acceleration of each prescribed
     /// coordinate; wrenches of the joints with friction interfaces; components of the direction, all values first,

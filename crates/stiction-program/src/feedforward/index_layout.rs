@@ -25,11 +25,12 @@ pub(crate) const INDEX_PASSES: usize = 40;
 /// Spanning tree, free motions of its joints, and columns of the dense system.
 #[derive(Clone, Debug)]
 pub(crate) struct IndexLayout {
-    /// For each place in the tree, the place of its parent; place 0 is the ground, parents come first.
+    /// For each body in the order of the tree, the index of its parent. Index 0 is the ground;
+    /// parents come first.
     pub(crate) parents: Vec<usize>,
-    /// For each free motion of a joint of the tree, the place of the joint's outer body.
+    /// For each free motion of a joint of the tree, the tree index of the joint's outer body.
     pub(crate) motions: Vec<usize>,
-    /// Parts of the columns.
+    /// Unit wrenches that make up the columns of the dense system.
     pub(crate) terms: Vec<Term>,
     /// For each free motion and term: +1 or -1 if the motion moves only the first or only the second body of the term.
     pub(crate) signs: Vec<Vec<i8>>,
@@ -37,7 +38,8 @@ pub(crate) struct IndexLayout {
     pub(crate) columns: usize,
     /// Number of local passive degrees of freedom.
     pub(crate) spins: usize,
-    /// For each place except the ground, the body and the joint of the tree.
+    /// For each body of the tree except the ground, the index of the body and of the joint that
+    /// connects the body to its parent.
     outer: Vec<(usize, usize)>,
     free: Vec<Free>,
     wrenches: Vec<Source>,
@@ -47,7 +49,7 @@ pub(crate) struct IndexLayout {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Term {
     pub(crate) column: usize,
-    /// Places of both bodies.
+    /// Tree indices of both bodies.
     pub(crate) on: [usize; 2],
 }
 
@@ -73,7 +75,7 @@ enum Source {
     Moment(usize),
     /// Effort of an actuator.
     Effort(usize, Dof),
-    /// Part of the effort of a gearing.
+    /// Part of the effort of a gearing that acts on one joint.
     Gearing { gearing: usize, part: usize, joint: usize, dof: Dof, is_length: bool },
     /// Moment about an axis of a body.
     Spin { body: usize, axis: Vec3<f64> },
@@ -110,7 +112,8 @@ fn unknowns(index: usize, joint: &Joint) -> Vec<Source> {
 }
 
 impl IndexLayout {
-    /// Chooses the tree; `spins` are the local passive degrees of freedom, each a body with an axis in its frame.
+    /// Chooses the spanning tree. `spins` are the local passive degrees of freedom, each a body
+    /// with an axis in its frame.
     pub(crate) fn new(mechanism: &Mechanism, spins: &[(usize, Vec3<f64>)]) -> Self {
         let joints = mechanism.joints();
         let mut place_of = vec![None; mechanism.bodies().len()];
@@ -197,12 +200,12 @@ impl IndexLayout {
         Self { parents, motions, terms, signs, columns, spins: spins.len(), outer, free, wrenches }
     }
 
-    /// Number of columns that are not needed for equilibrium.
+    /// Number of columns of the dense system that are not needed for equilibrium.
     pub(crate) fn redundant(&self) -> usize {
         self.columns.saturating_sub(self.motions.len())
     }
 
-    /// Number of values that the iteration keeps in memory at the same time.
+    /// Number of values that the inverse iteration keeps in memory at the same time.
     pub(crate) fn numbers(&self) -> usize {
         let (bodies, motions, columns) = (self.outer.len(), self.motions.len(), self.columns);
         let null = self.redundant() * (6 * bodies + columns) + self.spins * 6 * bodies;
@@ -210,9 +213,9 @@ impl IndexLayout {
         columns * motions + null + vectors
     }
 
-    /// Computes the data at a position, dimensionless: centre of mass of each body, origin of each joint of the tree,
-    /// free motions and terms. Each motion and each term has six components: velocity and rotation, or force and
-    /// moment, about the reference point.
+    /// Computes the dimensionless data at a position: the centre of mass of each body, the origin
+    /// of each joint of the tree, the free motions and the terms. Each motion (velocity and angular
+    /// velocity) and each term (force and moment) has six components about the reference point.
     pub(crate) fn places<T: Scalar>(
         &self,
         parameters: &Parameters<T>,

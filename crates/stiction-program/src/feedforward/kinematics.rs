@@ -1,4 +1,4 @@
-//! Recording of the positions and the velocities of all bodies.
+//! Recording of the poses and twists of all bodies.
 
 use super::Routine;
 use crate::code::{Slots, compile};
@@ -14,19 +14,20 @@ use stiction_core::kinematics::Target;
 use stiction_core::parameters::Parameters;
 use stiction_core::scalar::Scalar;
 
-/// Positions and velocities of all bodies except the ground, as nodes of a graph.
+/// Poses and twists of all bodies except the ground, as nodes of a graph.
 pub(super) struct KinematicStages {
     graph: Graph,
     inputs: usize,
-    /// Position of each body's origin, then the rows of its rotation, and the guard.
+    /// For each body, the position of its origin and the rows of its rotation matrix; then the
+    /// guard.
     poses: Vec<Node>,
-    /// Velocity of each body's origin, then its angular velocity, and the guard.
+    /// For each body, the velocity of its origin and its angular velocity; then the guard.
     twists: Vec<Node>,
 }
 
 impl RecordingSource<'_> {
-    /// Records the functions at closed loops. Inputs are the coordinates of the tree, then value and rate of each
-    /// prescribed coordinate.
+    /// Records poses and twists at closed loops. The inputs are the coordinates of the tree, then
+    /// the value and the rate of each prescribed coordinate.
     pub(super) fn record_kinematics(&self, samples: &[Sample]) -> KinematicStages {
         let (solver, counts) = (self.solver, self.counts(0));
         let inputs = counts.coordinates + 2 * counts.targets;
@@ -76,7 +77,7 @@ impl RecordingSource<'_> {
 }
 
 impl KinematicStages {
-    /// Routines of the poses and of the twists; each has its own slots.
+    /// Compiles the routine of the poses and the routine of the twists, each with slots of its own.
     pub(super) fn compile(&self) -> Result<[Routine; 2], RecordError> {
         let ops = self.graph.ops();
         let one = |nodes: &[Node]| -> Result<Routine, RecordError> {

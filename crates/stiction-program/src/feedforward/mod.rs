@@ -1,11 +1,11 @@
-//! Program of inverse dynamics for a control loop: from prescribed coordinates to actuator forces,
-//! positions included.
+//! Program of inverse dynamics for a control loop: computes actuator forces from prescribed
+//! coordinates, and also solves the loop closure.
 //!
-//! The program has five routines. The first computes the errors of the loop closures, the second
-//! corrects the position, and both are repeated. The other three are those of
-//! [`InverseProgram`](crate::InverseProgram): everything that does not depend on friction, a Newton
-//! step of the coupling, which is repeated, and the forces. Rates and accelerations of the loops
-//! are part of the third.
+//! The program has five routines. The first computes the errors of the loop closures, and the
+//! second corrects the position; both are repeated. The other three routines are those of
+//! [`InverseProgram`](crate::InverseProgram): everything that does not depend on friction,
+//! including the rates and accelerations of the loops; a Newton step for the friction forces, which
+//! is repeated; and the forces.
 //!
 //! The routines serve two purposes: [`crate::emit`] writes them as source code, and
 //! [`Feedforward::run`] executes them.
@@ -31,7 +31,7 @@ pub struct Feedforward {
     sizes: FeedforwardSizes,
     /// Characteristic length, m.
     length: f64,
-    /// Tree coordinates and prescribed values at home.
+    /// Tree coordinates and prescribed values at the home position.
     home: (Vec<f64>, Vec<f64>),
     tunables: Vec<(Tunable, Vec<f64>)>,
     /// Slots of the unknowns of the coupling.
@@ -40,11 +40,12 @@ pub struct Feedforward {
     pub(crate) index: IndexLayout,
     /// Routines without fused operations, for source code.
     pub(crate) source: Routines,
-    /// Force routines for source code that return the complete wrench of each joint instead of its
-    /// force. The first of them also returns the wrenches without friction.
+    /// Force routines for source code that return the complete wrench of each joint instead of only
+    /// the joint force. The first routine also returns the wrenches without friction.
     pub(crate) wrenches: [Routine; 3],
-    /// Poses and twists of all bodies except the ground, for source code; each routine has its own slots. Inputs:
-    /// tree coordinates, value and rate of each prescribed coordinate. Last result: the guard.
+    /// Routines of the poses and of the twists of all bodies except the ground, for source code;
+    /// each has slots of its own. Inputs: tree coordinates, value and rate of each prescribed
+    /// coordinate. The last result is the guard.
     pub(crate) kinematics: [Routine; 2],
     /// Derivatives, if requested.
     pub(crate) derivatives: Option<Derivatives>,
@@ -64,15 +65,16 @@ pub struct FeedforwardSizes {
     pub joints: usize,
     /// Number of bodies, without the ground.
     pub bodies: usize,
-    /// Number of coordinates of the spanning tree, which are the state of the loops.
+    /// Number of coordinates of the spanning tree, which are the starting values of the loop
+    /// closure.
     pub coordinates: usize,
     /// Number of values of all tunable parameters.
     pub tunables: usize,
-    /// Number of unknowns of the coupling of friction and reactions.
+    /// Number of unknowns of the coupled friction forces and reactions.
     pub unknowns: usize,
 }
 
-/// Code, and the slots of its results.
+/// Code of one routine, and the slots of its results.
 #[derive(Clone, Debug)]
 pub(crate) struct Routine {
     pub(crate) parts: Vec<Part>,
@@ -80,22 +82,21 @@ pub(crate) struct Routine {
     pub(crate) results: Vec<u32>,
 }
 
-/// The position routines and the force routines. Each group has its own slots, the first of which
-/// hold the inputs.
+/// Position routines and force routines. The first slots of each group hold the inputs.
 #[derive(Clone, Debug)]
 pub(crate) struct Routines {
-    /// Two routines: errors of the loop closures, and a correction. Inputs of both: tree
-    /// coordinates, prescribed values. Results of the errors: the sum of the squares of all errors,
-    /// and the guard. Results of the correction: the corrected coordinates.
+    /// Two routines: errors of the loop closures, and a correction. Both have the tree coordinates
+    /// and the prescribed values as inputs. The first returns the sum of the squares of all errors,
+    /// and the guard; the second returns the corrected coordinates.
     pub(crate) position: [Routine; 2],
     pub(crate) position_slots: usize,
-    /// Three routines: preparation, Newton step, and forces. Inputs of all: tree coordinates,
-    /// tunable parameters, value, rate and acceleration of each prescribed coordinate, unknowns of
-    /// the coupling. Results of the preparation: initial unknowns, frictionless actuator forces,
-    /// their guard, the determinant of the rate equations relative to that at home, and for source
-    /// code the positions for the singularity index. Results of the Newton step: next unknowns and
-    /// the three control values. Results of the forces: actuator forces, force of each joint,
-    /// guard.
+    /// Three routines: preparation, Newton step, and forces. Their inputs are the tree coordinates,
+    /// the tunable parameters, the value, rate and acceleration of each prescribed coordinate, and
+    /// the unknowns of the coupled friction. The preparation returns initial unknowns, frictionless
+    /// actuator forces, their guard, the determinant of the rate equations relative to that at the
+    /// home position, and for source code the positions for the singularity index. The Newton step
+    /// returns the next unknowns and three numbers that control convergence. The last routine
+    /// returns actuator forces, the force of each joint, and the guard.
     pub(crate) forces: [Routine; 3],
     pub(crate) force_slots: usize,
 }
@@ -117,7 +118,7 @@ impl Feedforward {
         &self.tunables
     }
 
-    /// Prescribed values at home, the position from which the loops are closed first, m or rad.
+    /// Prescribed values, m or rad, at the home position, where the loops are closed first.
     pub fn home(&self) -> &[f64] {
         &self.home.1
     }
@@ -137,13 +138,14 @@ impl Feedforward {
         &self.home.0
     }
 
-    /// Number of arithmetic operations: of the loop errors, of a correction, of the preparation,
-    /// of a Newton step of the coupling, and of the forces.
+    /// Numbers of arithmetic operations: of the loop errors, of a position correction, of the
+    /// preparation, of a Newton step for the friction forces, and of the forces.
     pub fn operations(&self) -> [usize; 5] {
         self.operations_with(false)
     }
 
-    /// Number of operations, as in [`Self::operations`], optionally with the wrenches of all joints.
+    /// Numbers of operations, as in [`Self::operations`], with the wrenches of all joints if
+    /// `wrenches` is true.
     pub(crate) fn operations_with(&self, wrenches: bool) -> [usize; 5] {
         let [a, b] = &self.source.position;
         let [c, d, e] = if wrenches { &self.wrenches } else { &self.source.forces };

@@ -20,8 +20,8 @@ use stiction_core::parameters::Parameters;
 use stiction_core::random::Random;
 use stiction_core::scalar::Scalar;
 
-/// Largest difference from the solver's actuator forces, relative to the largest force. It allows
-/// for rounding magnified by ill-conditioned samples near singular positions.
+/// Largest accepted difference from the solver's actuator forces, relative to the largest force. It
+/// allows for rounding that ill-conditioned samples near singular positions magnify.
 const AGREES: f64 = 1e-9;
 
 /// Results of the position routines as nodes of a graph.
@@ -36,11 +36,11 @@ struct PositionStages {
 impl Feedforward {
     /// Records the routines of a mechanism.
     ///
-    /// `signal` gives prescribed values within the intended range of motion, each close enough to
-    /// the previous one for the solver to follow. The first of them is home, the position from
-    /// which the loops are closed first.
-    /// `tunables` become inputs; there are no other external loads. Friction is that of the mechanism,
-    /// coupled with the reactions, independently of the solver's settings.
+    /// `signal` contains prescribed values within the intended range of motion, each close enough
+    /// to the previous one for the solver to follow. The first of them is the home position, where
+    /// the loops are closed first. `tunables` become inputs; there are no other external loads.
+    /// Friction is that of the mechanism, coupled with the reactions, independently of the solver's
+    /// settings.
     ///
     /// # Errors
     /// See [`RecordError`].
@@ -120,8 +120,9 @@ impl Feedforward {
         if made.agrees_with(solver, &others) { Ok(made) } else { Err(RecordError::NotConfirmed) }
     }
 
-    /// Compares the program with its solver at states other than those of the recording, where both
-    /// give forces. Fails if there is no such state.
+    /// Compares the program with its solver at states other than those of the recording; states at
+    /// which either has no forces are skipped. Returns `false` if the forces differ, or if no state
+    /// remains.
     fn agrees_with(&self, solver: &InverseDynamics, samples: &[Sample]) -> bool {
         let mut solver = solver.clone();
         solver.settings_mut().friction = FrictionMode::Converged;
@@ -156,12 +157,12 @@ impl Feedforward {
     }
 }
 
-/// Loads among tunable parameters.
+/// External loads that the tunable parameters contain.
 pub(super) fn loads_of(tunables: &[Tunable]) -> Vec<AppliedLoad<f64>> {
     tunables.iter().filter_map(|tunable| tunable.load()).collect()
 }
 
-/// Inputs at samples, with random values of the tunable parameters.
+/// Values of all inputs at the samples, with random values of the tunable parameters.
 pub(super) fn rows(
     solver: &InverseDynamics,
     samples: &[Sample],
@@ -181,7 +182,7 @@ pub(super) fn rows(
 }
 
 /// Orders positions so that each is close to the next, and the last to the first, because samples
-/// repeat the list. Every second position is listed forwards, then the others backwards.
+/// repeat the list. Every second position comes first, then the others in reverse order.
 pub(super) fn there_and_back(signal: &[Vec<Target<f64>>]) -> Vec<Vec<Target<f64>>> {
     let there = signal.iter().step_by(2);
     let mut back: Vec<_> = signal.iter().skip(1).step_by(2).collect();
@@ -189,7 +190,7 @@ pub(super) fn there_and_back(signal: &[Vec<Target<f64>>]) -> Vec<Vec<Target<f64>
     there.chain(back).cloned().collect()
 }
 
-/// Converts to an array of `N` items; missing ones are empty.
+/// Converts the items to an array of length `N`; missing items are empty.
 fn array<T: Default, const N: usize>(items: Vec<T>) -> [T; N] {
     let mut items = items.into_iter();
     core::array::from_fn(|_| items.next().unwrap_or_default())
@@ -239,9 +240,10 @@ impl RecordingSource<'_> {
         PositionStages { graph: merged, square, next, guard }
     }
 
-    /// Adds the determinant of the rate equations relative to that at home. If the coordinates are
-    /// not the actuated ones, it is multiplied by the determinant of the balance, because only the
-    /// latter vanishes at positions where the actuators do not determine the motion.
+    /// Adds the determinant of the rate equations relative to that at the home position. If the
+    /// prescribed coordinates are not the actuated ones, the result is multiplied by the
+    /// determinant of the force balance, because only the latter vanishes at positions where the
+    /// actuators do not determine the motion.
     fn with_determinant(
         &self,
         stages: InverseStages,

@@ -4,44 +4,48 @@ use super::Feedforward;
 use crate::inverse::{STEPS, settle};
 use crate::memory::Memory;
 
-/// Largest number of corrections of the position.
+/// Largest number of corrections of the position in the loop closure.
 pub(crate) const CORRECTIONS: usize = 12;
-/// Error at which the loops count as closed without another correction; lengths are divided by the characteristic
-/// length, angles are in rad. Near singular positions, efforts magnify it by up to a thousand.
+/// Closure error below which the loops need no further correction; lengths are divided by the
+/// characteristic length, angles are in rad. Near singular positions, efforts magnify this error by
+/// up to a thousand.
 pub(crate) const DONE: f64 = 1e-14;
-/// Largest error at which the loops count as closed if corrections no longer reduce it.
+/// Largest closure error at which the loops count as closed if corrections no longer reduce the
+/// error.
 pub(crate) const CLOSED: f64 = 1e-11;
 
-/// Inputs, results and state of the loops of a [`Feedforward`].
+/// Inputs and results of a [`Feedforward`], and its tree coordinates from the last loop closure.
 #[derive(Clone, Debug)]
 pub struct FeedforwardMemory {
-    /// Tree coordinates with closed loops.
+    /// Tree coordinates of the last position with closed loops.
     coordinates: Vec<f64>,
     position: Memory,
     forces: Memory,
-    /// Buffer for copying results to inputs.
+    /// Buffer in which results are copied to inputs.
     moved: Vec<f64>,
 }
 
 /// Outcome of [`Feedforward::run`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome {
-    /// Error of the loops; lengths are divided by the characteristic length, angles are in rad.
+    /// Closure error of the loops; lengths are divided by the characteristic length, angles are in
+    /// rad.
     pub residual: f64,
-    /// Determinant of the rate equations relative to that at home: zero at singular positions.
+    /// Determinant of the rate equations relative to that at the home position: zero at singular
+    /// positions.
     pub determinant: f64,
-    /// Number of corrections of the position and of Newton steps of the coupling.
+    /// Number of corrections of the position, and number of Newton steps for the friction forces.
     pub passes: [usize; 2],
-    /// Reason why there are no forces with friction, if there are none.
+    /// Reason why forces with friction are missing; `None` if they are valid.
     pub shortfall: Option<Shortfall>,
 }
 
-/// Reason why a [`Feedforward`] finds no forces with friction.
+/// Reason why a [`Feedforward`] program computes no forces with friction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shortfall {
     /// The loops cannot be closed from the last position.
     Open,
-    /// The position is singular, or a singular position separates it from home.
+    /// The position is singular, or a singular position lies between it and the home position.
     Singular,
     /// The friction coupling has no solution, an interface is at rest, or a branch was not
     /// recorded. Forces without friction are valid.
@@ -49,7 +53,7 @@ pub enum Shortfall {
 }
 
 impl Feedforward {
-    /// Allocates memory with the loops closed at home.
+    /// Allocates the memory of the program, with the loops closed at the home position.
     pub fn memory(&self) -> FeedforwardMemory {
         let (position, forces) = &self.code;
         let mut memory = FeedforwardMemory {
@@ -66,7 +70,7 @@ impl Feedforward {
         memory
     }
 
-    /// Sets the tunable parameters, all values one after the other.
+    /// Sets the values of all tunable parameters, in the order of [`Self::tunables`].
     pub fn tune(&self, memory: &mut FeedforwardMemory, values: &[f64]) {
         let first = self.sizes.coordinates;
         let slots = &mut memory.forces.slots[first..first + self.sizes.tunables];
@@ -75,13 +79,13 @@ impl Feedforward {
         }
     }
 
-    /// Starts from these tree coordinates.
+    /// Sets the tree coordinates from which the next loop closure starts.
     pub(crate) fn start_at(&self, memory: &mut FeedforwardMemory, coordinates: &[f64]) {
         memory.coordinates.copy_from_slice(coordinates);
     }
 
-    /// Closes the loops at these positions, starting from the last ones; returns the residual and the number of
-    /// corrections, or only the residual if the loops do not close.
+    /// Closes the loops at the prescribed values `q`, starting from the last position. Returns the
+    /// residual and the number of corrections, or only the residual if the loops do not close.
     fn close(&self, memory: &mut FeedforwardMemory, q: &[f64]) -> Result<(f64, usize), f64> {
         let FeedforwardMemory { coordinates, position, moved, .. } = memory;
         let Memory { slots, scratch, .. } = position;
@@ -113,7 +117,7 @@ impl Feedforward {
     }
 
     /// Computes actuator forces with friction at positions, rates and accelerations of the
-    /// prescribed coordinates. The loops are closed from the last position.
+    /// prescribed coordinates. The loop closure starts from the last position.
     ///
     /// # Panics
     /// If the length of `q`, `v` or `a` is not the number of prescribed coordinates.
@@ -175,17 +179,18 @@ impl Feedforward {
         outcome
     }
 
-    /// Actuator force with friction of the last run, N or N m.
+    /// Actuator force with friction from the last run, N or N m.
     pub fn drive(&self, memory: &FeedforwardMemory, drive: usize) -> f64 {
         memory.forces.read(self.native.forces[2].results[drive], 0)
     }
 
-    /// Actuator force without friction of the last run, N or N m.
+    /// Actuator force without friction from the last run, N or N m.
     pub fn ideal_drive(&self, memory: &FeedforwardMemory, drive: usize) -> f64 {
         memory.forces.read(self.native.forces[0].results[self.sizes.unknowns + drive], 0)
     }
 
-    /// Force of a joint in the last run, predecessor on successor, world axes, N.
+    /// Force of a joint from the last run, exerted by the predecessor on the successor, world axes,
+    /// N.
     pub fn joint_force(&self, memory: &FeedforwardMemory, joint: usize) -> [f64; 3] {
         let first = self.sizes.drives + 3 * joint;
         core::array::from_fn(|axis| {

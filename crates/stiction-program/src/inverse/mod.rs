@@ -2,9 +2,9 @@
 //! friction.
 //!
 //! The program has three stages. The first computes everything that does not depend on friction.
-//! The second is a Newton step: it linearises friction about the current reactions and solves the
-//! balance with it, and is repeated. The third computes all forces from the unknowns of the last
-//! step.
+//! The second is a Newton step, which is repeated: it linearises friction about the current
+//! reactions and solves the force balance with this friction. The third computes all forces from
+//! the unknowns of the last step.
 
 mod record;
 
@@ -26,7 +26,7 @@ pub(crate) const SETTLED: f64 = 1e-8;
 /// Quadratic convergence is assumed only if the relative change of the reactions is below this
 /// value.
 pub(crate) const COARSE: f64 = 1e-3;
-/// Rounding error relative to the largest reaction.
+/// Rounding error of the reactions, relative to the largest reaction.
 pub(crate) const ROUNDING: f64 = 1e-15;
 
 /// Compiled program of inverse dynamics for one mechanism.
@@ -40,7 +40,8 @@ pub struct InverseProgram {
     code: Compiled<4>,
 }
 
-/// Code for derivatives that accompanies an inverse program and shares its slots.
+/// Code that computes derivatives in addition to a program of inverse dynamics, and shares the
+/// slots of that program.
 #[derive(Debug)]
 pub(crate) struct DerivativeCode {
     /// Operations that do not depend on directions, for one state at a time.
@@ -60,12 +61,13 @@ pub(crate) struct DerivativeCode {
 /// Slots of the program's results.
 #[derive(Clone, Debug)]
 struct Places {
-    /// Inputs of a step (`from`), and the slots that supply them before the first step (`start`)
-    /// and after each step (`next`).
+    /// Slots of the inputs of a Newton step (`from`), and of the values that are copied to them
+    /// before the first step (`start`) and after each step (`next`).
     from: Vec<u32>,
     start: Vec<u32>,
     next: Vec<u32>,
-    /// Sums of squares of the changes and of the values in a step, and the determinant.
+    /// Slots of three numbers: the sums of squares of the changes and of the values in a Newton
+    /// step, and the determinant of its matrix.
     control: [u32; 3],
     /// Slots of the guards, which are positive if the assumptions of the recording are true.
     ideal_guard: u32,
@@ -85,8 +87,8 @@ impl InverseProgram {
         self.code.lanes()
     }
 
-    /// Number of arithmetic operations: of the frictionless computation; and with friction, of the
-    /// preparation, of one Newton step, and of the final stage.
+    /// Numbers of arithmetic operations: of the frictionless computation; and, with friction, of
+    /// the preparation, of one Newton step, and of the final stage.
     pub fn operations(&self) -> [usize; 4] {
         self.code.operations()
     }
@@ -102,13 +104,15 @@ impl InverseProgram {
         self.code.memory(lanes)
     }
 
-    /// Bodies whose motions are arguments of [`Self::set_bodies`]: those at which chains meet.
+    /// Bodies whose motions are arguments of [`Self::set_bodies`]: the floating bodies of the
+    /// spanning tree, where kinematic chains meet.
     pub fn bodies(&self) -> impl Iterator<Item = BodyId> + '_ {
         self.layout.bodies()
     }
 
-    /// Indices of the tree coordinates that are inputs: those that do not follow from the bodies'
-    /// motions in closed form. Their rates and accelerations follow from prescribed values.
+    /// Indices of the tree coordinates that are inputs, because they do not follow from the motions
+    /// of [`Self::bodies`] in closed form. Their rates and accelerations follow from the prescribed
+    /// values.
     pub fn coordinates(&self) -> &[usize] {
         self.layout.free()
     }
@@ -157,7 +161,7 @@ impl InverseProgram {
     }
 
     /// Sets all lanes at once, as [`Self::set_bodies`] does for one. Unused lanes repeat the last
-    /// state. An empty slice changes nothing.
+    /// state. An empty slice changes no lane.
     ///
     /// # Panics
     /// In the cases of [`Self::set_bodies`], and if the states outnumber the lanes. Bodies, points
@@ -189,8 +193,8 @@ impl InverseProgram {
         self.layout.write_lanes(states, self.reads_targets, slots);
     }
 
-    /// Checks the numbers of prescribed values and loads: inputs have no names, so a missing one
-    /// would shift all later ones.
+    /// Panics if the number of prescribed values or of loads differs from that of the recording.
+    /// Inputs have no names, so a missing one would shift all later ones.
     #[inline]
     pub(crate) fn check(&self, targets: &[Target<f64>], loads: &[AppliedLoad<f64>]) {
         self.check_targets(targets);
@@ -206,13 +210,13 @@ impl InverseProgram {
         );
     }
 
-    /// Returns the targets, or none if the motions of bodies determine everything.
+    /// Returns the targets, or an empty slice if the motions of bodies determine all coordinates.
     #[inline]
     fn read_of<'a>(&self, targets: &'a [Target<f64>]) -> &'a [Target<f64>] {
         if self.reads_targets { targets } else { &[] }
     }
 
-    /// Motions of [`Self::bodies`] in a state of the tree.
+    /// Motions of [`Self::bodies`] computed from a state of the tree.
     pub fn motions(&self, state: &State<f64>) -> Vec<BodyMotion<f64>> {
         self.layout.motions(state).collect()
     }
@@ -268,8 +272,8 @@ impl InverseProgram {
         };
         copy(slots, &self.places.start);
         let mut done = [false; L];
-        // Squared relative changes of the previous step. Zero, before the first step, permits no
-        // conclusion.
+        // Squared relative changes of the previous step. Before the first step they are zero, which
+        // permits no conclusion about convergence.
         let mut changes = [0.0; L];
         for _ in 0..STEPS {
             runners[2].run(slots, scratch);
@@ -310,7 +314,8 @@ impl InverseProgram {
         memory.wrench(&self.places.reactions, lane, joint)
     }
 
-    /// Normal load of a friction interface, N; its sliding velocity, m/s; and its nonnegative friction force, N.
+    /// Normal load of a friction interface, N, its sliding velocity, m/s, and the magnitude of its
+    /// friction force, N, in this order.
     pub fn interface(&self, memory: &Memory, lane: usize, interface: usize) -> [f64; 3] {
         let Places { loads, velocities, frictions, .. } = &self.places;
         [loads, velocities, frictions].map(|places| memory.read(places[interface], lane))
@@ -322,9 +327,10 @@ impl InverseProgram {
     }
 }
 
-/// Tests convergence to rounding for each lane, from the sums of squares of changes and of values,
-/// and the determinant. Newton steps square the error: the change in a step is the error before it,
-/// and the last two changes give the factor of the quadratic convergence.
+/// Tests for each lane whether the iteration has converged to rounding. `control` contains the sums
+/// of squares of changes and of values, and the determinant. A Newton step squares the error: the
+/// change in a step approximates the error before it, and the last two changes determine the factor
+/// of the quadratic convergence.
 #[inline]
 pub(crate) fn settle<const L: usize>(control: [[f64; L]; 3], changes: &mut [f64; L]) -> [bool; L] {
     let [change, size, determinant] = control;

@@ -17,22 +17,22 @@ use crate::stages::{early, passed_on};
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics};
 use stiction_core::kinematics::Target;
 
-/// Largest difference from the solver's forces, relative to the largest force, at which a program
-/// is accepted. It allows for rounding magnified by ill-conditioned samples near singular
-/// positions.
+/// Largest accepted difference from the solver's forces, relative to the largest force. It allows
+/// for rounding that ill-conditioned samples near singular positions magnify.
 const AGREES: f64 = 1e-9;
 
 impl InverseProgram {
     /// Records and compiles the program of a mechanism.
     ///
-    /// `signal` gives prescribed values within the intended range of motion, each close enough to
-    /// the previous one for the solver to follow from its own position. `loads` defines the loaded
-    /// bodies, points and axes; the wrenches themselves are inputs. Friction is that of the
+    /// `signal` contains prescribed values within the intended range of motion, each close enough
+    /// to the previous one for the solver to follow from its present position. `loads` defines the
+    /// loaded bodies, points and axes; the wrenches themselves are inputs. Friction is that of the
     /// mechanism, coupled with the reactions, independently of the solver's settings.
     ///
     /// # Errors
-    /// See [`RecordError`]: the kernel has no plan for the mechanism (a singular position), the
-    /// signal cannot be followed, or the program does not reproduce the solver's forces.
+    /// See [`RecordError`]: the solver has no fixed order of elimination for the mechanism (at a
+    /// singular position), the solver cannot follow the signal, or the program does not reproduce
+    /// the solver's forces.
     pub fn record(
         solver: &InverseDynamics,
         signal: &[Vec<Target<f64>>],
@@ -54,8 +54,9 @@ impl InverseProgram {
         Ok(made.0)
     }
 
-    /// Like [`Self::record_with`], but also records the derivatives of all actuator forces with respect
-    /// to `quantities`, at the last evaluated state.
+    /// Records and compiles a program as [`Self::record_with`] does, together with code for the
+    /// derivatives of all actuator forces with respect to `quantities`, at the last evaluated
+    /// state.
     pub(crate) fn record_with_derivatives(
         solver: &InverseDynamics,
         signal: &[Vec<Target<f64>>],
@@ -78,7 +79,7 @@ impl InverseProgram {
     }
 
     /// Compares the program with its solver at states that were not recorded; states at which
-    /// either gives no forces are skipped.
+    /// either has no forces are skipped.
     fn agrees_with(&self, solver: &InverseDynamics, samples: &[Sample]) -> bool {
         let mut solver = solver.clone();
         solver.settings_mut().friction = FrictionMode::Converged;
@@ -137,8 +138,8 @@ impl InverseProgram {
         let (ideal, ideal_guard) = (own.places(&recorded.ideal)?, own.place(recorded.guards[0])?);
         let (ideal_drives, ideal_reactions) = ideal.split_at(counts.drives);
         slots.reserve(own.count() - slots.count());
-        // Each stage computes its own results, and those values for later stages that do not depend
-        // on later inputs.
+        // Each stage computes its own results, and all values for later stages that do not depend
+        // on the inputs of these stages.
         let is_late = |input| input >= inputs;
         let shared = early(ops, &recorded.slopes, |input| recorded.slope_inputs.contains(&input));
         let prepared = match recorded.slopes[..] {

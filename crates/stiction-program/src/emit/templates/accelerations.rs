@@ -1,12 +1,13 @@
 
-/// Relative changes of the accelerations and of the efforts at which iterations end.
+/// Relative changes of the accelerations and of the efforts at which the iteration ends.
 const SETTLED_STEP: Real = @SETTLED_STEP@;
 const RESIDUAL: Real = @RESIDUAL@;
 /// Relative error of the efforts and of their derivatives.
 const INEXACT: Real = @TOLERANCE@;
 
-/// Solves `a x = x` by elimination with pivoting. Rows and columns, whose units differ, are first divided by their
-/// largest entries. Returns `None` if a pivot is not above the error of the matrix: no digit of `x` would be correct.
+/// Solves `a y = x` by Gaussian elimination with pivoting, and returns `y`. Rows and columns, whose
+/// units differ, are first divided by their largest entries. Returns `None` if a pivot does not
+/// exceed the error of the matrix, because no digit of the result would be correct.
 fn eliminate(mut a: Matrix, mut x: [Real; COORDINATES]) -> Option<[Real; COORDINATES]> {
     for row in 0..COORDINATES {
         let size = largest(&a[row]);

@@ -1,23 +1,24 @@
 
-/// Number of joints with friction, and places of their reactions and of the direction in the
-/// workspace of the derivatives.
+/// Number of joints with friction. Indices of their reactions and of the direction in the workspace
+/// of the derivatives.
 const RUBBING_JOINTS: usize = @RUBBING_JOINTS@;
 const SLOPE_WORK: usize = @SLOPE_WORK@;
 const FIRST_REACTION: usize = FIRST_TARGET + 3 * COORDINATES;
 const FIRST_SLOPE: usize = FIRST_REACTION + 6 * RUBBING_JOINTS;
 
-/// Part of the derivatives that does not depend on the direction; the result is positive if they exist.
+/// Computes the part of the derivatives that does not depend on the direction. The result is
+/// positive if the derivatives exist.
 fn prepare_slopes<M: Math>(w: &mut [Real; SLOPE_WORK], r: &mut [Real; 1]) {
 @SLOPE_PREPARATION@}
 
-/// Slopes of the efforts along the direction in `w`.
+/// Computes the derivatives of the efforts along the direction in `w`.
 fn find_slopes<M: Math>(w: &mut [Real; SLOPE_WORK], r: &mut [Real; ACTUATORS]) {
 @SLOPES@}
 
 /// Matrix with a row for each actuator and a column for each coordinate.
 pub type Matrix = [[Real; COORDINATES]; ACTUATORS];
 
-/// Linearisation at a state.
+/// Derivatives of the efforts at one state, computed along one direction after another.
 struct Linear {
     w: [Real; SLOPE_WORK],
 }

@@ -17,7 +17,7 @@ pub const TREE: usize = @TREE@;
 /// Fingerprint of the model.
 pub const FINGERPRINT: u64 = @FINGERPRINT@;
 
-/// Number of components of a joint among the results, and number of results of a call.
+/// Number of results for each joint. Number of results of a call.
 const WRENCH: usize = @WRENCH@;
 const ANSWERS: usize = @ANSWERS@;
 const TUNABLES: usize = @TUNABLES@;
@@ -32,12 +32,12 @@ const FIRST_UNKNOWN: usize = FIRST_TARGET + 3 * COORDINATES;
 const MOST_CORRECTIONS: u32 = @CORRECTIONS@;
 const MOST_STEPS: u32 = @STEPS@;
 const MOST_STRIDES: Real = 1000.0;
-/// Closure error below which no further correction follows; larger error that is accepted if
-/// corrections no longer reduce it.
+/// Closure error below which no further correction follows. Larger closure error that is accepted
+/// if corrections no longer reduce it.
 const DONE: Real = @DONE@;
 const CLOSED: Real = @CLOSED@;
-/// Squares of relative changes: of a converged step; up to which convergence is quadratic; of
-/// rounding errors.
+/// Squares of relative changes: of a converged step; of the largest step with quadratic
+/// convergence; of rounding errors.
 const SETTLED: Real = @SETTLED@;
 const COARSE: Real = @COARSE@;
 const ROUNDING: Real = @ROUNDING@;
@@ -47,7 +47,7 @@ const CREEP: Real = @REST@;
 const HOME_TREE: [Real; TREE] = [
 @HOME@];
 
-/// Position at which the loops are closed first.
+/// Home position, where the loops are closed first.
 pub const HOME: [Real; COORDINATES] = [
 @HOME_VALUES@];
 
@@ -180,11 +180,12 @@ fn largest(x: &[Real]) -> Real {
     most
 }
 
-/// Closure error of the loops at `w`: its square, and a number that is positive if the equations are valid.
+/// Computes the square of the closure error of the loops, and a number that is positive if the
+/// equations are valid.
 fn find_errors<M: Math>(w: &mut [Real; POSITION_WORK], r: &mut [Real; POSITION_RESULTS]) {
 @ERRORS@}
 
-/// Corrected coordinates, after `find_errors`.
+/// Computes the corrected coordinates, after `find_errors`.
 fn correct<M: Math>(w: &mut [Real; POSITION_WORK], r: &mut [Real; POSITION_RESULTS]) {
 @CORRECTION@}
 
@@ -192,11 +193,11 @@ fn correct<M: Math>(w: &mut [Real; POSITION_WORK], r: &mut [Real; POSITION_RESUL
 fn prepare<M: Math>(w: &mut [Real; FORCE_WORK], r: &mut [Real; FORCE_RESULTS]) {
 @PREPARATION@}
 
-/// Newton step of the coupling of friction and reactions.
+/// Computes a Newton step of the coupled friction forces and reactions.
 fn couple<M: Math>(w: &mut [Real; FORCE_WORK], r: &mut [Real; FORCE_RESULTS]) {
 @STEP@}
 
-/// Actuator efforts and reactions.
+/// Computes the actuator efforts and the reactions.
 fn find_forces<M: Math>(w: &mut [Real; FORCE_WORK], r: &mut [Real; FORCE_RESULTS]) {
 @FORCES@}
 
@@ -312,7 +313,7 @@ fn set_motion(
 fn set_parameters(w: &mut [Real], params: &Params) {
 @TUNE@}
 
-/// Returns rates of negligible size in a direction.
+/// Returns rates of negligible magnitude in the given direction.
 fn creep(direction: &[Real; COORDINATES]) -> [Real; COORDINATES] {
     let size = largest(direction);
     direction.map(|rate| rate / size * CREEP)

@@ -1,67 +1,77 @@
-/// Number of free motions of the joints of the spanning tree, and of columns: unknowns of joints that close loops, and
-/// of gearings.
+/// Number of free motions of the joints of the spanning tree. Number of columns of the dense
+/// system: unknowns of the joints that close loops, and of gearings.
 const MOTIONS: usize = @MOTIONS@;
 const COLUMNS: usize = @COLUMNS@;
 const TERMS: usize = @TERMS@;
-/// Columns without which equilibrium is possible; columns that resist local passive degrees of freedom.
+/// Number of columns that are not needed for equilibrium. Number of columns that resist local
+/// passive degrees of freedom.
 const REDUNDANT: usize = @REDUNDANT@;
 const SPINS: usize = @SPINS@;
 const FIRST_PLACE: usize = @FIRST_PLACE@;
 const MOST_PASSES: u32 = @INDEX_PASSES@;
-/// Passes up to which the vectors of the last call count as near to those of this one.
+/// Number of passes of the iteration up to which the starting vectors count as close to the result.
 const FEW_PASSES: u32 = 3;
-/// Numbers of a body in two vectors.
+/// Number of values for each body: six components of each of two vectors.
 const WIDTH: usize = 12;
-/// Square of the sine of the angle between a vector and its next iterate, at convergence.
+/// Convergence limit: squared sine of the angle between a vector and its next iterate.
 const ALIGNED: Real = @ALIGNED@;
-/// Relative decrease of the square of the index by the second vector, at convergence.
+/// Convergence limit: relative decrease of the squared index that the second vector causes.
 const LOWERED: Real = @LOWERED@;
-/// Part of the square of an iterate up to which it counts as parallel to the other.
+/// Limit for parallel iterates: fraction of the squared second iterate that is perpendicular to the
+/// first.
 const PARALLEL: Real = @PARALLEL@;
-/// Index up to which the position counts as singular, and determinant from which on it needs no test.
+/// Largest index at which a position counts as singular. Smallest determinant at which a position
+/// counts as regular without a test of the index.
 const LEAST_INDEX: Real = @LEAST_INDEX@;
 const SMALL_DETERMINANT: Real = @SMALL_DETERMINANT@;
 
-/// Size of an array that may have no items.
+/// Length of an array of `count` items, at least 1.
 const fn room(count: usize) -> usize {
     if count > 0 { count } else { 1 }
 }
 
-/// Parent of each place in the tree; place 0 is the ground.
+/// Index of the parent body of each body in the spanning tree; index 0 is the ground.
 const PARENT: [usize; BODIES + 1] = [@PARENT@];
-/// Place that a free motion moves first.
+/// For each free motion, the index of the body that the joint connects to its parent.
 const MOVES: [usize; room(MOTIONS)] = [@MOVES@];
-/// Column of each term, and the places on which it acts, in opposite directions.
+/// For each term, the index of its column, and the two bodies on which its wrench acts in opposite
+/// directions.
 const COLUMN_OF: [usize; room(TERMS)] = [@COLUMN_OF@];
 const ON: [[usize; 2]; room(TERMS)] = [@ON@];
-/// Sign of each term on each motion.
+/// For each term and free motion: +1 or -1 if the motion moves only the first or only the second
+/// body of the term, otherwise 0.
 const SIGN: [[Real; room(MOTIONS)]; room(TERMS)] = [
 @SIGN@];
 
-/// Two vectors, with six components for each body including the ground, each for both vectors.
+/// Two interleaved vectors, each with six components for each body including the ground.
 type Pair = [Real; WIDTH * (BODIES + 1)];
-/// Amounts of the columns, each for both vectors.
+/// Unknowns of the columns of the dense system for two interleaved vectors.
 type Amounts = [Real; 2 * room(COLUMNS)];
 type Weakest = [Real; WIDTH * BODIES];
 
-/// Inverse of the dense system and the positions of a state. Along the joints of the tree, `A x = y` and its transpose are
-/// solved by recursion, where A is the dimensionless balance of all bodies; the dense system has one unknown for each
-/// free motion of these joints, and one row for each column.
+/// Dimensionless balance A of all bodies at one position, ready for solutions of `A x = y` and of
+/// the transposed system. Both are solved by recursion along the joints of the tree, and by the
+/// inverse of a dense system with one unknown for each free motion of these joints and one row for
+/// each column.
 struct Balance<'a> {
-    /// Centres of mass; origins of the joints; free motions and terms with six components.
+    /// Centres of mass of the bodies, origins of the joints (three components each), free motions
+    /// and terms (six components each).
     centre: &'a [Real],
     origin: &'a [Real],
     motion: &'a [Real],
     term: &'a [Real],
-    /// Inverse of the dense system in its first rows, and the column of each row.
+    /// Inverse of the dense system, in the first `MOTIONS` rows, and the column that belongs to
+    /// each row.
     inverse: [[Real; room(MOTIONS)]; room(COLUMNS)],
     column: [usize; room(COLUMNS)],
-    /// Unit vectors of reactions in equilibrium with each other, and of local passive degrees of freedom.
+    /// Unit vectors of self-stress states (reactions in equilibrium without loads), and of local
+    /// passive degrees of freedom.
     stress: [[Real; 6 * BODIES + COLUMNS]; room(REDUNDANT)],
     spin: [[Real; 6 * BODIES]; room(SPINS)],
 }
 
-/// Adds `by` times the product of the vector at `k` in `r` and each of two vectors at `from`, at `to`.
+/// For each of two vectors: adds `by r[k..k + 3] x a` to the three components at `to`, where `a`
+/// are the components at `from`.
 fn add_cross(r: &[Real], k: usize, x: &mut Pair, from: usize, by: Real, to: usize) {
     for lane in 0..2 {
         let (a, b, c) = (x[from + lane], x[from + 2 + lane], x[from + 4 + lane]);
@@ -71,7 +81,7 @@ fn add_cross(r: &[Real], k: usize, x: &mut Pair, from: usize, by: Real, to: usiz
     }
 }
 
-/// Adds the wrenches on all outer bodies to those on each body.
+/// Adds the wrenches on all bodies further out in the tree to the wrench on each body.
 fn gather(x: &mut Pair) {
     for k in (1..=BODIES).rev() {
         for i in 0..WIDTH {
@@ -80,7 +90,7 @@ fn gather(x: &mut Pair) {
     }
 }
 
-/// Adds the motion of its parent to that of each body.
+/// Adds the motion of the parent body to the motion of each body.
 fn spread(x: &mut Pair) {
     x[..WIDTH].fill(0.0);
     for k in 1..=BODIES {
@@ -90,7 +100,8 @@ fn spread(x: &mut Pair) {
     }
 }
 
-/// Subtracts from every second or from all components of a vector its part along a unit vector.
+/// Removes the component along a unit vector from the vector that consists of every `stride`-th
+/// item of `x`.
 fn subtract(x: &mut [Real], unit: &[Real], stride: usize) {
     let mut along = 0.0;
     for (x, unit) in x.iter().step_by(stride).zip(unit) {
@@ -101,7 +112,7 @@ fn subtract(x: &mut [Real], unit: &[Real], stride: usize) {
     }
 }
 
-/// Scales to a unit vector.
+/// Scales `x` to unit length.
 fn normalise<M: Math>(x: &mut [Real]) {
     let mut square = 0.0;
     for x in x.iter() {
@@ -113,14 +124,14 @@ fn normalise<M: Math>(x: &mut [Real]) {
     }
 }
 
-/// Number without any pattern, from -0.5 to 0.5.
+/// Pseudo-random number from -0.5 to 0.5.
 fn without_pattern(k: usize) -> Real {
     let n = k as u32;
     let mixed = n.wrapping_mul(n).wrapping_add(12345).wrapping_mul(40503) >> 3;
     (mixed & 0xffff) as Real / 65536.0 - 0.5
 }
 
-/// Vectors from which the first call starts, the first of unit length.
+/// Starting vectors of the first call; the first of them has unit length.
 fn first_vectors<M: Math>() -> Weakest {
     let mut weakest: Weakest = core::array::from_fn(without_pattern);
     let mut square = 0.0;
@@ -134,7 +145,8 @@ fn first_vectors<M: Math>() -> Weakest {
     weakest
 }
 
-/// Adds the products of two vectors: of the first with itself, of both, of the second with itself.
+/// Adds the scalar products of two interleaved vectors: of the first with itself, of the first with
+/// the second, of the second with itself.
 fn multiply(x: &[Real], products: &mut [Real; 3]) {
     for pair in x.chunks_exact(2) {
         products[0] += pair[0] * pair[0];
@@ -193,7 +205,7 @@ impl<'a> Balance<'a> {
         Some(own)
     }
 
-    /// Adds the amounts of all columns as wrenches on the bodies.
+    /// Adds the wrenches that the unknowns of all columns exert on the bodies.
     fn add_terms(&self, amounts: &Amounts, sum: &mut Pair) {
         for k in 0..TERMS {
             let (first, second) = (amounts[2 * COLUMN_OF[k]], amounts[2 * COLUMN_OF[k] + 1]);
@@ -208,8 +220,9 @@ impl<'a> Balance<'a> {
         }
     }
 
-    /// Solves `A x = y`: `x` are the wrenches on the bodies about the reference point, and becomes those of the joints
-    /// of the tree about their origins. Returns those of the columns.
+    /// Solves `A x = y`. On entry, `x` contains the wrenches on the bodies about the reference
+    /// point; on return, the wrenches of the joints of the tree about their origins. Returns the
+    /// unknowns of the columns.
     fn carry(&self, x: &mut Pair) -> Amounts {
         let mut right = [0.0; 2 * room(MOTIONS)];
         let mut amounts = [0.0; 2 * room(COLUMNS)];
@@ -236,8 +249,9 @@ impl<'a> Balance<'a> {
         amounts.map(|amount| -amount)
     }
 
-    /// Solves the transposed system: `x` are the motions of the joints of the tree about their origins, `amounts` those
-    /// of the columns; `x` becomes the motions of the bodies about their centres of mass.
+    /// Solves the transposed system. On entry, `x` contains the motions of the joints of the tree
+    /// about their origins, and `amounts` those of the columns; on return, `x` contains the motions
+    /// of the bodies about their centres of mass.
     fn shift(&self, x: &mut Pair, amounts: &Amounts) {
         for k in 1..=BODIES {
             add_cross(self.origin, 3 * (k - 1), x, WIDTH * k + 6, 1.0, WIDTH * k);
@@ -273,7 +287,7 @@ impl<'a> Balance<'a> {
         }
     }
 
-    /// Finds the reactions in equilibrium with each other, and the local passive degrees of freedom.
+    /// Computes unit vectors of the self-stress states and of the local passive degrees of freedom.
     fn find_null_vectors<M: Math>(&mut self) {
         for n in 0..REDUNDANT {
             let column = self.column[MOTIONS + n];
@@ -310,7 +324,7 @@ impl<'a> Balance<'a> {
         }
     }
 
-    /// Replaces the second vector by one without any pattern.
+    /// Replaces the second vector by a pseudo-random one.
     fn renew<M: Math>(&self, x: &mut Weakest, pattern: usize) {
         for k in 0..6 * BODIES {
             x[2 * k + 1] = without_pattern(k + pattern);
@@ -318,7 +332,8 @@ impl<'a> Balance<'a> {
         self.make_orthonormal::<M>(x);
     }
 
-    /// Makes both vectors orthogonal to local passive degrees of freedom and to each other, of unit length.
+    /// Makes both vectors orthogonal to the local passive degrees of freedom and to each other, and
+    /// scales them to unit length.
     fn make_orthonormal<M: Math>(&self, x: &mut Weakest) {
         for lane in 0..2 {
             for spin in &self.spin[..SPINS] {
@@ -341,7 +356,8 @@ impl<'a> Balance<'a> {
         }
     }
 
-    /// Subtracts reactions in equilibrium with each other from the wrenches of the joints and the amounts of the columns.
+    /// Removes the self-stress states from the wrenches of the joints and the unknowns of the
+    /// columns.
     fn remove_stresses(&self, x: &mut Pair, amounts: &mut Amounts) {
         for stress in &self.stress[..REDUNDANT] {
             for lane in 0..2 {
@@ -362,9 +378,10 @@ impl<'a> Balance<'a> {
         }
     }
 
-    /// Improves two unit vectors of least resistance by a step of inverse iteration, of which the first has the lower
-    /// resistance. Returns the square of this resistance, and `true` if the first vector has hardly turned and the second has
-    /// hardly lowered the resistance.
+    /// Improves the two unit vectors of least resistance by one step of inverse iteration; the
+    /// first vector has the lower resistance. Returns the square of this resistance, and `true` on
+    /// convergence: the first vector has hardly turned, and the second has hardly lowered the
+    /// resistance.
     fn improve<M: Math>(&self, x: &mut Weakest) -> (Real, bool) {
         // Products of the iterates and of A transposed times the iterates.
         let (mut moved, mut resisted) = ([0.0; 3], [0.0; 3]);
@@ -423,8 +440,9 @@ impl<'a> Balance<'a> {
     }
 }
 
-/// Finds the singularity index from the positions after `prepare`: smallest singular value of the dimensionless balance
-/// of all bodies, by inverse iteration with two vectors, starting from those of the last call.
+/// Computes the singularity index from the results of `prepare`: the smallest singular value of the
+/// dimensionless balance of all bodies. The inverse iteration with two vectors starts from those of
+/// the last call.
 fn find_index<M: Math>(places: &[Real], weakest: &mut Weakest, info: &mut Info) {
     (info.singularity_index, info.index_passes) = (0.0, 0);
     let Some(mut own) = Balance::invert(places) else { return };
