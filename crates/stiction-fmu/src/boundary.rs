@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use std::slice;
 use stiction::Error;
 
-/// Creates an instance; logs a message and returns null if that is not possible.
+/// Creates an instance; on failure logs a message and returns null.
 pub(crate) fn instantiate(
     logger: Logger,
     make: impl FnOnce() -> Result<Instance, Error>,
@@ -58,7 +58,7 @@ pub(crate) unsafe fn with(
     status as c_int
 }
 
-/// Message about a panic.
+/// Formats the message that reports a panic.
 fn defect(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<String>().map(String::as_str);
     let text = text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("a panic");
@@ -66,7 +66,7 @@ fn defect(panic: &(dyn Any + Send)) -> String {
     format!("a defect of the library, version {version}: {text}; please report it")
 }
 
-/// Copies a serialised state into the caller's memory.
+/// Copies a serialised state into the caller's memory. Fails if this memory is too short.
 pub(crate) fn copy(from: &[u8], to: &mut [u8]) -> Result<(), Error> {
     let room = to.len();
     match to.get_mut(..from.len()) {
@@ -84,7 +84,7 @@ pub(crate) fn copy(from: &[u8], to: &mut [u8]) -> Result<(), Error> {
 /// Frees an instance.
 ///
 /// # Safety
-/// The contract of [`with`]; the instance is not used again.
+/// The contract of [`with`] applies, and the instance must not be used again.
 pub(crate) unsafe fn free(instance: *mut c_void) {
     if !instance.is_null() {
         // SAFETY: it came from `Box::into_raw` in `instantiate`.
@@ -93,7 +93,7 @@ pub(crate) unsafe fn free(instance: *mut c_void) {
     }
 }
 
-/// The caller's array as a slice; empty if `count` is zero.
+/// Converts the caller's array to a slice; the slice is empty if `count` is zero.
 ///
 /// # Safety
 /// `first` points to `count` values that do not change during the call, or is null.
@@ -106,8 +106,8 @@ pub(crate) unsafe fn array<'a, T>(first: *const T, count: usize) -> Result<&'a [
     }
 }
 
-/// The caller's array for results, as a slice. It is set to zero first, because the caller's memory
-/// need not be initialised.
+/// Converts the caller's array for results to a slice. The array is set to zero first, because the
+/// caller's memory need not be initialised.
 ///
 /// # Safety
 /// `first` points to `count` values that nothing else uses during the call, or is null.
@@ -134,7 +134,7 @@ pub(crate) unsafe fn put<T>(place: *mut T, value: T) {
     }
 }
 
-/// The caller's string as a text.
+/// Converts the caller's string to UTF-8 text. `what` names the string in error messages.
 ///
 /// # Safety
 /// `text` is null, or points to a string that ends in zero and does not change during the call.
@@ -151,7 +151,8 @@ pub(crate) fn missing(what: &str) -> Error {
     Error::input(format!("{what} is missing: the pointer is null"))
 }
 
-/// Stores a state at the caller's pointer, and reuses the memory of a state that is already there.
+/// Stores a state at the caller's pointer. If the pointer already refers to a state, its memory is
+/// reused.
 ///
 /// # Safety
 /// `place` is null, or points to null or to a state of this library.
@@ -170,7 +171,7 @@ pub(crate) unsafe fn give(place: *mut *mut c_void, saved: Saved) -> Result<(), E
     Ok(())
 }
 
-/// State at the caller's pointer.
+/// Returns the state to which the caller's pointer refers.
 ///
 /// # Safety
 /// `state` is null or a state of this library that is not freed.
@@ -182,7 +183,8 @@ pub(crate) unsafe fn state<'a>(state: *mut c_void) -> Result<&'a Saved, Error> {
 /// Frees a state, and sets the caller's pointer to null.
 ///
 /// # Safety
-/// `place` is null, or points to null or to a state of this library, which is not used again.
+/// `place` is null, or points to null or to a state of this library. The state must not be used
+/// again.
 pub(crate) unsafe fn free_state(place: *mut *mut c_void) {
     if place.is_null() {
         return;
@@ -196,8 +198,8 @@ pub(crate) unsafe fn free_state(place: *mut *mut c_void) {
     }
 }
 
-/// Path of a `file` URI, in which FMI 2.0 gives the folder of the resources; any other text is
-/// itself a path.
+/// Converts a `file` URI to a path. FMI 2.0 specifies the resources folder as such a URI; any other
+/// text is itself a path.
 pub(crate) fn path_of(uri: &str) -> PathBuf {
     let Some(rest) = uri.strip_prefix("file:") else { return PathBuf::from(uri) };
     // `file:/a`, `file:///a` and `file://localhost/a` denote the same path.

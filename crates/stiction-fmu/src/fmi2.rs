@@ -173,7 +173,7 @@ pub unsafe extern "C" fn fmi2SetInteger(
     unsafe { with(instance, |i| i.set_integers(array(references, count)?)) }
 }
 
-/// Defines functions for types that no variable of the unit has.
+/// Defines functions for variable types that do not occur in this unit.
 macro_rules! absent {
     ($($name:ident($values:ty);)*) => {$(
         #[unsafe(no_mangle)]
@@ -310,7 +310,7 @@ pub unsafe extern "C" fn fmi2GetBooleanStatus(
     }
 }
 
-/// Defines the functions for other statuses, which exist only for asynchronous steps.
+/// Defines the status functions that exist only for asynchronous steps; they return `fmi2Discard`.
 macro_rules! discarded {
     ($($name:ident($value:ty);)*) => {$(
         #[unsafe(no_mangle)]

@@ -4,8 +4,8 @@ use crate::logger::{Logger, Status};
 use std::path::Path;
 use stiction::{Error, Unit, UnitState};
 
-/// The start of a step may differ from the time of the instance by this fraction of the step,
-/// because of rounding by the importer.
+/// Largest accepted difference between the start of a step and the time of the instance, as a
+/// fraction of the step. It allows for rounding by the importer.
 const SAME: f64 = 1e-6;
 
 /// Phase of an instance.
@@ -24,15 +24,15 @@ pub(crate) enum Phase {
 #[derive(Debug)]
 pub(crate) struct Instance {
     unit: Unit,
-    /// State before the start.
+    /// State of the unit before the start, to which a reset returns.
     fresh: UnitState,
     phase: Phase,
     logger: Logger,
     /// True if the importer receives all messages, false if only errors.
     pub(crate) logging: bool,
-    /// True if the importer handles events.
+    /// True if the importer supports event mode.
     events: bool,
-    /// True if steps may end early.
+    /// True if the importer accepts steps that end early.
     early: bool,
 }
 
@@ -43,7 +43,7 @@ pub(crate) struct Saved {
     phase: Phase,
 }
 
-/// End of a step.
+/// Outcome of a communication step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct StepEnd {
     pub(crate) time: f64,
@@ -54,7 +54,7 @@ pub(crate) struct StepEnd {
 }
 
 impl Instance {
-    /// Reads the unit from its resources.
+    /// Creates an instance from the resources folder of the unit.
     pub(crate) fn new(
         resources: &Path,
         token: &str,
@@ -90,7 +90,7 @@ impl Instance {
         self.phase
     }
 
-    /// Records that a panic has left the instance in an unknown state.
+    /// Marks the instance as unusable after a panic.
     pub(crate) fn break_down(&mut self) {
         self.phase = Phase::Broken;
     }
@@ -99,7 +99,7 @@ impl Instance {
         self.unit.time()
     }
 
-    /// Changes to the phase `to`; fails unless the present phase is in `from`.
+    /// Changes to the phase `to`. Fails if the present phase is not in `from`.
     pub(crate) fn go(&mut self, from: &[Phase], to: Phase) -> Result<(), Error> {
         self.expect(from)?;
         self.phase = to;
@@ -164,7 +164,7 @@ impl Instance {
         references.iter().try_for_each(|reference| self.unit.set_integer(*reference))
     }
 
-    /// Takes a step of `size` seconds from `time`.
+    /// Advances the simulation from `time` by `size`, both in s.
     pub(crate) fn step(&mut self, time: f64, size: f64) -> Result<StepEnd, Error> {
         self.expect(&[Phase::Stepping])?;
         if !(size.is_finite() && size > 0.0) {

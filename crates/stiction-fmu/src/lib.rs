@@ -19,7 +19,7 @@ mod saved_states;
 
 pub use logger::{Logger2, Logger3};
 
-/// Mark of the version in the binary, by which `stiction export` recognises its own library.
+/// Version mark in the binary, with which `stiction export` recognises this library.
 #[used]
 static VERSION: [u8; MARK.len()] = {
     let mut bytes = [0; MARK.len()];

@@ -9,7 +9,7 @@ use std::ptr;
 pub type Logger2 =
     unsafe extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char, ...);
 
-/// `fmi3LogMessageCallback`: environment, status, category, message.
+/// `fmi3LogMessageCallback`: environment, status, category, message. The message is complete text.
 pub type Logger3 = unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *const c_char);
 
 /// Status of a call, numbered as by FMI.
@@ -20,7 +20,7 @@ pub(crate) enum Status {
     Fatal = 4,
 }
 
-/// Callback of the importer that receives messages; may be absent.
+/// Callback of the importer that receives messages, if there is one.
 #[derive(Debug)]
 pub(crate) enum Logger {
     Two { function: Option<Logger2>, environment: *mut c_void, name: CString },
@@ -57,13 +57,13 @@ impl Logger {
         }
     }
 
-    /// Logger without a callback, which discards messages.
+    /// Creates a logger without a callback, which discards all messages.
     pub(crate) fn none() -> Self {
         Self::Three { function: None, environment: ptr::null_mut() }
     }
 }
 
-/// Converts text to a C string, without its zero characters.
+/// Converts text to a C string; zero characters in the text are omitted.
 pub(crate) fn c_string(text: &str) -> CString {
     let bytes: Vec<u8> = text.bytes().filter(|byte| *byte != 0).collect();
     CString::new(bytes).unwrap_or_default()

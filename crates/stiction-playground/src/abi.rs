@@ -41,7 +41,7 @@ mod exported {
         length
     }
 
-    /// Address of the answer.
+    /// Returns the address of the answer.
     #[unsafe(no_mangle)]
     extern "C" fn response() -> *const u8 {
         RESPONSE.with_borrow(Vec::as_ptr)

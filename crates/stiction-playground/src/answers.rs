@@ -13,7 +13,7 @@ use stiction::{Error, FrictionMode, ModelParts, ModelText, Robot};
 /// Progress callback: the amount of work done, and the total amount.
 pub(crate) type Progress<'a> = &'a mut dyn FnMut(u32, u32);
 
-/// Answers a request.
+/// Answers one request in JSON; the answer is also JSON.
 ///
 /// ```
 /// let text = stiction_playground::answer(r#"{"command": "gallery"}"#, &mut |_, _| {});
@@ -61,7 +61,7 @@ fn model(request: &Value) -> Result<ModelText, Error> {
     Ok(model.with_meshes(mesh_files(request)?))
 }
 
-/// Names and contents of the mesh files of a request.
+/// Reads the names and contents of the mesh files of a request.
 fn mesh_files(request: &Value) -> Result<Vec<(String, Vec<u8>)>, Error> {
     let file = |file: &Value| {
         let (name, content) = (file[0].as_str()?, file[1].as_str()?);
@@ -98,7 +98,7 @@ fn describe(robot: &Robot) -> Result<Value, Error> {
     }))
 }
 
-/// Names of the model's mesh files, each with true if it is shown.
+/// Lists the mesh files of the model: each name, and true if the mesh is shown.
 fn meshes(robot: &Robot) -> Vec<Value> {
     let mut names: Vec<(&str, bool)> = Vec::new();
     for visual in &robot.model().visuals {
@@ -165,7 +165,8 @@ fn forward(robot: &Robot, request: &Value, progress: Progress<'_>) -> Result<Val
     )
 }
 
-/// Reports progress. Always returns true (continue), because the page stops a computation by terminating its worker.
+/// Reports progress. Always returns true (continue), because the page stops a computation by
+/// terminating the worker.
 fn goes_on(progress: Progress<'_>, done: usize, of: usize) -> bool {
     let part = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
     progress(part(done), part(of));

@@ -24,7 +24,7 @@ const SCRIPT: &str = concat!(
     "})();\n"
 );
 
-/// Place of the compiled WebAssembly module.
+/// Location of the compiled WebAssembly module.
 #[derive(Clone, Copy, Debug)]
 pub enum Engine<'a> {
     /// In the file [`ENGINE`] beside the page, on the same server.
@@ -33,11 +33,12 @@ pub enum Engine<'a> {
     Inside(&'a [u8]),
 }
 
-/// The whole page. `shaded` is the script of the shaded view that the engine contains; empty without it.
+/// Returns the complete page. `shaded` is the script of the shaded view; it is empty if the module
+/// has none.
 ///
-/// The content security policy of the page permits only: the scripts of the page and of the
-/// reports, identified by their digests; the worker, which the page creates from a text that it
-/// contains; and the module.
+/// The content security policy of the page permits only the scripts of the page and of the reports,
+/// identified by their digests, the worker, which the page creates from text that it contains, and
+/// the module.
 ///
 /// # Errors
 /// The module cannot be compressed.
@@ -58,7 +59,7 @@ pub fn page(engine: Engine<'_>, shaded: &str) -> io::Result<String> {
         source_of(VIEWER),
         shaded,
     );
-    // Data blocks, which browsers do not execute.
+    // Data blocks: browsers do not execute them.
     let data = format!(
         "<script type=\"text/plain\" id=\"worker\">{WORKER}</script>\n\
          <script type=\"text/plain\" id=\"module\">{module}</script>\n"

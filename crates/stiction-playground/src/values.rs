@@ -3,7 +3,8 @@
 use serde_json::{Value, json};
 use toml::Table;
 
-/// All numbers of a model: the path of the key, the number, and its unit. Formulas are left out.
+/// Lists all numbers of a model: the path of the key, the number, and its unit. Formulas are
+/// omitted.
 pub(crate) fn numeric_values(text: &str) -> Vec<Value> {
     let mut values = Vec::new();
     if let Ok(table) = text.parse::<Table>() {
@@ -32,7 +33,8 @@ fn collect(table: &Table, path: &str, values: &mut Vec<Value>) {
     }
 }
 
-/// A number with its unit, as in `"2.5 kg m^2"`; `None` for formulas and other texts.
+/// Parses a number with its unit, such as `"2.5 kg m^2"`; returns `None` for formulas and other
+/// texts.
 fn quantity(text: &str) -> Option<(f64, &str)> {
     let text = text.trim();
     let end =

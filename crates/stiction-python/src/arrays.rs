@@ -6,7 +6,8 @@ use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 
-/// Copy of the numbers of an array argument, because other threads may change the array meanwhile.
+/// Copy of the numbers in an array argument, because other threads may change the array during the
+/// computation.
 pub(crate) struct Numbers {
     pub(crate) values: Vec<f64>,
     /// True if the argument is a single row (an array of one dimension).
@@ -49,8 +50,8 @@ pub(crate) fn numbers(name: &str, value: &Bound<'_, PyAny>, names: &[String]) ->
     Ok(Numbers { values, is_single, rows })
 }
 
-/// Shape and numbers of an array; `None` if its numbers are not contiguous and aligned in memory,
-/// or another function is writing to them.
+/// Copies the shape and the numbers of an array. Returns `None` if the numbers are not contiguous
+/// and aligned in memory, or while another function writes to them.
 fn copied(array: &Bound<'_, PyArrayDyn<f64>>) -> Option<(Vec<usize>, Vec<f64>)> {
     // `as_slice` also accepts arrays in column-major order, whose numbers are in another order.
     if !array.is_c_contiguous() {
@@ -60,7 +61,7 @@ fn copied(array: &Bound<'_, PyArrayDyn<f64>>) -> Option<(Vec<usize>, Vec<f64>)> 
     Some((array.shape().to_vec(), read.as_slice().ok()?.to_vec()))
 }
 
-/// Formats a shape as Python writes it.
+/// Formats a shape in Python notation.
 pub(crate) fn shown(shape: &[usize]) -> String {
     match shape {
         [one] => format!("({one},)"),
@@ -71,7 +72,7 @@ pub(crate) fn shown(shape: &[usize]) -> String {
     }
 }
 
-/// Creates an array of this shape from `values` without a copy.
+/// Creates an array of the given shape from `values`, without copying.
 pub(crate) fn array<'py>(
     py: Python<'py>,
     values: Vec<f64>,

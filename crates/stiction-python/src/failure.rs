@@ -8,7 +8,7 @@ use stiction::{Error, ErrorKind};
 
 static RAISED: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
 
-/// The package's Python function that creates an exception from an error.
+/// Returns the package's Python function that creates an exception from an error.
 fn maker(py: Python<'_>) -> PyResult<&Bound<'_, PyAny>> {
     let find = || Ok::<_, PyErr>(py.import("stiction._errors")?.getattr("_from_native")?.unbind());
     Ok(RAISED.get_or_try_init(py, find)?.bind(py))
@@ -62,7 +62,7 @@ pub(crate) fn computed<T: Send>(
     guarded(py, || py.detach(compute).map_err(|error| exception(py, &error)))
 }
 
-/// The name of the type of a Python object, for messages.
+/// Returns the name of the type of a Python object, for messages.
 pub(crate) fn type_name(object: &Bound<'_, PyAny>) -> String {
     let of: Bound<'_, PyType> = object.get_type();
     of.name().map_or_else(|_| "object".to_owned(), |name| name.to_string())

@@ -18,17 +18,17 @@ use stiction::{
     ModelText, Robot,
 };
 
-/// Name, text, folder, changes, cut-off frequency of the filter (Hz), and remarks of the
-/// conversion.
+/// Name, text, folder, changes, cut-off frequency of the filter (Hz), and notes of the conversion,
+/// in this order.
 type Parts = (String, String, Option<PathBuf>, Vec<String>, Option<f64>, Vec<String>);
-/// Time (s), kind, place and detail of an event.
+/// Time (s), kind, place and detail of an event, in this order.
 type Event = (f64, &'static str, String, String);
 
 /// A mechanism with its named motions and loads.
 #[pyclass(name = "Model", module = "stiction._native", frozen)]
 pub(crate) struct NativeModel {
     robot: Robot,
-    /// Remarks of the conversion from a robot file of another program.
+    /// Notes of the conversion from a robot file of another program.
     notes: Vec<String>,
 }
 
@@ -428,7 +428,7 @@ impl NativeModel {
 }
 
 impl NativeModel {
-    /// Request of inverse dynamics with the options of a call.
+    /// Creates a request for inverse dynamics with the options of a Python call.
     fn inverse_request(
         &self,
         motion: Option<&str>,
@@ -453,7 +453,8 @@ impl NativeModel {
     }
 }
 
-/// Adds options to the request of a simulation: `calls`, and the end time, the step and the tolerance.
+/// Adds options to a request for forward dynamics: those in `calls`, the end time, the step and the
+/// tolerance.
 fn with_calls(
     mut request: Forward,
     calls: &[(String, String, f64)],
@@ -474,8 +475,8 @@ fn with_calls(
     }
 }
 
-/// Calls a Python function of the caller, which `what` names, with the measured state. An exception of this function
-/// stops the simulation.
+/// Calls a function of the Python caller with the measured state. `what` names the function in
+/// messages. An exception of the function stops the simulation.
 fn called_with_state<T: for<'a, 'py> FromPyObject<'a, 'py>>(
     function: &Py<PyAny>,
     what: &str,
@@ -501,7 +502,7 @@ fn called_with_state<T: for<'a, 'py> FromPyObject<'a, 'py>>(
     })
 }
 
-/// Adds an option to the request of a simulation, from its name, text and number.
+/// Adds one option to a request for forward dynamics, given by the option's name, text and number.
 fn called(request: Forward, option: &str, text: &str, number: f64) -> Result<Forward, Error> {
     match option {
         "motion" => request.motion(text),

@@ -8,7 +8,7 @@ use numpy::{IntoPyArray, PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 use stiction::{Batch, Derivatives, Outputs, States, Status, Workers};
 
-/// All outcomes of a row; the code of an outcome is its index.
+/// All possible outcomes of a row. The index of an outcome is its code.
 pub(crate) const OUTCOMES: [Status; 10] = [
     Status::Converged,
     Status::InputNotFinite,
@@ -22,7 +22,7 @@ pub(crate) const OUTCOMES: [Status; 10] = [
     Status::Unbalanced { residual: 0.0 },
 ];
 
-/// Code of the outcome of a row.
+/// Returns the code of the outcome of a row.
 fn code(status: Status) -> i8 {
     let same = |known: &Status| std::mem::discriminant(known) == std::mem::discriminant(&status);
     OUTCOMES.iter().position(same).map_or(i8::MAX, |place| place as i8)
@@ -31,10 +31,10 @@ fn code(status: Status) -> i8 {
 type Codes<'py> = Bound<'py, PyArray1<i8>>;
 type Floats<'py> = Bound<'py, PyArrayDyn<f64>>;
 /// Derivatives of the efforts with respect to positions, rates and accelerations, and a flag for
-/// each row: true if the row has derivatives.
+/// each row that is true if the derivatives of this row exist.
 type DerivativeArrays<'py> = (Floats<'py>, Floats<'py>, Floats<'py>, Bound<'py, PyArray1<bool>>);
 /// Outcome codes, efforts, efforts without friction, reactions, frictions, residuals of the power
-/// balance, derivatives.
+/// balance, and derivatives.
 type InverseArrays<'py> = (
     Codes<'py>,
     Floats<'py>,
@@ -44,7 +44,7 @@ type InverseArrays<'py> = (
     Floats<'py>,
     Option<DerivativeArrays<'py>>,
 );
-/// Outcome codes, positions, quaternions, twists, accelerations.
+/// Outcome codes, positions, quaternions, twists, and accelerations.
 type MotionArrays<'py> = (Codes<'py>, Floats<'py>, Floats<'py>, Floats<'py>, Floats<'py>);
 
 /// A robot compiled for batches of states.
@@ -71,7 +71,7 @@ impl NativeStates {
         }
     }
 
-    /// Reads an optional argument, which must have the shape of `q`.
+    /// Reads an optional argument, whose shape must be that of `q`.
     fn like(
         &self,
         name: &str,

@@ -9,8 +9,8 @@ use pyo3::prelude::*;
 use stiction::format::{Key, Setting};
 use stiction::{Error, Robot};
 
-/// Values of a key, one for each design: numbers or texts. An empty text keeps the value of the
-/// model.
+/// Values of one varied key, one for each design: numbers or texts. An empty text stands for the
+/// value in the model.
 #[derive(FromPyObject)]
 pub(crate) enum Column {
     Numbers(Vec<f64>),
@@ -33,7 +33,7 @@ impl Column {
     }
 }
 
-/// Objectives of a study, and the options of its runs.
+/// Objectives of a study of many designs, and the options of its runs.
 pub(crate) struct Options<'a> {
     pub(crate) objectives: Vec<String>,
     pub(crate) motion: Option<&'a str>,
@@ -47,7 +47,7 @@ pub(crate) struct Options<'a> {
 /// Headers of the objectives, their values of shape (objectives, rows), and the status of each row.
 pub(crate) type Rows<'py> = (Vec<String>, Bound<'py, PyArrayDyn<f64>>, Vec<String>);
 
-/// Computes a row for each design. Results do not depend on the number of threads.
+/// Computes the objectives of each design. Results do not depend on the number of threads.
 pub(crate) fn rows<'py>(
     py: Python<'py>,
     robot: &Robot,

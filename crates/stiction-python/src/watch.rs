@@ -5,13 +5,13 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use stiction::run::inverse::Phase;
 
-/// Time between two checks for signals; the progress function is called at the same interval.
+/// Time between two checks for signals, and between two calls of the progress function.
 const EVERY: Duration = Duration::from_millis(50);
 
 /// Checks for signals, such as Ctrl-C, and calls a progress function, at regular intervals.
 ///
-/// An exception that a signal or the progress function raises stops the computation and is raised
-/// again after it.
+/// An exception that a signal or the progress function raises stops the computation. The exception
+/// is raised again after the computation has stopped.
 pub(crate) struct Watch {
     progress: Option<Py<PyAny>>,
     state: Mutex<State>,
@@ -20,12 +20,13 @@ pub(crate) struct Watch {
 struct State {
     last: Instant,
     raised: Option<PyErr>,
-    /// The last pair `(done, of)` passed to the progress function.
+    /// Last pair `(done, of)` that was passed to the progress function; `None` before the first
+    /// call.
     reported: Option<(usize, usize)>,
 }
 
 impl Watch {
-    /// Starts the checks for signals.
+    /// Creates a watch that calls the given progress function, if any.
     pub(crate) fn new(progress: Option<Py<PyAny>>) -> Self {
         let state = State { last: Instant::now(), raised: None, reported: None };
         Self { progress, state: Mutex::new(state) }
@@ -70,7 +71,8 @@ impl Watch {
         }
     }
 
-    /// Stores an exception of a function of the caller, which then stops the computation.
+    /// Stores an exception that a function of the caller raised; the exception then stops the
+    /// computation.
     pub(crate) fn keep(&self, error: PyErr) {
         self.state.lock().unwrap_or_else(PoisonError::into_inner).raised.get_or_insert(error);
     }

@@ -95,7 +95,8 @@ impl Rest {
         self.findings.time
     }
 
-    /// Least and greatest effort of an actuator for which the robot can remain at rest, N or N m.
+    /// Smallest and largest effort of an actuator with which the robot can remain at rest, N or N
+    /// m.
     ///
     /// # Errors
     /// No actuator has that name.

@@ -83,12 +83,12 @@ pub struct Mobility {
     pub finite: Option<usize>,
 }
 
-/// Nearest approach of the motion to singular positions of one kind.
+/// Smallest distance of the motion from singular positions of one kind, as a singularity index.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Singularity {
-    /// Least singularity index along the motion, dimensionless; zero at a singular position.
+    /// Smallest singularity index along the motion, dimensionless; zero at a singular position.
     pub index: f64,
-    /// Time of the least index, s.
+    /// Time at which the index is smallest, s.
     pub time: f64,
     /// `true` if the motion passes through or touches a singular position, at a sample or between
     /// samples.
@@ -161,7 +161,7 @@ impl Report {
     }
 }
 
-/// Value for a kind of singularity that cannot occur in the mechanism.
+/// Result for a kind of singularity that cannot occur in the mechanism.
 const NEVER: Singularity = Singularity { index: f64::INFINITY, time: 0.0, is_met: false };
 
 impl fmt::Display for Report {

@@ -8,9 +8,9 @@ use stiction_core::dynamics::{Data, Model};
 /// Compiled inverse dynamics with the actuators as independent coordinates; see [`Robot::control_loop`].
 #[derive(Clone, Debug)]
 pub struct ControlLoop {
-    /// The compiled model. It does not change.
+    /// Compiled model. Evaluations do not change it.
     pub model: Model,
-    /// State and results, allocated once.
+    /// Memory for the state and the results, allocated once.
     pub data: Data<f64>,
     /// Positions of the actuators at the first instant of the default motion, m or rad, in the order of
     /// [`Robot::actuators`].

@@ -28,7 +28,8 @@ pub enum Conversion {
 pub struct Converted {
     /// Text of the file.
     pub text: String,
-    /// Text of an additional YAML file of the same name, which URDF needs for loops or motors.
+    /// Text of an additional YAML file with the same base name, which URDF needs for loops or
+    /// motors.
     pub beside: Option<String>,
     /// Notes on omitted or changed properties.
     pub notes: Vec<String>,

@@ -24,7 +24,7 @@ enum Message {
     Diagnostics(Diagnostics),
 }
 
-/// Class of an [`Error`], which decides the exit code of the command line.
+/// Class of an [`Error`], which determines the exit code of the command line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ErrorKind {
@@ -61,7 +61,7 @@ impl Error {
         Self::new(ErrorKind::Interrupted, message)
     }
 
-    /// Sets the suggestion. Diagnostics keep their own suggestions.
+    /// Sets the suggestion. The suggestions of diagnostics do not change.
     pub fn with_help(mut self, suggestion: impl Into<String>) -> Self {
         if let Message::Plain { help, .. } = &mut self.0.message {
             *help = Some(suggestion.into());

@@ -39,11 +39,12 @@ pub struct Export {
     vectors: usize,
 }
 
-/// Recorded program of a robot, with all data that its source files require.
+/// Recorded program of a robot, with all data that the source files require.
 pub(crate) struct Recorded {
     pub(crate) program: Feedforward,
     pub(crate) solver: InverseDynamics,
-    /// Positions of the actuators along the default motion; the first is the home position.
+    /// Positions of the code's coordinates along the default motion; the first is the home
+    /// position.
     signal: Vec<Vec<Target<f64>>>,
     pub(crate) labels: Labels,
     options: SourceOptions,
@@ -129,8 +130,8 @@ impl Export {
         self
     }
 
-    /// Sets the number of test vectors; 200 by default. States with singular positions or resting
-    /// friction interfaces are left out, so there may be fewer.
+    /// Sets the number of test vectors; 200 by default. Near singular positions and states with a
+    /// friction interface at rest are skipped, so there may be fewer.
     pub fn vectors(mut self, count: usize) -> Self {
         self.vectors = count;
         self
@@ -347,7 +348,7 @@ fn joint_types(solver: &InverseDynamics) -> Vec<JointType> {
     solver.mechanism().joints().iter().map(|joint| joint.joint_type).collect()
 }
 
-/// Name, coordinate, and value at home.
+/// Name of a coordinate, the coordinate, and its value at the home position.
 type Named = (String, Coordinate, f64);
 
 impl Export {

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use stiction_format::{Contents, Store, not_text};
 
-/// Progress callback during the reading of a long recording: its name, the number of bytes read,
-/// and its length in bytes.
+/// Progress callback for reading a long recording: the name of the recording, the number of bytes
+/// read, and its length in bytes.
 pub type ReadProgress = dyn Fn(&str, u64, u64) + Send + Sync;
 
 /// Largest file that is read as a whole, bytes.
@@ -19,14 +19,14 @@ const LONG: u64 = 8 << 20;
 /// within milliseconds.
 const LARGEST_STREAM: u64 = 256 << 20;
 
-/// Reads files for a robot and records their paths.
+/// Reads files for a robot and stores their paths.
 #[derive(Clone, Default)]
 pub(crate) struct Files {
     read: Arc<Mutex<Vec<PathBuf>>>,
     /// Paths of the files that models and options name, as written there.
     named: Arc<Mutex<Vec<PathBuf>>>,
-    /// Packed files, each with the path by which the model names it and its path on disk; other
-    /// files cannot be read. `None` if any file on disk may be read.
+    /// Packed files: the path by which the model names each file, and its path on disk. Other files
+    /// cannot be read. `None` if any file on disk may be read.
     packed: Option<Arc<Vec<(PathBuf, PathBuf)>>>,
     progress: Option<Arc<ReadProgress>>,
 }
@@ -42,8 +42,8 @@ impl Files {
         Self { progress, ..Self::default() }
     }
 
-    /// Creates a reader that reads only packed files. Each is given by the path by which the model
-    /// names it, and its path on disk.
+    /// Creates a reader that reads only packed files. Each file is given by the path by which the
+    /// model names it, and by its path on disk.
     pub(crate) fn packed(places: Vec<(PathBuf, PathBuf)>) -> Self {
         Self { packed: Some(Arc::new(places)), ..Self::default() }
     }
@@ -189,13 +189,14 @@ pub(crate) fn standard_input() -> Result<String, String> {
     bounded(io::stdin().lock(), LARGEST_STREAM)
 }
 
-/// Text of at most `limit` bytes; reads at most one byte more.
+/// Reads text of at most `limit` bytes. At most one byte more is read from the source, to detect
+/// longer text.
 fn bounded(from: impl Read, limit: u64) -> Result<String, String> {
     let mut bytes = Vec::new();
     let mut from = from.take(limit + 1);
     let mut checked = 0;
-    // The text is read piece by piece, so that content that is not text is rejected early, however
-    // long it is.
+    // The text is read piece by piece, so that content that is not text is rejected early,
+    // regardless of its length.
     loop {
         let piece = (&mut from).take(PIECE).read_to_end(&mut bytes).map_err(|e| describe(&e))?;
         if piece == 0 {
@@ -218,7 +219,7 @@ fn bounded(from: impl Read, limit: u64) -> Result<String, String> {
 /// Number of bytes read between two checks that the content is text.
 const PIECE: u64 = 1 << 20;
 
-/// Reason why a file cannot be read, in plain words.
+/// Describes in plain words why a file cannot be read.
 fn describe(error: &io::Error) -> String {
     match error.kind() {
         ErrorKind::NotFound => "there is no such file".to_owned(),
@@ -237,7 +238,7 @@ struct StoredFile {
 
 struct StoredState {
     file: File,
-    /// Receiver of the progress, until the end has been read for the first time.
+    /// Receiver of progress reports; unused once the recording has been read to its end.
     progress: Option<Arc<ReadProgress>>,
 }
 

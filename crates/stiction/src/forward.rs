@@ -34,10 +34,11 @@ pub type Forward = Request<Simulation>;
 /// Options of forward dynamics.
 #[derive(Clone, Debug)]
 pub struct Simulation {
-    /// Model as simulated: without friction if it is off, and with actuators on all locked joints.
+    /// Model as simulated: without friction if friction is off, and with additional actuators on
+    /// locked joints.
     model: Arc<ModelFile>,
-    /// Names of the parts of `model`. The efforts of the actuators on locked joints hold these
-    /// joints.
+    /// Names of the parts of `model`. The additional actuators of locked joints hold these joints
+    /// in place.
     names: Arc<Names>,
     drives: Option<(Efforts, String)>,
     controller: Option<Option<(Control, String)>>,
@@ -55,7 +56,7 @@ impl Loaded for Simulation {}
 
 /// Default duration of a simulation without a motion, s.
 const USUAL_DURATION: f64 = 10.0;
-/// Time between samples, s, unless the motion states another.
+/// Time between samples, s, unless the motion specifies a time step.
 const USUAL_STEP: f64 = 0.01;
 /// Maximum number of controller samples in a simulation.
 const MOST_CONTROLLER_SAMPLES: f64 = 1e9;
@@ -299,10 +300,10 @@ impl Forward {
         Ok(self)
     }
 
-    /// Adds a function that ends the simulation at the instant at which its value becomes negative.
-    /// It receives the measured state without reference motions, at trial states of integration
-    /// steps, and therefore must depend on its argument only. The instant is located and recorded
-    /// as that of a [condition](Self::stop); `name` identifies the function there.
+    /// Adds a function that ends the simulation when its value becomes negative. The function
+    /// receives the measured state without reference motions, also at trial states of integration
+    /// steps, and therefore must depend only on its argument. The instant is located and recorded
+    /// as for a [condition](Self::stop); `name` identifies the function in the recorded event.
     pub fn stop_function(
         mut self,
         name: &str,
@@ -326,8 +327,8 @@ impl Forward {
         self
     }
 
-    /// Sets the tolerance of the relative error of an integration step; for a Moreau time step it
-    /// is a thousand times as large.
+    /// Sets the tolerance of the relative error of an integration step. The tolerance of a Moreau
+    /// time step is a thousand times as large.
     ///
     /// # Errors
     /// The tolerance is not between 1e-14 and 1e-2.
@@ -365,7 +366,7 @@ impl Forward {
         Ok(self)
     }
 
-    /// Completes and checks the options.
+    /// Completes and checks the options, and returns the resulting plan.
     ///
     /// # Errors
     /// Options contradict each other, or an input has no finite value at some time.
@@ -396,8 +397,8 @@ impl Forward {
 }
 
 impl Forward {
-    /// Name of an option of this request that a plant does not support; `None` if a plant supports
-    /// all of them.
+    /// Returns the name of an option of this request that a plant does not support; `None` if a
+    /// plant supports all options.
     pub(crate) fn unfit_for_plant(&self) -> Option<&'static str> {
         let task = &self.task;
         match () {
@@ -507,9 +508,10 @@ impl Plan {
         job
     }
 
-    /// Simulates and passes each sample to `receive`, with a function that creates a checkpoint. Tables, plots and
-    /// summaries of `stiction_run` receive the samples through its `Recorder`. Polls `is_stopped` while samples are
-    /// computed; with a checkpoint, continues after its last sample.
+    /// Simulates and passes each sample to `receive`, together with a function that creates a
+    /// checkpoint. Tables, plots and summaries of `stiction_run` receive the samples through
+    /// `Recorder` of that crate. Polls `is_stopped` while samples are computed. If a checkpoint is
+    /// given, the simulation continues after the last sample of the checkpoint.
     ///
     /// # Errors
     /// The robot cannot start, or `receive` returned an error. Later failures are in the outcome.

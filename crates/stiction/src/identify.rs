@@ -12,7 +12,7 @@ impl Robot {
     /// Reads the options of an identification from a TOML file.
     ///
     /// # Errors
-    /// The file cannot be read, or a key or value in it is not understood.
+    /// The file cannot be read, or contains an unknown key or an invalid value.
     pub fn identify_settings(&self, path: &Path) -> Result<IdentifySettings, Error> {
         let name = path.display().to_string();
         let text = self.file_text(path)?;
@@ -25,7 +25,7 @@ impl Robot {
     /// Reads a log with its options.
     ///
     /// # Errors
-    /// The file cannot be read, or a column in it is not understood.
+    /// The file cannot be read, or contains an unknown column.
     pub fn measured_log(
         &self,
         path: &str,

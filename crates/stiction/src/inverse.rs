@@ -52,15 +52,16 @@ impl Inverse {
         self
     }
 
-    /// Requests the friction margin to jamming: the factor by which all friction coefficients can grow before
-    /// friction locks the mechanism.
+    /// Requests the friction margin to jamming: the factor by which all friction coefficients can
+    /// increase before friction locks the mechanism.
     pub fn friction_margin(mut self, ask: bool) -> Self {
         self.task.friction_margin = ask;
         self
     }
 
-    /// Sets at which samples the singularity indices are computed. Default: at all samples. A summary needs only the
-    /// least indices, which takes less time; the indices of the other samples are then NaN.
+    /// Selects the samples at which the singularity indices are computed. Default: all samples. A
+    /// summary needs only the smallest indices, which takes less time; the indices at all other
+    /// samples are then NaN.
     pub fn indices(mut self, at: Indices) -> Self {
         self.task.indices = at;
         self
@@ -240,8 +241,8 @@ impl Sample {
         Ok(self.efforts_frictionless[self.names.actuator(actuator)?])
     }
 
-    /// Least and greatest effort of an actuator that static friction permits at rest, N or N m; both are
-    /// the effort itself while all joints slide.
+    /// Smallest and largest effort of an actuator that static friction permits at rest, N or N m;
+    /// while all joints slide, both equal the effort itself.
     ///
     /// # Errors
     /// No actuator has that name.

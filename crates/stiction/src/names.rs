@@ -21,8 +21,8 @@ pub(crate) struct Names {
     /// Name of each friction interface: the name of the joint, followed by that of the interface if
     /// the joint has several.
     pub(crate) interfaces: Vec<String>,
-    /// Name of each friction interface in a simulation: those of the joints, then the motor shafts
-    /// with friction.
+    /// Name of each friction interface in a simulation: the friction interfaces of the joints,
+    /// followed by the motor shafts with friction.
     pub(crate) with_shafts: Vec<String>,
 }
 
@@ -94,12 +94,13 @@ impl Names {
         find("joint coordinate", name, self.coordinates.iter().map(|(name, ..)| name))
     }
 
-    /// Index of a friction interface of the joints.
+    /// Index of a friction interface of a joint, by its name.
     pub(crate) fn interface(&self, name: &str) -> Result<usize, Error> {
         find_interface(name, &self.interfaces)
     }
 
-    /// Index of a friction interface in a simulation.
+    /// Index of a friction interface in a simulation, where motor shafts with friction are
+    /// included.
     pub(crate) fn interface_or_shaft(&self, name: &str) -> Result<usize, Error> {
         find_interface(name, &self.with_shafts)
     }

@@ -46,7 +46,7 @@ macro_rules! shared_options {
             Ok(self)
         }
 
-        /// Sets the state, as [`Forward::from`].
+        /// Sets the state, as in [`Forward::from`].
         ///
         /// # Errors
         /// The assignments are defective.

@@ -7,9 +7,9 @@ use stiction_core::dynamics::FrictionMode;
 use stiction_format::{LoadCase, Motion};
 use stiction_run::{Job, SinkError};
 
-/// A computation on a robot, with the options that all computations share. `T` contains the options of one kind of
-/// computation: [`Inverse`](crate::Inverse), [`Forward`](crate::Forward), [`Check`](crate::Check) or
-/// [`Breakaway`](crate::Breakaway).
+/// A computation on a robot, with the options common to all computations. `T` contains the options
+/// of one kind of computation: [`Inverse`](crate::Inverse), [`Forward`](crate::Forward),
+/// [`Check`](crate::Check) or [`Breakaway`](crate::Breakaway).
 ///
 /// By default the model's default motion and load are used.
 #[derive(Clone, Debug)]
@@ -21,7 +21,7 @@ pub struct Request<T> {
     pub(crate) task: T,
 }
 
-/// Kind of computation to which loads apply.
+/// Marker for kinds of computation that accept loads.
 pub trait Loaded {}
 
 impl<T> Request<T> {
@@ -52,8 +52,8 @@ impl<T> Request<T> {
         Ok(self)
     }
 
-    /// Sets the time between samples, s. Default: that of the motion, else 0.01 s. The steps of integration do not
-    /// depend on it.
+    /// Sets the time between samples, s. Default: the time step of the motion, else 0.01 s. It does
+    /// not affect the integration steps.
     pub fn step(mut self, step: f64) -> Self {
         self.step = Some(step);
         self
@@ -138,8 +138,9 @@ pub struct Samples<T: Sampled> {
 }
 
 impl<T: Sampled> Samples<T> {
-    /// Results for the whole computation, available after the iterator has returned all samples. Inverse dynamics
-    /// gives mobility, uniqueness and passages of singular positions; a simulation gives its events.
+    /// Results for the whole computation, available after the iterator has returned all samples.
+    /// Inverse dynamics returns mobility, uniqueness and passages through singular positions; a
+    /// simulation returns its events.
     pub fn outcome(&self) -> Option<&T::Outcome> {
         self.stream.result()
     }

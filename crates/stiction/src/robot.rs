@@ -186,7 +186,7 @@ impl Robot {
         &self.model.mechanism
     }
 
-    /// Full paths of all files read for this robot so far.
+    /// Full paths of all files that have been read for this robot so far.
     pub fn files_read(&self) -> Vec<PathBuf> {
         self.files.paths()
     }
@@ -297,7 +297,7 @@ impl Robot {
     }
 }
 
-/// Label of a motion or load in results: its name, or a remark that it was given as assignments.
+/// Label of a motion or load in results: its name, or a note that it was given as assignments.
 fn label(text: &str) -> String {
     let text = text.trim();
     if text.contains('=') { "as given".to_owned() } else { text.to_owned() }

@@ -7,10 +7,11 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{Builder, JoinHandle};
 use stiction_run::SinkError;
 
-/// Maximum number of samples that are ready but not yet received; the computation pauses when there are so many.
+/// Maximum number of samples that wait for the receiver; the computation pauses when this number is
+/// reached.
 const WAITING: usize = 64;
 
-/// Iterator over the samples of a computation on another thread, which is ahead by at most
+/// Iterator over the samples of a computation on another thread, which runs ahead by at most
 /// [`WAITING`] samples.
 ///
 /// After the last sample, the stream contains the result of the whole computation. Dropping the stream stops the

@@ -27,7 +27,7 @@ pub struct TabulatedSimulation {
     pub results: Tabulated,
     /// Events, in the order of time.
     pub events: Vec<EventRow>,
-    /// The end of the simulation: `Ok` if it reached its end time or a stop condition, else the reason.
+    /// End of the simulation: `Ok` if it reached the end time or a stop condition, else the reason.
     pub ended: Result<(), Error>,
 }
 
@@ -54,7 +54,7 @@ impl Inverse {
         Ok(Tabulated { tables: columns.finish(), summary: summary.json(&job, &verdict), text })
     }
 
-    /// Passes all samples to a sink; returns the summary, the verdict, and a text of both.
+    /// Passes all samples to a sink. Returns the summary, the verdict, and both as text.
     pub(crate) fn summarise(
         &self,
         job: &Job<'_>,
@@ -104,7 +104,7 @@ impl Plan {
         Ok(TabulatedSimulation { results, events, ended })
     }
 
-    /// Passes all rows to a sink; returns the sink with the summary, the outcome, and a text of both.
+    /// Passes all rows to a sink. Returns the sink with the summary, the outcome, and both as text.
     pub(crate) fn summarise<S: Sink<simulated::Rows>>(
         &self,
         job: &simulated::Job<'_>,

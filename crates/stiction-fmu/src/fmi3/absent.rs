@@ -9,7 +9,7 @@ use stiction::Error;
 
 type References = *const u32;
 
-/// Defines functions for types that no variable of the unit has.
+/// Defines functions for variable types that do not occur in this unit.
 macro_rules! no_variables {
     ($($name:ident($values:ty);)*) => {$(
         #[unsafe(no_mangle)]

@@ -8,7 +8,7 @@ use stiction_core::kinematics::Target;
 use stiction_program::{Feedforward, FeedforwardMemory, Shortfall};
 use stiction_run::forward::Measured;
 
-/// Control law.
+/// Control law of an actuator controller, with or without friction compensation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Compensator {
     /// Proportional-derivative control.
@@ -55,7 +55,7 @@ impl Compensator {
 }
 
 /// Largest of the small rates that represent incipient motion of joints at rest, rad/s or m/s. Only
-/// their ratios matter, because they give the direction of friction.
+/// the ratios of these rates matter, because they determine the direction of friction.
 const CREEP: f64 = 1e-9;
 
 /// Splits targets into their values, rates and accelerations.
@@ -64,13 +64,13 @@ pub(super) fn split(targets: &[Target<f64>]) -> [Vec<f64>; 3] {
     [of(|t| t.value), of(|t| t.rate), of(|t| t.acceleration)]
 }
 
-/// Feed-forward model of a robot: a recorded program and its memory.
+/// Feedforward model of a robot: a recorded program and its memory.
 #[derive(Clone, Debug)]
 pub(super) struct Model {
     program: Arc<Feedforward>,
     memory: FeedforwardMemory,
     /// Friction contribution to the efforts, N or N m, from the last call of [`Self::friction`] in
-    /// which the program found it.
+    /// which friction had a solution.
     last: Vec<f64>,
 }
 
@@ -111,7 +111,7 @@ impl Model {
         Err(Error::no_answer(format!("the controller cannot compute efforts: {why}")))
     }
 
-    /// Efforts without friction.
+    /// Efforts without friction, N or N m.
     pub(super) fn ideal(&mut self, q: &[f64], v: &[f64], a: &[f64]) -> Result<Vec<f64>, Error> {
         self.run(q, v, a)?;
         Ok(self.drives(Feedforward::ideal_drive))
@@ -140,8 +140,8 @@ impl Model {
     }
 }
 
-/// Reference motions of the actuators at an instant, and the contributions of friction to their
-/// efforts.
+/// Reference motions of the actuators at one instant, and the contributions of friction to the
+/// actuator efforts.
 pub(super) type Instant = (Vec<Target<f64>>, Vec<f64>);
 
 /// Direction of a reference motion: the sign of its rate or, if the rate is zero, of its
@@ -151,7 +151,8 @@ fn direction(reference: &Target<f64>) -> f64 {
     if reference.rate == 0.0 { sign(reference.acceleration) } else { sign(reference.rate) }
 }
 
-/// Fits constant friction `c sgn(rate) + d rate` of each actuator by least squares.
+/// Fits constant friction `c sgn(rate) + d rate` of each actuator by least squares; returns
+/// `[c, d]` for each.
 pub(super) fn best_constants(samples: &[Instant], count: usize) -> Vec<[f64; 2]> {
     (0..count)
         .map(|k| {
@@ -165,7 +166,8 @@ pub(super) fn best_constants(samples: &[Instant], count: usize) -> Vec<[f64; 2]>
                 fv += f * v;
             }
             let determinant = ss * vv - sv * sv;
-            // With one speed only, the two parts cannot be distinguished, so all is attributed to Coulomb friction.
+            // With only one speed, the two parts cannot be distinguished, so the friction is
+            // attributed to Coulomb friction.
             match determinant > 1e-9 * ss * vv {
                 true => [(fs * vv - fv * sv) / determinant, (ss * fv - sv * fs) / determinant],
                 false if ss > 0.0 => [fs / ss, 0.0],
@@ -175,21 +177,23 @@ pub(super) fn best_constants(samples: &[Instant], count: usize) -> Vec<[f64; 2]>
         .collect()
 }
 
-/// Controller with its models, sensors and record.
+/// Controller with its models, its sensors and the recorded samples.
 #[derive(Clone, Debug)]
 pub(super) struct Controller {
     pub(super) law: Compensator,
     pub(super) transition: Transition,
     /// Largest rate of each actuator along the reference, rad/s or m/s.
     pub(super) fastest: Vec<f64>,
-    /// Factor applied to the friction contribution that is held at rest, see [`Transition`].
+    /// Factor that multiplies the friction contribution while the reference rests, see
+    /// [`Transition`].
     pub(super) held: f64,
     /// Position gain ω², 1/s^2, and rate gain 2 ζ ω, 1/s, per effective mass; ω is the natural frequency, ζ the
     /// damping ratio.
     pub(super) gains: [f64; 2],
     /// Effective masses of the actuators, kg or kg m^2.
     pub(super) masses: Vec<f64>,
-    /// Constant friction of each actuator.
+    /// Constant friction of each actuator: Coulomb friction, N or N m, and viscous coefficient, N
+    /// s/m or N m s/rad.
     pub(super) constants: Vec<[f64; 2]>,
     /// Model evaluated at measured positions.
     pub(super) measured: Model,
@@ -199,19 +203,19 @@ pub(super) struct Controller {
     pub(super) records: Vec<Record>,
 }
 
-/// True state at a sample of the controller.
+/// True state of the robot at a sampling instant of the controller.
 #[derive(Clone, Debug)]
 pub(super) struct Record {
     pub(super) time: f64,
-    /// Reference minus position of each actuator.
+    /// Tracking error of each actuator: reference minus position, m or rad.
     pub(super) errors: Vec<f64>,
-    /// True rates, and rates of the reference.
+    /// True rates of the actuators, and rates of the reference, m/s or rad/s.
     pub(super) rates: [Vec<f64>; 2],
     pub(super) efforts: Vec<f64>,
 }
 
 impl Controller {
-    /// Computes the efforts at a sample.
+    /// Computes the actuator efforts at one sampling instant.
     pub(super) fn efforts(&mut self, at: &Measured<'_>) -> Result<Vec<f64>, Error> {
         let [q, v, a] = split(at.reference);
         let (position, rate) = self.sensors.measure(at.positions, at.rates);

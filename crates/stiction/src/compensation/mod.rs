@@ -21,8 +21,8 @@ use stiction_core::kinematics::Target;
 use stiction_core::random::Random;
 use stiction_program::{Feedforward, Tunable};
 
-/// Number of instants of the motion at which the friction of the model is evaluated. The constant
-/// friction of each actuator is fitted to these values.
+/// Number of instants of the motion at which the friction of the model is evaluated to fit the
+/// constant friction of each actuator.
 const FITTED: u32 = 2000;
 /// Maximum number of controller samples in one simulation.
 const MOST_SAMPLES: f64 = 1e7;
@@ -84,8 +84,8 @@ impl Compensation {
         self
     }
 
-    /// Sets the compensation of friction at reversals and at rest; each law that compensates
-    /// friction is simulated with each of them. Default: [`Transition::Sign`] alone.
+    /// Sets how friction is compensated at reversals and at rest; each law that compensates
+    /// friction is simulated with each of these transitions. Default: only [`Transition::Sign`].
     pub fn transitions(mut self, transitions: &[Transition]) -> Self {
         self.transitions = transitions.to_vec();
         self
@@ -254,7 +254,8 @@ impl Compensation {
             let names = labels.actuators.iter().map(|(name, _)| name);
             LawResult::new((law, transition), &records, &run, names)
         };
-        // Without friction compensation, the transition has no effect, so one is enough.
+        // A law without friction compensation does not depend on the transition and is simulated
+        // only once.
         let pairs = self.laws.iter().flat_map(|law| {
             let count = if law.has_friction() { self.transitions.len() } else { 1 };
             self.transitions.iter().take(count).map(|transition| (*law, *transition))
@@ -293,8 +294,8 @@ impl Compensation {
         values.map(|value| value * (1.0 + self.known_to * random.number())).collect()
     }
 
-    /// Reference motions of the actuators along the motion, with the true contribution of friction
-    /// to their efforts.
+    /// Computes the reference motions of the actuators along the motion, and the true contribution
+    /// of friction to the actuator efforts.
     fn course(&self, program: &Arc<Feedforward>) -> Result<Vec<Instant>, Error> {
         let mut check = self.robot.check_along();
         if let Some(motion) = &self.motion {
@@ -336,7 +337,7 @@ impl Compensation {
     }
 }
 
-/// Largest rate of each actuator along the reference.
+/// Largest rate of each actuator along the reference, m/s or rad/s.
 fn fastest(course: &[Instant], count: usize) -> Vec<f64> {
     let of = |k: usize| course.iter().fold(0.0, |most: f64, (at, _)| most.max(at[k].rate.abs()));
     (0..count).map(of).collect()

@@ -131,7 +131,8 @@ impl LawResult {
 }
 
 impl LawResult {
-    /// Name of the law; with its transition if `several` is true and the law compensates friction.
+    /// Name of the law, followed by its transition if `several` is true and the law compensates
+    /// friction.
     fn label(&self, several: bool) -> String {
         match several && self.law.has_friction() {
             true => format!("{}, {}", self.law.name(), self.transition),
@@ -148,8 +149,8 @@ impl Compared {
         each.any(|own| Some(own.transition) != first)
     }
 
-    /// True for a result of a law without friction compensation, or with the first transition of
-    /// the comparison.
+    /// True for the result of a law without friction compensation, and for the result with the
+    /// first transition of the comparison.
     fn is_main(&self, own: &LawResult) -> bool {
         let first = self.laws.iter().find(|own| own.law.has_friction()).map(|own| own.transition);
         !own.law.has_friction() || Some(own.transition) == first
@@ -168,7 +169,7 @@ impl Compared {
         })
     }
 
-    /// Content of the report: settings and results of the comparison.
+    /// Content of the report about control laws: settings and results of the comparison.
     pub fn report(&self) -> Controllers {
         let several = self.has_several();
         let tracking = |own: &LawResult| Tracking {

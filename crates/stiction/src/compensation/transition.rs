@@ -6,17 +6,18 @@ use std::fmt;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Transition {
     /// Friction in the direction of the reference rate; at rest, in the direction of the reference
-    /// acceleration. If that is also zero, the friction of the last motion is held.
+    /// acceleration. If the acceleration is also zero, the friction of the last motion is
+    /// maintained.
     Sign,
-    /// Like [`Self::Sign`], but the held friction decays at rest, by one percent per sample.
+    /// Like [`Self::Sign`], but at rest the maintained friction decays by one percent per sample.
     Fade,
-    /// Friction multiplied by tanh(v / w). v is the reference rate of the actuator; w is this
-    /// fraction of the largest magnitude of v.
+    /// Friction multiplied by tanh(v / w), where v is the reference rate of the actuator. The field
+    /// is the ratio of w to the largest magnitude of v.
     Tanh(f64),
 }
 
-/// Factor by which [`Transition::Fade`] multiplies the held friction in each sample at rest; equals
-/// the default of the exported code.
+/// Factor by which [`Transition::Fade`] multiplies the maintained friction in each sample at rest.
+/// It equals the default of the exported code.
 const FADE: f64 = 0.99;
 
 impl Transition {
@@ -40,8 +41,9 @@ impl Transition {
         }
     }
 
-    /// Factor by which the friction of an actuator is multiplied. `rate` is its reference rate,
-    /// `fastest` the largest magnitude of this rate, and `held` the factor of [`Self::Fade`].
+    /// Factor that multiplies the friction of an actuator. `rate` is the reference rate of the
+    /// actuator, `fastest` the largest magnitude of this rate, and `held` the result of
+    /// [`Self::next_held`].
     pub(super) fn factor(self, rate: f64, fastest: f64, held: f64) -> f64 {
         match self {
             Self::Sign => 1.0,
@@ -51,8 +53,8 @@ impl Transition {
         }
     }
 
-    /// Factor `held` of [`Self::factor`] for the next sample. With [`Self::Fade`], it decreases
-    /// while the reference rests; otherwise it is 1.
+    /// Returns the factor `held` of [`Self::factor`] for the next sample. With [`Self::Fade`], the
+    /// factor decreases while the reference rests; otherwise it is 1.
     pub(super) fn next_held(self, held: f64, rests: bool) -> f64 {
         match (self, rests) {
             (Self::Fade, true) => held * FADE,

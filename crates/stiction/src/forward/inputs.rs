@@ -24,14 +24,15 @@ pub(super) enum Start {
     Motion,
     /// Position of the motion, at rest.
     AtRest,
-    /// State at the first instant of these assignments.
+    /// State at the first instant of a motion that is given as assignments.
     Given(Motion),
-    /// Given coordinates and rates; the others follow from the loops and the home position.
+    /// Given coordinates and rates; all other coordinates follow from the loops and the home
+    /// position.
     Known(Vec<Known>),
 }
 
-/// Separates assignments of rates, `d(NAME) = RATE`, from the others; returns names with rates, and the remaining
-/// text.
+/// Separates assignments of rates, `d(NAME) = RATE`, from other assignments. Returns pairs of name
+/// and rate, and the remaining text.
 pub(super) fn rates_apart(text: &str) -> (Vec<(String, String)>, String) {
     let (mut rates, mut rest) = (Vec::new(), Vec::new());
     for part in text.split([';', '\n']) {
@@ -77,7 +78,7 @@ pub(super) fn renumber_control(
 }
 
 impl Forward {
-    /// Finds the degrees of freedom with a name: all those of a joint, or one of them.
+    /// Finds the degrees of freedom that `name` denotes: all those of a joint, or a single one.
     pub(super) fn dofs_of(&self, name: &str) -> Result<Vec<(JointId, usize)>, Error> {
         let joints = self.robot.mechanism().joints();
         let names: Vec<String> = joints.iter().map(|joint| joint.name.clone()).collect();

@@ -70,7 +70,8 @@ pub struct Sample {
     dissipated: Vec<f64>,
     /// Energy dissipated by dampers of springs since the start, J.
     pub damper_dissipation: f64,
-    /// Error of the energy balance since the start, J, due to numerical errors.
+    /// Error of the energy balance since the start, J, caused by numerical integration and
+    /// rounding.
     pub energy_error: f64,
     /// Largest loop-closure error, m; angles are multiplied by the characteristic length.
     pub closure_error: f64,

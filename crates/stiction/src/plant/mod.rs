@@ -1,4 +1,4 @@
-//! Forward dynamics step by step: a plant whose inputs the caller holds between steps.
+//! Forward dynamics step by step: a plant whose inputs remain constant between steps of the caller.
 
 mod quantities;
 pub(crate) mod resources;
@@ -21,8 +21,8 @@ use stiction_format::ModelFile;
 use stiction_run::forward::{Held, Job, Plant as Engine, PlantState, Sample as Record, Start};
 use tunable::Named;
 
-/// A robot whose motion a caller advances step by step; efforts and forces are held between the steps. See
-/// [`Forward::plant`](crate::Forward::plant).
+/// A robot whose motion a caller advances step by step; efforts and forces remain constant between
+/// the steps. See [`Forward::plant`](crate::Forward::plant).
 ///
 /// ```
 /// let robot = stiction::Robot::builtin("five-bar")?;
@@ -38,11 +38,11 @@ use tunable::Named;
 #[derive(Clone, Debug)]
 pub struct Plant {
     setup: Arc<Setup>,
-    /// Model with the parameters that act at present.
+    /// Model with the parameters that currently act.
     engine: Arc<Engine>,
-    /// Inputs and parameters that the caller has set for the time from now on.
+    /// Inputs and parameters that act from the present instant on.
     set: Choice,
-    /// Inputs and parameters that acted up to the present instant; the parameters are those of
+    /// Inputs and parameters that acted up to the present instant. The parameters are those in
     /// `engine`.
     acting: Choice,
     /// Time of the start, s, to which [`Self::begin`] resets the plant.
@@ -53,22 +53,22 @@ pub struct Plant {
     sample: Option<Sample>,
 }
 
-/// Inputs, and values of the tunable parameters.
+/// Inputs, and values of the tunable parameters, at one instant.
 #[derive(Clone, Debug, Default)]
 struct Choice {
     values: Vec<f64>,
     held: Held,
 }
 
-/// Unchanging part of a plant.
+/// Part of a plant that never changes.
 #[derive(Debug)]
 struct Setup {
     plan: Plan,
     tunables: Vec<Named>,
     /// Positions and rates of the actuators at the start of the requested simulation.
     initial: Vec<Target<f64>>,
-    /// Poses of the bodies at this start, in the ground's frame: initial guesses that preserve the
-    /// assembly mode at another start.
+    /// Poses of the bodies at the requested start, in the ground's frame. If the start is changed,
+    /// they are the initial guesses that preserve the assembly mode.
     poses: Vec<(BodyId, Pose<f64>)>,
 }
 
@@ -218,7 +218,7 @@ impl Plant {
         self.sample.as_ref().ok_or_else(|| Error::no_answer("the plant has no state"))
     }
 
-    /// Starts with the present inputs.
+    /// Computes the state at the start with the present inputs and parameters.
     fn start(&mut self) -> Result<(), Error> {
         let (model, known) = self.arranged(&self.set.values)?;
         let job = self.job(&model, &known);
@@ -232,7 +232,7 @@ impl Plant {
         Ok(())
     }
 
-    /// Returns the model with these parameters, and the coordinates of a changed start.
+    /// Returns the model with these parameters, and the coordinates at a changed start.
     fn arranged(&self, values: &[f64]) -> Result<(ModelFile, Vec<Known>), Error> {
         let mut model = self.setup.plan.job().model.clone();
         model.mechanism = tunable::tuned(&model.mechanism, &self.setup.tunables, values)?;
@@ -264,8 +264,9 @@ impl Plant {
         self.go(until, false)
     }
 
-    /// Like [`Self::advance`], but ends with the step in which a friction interface begins to stick or to slip, or
-    /// velocities jump. Slip that begins at a change of the inputs is detected at the end of the next step.
+    /// Advances as [`Self::advance`] does, but stops at the end of the integration step in which a
+    /// friction interface begins to stick or to slip, or velocities jump. Slip that a change of the
+    /// inputs causes is detected at the end of the next step.
     ///
     /// # Errors
     /// See [`Self::advance`].

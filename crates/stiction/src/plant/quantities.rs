@@ -7,12 +7,12 @@ use stiction_core::friction::interfaces_of;
 use stiction_core::mechanism::Mechanism;
 use stiction_program::emit::fmu::{Causality, Start, Variability, Variable, make_unique};
 
-/// Component of the motion of a body.
+/// Component of the pose or velocity of a body; the field is the index of the component.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Part {
     /// Position of the origin, m.
     Position(usize),
-    /// Quaternion, real part first.
+    /// Orientation as a quaternion, real part first.
     Orientation(usize),
     /// Velocity of the origin, m/s.
     Velocity(usize),
@@ -51,17 +51,18 @@ pub(crate) enum Quantity {
     EnergyError,
 }
 
-/// Variables and the quantities behind them, in the order of their value references.
+/// Variables of a plant and the quantities that they represent, in the order of their value
+/// references.
 #[derive(Debug, Default)]
 pub(super) struct Table {
     pub(super) variables: Vec<Variable>,
     pub(super) quantities: Vec<Quantity>,
-    /// True for each friction interface that slides along a single direction.
+    /// For each friction interface, true if it slides along a single direction.
     pub(super) signed: Vec<bool>,
 }
 
 impl Table {
-    /// Variables of a plant with force inputs on these bodies.
+    /// Lists the variables of a plant with force inputs on the bodies `forced`.
     pub(super) fn new(plant: &Plant, forced: &[usize]) -> Self {
         let job = plant.setup.plan.job();
         let (names, mechanism) = (plant.setup.plan.names(), &job.model.mechanism);
@@ -193,7 +194,7 @@ impl Table {
         add(&["wx", "wy", "wz"], Part::AngularVelocity, "rad/s", about);
     }
 
-    /// The quantity of a value reference.
+    /// Returns the quantity of a value reference.
     ///
     /// # Errors
     /// There is no such variable.

@@ -28,7 +28,7 @@ pub(crate) struct PlantOptions {
     pub(crate) from: Option<String>,
     /// Load that acts inside the plant; `None` for the default load.
     pub(crate) load: Option<String>,
-    /// Joint friction on or off; `None` as in the model.
+    /// Joint friction on or off; `None` for the setting of the model.
     pub(crate) friction: Option<bool>,
     /// Relative error of an integration step.
     pub(crate) tolerance: Option<f64>,
@@ -85,8 +85,8 @@ impl PlantOptions {
     }
 }
 
-/// Returns the files of a plant's model, from which [`read`] creates the same plant. The plant must have been created
-/// before, so that all files that it names have been read.
+/// Returns files from which [`read`] creates the same plant. The plant must have been created
+/// before, so that all files named by the model have been read.
 ///
 /// # Errors
 /// The robot was described by code, or a file cannot be read again.
@@ -127,7 +127,7 @@ pub(crate) fn write(robot: &Robot, options: &PlantOptions) -> Result<Vec<SourceF
     Ok(files)
 }
 
-/// Whole text of a file.
+/// Reads the whole text of a file.
 fn whole(contents: Contents) -> Result<String, String> {
     let store = match contents {
         Contents::Whole(text) => return Ok(text),

@@ -1,4 +1,5 @@
-//! States of plants as bytes: the identifier of the FMU, then numbers in little-endian order.
+//! States of plants as bytes: the identifier of the FMU, followed by numbers in little-endian
+//! order.
 
 use super::{Choice, Plant, force_on};
 use crate::error::Error;
@@ -8,13 +9,13 @@ use stiction_core::kinematics::Target;
 use stiction_core::spatial::Vec3;
 use stiction_run::forward::{Held, Plant as Engine, PlantState, Sample as Record};
 
-/// Largest number that is accepted as the length of a list when a state is read.
+/// Largest length of a list that is accepted when a state is read.
 const COUNTABLE: f64 = 1e7;
 
-/// Appends numbers to the bytes of a state.
+/// Sequence of bytes to which the numbers of a state are appended.
 pub(super) struct Writer(Vec<u8>);
 
-/// Bytes of a state that are still to be read as numbers.
+/// Remaining bytes of a state, which are read as numbers.
 pub(super) struct Reader<'a>(&'a [u8]);
 
 impl Writer {
@@ -90,8 +91,8 @@ impl Plant {
         writer.list(numbers);
     }
 
-    /// Reads the state that [`Self::write`] wrote, and computes its results again. Returns `None` if the numbers
-    /// belong to another plant.
+    /// Reads the state that [`Self::write`] wrote, and recomputes the results. Returns `None` if
+    /// the numbers belong to another plant.
     ///
     /// # Errors
     /// The parameters are not valid.

@@ -24,7 +24,7 @@ pub(super) enum Tunable {
     Mass(usize),
 }
 
-/// A tunable parameter with its name and its value in the model.
+/// Tunable parameter, its name, and its value in the model.
 pub(super) type Named = (Tunable, String, f64);
 
 /// All tunable parameters of a mechanism. Tables of coefficients and interfaces with a separate law for each

@@ -14,12 +14,12 @@ use stiction_core::kinematics::Target;
 use stiction_core::spatial::{Mat3, Quaternion, Vec3};
 use stiction_program::emit::fmu::{Kind, Variable, token};
 
-/// A [`Plant`] whose inputs, parameters and results are numbered variables, as in a functional mock-up unit. Units
-/// are independent of each other.
+/// A [`Plant`] whose inputs, parameters and results are numbered variables, as in a functional
+/// mock-up unit. Units are independent of one another.
 #[derive(Clone, Debug)]
 pub struct Unit {
     table: Arc<Table>,
-    /// Identifier of model, options and variables.
+    /// Identifier computed from the model, the options and the variables.
     token: Arc<str>,
     state: UnitState,
 }
@@ -72,7 +72,7 @@ impl Unit {
         resources::read(resources)
     }
 
-    /// Identifier that depends on the model, its options and the version of the library.
+    /// Identifier that depends on the model, the options and the version of the library.
     pub fn token(&self) -> &str {
         &self.token
     }
@@ -97,7 +97,7 @@ impl Unit {
         self.state.plant.begin(time, starts)
     }
 
-    /// Ends the initialisation: starts with the present inputs and parameters.
+    /// Ends the initialisation, and starts the robot with the present inputs and parameters.
     ///
     /// # Errors
     /// The robot cannot start with these inputs and parameters.

@@ -28,7 +28,7 @@ impl Import {
         path.map_or(Err("there is no such file".to_owned()), |path| files.bytes(path))
     }
 
-    /// Paths at which the file `name`, to which a robot file in `folder` refers, may be.
+    /// Possible paths of the file `name` to which a robot file in `folder` refers.
     fn candidates(&self, folder: &Path, name: &str) -> Vec<PathBuf> {
         let schemes = ["package://", "model://", "file://"];
         let Some(rest) = schemes.iter().find_map(|scheme| name.strip_prefix(scheme)) else {
@@ -89,10 +89,10 @@ pub struct ModelText {
 /// Name and content of a mesh file.
 type MeshFile = (String, Vec<u8>);
 
-/// Parts of a [`ModelText`], for storing it or sending it elsewhere.
+/// Parts of a [`ModelText`], for storage or transfer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModelParts {
-    /// Name that messages use.
+    /// Name of the text in messages.
     pub name: String,
     /// The text.
     pub text: String,
@@ -219,7 +219,7 @@ impl ModelText {
         Self::file(path, None)
     }
 
-    /// Parts from which [`Self::from_parts`] restores this text.
+    /// Returns the parts from which [`Self::from_parts`] restores this text.
     pub fn parts(&self) -> ModelParts {
         ModelParts {
             name: self.source.name.clone(),
@@ -237,7 +237,8 @@ impl ModelText {
         Self { changes, filter, ..Self::new(source, folder, Files::default()) }
     }
 
-    /// Like [`Self::from_parts`], but files that the model names are read from `files`.
+    /// Restores a text as [`Self::from_parts`] does, but files that the model names are read from
+    /// `files`.
     pub(crate) fn packed(parts: ModelParts, files: Files) -> Self {
         Self { files, ..Self::from_parts(parts) }
     }
@@ -256,8 +257,8 @@ impl ModelText {
         }
     }
 
-    /// Takes the meshes of the model from these files, each a name and a content, instead of from its folder. A mesh
-    /// of the model is found by the last part of its path.
+    /// Replaces the folder as the source of the model's meshes by the given files, each a name and
+    /// a content. A mesh of the model is found by the last component of its path.
     #[must_use]
     pub fn with_meshes(mut self, files: impl IntoIterator<Item = (String, Vec<u8>)>) -> Self {
         self.meshes = Some(Arc::new(files.into_iter().collect()));
@@ -299,7 +300,7 @@ impl ModelText {
     /// The text or a change is defective: the error lists all defects, each with its place.
     pub fn read(self) -> Result<Robot, Error> {
         let mut model = stiction_format::read(&self.changed(), &|file| self.contents(file))?;
-        // A packed model is run on another machine, which draws nothing.
+        // A packed model is simulated on another machine, which draws no pictures.
         if !self.files.is_packed() {
             model.load_meshes(&|file| self.mesh(file));
         }
@@ -310,7 +311,7 @@ impl ModelText {
         self.source.clone().with_changes(&self.changes).with_filter(self.filter)
     }
 
-    /// Parses the text, so that it can be read repeatedly with other values.
+    /// Parses the text, so that the model can be read repeatedly with different values.
     pub(crate) fn draft(&self) -> Result<Draft, Error> {
         Ok(Draft::parse(&self.changed())?)
     }
@@ -323,8 +324,7 @@ impl ModelText {
         }
     }
 
-    /// Content of a mesh file, found by its name in the robot file from which the model was
-    /// converted.
+    /// Content of a mesh file, found by the name that the imported robot file uses.
     fn mesh(&self, file: &str) -> Result<Vec<u8>, String> {
         if let Some(given) = &self.meshes {
             let last = file.rsplit(['/', '\\']).next().unwrap_or(file);

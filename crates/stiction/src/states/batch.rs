@@ -8,7 +8,7 @@ use stiction_core::dynamics::{Data, FrictionMode, Status};
 use stiction_core::kinematics::{Bodies, Target};
 use stiction_core::spatial::Quaternion;
 
-/// Coordinates, rates and accelerations, stored row by row.
+/// Coordinates, rates and accelerations of many states, stored row by row.
 #[derive(Clone, Copy, Debug)]
 pub struct Batch<'a> {
     /// Coordinates, m or rad.
@@ -19,7 +19,8 @@ pub struct Batch<'a> {
     pub a: &'a [f64],
 }
 
-/// Outcome and computed values of each row of a batch. The values of rows that did not converge are NaN.
+/// Outcome and computed values of each row of a batch. The values are NaN in rows that did not
+/// converge.
 #[derive(Clone, Debug)]
 pub struct Rows {
     /// Outcome of each row.
@@ -39,7 +40,8 @@ pub struct Outputs {
     pub derivatives: bool,
 }
 
-/// Results of inverse dynamics, stored row by row. Rows that did not converge are NaN.
+/// Results of inverse dynamics, stored row by row. The values are NaN in rows that did not
+/// converge.
 #[derive(Clone, Debug, Default)]
 pub struct InverseRows {
     /// Outcome of each row.
@@ -59,7 +61,7 @@ pub struct InverseRows {
     pub derivatives: Option<Derivatives>,
 }
 
-/// Motion of all bodies, stored row by row. Rows that did not converge are NaN.
+/// Motion of all bodies, stored row by row. The values are NaN in rows that did not converge.
 #[derive(Clone, Debug, Default)]
 pub struct MotionRows {
     /// Outcome of each row.
@@ -306,7 +308,7 @@ impl States {
             let mut unit = rest.clone();
             let mut at_rest = vec![0.0; count];
             for column in 0..=count {
-                // The first solution, at zero accelerations, gives the efforts that carry the
+                // The first solution, at zero accelerations, yields the efforts that support the
                 // weight.
                 if let Some(before) = column.checked_sub(1) {
                     unit[before] = 1.0;

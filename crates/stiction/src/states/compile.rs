@@ -14,10 +14,10 @@ use stiction_format::Motion;
 use stiction_run::exchange::Home;
 use stiction_run::{Error as RunError, Job};
 
-/// Request for a compiled robot; see [`Robot::states`].
+/// Request for a robot compiled for batches of states; see [`Robot::states`].
 pub type Compile = Request<Compiled>;
 
-/// Options of a compiled robot.
+/// Options of a robot compiled for batches of states.
 #[derive(Clone, Debug)]
 pub struct Compiled {
     coordinates: Option<Vec<String>>,
@@ -27,8 +27,8 @@ pub struct Compiled {
 
 impl Loaded for Compiled {}
 
-/// Longest step of a coordinate from one closure of the loops to the next; longer moves are
-/// divided. In rad for angles; for lengths, as a fraction of the characteristic length.
+/// Longest step of a coordinate between two solutions of the loop closure; longer moves are divided
+/// into such steps. In rad for angles; for lengths, as a fraction of the characteristic length.
 const STEP: f64 = 0.1;
 
 impl Compile {

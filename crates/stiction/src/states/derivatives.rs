@@ -28,7 +28,7 @@ pub struct Derivatives {
 }
 
 impl Derivatives {
-    /// Combines the three arrays of derivatives, with this number of rows.
+    /// Combines the three arrays of derivatives. `rows` is the number of rows.
     pub(super) fn new(arrays: [Vec<f64>; 3], rows: usize) -> Self {
         let [by_position, by_rate, by_acceleration] = arrays;
         let width = by_position.len() / rows.max(1);
@@ -39,16 +39,17 @@ impl Derivatives {
     }
 }
 
-/// Recorded program for the derivatives of a robot.
+/// Recorded program that computes the derivatives of the efforts of a robot.
 #[derive(Debug)]
 pub(super) struct Recorded {
     program: DerivativeProgram,
-    /// Memories that no thread uses at present, each with a buffer for all derivatives of a state.
+    /// Memories that no thread currently uses, each with a buffer for all derivatives at one state.
     spare: Mutex<Vec<(DerivativeMemory, Vec<f64>)>>,
 }
 
-/// Largest accepted difference between an effort of the general solver and that of the program,
-/// relative to the largest effort; poses near singular ones magnify rounding errors.
+/// Largest accepted difference between the efforts of the general solver and those of the program,
+/// relative to the largest effort. It allows for rounding errors, which increase near singular
+/// positions.
 const SAME: f64 = 1e-6;
 
 impl Recorded {
@@ -93,8 +94,8 @@ impl Recorded {
             .map_err(|error| refuse(error.to_string()))
     }
 
-    /// Writes the derivatives at the state of `data`, whose efforts have been computed, to the three rows; the rows
-    /// remain NaN if the efforts have no derivatives there.
+    /// Writes the derivatives at the state of `data` to the three rows. The efforts must have been
+    /// computed. The rows remain NaN if the efforts have no derivatives at this state.
     pub(super) fn write(
         &self,
         data: &Data<f64>,
@@ -136,14 +137,15 @@ impl Recorded {
     }
 }
 
-/// Quantities of the derivatives: all coordinates, then all rates, then all accelerations.
+/// Quantities with respect to which efforts are differentiated: all coordinates, then all rates,
+/// then all accelerations.
 fn quantities(count: usize) -> Vec<Quantity> {
     let each = [Quantity::Value, Quantity::Rate, Quantity::Acceleration];
     each.into_iter().flat_map(|of| (0..count).map(of)).collect()
 }
 
-/// Home position, and those positions at which one coordinate differs from home by plus or minus
-/// one step and the loops can be closed.
+/// Positions for the recording: the home position, and those positions at which one coordinate
+/// differs from its home value by plus or minus one step and the loops can be closed.
 fn positions(
     solver: &InverseDynamics,
     home: &[f64],

@@ -58,7 +58,7 @@ pub struct Coordinate {
     pub name: String,
     /// Unit, `m` or `rad`.
     pub unit: &'static str,
-    /// Longest step from one closure of the loops to the next, m or rad; longer moves are divided.
+    /// Longest step between two solutions of the loop closure, m or rad; longer moves are divided.
     step: f64,
 }
 
@@ -78,7 +78,7 @@ impl States {
         &self.load_name
     }
 
-    /// Treatment of friction.
+    /// Friction mode: iterated, decoupled (one-pass), or off.
     pub fn friction(&self) -> FrictionMode {
         self.prototype.settings.friction
     }
@@ -104,7 +104,8 @@ impl States {
         Ok(self.derivatives.get_or_init(|| recorded))
     }
 
-    /// Takes spare data, or copies the prototype; the data are at the home position.
+    /// Returns spare data, or a copy of the prototype; in both cases the data are at the home
+    /// position.
     fn borrow_data(&self) -> Data<f64> {
         // Does not wait for the lock: in a process forked while another thread held it, the wait
         // would never end.
@@ -127,7 +128,8 @@ impl States {
         }
     }
 
-    /// Rejects computations that need the actuators as coordinates.
+    /// Rejects a computation that needs the actuators as coordinates if other coordinates were
+    /// chosen.
     fn refuse_other_coordinates(&self, what: &str) -> Result<(), Error> {
         if self.by_actuators {
             return Ok(());

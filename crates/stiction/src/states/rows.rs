@@ -33,15 +33,15 @@ impl Default for Workers<'_> {
     }
 }
 
-/// Consecutive rows and their results.
+/// Group of consecutive rows that one thread computes, and their results.
 struct Piece<'a> {
     first: usize,
     status: &'a mut [Status],
-    /// Results of these rows in each array.
+    /// For each result array, the part that belongs to these rows.
     arrays: Vec<&'a mut [f64]>,
 }
 
-/// Results of one row in each array.
+/// Access to the results of one row in each result array.
 pub(super) struct Row<'r, 'a> {
     /// Index of the row in the batch.
     pub(super) index: usize,
@@ -51,7 +51,7 @@ pub(super) struct Row<'r, 'a> {
 }
 
 impl Row<'_, '_> {
-    /// Results of this row in an array.
+    /// Results of this row in the array with the index `array`.
     pub(super) fn of(&mut self, array: usize) -> &mut [f64] {
         let width = self.arrays[array].len() / self.rows;
         &mut self.arrays[array][self.place * width..][..width]
@@ -70,11 +70,12 @@ impl Row<'_, '_> {
 }
 
 impl States {
-    /// Computes all rows: for each row, assembles the mechanism at its coordinates in the data and calls `compute`,
-    /// which writes the results. The values of rows without results are NaN.
+    /// Computes all rows. For each row, assembles the mechanism in `Data` at the coordinates of the
+    /// row and calls `compute`, which writes the results. The values of rows without results are
+    /// NaN.
     ///
     /// # Errors
-    /// Fails if the computation was stopped.
+    /// The computation was stopped.
     pub(super) fn each_row(
         &self,
         q: &[f64],
@@ -127,7 +128,7 @@ impl States {
                 Err(status) => status,
             };
             if matches!(status, Status::LoopsOpen { .. } | Status::Singular) {
-                // Tries again from home, in shorter steps.
+                // Tries again from the home position, in shorter steps.
                 self.go_home(data);
                 *status = match self.walk(data, &self.home, position, 8.0) {
                     Ok(()) => compute(data, &mut row),
@@ -138,7 +139,7 @@ impl States {
                 last.copy_from_slice(position);
             } else {
                 // The data may be at any position between the two rows, so the next row starts from
-                // home.
+                // the home position.
                 self.go_home(data);
                 last.copy_from_slice(&self.home);
             }
@@ -148,8 +149,8 @@ impl States {
         }
     }
 
-    /// Moves along the straight line in coordinate space up to the last step before `to`. The steps
-    /// are shorter than usual by the factor `finer`.
+    /// Moves along the straight line in coordinate space up to the last step before `to`. `finer`
+    /// is the factor by which the steps are shorter than usual.
     fn walk(
         &self,
         data: &mut Data<f64>,
@@ -182,7 +183,7 @@ impl States {
     }
 }
 
-/// True if the loops are closed at a position with this status.
+/// True if the loops are closed after a computation with this status.
 fn has_position(status: Status) -> bool {
     !matches!(status, Status::LoopsOpen { .. } | Status::InputNotFinite | Status::Singular)
 }

@@ -1,4 +1,4 @@
-//! A checked study: the data that all rows share.
+//! A checked study of many designs: the data that all rows share.
 
 use super::Sweep;
 use crate::error::{Error, ErrorKind};
@@ -23,7 +23,7 @@ pub struct Study {
     files: Memory,
 }
 
-/// Owner of a varied key, with the key's path.
+/// Part of the input to which a varied key belongs, with the key's path.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Target {
     Model(String),
@@ -115,8 +115,9 @@ impl Study {
         if unknown.has_errors() { Err(unknown.into()) } else { Ok(()) }
     }
 
-    /// Refuses a design whose model is defective because the numbers of a parameter have no unit: each further design
-    /// would fail in the same way. [`Self::run`] does so for the first design.
+    /// Rejects a design whose model is invalid because the numbers of a parameter have no unit:
+    /// every other design would fail for the same reason. [`Self::run`] checks the first design in
+    /// this way.
     ///
     /// # Errors
     /// The numbers of a parameter have no unit.
@@ -183,8 +184,8 @@ impl Study {
         })
     }
 
-    /// Computes a design again as an animation for a report page of `runs` designs; `None` without
-    /// a sample.
+    /// Recomputes a design as an animation for a report page with `runs` designs; `None` if the
+    /// design has no samples.
     ///
     /// # Errors
     /// The design has no results.
@@ -229,14 +230,14 @@ impl Study {
     }
 }
 
-/// Appends an assignment to a text of assignments.
+/// Appends an assignment to text that contains assignments.
 fn append(text: &mut Option<String>, part: Option<String>) {
     if let (Some(text), Some(part)) = (text, part) {
         *text = format!("{}; {part}", text.trim_end().trim_end_matches(';'));
     }
 }
 
-/// Determines the owner of a key of the motion or load: the model, or the given assignments.
+/// Determines to what a key of the motion or load belongs: the model, or the given assignments.
 fn placed(
     key: &Key,
     rest: &str,
