@@ -1,6 +1,7 @@
 #![no_main]
 
-//! Models of the gallery with other numbers in them: bytes are choices, see `making`.
+//! Gallery models with some numbers replaced; the fuzzer's bytes select the replacements, see
+//! `making`.
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let text = stiction_fuzz::making::damaged(bytes);

@@ -1,6 +1,6 @@
 #![no_main]
 
-//! Mechanisms that are made up: bytes are choices, see `making`.
+//! Generated mechanisms; the fuzzer's bytes select their parts, see `making`.
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let text = stiction_fuzz::making::mechanism(bytes);

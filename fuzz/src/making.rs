@@ -1,21 +1,21 @@
 //! Models generated from the fuzzer's bytes, which serve as a sequence of choices.
 //!
-//! Models are text, so that a finding can be read, reduced by hand, and kept when this code
+//! Models are text, so that a finding can be read, reduced by hand, and preserved when this code
 //! changes.
 
 use arbitrary::Unstructured;
 use std::fmt::Write as _;
 use stiction_format::gallery;
 
-/// Writes a model to the file named by `STICTION_FUZZ_TEXT`, if set; the bytes of a finding are not
-/// readable.
+/// Writes a model to the file named by the variable `STICTION_FUZZ_TEXT`, if it is set, because the
+/// bytes of a finding are not readable.
 pub fn keep(text: &str) {
     if let Some(file) = std::env::var_os("STICTION_FUZZ_TEXT") {
         std::fs::write(file, text).expect("the text can be written");
     }
 }
 
-/// Sequence of choices; after its end, the first alternative is always chosen.
+/// Sequence of choices. After its end, every choice selects the first alternative.
 struct Choices<'a>(Unstructured<'a>);
 
 impl Choices<'_> {
@@ -32,7 +32,7 @@ impl Choices<'_> {
         self.below(times) == 1 % times
     }
 
-    /// A plausible number or, with a probability of one in `wild`, an implausible one.
+    /// Returns a plausible number or, with a probability of one in `wild`, an implausible one.
     fn number(&mut self, wild: usize) -> String {
         const USUAL: [&str; 16] = [
             "0.1", "1", "0.3", "0.02", "2", "-0.1", "0.5", "-0.25", "0.7", "10", "-1", "3", "0.05",
@@ -51,7 +51,7 @@ impl Choices<'_> {
         }
     }
 
-    /// A nonnegative number, as [`Self::number`].
+    /// Returns a nonnegative number, implausible with a probability of one in `wild`.
     fn amount(&mut self, wild: usize) -> String {
         self.number(wild).trim_start_matches('-').to_owned()
     }
@@ -139,7 +139,7 @@ fn friction(choices: &mut Choices<'_>, wild: usize, out: &mut String) {
     let _ = writeln!(out, "friction = {{ {} }}", keys.join(", "));
 }
 
-/// The keys of a joint besides its bodies.
+/// Writes the keys of a joint other than its two bodies.
 fn joint(choices: &mut Choices<'_>, joint_type: &str, wild: usize, driven: bool, out: &mut String) {
     if !matches!(joint_type, "S" | "fixed" | "free") || choices.once_in(20) {
         let _ = writeln!(out, "axis = {}", choices.axis(wild));
@@ -164,11 +164,13 @@ fn joint(choices: &mut Choices<'_>, joint_type: &str, wild: usize, driven: bool,
     }
 }
 
-/// A mechanism with bodies, joints of all types, closed loops or legs, springs, a motion and a load.
+/// Generates a mechanism with bodies, joints of all types, closed loops or legs, springs, a motion
+/// and a load.
 pub fn mechanism(bytes: &[u8]) -> String {
     let mut choices = Choices(Unstructured::new(bytes));
     let c = &mut choices;
-    // Some are tame throughout: with one number of nobody's choice in them they are refused early.
+    // Some models contain almost no implausible numbers, because a single one often causes early
+    // rejection.
     let wild = c.one(&[1_000_000, 40, 200, 12]);
     let mut out = format!("gravity = {}\n", c.vector(wild));
     if c.once_in(6) {
@@ -193,8 +195,8 @@ pub fn mechanism(bytes: &[u8]) -> String {
                 writeln!(out, "mass = {m}\ncom = {}\ninertia = [{i}, {i}, {k}]", c.vector(wild));
         }
     }
-    // Joints: a tree, and then loops. Frames of all bodies agree at zero coordinates, so that every loop is
-    // closed there.
+    // Joints: first a tree, then loops. The frames of all bodies coincide at zero coordinates, so
+    // that every loop is closed there.
     let mut driven = Vec::new();
     let loops = c.below(3);
     for index in 0..bodies + loops {
@@ -277,7 +279,7 @@ fn motion(c: &mut Choices<'_>, wild: usize, driven: &[String], out: &mut String)
     if c.once_in(10) {
         let _ = writeln!(out, "start = {}", c.number(wild));
     }
-    // Coordinates of a joint and of its freedoms are keys of one table.
+    // The coordinates of a joint and those of its degrees of freedom are keys of one table.
     for name in driven {
         if !c.once_in(12) {
             let signal = match c.below(3) {
@@ -293,11 +295,11 @@ fn motion(c: &mut Choices<'_>, wild: usize, driven: &[String], out: &mut String)
     }
 }
 
-/// Models of the gallery that are small enough to be run many times.
+/// Gallery models that are small enough to be run many times.
 const SMALL: [&str; 7] =
     ["four-bar", "slider-crank", "five-bar", "3rps", "zhang2018-regular", "bricard", "3rrr"];
 
-/// A model of the gallery with some of its numbers replaced.
+/// Returns a gallery model with some of its numbers replaced.
 pub fn damaged(bytes: &[u8]) -> String {
     let mut choices = Choices(Unstructured::new(bytes));
     let c = &mut choices;

@@ -103,7 +103,7 @@ fn accessibility() -> Ended {
     ended(succeeds(cargo(&[&test[..], &only].concat()).env("STICTION_AXE", axe)))
 }
 
-/// Identifies four robots from 200 logs each; in release mode, because it takes many minutes.
+/// Identifies four robots from 200 logs each, in release mode, because this takes many minutes.
 fn coverage() -> Ended {
     let test = ["test", "--locked", "--release", "-p", "stiction-cli", "--test", "suite", "--"];
     let only = ["--ignored", "--nocapture", "two_hundred_seeds_of_four_robots"];
@@ -120,8 +120,8 @@ fn runs(command: &mut Command) -> bool {
     status.is_ok_and(|status| status.success())
 }
 
-/// Command for the cargo of another toolchain, without the environment variables that select the
-/// present toolchain.
+/// Creates a cargo command of another toolchain, without the environment variables that select the
+/// current toolchain.
 fn cargo_of(toolchain: &str, arguments: &[&str]) -> Command {
     let mut command = Command::new("cargo");
     command.arg(format!("+{toolchain}")).args(arguments);
@@ -135,7 +135,7 @@ fn has_toolchain(toolchain: &str) -> bool {
     runs(&mut cargo_of(toolchain, &["--version"]))
 }
 
-/// Packages of this workspace; with `all` also its dependencies.
+/// Packages of this workspace and, if `all` is true, their dependencies.
 fn packages(all: bool) -> Option<Vec<Value>> {
     let scope: &[&str] = if all { &[] } else { &["--no-deps"] };
     let output =
@@ -196,7 +196,7 @@ fn packaging() -> Ended {
     ])))
 }
 
-/// Version as three numbers; 1.89 gives 1.89.0.
+/// Parses a version as three numbers; `1.89` means 1.89.0.
 fn number(version: &str) -> [u32; 3] {
     let mut parts = version.split('.').map(|part| part.parse().unwrap_or(0));
     [(); 3].map(|()| parts.next().unwrap_or(0))
@@ -252,7 +252,7 @@ fn oldest_versions() -> Ended {
     for name in String::from_utf8_lossy(&listed.stdout).lines() {
         let (from, to) = (Path::new(name), copy.join(name));
         let folder = to.parent().unwrap_or(copy);
-        // Git also lists deleted files that are not committed yet.
+        // Git also lists deleted files whose deletion is not yet committed.
         if from.is_file() && (fs::create_dir_all(folder).is_err() || fs::copy(from, &to).is_err()) {
             eprintln!("   cannot copy {name}");
             return Ended::Failed;
@@ -291,7 +291,8 @@ fn advisories() -> Ended {
     })
 }
 
-/// Builds the unit tests of the crate with the unsafe code by `command`; returns their path.
+/// Builds the unit tests of the crate that contains the unsafe code with `command`; returns their
+/// path.
 fn unit_tests(command: &mut Command) -> Option<PathBuf> {
     let output = command.stderr(Stdio::inherit()).output().ok()?;
     let text = String::from_utf8(output.stdout).ok()?;
@@ -352,8 +353,9 @@ fn arm() -> Ended {
     ended(succeeds(&mut test))
 }
 
-/// Compiles and tests exported code by every compiler that is installed; by the first one, also compares it with the
-/// solver at many random states, in emulators of other processors and in LinuxCNC if they are installed, and measures it.
+/// Compiles and tests exported code with every installed compiler. With the first compiler, also
+/// compares the code with the solver at many random states, runs it in emulators of other
+/// processors and in LinuxCNC if they are installed, and measures its speed.
 fn export() -> Ended {
     let compilers = ["gcc", "clang"];
     let installed = compilers.iter().filter(|name| runs(Command::new(name).arg("--version")));
@@ -383,7 +385,8 @@ fn fmu() -> Ended {
     })
 }
 
-/// Reads logs in MCAP that another program wrote, and lets another program read ours.
+/// Reads MCAP logs of another program, and lets another program read the logs that this project
+/// writes.
 fn mcap() -> Ended {
     if !succeeds(&mut cargo(&[
         "test",
@@ -411,7 +414,8 @@ fn mcap() -> Ended {
     })
 }
 
-/// Builds the program and runs scripts of `validation/` with it, in an environment with the packages of `name`.
+/// Builds the program with `build` and runs scripts of `validation/` with it, in an environment
+/// with the packages of `name`.
 fn by_python(name: &str, scripts: &[&str], build: impl FnOnce() -> bool) -> Ended {
     let validation = Path::new(env!("CARGO_MANIFEST_DIR")).join("../validation");
     let requirements = validation.join(format!("{name}-requirements.txt"));

@@ -12,7 +12,7 @@ use std::process::{Command, ExitCode, Stdio};
 const FILE: &str = "crates/stiction-run/benches/counts.json";
 /// Relative increase that fails the comparison.
 const TOLERANCE: f64 = 0.03;
-/// Pairs of counts with the greatest accepted ratio: motors must not make a sample expensive.
+/// Largest accepted ratios between two counts: motors must not make a sample expensive.
 const RATIOS: [(&str, &str, f64); 1] = [("gough/run-geared", "gough/run", 1.3)];
 
 pub(crate) fn counts(mut arguments: impl Iterator<Item = String>) -> ExitCode {
@@ -39,7 +39,8 @@ pub(crate) fn counts(mut arguments: impl Iterator<Item = String>) -> ExitCode {
     }
 }
 
-/// Counts all kernels and compares with the stored counts; returns `true` if none is slower.
+/// Counts the instructions of all kernels and compares them with the stored counts; returns `true`
+/// if no kernel is slower.
 fn count(write: bool) -> Result<bool, String> {
     let program = build()?;
     let compiler = output(Command::new("rustc").arg("--version"))?.trim().to_owned();

@@ -50,14 +50,14 @@ pub(crate) fn dist(targets: impl Iterator<Item = String>) -> ExitCode {
     }
 }
 
-/// Target of this machine.
+/// Target triple of this machine.
 pub(crate) fn host() -> Option<String> {
     let output = Command::new("rustc").arg("-vV").output().ok()?;
     let text = String::from_utf8(output.stdout).ok()?;
     text.lines().find_map(|line| line.strip_prefix("host: ").map(str::to_owned))
 }
 
-/// Usual target of a release: on Linux the static target, elsewhere that of the machine.
+/// Default target of a release: the static target on Linux, elsewhere that of the machine.
 fn usual(host: &str) -> String {
     host.replace("-linux-gnu", "-linux-musl")
 }
@@ -97,7 +97,7 @@ fn archive(target: &str, host: &str) -> Result<(), String> {
     for document in DOCUMENTS {
         fs::copy(document, folder.join(document)).map_err(|e| format!("{document}: {e}"))?;
     }
-    // A program for another machine does not run here, so that a native one writes the texts.
+    // A program for another machine does not run here, so a native program writes the texts.
     let runs = target == host || target == usual(host);
     let here = if runs { built } else { native()? };
     for (shell, file) in SHELLS {
@@ -115,7 +115,7 @@ fn archive(target: &str, host: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// Adds the library that `stiction export --to fmu --plant` puts into its units, beside the
+/// Adds the library that `stiction export --to fmu --plant` copies into FMUs, in the folder of the
 /// program. Simulators load the library, so it uses the usual C library of the system, although the
 /// program is static.
 fn add_library(target: &str, folder: &Path) -> Result<(), String> {
@@ -139,7 +139,7 @@ fn add_library(target: &str, folder: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// Returns the output of the program.
+/// Runs the program and returns its standard output.
 fn said(program: &Path, arguments: &[&str]) -> Result<Vec<u8>, String> {
     let output = Command::new(program).args(arguments).output();
     let output = output.map_err(|error| format!("{}: {error}", program.display()))?;
@@ -159,7 +159,7 @@ fn native() -> Result<PathBuf, String> {
     }
 }
 
-/// Tries the packed program without environment, in an empty folder.
+/// Tests the packed program without environment variables, in an empty folder.
 fn tried(program: &Path) -> Result<(), String> {
     let program = program.canonicalize().map_err(|error| error.to_string())?;
     let empty = Path::new(FOLDER).join("empty");
@@ -176,7 +176,8 @@ fn tried(program: &Path) -> Result<(), String> {
     if is_good { Ok(()) } else { Err("the packed program does not run".to_owned()) }
 }
 
-/// Packs a folder with names and times that do not depend on this machine; returns the name of the archive.
+/// Packs a folder with names and times that do not depend on this machine; returns the name of the
+/// archive.
 fn pack(name: &str, target: &str) -> Result<String, String> {
     let is_windows = target.contains("windows");
     let file = format!("{name}.{}", if is_windows { "zip" } else { "tar.gz" });
@@ -188,7 +189,7 @@ fn pack(name: &str, target: &str) -> Result<String, String> {
     } else {
         let mut tar = Command::new("tar");
         if is_windows {
-            // Windows' own tar chooses the format by the ending.
+            // The tar of Windows chooses the format by the file extension.
             tar.args(["-a", "-cf", &file, name]);
         } else if cfg!(target_os = "linux") {
             let fixed = ["--sort=name", "--owner=0", "--group=0", "--numeric-owner", "--mtime=@0"];

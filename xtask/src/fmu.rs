@@ -1,4 +1,5 @@
-//! `cargo xtask fmu`: the library of plant FMUs for this platform, where the program finds it.
+//! `cargo xtask fmu` builds the library of plant FMUs for this platform, in the folder where the
+//! program finds it.
 
 use crate::{cargo, succeeds};
 use std::env;
@@ -15,7 +16,7 @@ pub(crate) fn fmu() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// Builds the library with additional options of cargo. The program is built separately.
+/// Builds the library with additional options of cargo. The program itself is built separately.
 pub(crate) fn build(options: &[&str]) -> bool {
     let build = ["build", "--release", "--lib", "-p", "stiction-fmu"];
     succeeds(cargo(&build).args(options))

@@ -1,4 +1,5 @@
-//! `cargo xtask wheel` builds the Python package and tries it; `cargo xtask python` runs its tests.
+//! `cargo xtask wheel` builds and tests the Python package as a wheel; `cargo xtask python` runs
+//! the tests of the package.
 
 use crate::dist::licences_of_wheel;
 use crate::python::{Environment, Missing, create, install, interpreter_in};
@@ -23,13 +24,13 @@ fn source() -> PathBuf {
     root().join("crates/stiction-python")
 }
 
-/// Folder of everything that is built for Python.
+/// Folder for all build products of the Python package.
 fn built() -> PathBuf {
     root().join("target/python")
 }
 
-/// Tests the package with the native module of the present profile, which the workspace has compiled with the
-/// same features as all tests.
+/// Tests the package with the native module of the current profile, which the workspace has
+/// compiled with the same features as all tests.
 pub(crate) fn test() -> Outcome {
     let requirements = source().join("requirements.txt");
     let environment = Environment {
@@ -58,7 +59,7 @@ pub(crate) fn test() -> Outcome {
     if succeeds(&mut run) { Outcome::Passed } else { Outcome::Failed }
 }
 
-/// Reports a missing prerequisite. In the continuous integration, packages that cannot be installed
+/// Reports a missing prerequisite. In continuous integration, packages that cannot be installed
 /// count as a failure.
 fn skipped(missing: &Missing) -> Outcome {
     let is_ci = env::var_os("CI").is_some_and(|value| value == "true");
@@ -70,7 +71,7 @@ fn skipped(missing: &Missing) -> Outcome {
     Outcome::Skipped
 }
 
-/// Puts the package's Python files and the native module from a folder of `target` beside each other.
+/// Copies the package's Python files and the native module, which is in `libraries`, into `folder`.
 pub(crate) fn assemble(folder: &Path, libraries: &Path) -> Result<(), String> {
     let told = |what: &Path, error: std::io::Error| format!("{}: {error}", what.display());
     let package = folder.join("stiction");
@@ -94,13 +95,14 @@ pub(crate) fn assemble(folder: &Path, libraries: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// Options of the builder of the wheel.
+/// Options for building the wheel.
 #[derive(Default)]
 struct Wheel {
     profile: Option<String>,
     /// Target of the compiler; that of this machine if absent.
     target: Option<String>,
-    /// Systems on which the wheel can be installed, such as `manylinux2014`; the builder tags it as built if absent.
+    /// Systems on which the wheel can be installed, such as `manylinux2014`; without this option,
+    /// the build tool chooses the tag.
     compatibility: Option<String>,
     /// Links with Zig, which links against old versions of the C library.
     zig: bool,
@@ -125,13 +127,13 @@ impl Wheel {
         Some(wheel)
     }
 
-    /// True if Python of this machine can install the wheel.
+    /// True if Python on this machine can install the wheel.
     fn can_be_tried(&self) -> bool {
         self.target.is_none() || self.target == crate::dist::host()
     }
 }
 
-/// Builds the wheel into `target/wheels`, installs it into an empty environment and tries it there.
+/// Builds the wheel into `target/wheels`, and tests it in an empty environment.
 pub(crate) fn wheel(arguments: impl Iterator<Item = String>) -> ExitCode {
     let Some(wheel) = Wheel::parse(arguments) else {
         eprintln!(
@@ -151,7 +153,8 @@ pub(crate) fn wheel(arguments: impl Iterator<Item = String>) -> ExitCode {
     }
 }
 
-/// Puts the licence texts beside the package's description, where the builder of the wheel looks for them.
+/// Writes the licence texts to the folder of the package's description, where the build tool looks
+/// for them.
 fn write_licences() -> Result<(), String> {
     let told = |what: &str, error: std::io::Error| format!("{what}: {error}");
     for name in ["LICENSE-MIT", "LICENSE-APACHE"] {
@@ -173,7 +176,7 @@ pub(crate) fn clusters() -> Result<bool, String> {
     install(&python, &others).map_err(told)?;
     install(&python, &[&wheel]).map_err(told)?;
     let mut run = Command::new(&python);
-    // The tests are in the source tree, in which no byte code must remain.
+    // The tests are in the source tree, where no byte code must remain.
     run.args(["-I", "-B", "-m", "pytest", "-s", "-k", "clusters", "-p", "no:cacheprovider"]);
     run.arg(source().join("tests/test_sweep.py")).env("STICTION_CLUSTERS", "100000");
     Ok(succeeds(run.current_dir(&place)))
@@ -217,7 +220,7 @@ fn build_and_try(wheel: &Wheel) -> Result<PathBuf, String> {
         create(&trial, LEAST_PYTHON).map_err(told)?;
         let python = interpreter_in(&trial);
         install(&python, &[&file]).map_err(told)?;
-        // Isolated, so that it finds the installed package only.
+        // Isolated, so that Python finds only the installed package.
         let mut run = Command::new(&python);
         run.arg("-I").arg(source().join("tests/trial.py")).current_dir(&trial);
         if !succeeds(&mut run) {

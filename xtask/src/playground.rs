@@ -1,4 +1,4 @@
-//! `cargo xtask playground`: the engine for browsers and the page around it, in `target/playground`.
+//! `cargo xtask playground` builds the engine for browsers and its page, in `target/playground`.
 
 use crate::dist::has_target;
 use crate::{cargo, succeeds};
@@ -20,7 +20,7 @@ pub(crate) fn playground() -> ExitCode {
     }
 }
 
-/// Builds the folder for a web server and the page that opens from disk.
+/// Builds the folder for a web server, and the page that can be opened as a file.
 pub(crate) fn build() -> Result<(), String> {
     if !has_target(TARGET) {
         return Err(format!("its standard library is not installed: rustup target add {TARGET}"));
@@ -39,8 +39,8 @@ pub(crate) fn build() -> Result<(), String> {
     }
     let _ = fs::remove_dir_all(FOLDER);
     let module = format!("target/{TARGET}/release/stiction_playground.wasm");
-    // The features are those of the whole workspace, as in the tests; alone the program would be
-    // compiled again.
+    // The features are those of the whole workspace, as in the tests; if the program were built
+    // alone, its dependencies would be compiled again.
     let pages = ["build", "--quiet", "--locked", "--workspace", "--bin", "playground-pages"];
     let program = Path::new("target/debug").join(format!("playground-pages{EXE_SUFFIX}"));
     let mut write = Command::new(program);

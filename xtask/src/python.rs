@@ -5,9 +5,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Virtual environment that a step needs.
+/// Virtual environment that a step of the automation needs.
 pub(crate) struct Environment<'a> {
-    /// Its folder.
+    /// Folder of the environment.
     pub(crate) place: PathBuf,
     /// File with the packages.
     pub(crate) requirements: &'a Path,
@@ -15,12 +15,13 @@ pub(crate) struct Environment<'a> {
     pub(crate) least: (u32, u32),
 }
 
-/// Reason why there is no environment.
+/// Reason why an environment is not available.
 #[derive(Debug)]
 pub(crate) enum Missing {
-    /// No Python is recent enough or can create an environment; the text says why.
+    /// No installed Python is recent enough or can create an environment; the text contains the
+    /// details.
     Python(String),
-    /// The packages cannot be installed; the text says why.
+    /// The packages cannot be installed; the text contains the details.
     Packages(String),
 }
 
@@ -33,8 +34,8 @@ impl Missing {
 }
 
 impl Environment<'_> {
-    /// Returns the Python interpreter of the environment. Creates the environment, or renews it after a change
-    /// of its requirements.
+    /// Returns the Python interpreter of the environment. Creates the environment, or recreates it
+    /// after a change of the requirements.
     ///
     /// # Errors
     /// The missing prerequisite.
@@ -59,7 +60,8 @@ impl Environment<'_> {
     }
 }
 
-/// Returns the Python interpreter of the environment with the other engines, in the folder `validation`.
+/// Returns the Python interpreter of the environment that contains the other engines, in the folder
+/// `validation`.
 ///
 /// # Errors
 /// A description of the missing prerequisite.
@@ -77,7 +79,7 @@ pub(crate) fn interpreter_in(place: &Path) -> PathBuf {
     place.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" })
 }
 
-/// Creates an empty virtual environment, in place of an existing one.
+/// Creates an empty virtual environment; an existing environment is replaced.
 ///
 /// # Errors
 /// The missing prerequisite.

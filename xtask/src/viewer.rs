@@ -25,8 +25,9 @@ pub(crate) fn viewer() -> ExitCode {
     }
 }
 
-/// Makes a build contain the shaded view, and the script of the moving robot shortened by esbuild. Without npm the build
-/// continues with the script as it is and without the shaded view, and prints a remark.
+/// Configures a build so that it contains the shaded view, and the script of the moving robot
+/// minified by esbuild. Without npm, the build contains the unmodified script and no shaded view,
+/// and a note is printed.
 pub(crate) fn include_in(build: &mut Command) {
     if include_shaded_in(build).is_some() {
         let esbuild = Path::new("target/npm/viewer").join(ESBUILD);
@@ -34,8 +35,8 @@ pub(crate) fn include_in(build: &mut Command) {
     }
 }
 
-/// Makes a build contain the shaded view, and returns the file of its script. Without npm the build continues without
-/// it and prints a remark.
+/// Configures a build so that it contains the shaded view, and returns the file of the script.
+/// Without npm, the build contains no shaded view, and a note is printed.
 pub(crate) fn include_shaded_in(build: &mut Command) -> Option<PathBuf> {
     match bundle() {
         Ok(file) => {

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Used modules of each module, each with an example of a file that uses it.
+/// For each module, the modules that it uses, each with the path of a file as an example.
 type Uses = BTreeMap<String, BTreeMap<String, PathBuf>>;
 
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
@@ -27,7 +27,7 @@ fn code(path: &Path) -> String {
     text.lines().map(|line| line.split("//").next().unwrap_or("").to_owned() + "\n").collect()
 }
 
-/// Names that follow each occurrence of `prefix`; a list in braces gives each of its names.
+/// Names that follow each occurrence of `prefix`; a list in braces contributes each of its names.
 fn named(code: &str, prefix: &str) -> BTreeSet<String> {
     let mut names = BTreeSet::new();
     let is_letter = |c: char| c.is_alphanumeric() || c == '_';

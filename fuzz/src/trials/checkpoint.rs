@@ -1,4 +1,4 @@
-//! `checkpoint.json`: the file that an interrupted run leaves, possibly damaged.
+//! `checkpoint.json`, the file that an interrupted run writes, possibly damaged.
 
 use super::texts::{files, model_of};
 use serde_json::Value;
@@ -39,7 +39,8 @@ fn job<'a>(model: &'a ModelFile, drives: &'a Drives, load: &'a LoadCase) -> Job<
     }
 }
 
-/// Resumes from a checkpoint; returns the checkpoint of the last sample but one.
+/// Runs the simulation, from a checkpoint if given; returns the checkpoint of the last sample but
+/// one.
 fn go_on(mark: Option<&RunCheckpoint>) -> Option<Value> {
     let model = model_of(BLOCK).expect("the block is fine");
     let given = Source::new("--drives", "A = 30 N*sin(20*t)");
@@ -60,14 +61,14 @@ fn go_on(mark: Option<&RunCheckpoint>) -> Option<Value> {
     );
     let outcome = outcome.ok()?;
     if recorder.last().forward.is_empty() {
-        // The program has the rows of the samples before, and reads them first.
+        // The command line reads the rows of the earlier samples from its files first.
         return None;
     }
     let (summary, tables) = recorder.sink;
     for (name, file) in Tables::<Vec<u8>>::FILES.into_iter().zip(tables.finish().expect("memory")) {
         super::finite::table(name, &file);
     }
-    // What it tells of events that came from the mark.
+    // Output about events that the checkpoint contained.
     write_events(Vec::new(), &summary, &outcome.events).expect("memory");
     let mut text = String::new();
     write_summary(&mut text, &job, &summary, &outcome).expect("a string takes it");
@@ -80,7 +81,7 @@ pub fn whole() -> String {
     format!("{:#}", go_on(None).expect("the block moves"))
 }
 
-/// The key `mark` of a checkpoint.
+/// Checks a text as the key `mark` of a checkpoint.
 pub fn checkpoint(text: &str) {
     let Ok(value) = serde_json::from_str::<Value>(text) else { return };
     let Some(mark) = RunCheckpoint::from_json(&value) else { return };

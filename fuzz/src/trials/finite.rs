@@ -8,7 +8,7 @@ fn may_be_infinite(column: &str) -> bool {
     name.ends_with(".drive_low") || name.ends_with(".drive_high") || name == "coupling"
 }
 
-/// A table of numbers below a header.
+/// Checks a table of numbers with a header.
 pub(crate) fn table(name: &str, bytes: &[u8]) {
     let text = std::str::from_utf8(bytes).unwrap_or_else(|_| panic!("{name} is no text"));
     let mut lines = text.lines();
@@ -28,18 +28,19 @@ fn words(text: &str) -> impl Iterator<Item = &str> {
     text.split(|c: char| !c.is_alphabetic())
 }
 
-/// Text for readers; it may contain `inf` where the book says so, such as an unbounded interval.
+/// Checks text for readers. It may contain `inf` where the book permits, such as in an unbounded
+/// interval.
 pub(crate) fn text(name: &str, text: &str) {
     assert!(words(text).all(|word| !matches!(word, "NaN" | "nan")), "{name} holds NaN:\n{text}");
 }
 
-/// A picture, or a file for other programs.
+/// Checks a picture, or a file for other programs.
 pub(crate) fn picture(name: &str, text: &str) {
     let fine = words(text).all(|word| !matches!(word, "NaN" | "nan" | "inf"));
     assert!(fine, "{name} holds what is no number:\n{text}");
 }
 
-/// JSON, in which `null` stands for a number that is not finite.
+/// Checks JSON, in which `null` stands for a number that is not finite.
 pub(crate) fn json(name: &str, value: &Value, may_be_null: &[&str]) {
     match value {
         Value::Array(list) => {

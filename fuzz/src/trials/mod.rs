@@ -1,7 +1,7 @@
 //! Properties that hold for any input, as functions that panic if one is violated.
 //!
-//! The fuzz targets call them, and so does the test `findings` of `stiction-cli`, with every
-//! earlier finding. They take text only, so that a finding is a small readable file.
+//! The fuzz targets call these functions, and so does the test `findings` of `stiction-cli`, for
+//! every earlier finding. They accept only text, so that a finding is a small readable file.
 
 pub mod checkpoint;
 pub mod finite;

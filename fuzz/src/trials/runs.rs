@@ -1,4 +1,4 @@
-//! Models that are run: every accepted model gives finite results or an error.
+//! Runs of models: every accepted model must produce finite results or an error.
 
 use super::finite;
 use super::texts::model_of;
@@ -15,7 +15,7 @@ const PATIENCE: Duration = Duration::from_secs(1);
 /// Maximum duration of a simulation, s.
 const SPAN: f64 = 0.05;
 
-/// The motion and the load that the program uses by default.
+/// Returns the motion and the load that the command line uses by default.
 fn asked(model: &ModelFile) -> Option<(Motion, LoadCase)> {
     let motion = match &model.default_motion {
         Some(name) => model.motion(name)?,
@@ -112,7 +112,8 @@ fn inverse(job: &Job<'_>) {
     }
 }
 
-/// Keys of the summary that may be `null`: they do not apply or have no limit, as other keys state.
+/// Keys of the summary that may be `null`, because a value does not apply or has no limit, as other
+/// keys state.
 const SUMMARY_EMPTY: &[&str] = &[
     "interpolation",
     "efficiency",
@@ -144,7 +145,7 @@ fn simulated(model: &ModelFile, motion: &Motion, load: &LoadCase) {
     let files = |_: &str| Err("none".to_owned());
     let control = |text: &str| model.parse_control(&Source::new("--controller", text), &files).ok();
     let actuators = model.mechanism.actuators().count();
-    // Nothing but its own weight; a controller; a motion that is forced.
+    // Cases: only weight and loads; two controllers; prescribed motion of all actuators.
     for (control, prescribed, friction) in [
         (None, Vec::new(), true),
         (control("computed-torque+friction"), Vec::new(), true),

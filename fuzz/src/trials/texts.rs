@@ -14,7 +14,7 @@ fn render(diagnostics: &Diagnostics) {
     let _ = diagnostics.to_json().to_string();
 }
 
-/// The value, or `None` after rendering the messages in all formats.
+/// Returns the value of a result, or renders the messages in all formats and returns `None`.
 fn accepted<T>(result: Result<T, Diagnostics>) -> Option<T> {
     match result {
         Ok(value) => Some(value),
@@ -26,19 +26,20 @@ fn accepted<T>(result: Result<T, Diagnostics>) -> Option<T> {
     }
 }
 
-/// Reader of files named in a text.
+/// Returns the same table for every file that a text names.
 pub(crate) fn files(_: &str) -> Result<Contents, String> {
     Ok("time [s], A, leg1.P\n0, 1, 0.6\n0.5, 1.1, 0.61\n1, 2, 0.62\n".into())
 }
 
-/// The model that a text describes, if it is valid; renders its warnings.
+/// Returns the model that a text describes, if the text is valid; renders the warnings.
 pub(crate) fn model_of(text: &str) -> Option<ModelFile> {
     let model = accepted(read(&Source::new("model.toml", text), &files))?;
     render(&model.warnings);
     Some(model)
 }
 
-/// A robot file of another program: converted, or refused with messages. Further files are itself.
+/// Checks a robot file of another program, which is either converted or rejected with messages. All
+/// files that it names have its own content.
 pub fn robot_file(text: &str) {
     let load = |_: &str| Ok(text.as_bytes().to_vec());
     for literal in [false, true] {
@@ -52,7 +53,7 @@ pub fn robot_file(text: &str) {
     }
 }
 
-/// A robot for motions, loads and efforts; read once.
+/// Returns a robot to which motions, loads and efforts refer; it is read only once.
 fn robot() -> &'static ModelFile {
     static ROBOT: OnceLock<ModelFile> = OnceLock::new();
     ROBOT.get_or_init(|| {
@@ -83,7 +84,7 @@ fn has_values(motion: &Motion) {
     }
 }
 
-/// A model file.
+/// Checks a text as a model file.
 pub fn model(text: &str) {
     let Some(model) = model_of(text) else { return };
     for (_, motion) in &model.motions {
@@ -96,7 +97,7 @@ pub fn model(text: &str) {
     }
 }
 
-/// A unit after a number, in places that expect different dimensions.
+/// Checks a unit after a number, at places where different dimensions are expected.
 pub fn unit(text: &str) {
     let quoted = text.replace(['\\', '"', '\n', '\r'], " ");
     model(&format!(
@@ -110,7 +111,7 @@ pub fn unit(text: &str) {
     options(&format!("platform.z = 1 {text}; platform.rx = 2 {text}; duration = 1 {text}"));
 }
 
-/// An expression: in a motion, in a load, and in a model file.
+/// Checks an expression in a motion, in a load, and in a model file.
 pub fn expression(text: &str) {
     let robot = robot();
     let motion = format!("platform.z = {text}; platform.rx = {text}; duration = 1");
@@ -131,7 +132,7 @@ pub fn expression(text: &str) {
     ));
 }
 
-/// A text that is read a few bytes at a time, like a long file.
+/// Text that is read a few bytes at a time, like a long file.
 #[derive(Debug)]
 struct Stored(String);
 
@@ -153,7 +154,7 @@ fn in_pieces<T>(
     match (parse(&|_| Ok(text.into())), parse(&|_| Ok(stored()))) {
         (Ok(whole), Ok(stored)) => Some([whole, stored]),
         (Err(whole), Err(stored)) => {
-            // A file that is no text is said to be none at once where it is read as a whole.
+            // If a file is read as a whole, content that is not text is reported at once.
             assert!(
                 text.contains('\0') || whole.to_string() == stored.to_string(),
                 "{whole}{stored}"
@@ -179,7 +180,7 @@ fn same_values<'a>(mut pairs: impl Iterator<Item = (&'a Signal, &'a Signal)>, t:
     assert!(pairs.all(|(whole, stored)| bits(whole) == bits(stored)), "other values at {t}");
 }
 
-/// CSV samples of a motion and of efforts, as a whole and in pieces.
+/// Checks CSV samples of a motion and of efforts, read as a whole and in pieces.
 pub fn recording(text: &str) {
     let robot = robot();
     if let Some(motion) = accepted(robot.read_motion(&Source::new("motion.csv", text), &files)) {
@@ -208,7 +209,7 @@ pub fn recording(text: &str) {
     }
 }
 
-/// Values of `--motion`, `--from` and `--load`, and the same texts as TOML files.
+/// Checks values of `--motion`, `--from` and `--load`, and the same texts as TOML files.
 pub fn options(text: &str) {
     let robot = robot();
     let own = |_: &str| Ok(text.into());
@@ -228,7 +229,7 @@ pub fn options(text: &str) {
     }
 }
 
-/// Values of `--drives` and `--controller`, and the same texts as TOML files.
+/// Checks values of `--drives` and `--controller`, and the same texts as TOML files.
 pub fn drives(text: &str) {
     let robot = robot();
     let own = |_: &str| Ok(text.into());

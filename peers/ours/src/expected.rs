@@ -1,6 +1,6 @@
 //! Forces that the program prints for every state, from the file that `peers/states.py` writes.
 
-/// Actuator forces and reactions of one state.
+/// Actuator forces and reactions at one state.
 pub(crate) struct Forces {
     pub(crate) drives: Vec<f64>,
     /// For each joint, force and moment about the joint's origin, world axes.
@@ -9,7 +9,7 @@ pub(crate) struct Forces {
 
 /// Forces of all states of a motion.
 pub(crate) struct Expected {
-    /// Names of the joints of these reactions.
+    /// Names of the joints in the order of [`Forces::reactions`].
     pub(crate) joints: Vec<String>,
     /// Instants, s.
     pub(crate) times: Vec<f64>,

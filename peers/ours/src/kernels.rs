@@ -1,7 +1,8 @@
-//! The kernels, one state at a time and eight at once.
+//! The general kernels as timed computations, for one state at a time and for eight states in
+//! parallel.
 //!
-//! They receive the prescribed motion and find the position of the tree themselves, from that of
-//! the previous state. The other engines receive all coordinates of their trees.
+//! The kernels receive the prescribed motion and compute the position of the tree, starting from
+//! the position at the previous state. The other engines receive all coordinates of their trees.
 
 use crate::expected::{Difference, Expected, Forces};
 use crate::robot::Robot;
@@ -80,7 +81,7 @@ fn lanes_of_states(robot: &Robot) -> Vec<Run<L>> {
         .collect()
 }
 
-/// A kernel that cycles through its runs.
+/// A kernel that is evaluated at the states of a motion again and again.
 struct Runs<'a, T> {
     robot: &'a Robot,
     parameters: Parameters<T>,
@@ -133,7 +134,8 @@ impl<'a, T: InLanes> Runs<'a, T> {
         run
     }
 
-    /// Greatest difference from `expected` after all states were evaluated twice, as in the measurement.
+    /// Largest difference from `expected` after all states have been evaluated twice, as in the
+    /// measurement.
     fn difference(&mut self, expected: &[Forces]) -> f64 {
         let mut difference = Difference::default();
         for _ in 0..2 * self.runs.len() {

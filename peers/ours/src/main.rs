@@ -37,7 +37,8 @@ fn main() -> ExitCode {
     }
 }
 
-/// Without a file of expected forces, those of the general solver at instants of the default motion.
+/// Serves evaluations of a model. Without a file of expected forces, those of the general solver at
+/// instants of the default motion are used.
 fn run(model: &str, file: Option<&str>) -> Result<(), String> {
     let expected = match file {
         Some(file) => Expected::read(file)?,

@@ -1,8 +1,8 @@
-//! Programs recorded for the robot: straight-line machine code, one state at a time and as many as
-//! the processor has lanes.
+//! Programs recorded for the robot as straight-line machine code, for one state at a time and for
+//! as many states in parallel as the processor has SIMD lanes.
 //!
-//! The other engines receive the whole state of the tree. Programs receive the motion of the
-//! platform alone and include inverse kinematics.
+//! The other engines receive the complete state of the tree. Programs receive only the motion of
+//! the platform and include inverse kinematics.
 
 use crate::expected::{Difference, Expected, Forces};
 use crate::robot::Robot;
@@ -44,7 +44,8 @@ pub(crate) fn subjects<'a>(robot: &'a Robot, expected: &'a Expected) -> Vec<Subj
     subjects
 }
 
-/// Sample in a lane at a step; lanes overlap if they do not divide the number of samples.
+/// Index of the sample in a lane at a step. The ranges of the lanes overlap if the number of lanes
+/// does not divide the number of samples.
 fn sample(samples: usize, lanes: usize, lane: usize, step: usize) -> usize {
     let steps = samples.div_ceil(lanes);
     match lanes {
@@ -53,7 +54,7 @@ fn sample(samples: usize, lanes: usize, lane: usize, step: usize) -> usize {
     }
 }
 
-/// A program that cycles through the states.
+/// A program that is evaluated at the states of a motion again and again.
 struct Runs<'a> {
     robot: &'a Robot,
     program: InverseProgram,
@@ -119,8 +120,9 @@ impl<'a> Runs<'a> {
         Subject { name, difference, batch }
     }
 
-    /// Evaluates all states once; returns infinity if more than one state in twenty is left to the
-    /// general solver, as are states with an interface at rest.
+    /// Evaluates all states once and returns the largest difference. Returns infinity if more than
+    /// one state in twenty requires the general solver, for example because an interface is at
+    /// rest.
     fn difference(&mut self, expected: &[Forces]) -> f64 {
         let mut difference = Difference::default();
         let mut left_out = 0;
@@ -156,8 +158,9 @@ impl<'a> Runs<'a> {
     }
 }
 
-/// A program of forward dynamics that cycles through the states. Like the other engines, it
-/// receives the position and velocity of the tree, loads, and the actuator forces of the motion.
+/// A program of forward dynamics that is evaluated at the states of a motion again and again. Like
+/// the other engines, it receives the position and velocity of the tree, loads, and the actuator
+/// forces of the motion.
 struct ForwardRuns<'a> {
     robot: &'a Robot,
     program: ForwardProgram,
@@ -220,8 +223,9 @@ impl<'a> ForwardRuns<'a> {
         Subject { name, difference, batch }
     }
 
-    /// Evaluates accelerations and reactions of all states once; returns infinity if more than one
-    /// state in twenty is left to the general solver, as are states with an interface at rest.
+    /// Evaluates accelerations and reactions of all states once and returns the largest difference.
+    /// Returns infinity if more than one state in twenty requires the general solver, for example
+    /// because an interface is at rest.
     fn difference(&mut self) -> f64 {
         let mut difference = Difference::default();
         let mut left_out = 0;

@@ -1,4 +1,4 @@
-//! A robot of the gallery along its default motion, under its default load.
+//! A gallery robot along its default motion, under its default load.
 
 use crate::expected::{Expected, Forces};
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Model, Settings};
@@ -6,7 +6,7 @@ use stiction_core::kinematics::{State, Target};
 use stiction_core::spatial::Vec3;
 use stiction_format::{ModelFile, Motion, Source, gallery, read};
 
-/// Number of instants without a file of expected forces.
+/// Number of instants if there is no file of expected forces.
 const INSTANTS: usize = 100;
 
 pub(crate) struct Robot {
@@ -72,7 +72,7 @@ fn default_motion(model: &ModelFile) -> Result<&Motion, String> {
     model.motion(name).ok_or_else(|| "no such motion".to_owned())
 }
 
-/// Forces by the general solver along the default motion, with and without friction.
+/// Forces that the general solver computes along the default motion, with and without friction.
 pub(crate) fn solved(name: &str) -> Result<Expected, String> {
     let model = model(name)?;
     let motion = default_motion(&model)?;

@@ -9,7 +9,7 @@ pub(crate) struct Rows {
     q: Vec<f64>,
     v: Vec<f64>,
     a: Vec<f64>,
-    /// Efforts without friction, and with it.
+    /// Efforts without friction, and efforts with friction.
     efforts: [Vec<f64>; 2],
 }
 
@@ -37,7 +37,8 @@ impl Rows {
     }
 }
 
-/// Calls for all rows, without friction and with it, on one thread, with all reactions.
+/// Calls of the library for all rows, without friction and with friction, on one thread, with all
+/// reactions.
 ///
 /// # Errors
 /// The robot cannot be compiled, or the number of rows does not fit it.

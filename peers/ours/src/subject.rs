@@ -9,7 +9,7 @@ pub(crate) struct Subject<'a> {
     pub(crate) name: &'static str,
     /// Largest relative difference from the forces that the program prints.
     pub(crate) difference: f64,
-    /// Evaluates at least the given number of states, continuing where it stopped the last time,
-    /// and returns the actual number.
+    /// Evaluates at least the given number of states, starting after the last evaluated one, and
+    /// returns the actual number.
     pub(crate) batch: Box<dyn FnMut(usize) -> usize + 'a>,
 }

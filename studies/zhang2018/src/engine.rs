@@ -152,7 +152,7 @@ pub(super) fn positions(job: &Job<'_>) -> Result<Vec<(f64, [f64; 3], OfJoints)>,
     Ok(all)
 }
 
-/// Intervals of the actuator forces left undetermined by static friction at one instant.
+/// Intervals of the actuator forces that static friction leaves undetermined at one instant.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Interval {
     /// Inner bounds of each actuator force, N: lower and upper.

@@ -12,14 +12,14 @@ pub(super) type OfJoints = [[f64; 3]; 3];
 /// Method of including friction in the actuator forces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Method {
-    /// Friction and reactions in mutual balance.
+    /// Friction and reactions computed together, iterated to convergence.
     Converged,
     /// Friction from the frictionless reactions in a single pass, by virtual work.
     OnePass,
     /// Equation (28) with displacements from these leg positions: lengths, rotations of R,
     /// rotations of S.
     Literal([[f64; 3]; 3]),
-    /// Converged friction in the prismatic joints alone.
+    /// Converged friction, but only in the prismatic joints.
     PrismaticOnly,
     /// Single pass with the torques of section 5.1 as printed: forces, without the radius.
     WithoutRadius,

@@ -20,7 +20,7 @@ pub(super) fn inputs<T: Scalar>(robot: &Robot, pose: Pose<T>) -> [T; 3] {
 }
 
 /// Equations (13) to (15): the angle of leg n with the x axis. The paper's arccos loses the sign;
-/// both agree if the ball is above the base.
+/// this function agrees with it if the ball is above the base.
 pub(super) fn leg_angle<T: Scalar>(robot: &Robot, n: usize, pose: Pose<T>) -> T {
     let [dx, dz] = leg_vector(robot, n, pose);
     dz.atan2(dx)
@@ -100,7 +100,7 @@ pub(super) fn joint_rates(robot: &Robot, motion: &Motion) -> [[f64; 3]; 3] {
     })
 }
 
-/// The motion of leg n.
+/// Moving quantities of leg n.
 pub(super) fn leg_motion(robot: &Robot, n: usize, motion: &Motion) -> LegMotion {
     let pose = timed(motion);
     let [angle, rate, acceleration] = parts(leg_angle(robot, n, pose));

@@ -140,7 +140,7 @@ pub(super) fn generalised_load([fx, _, fz, _, my, _]: Load) -> [f64; 3] {
 }
 
 /// Equation (21) with the missing external load: the actuator forces, N, from J_a^T tau = F - Q.
-/// None if the matrix is numerically singular.
+/// Returns `None` if the matrix is numerically singular.
 pub(super) fn driving_forces(
     robot: &Robot,
     printed: Printed,
@@ -152,7 +152,7 @@ pub(super) fn driving_forces(
     drives_of(robot, motion.pose, core::array::from_fn(|i| force[i] - external[i]))
 }
 
-/// Actuator forces equivalent to a generalised force.
+/// Actuator forces that are equivalent to a generalised force.
 pub(super) fn drives_of(robot: &Robot, pose: Pose<f64>, force: [f64; 3]) -> Option<[f64; 3]> {
     let rows = inverse_jacobian(robot, pose);
     let matrix = Matrix3::from_fn(|i, n| rows[n][i]);

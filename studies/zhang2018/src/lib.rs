@@ -1,10 +1,10 @@
 //! Equation-by-equation study of the paper Zhang Y., Jin P., Gong J., Liu Q. (2018), Dynamic
 //! Modeling of 3-RPS Parallel Robot Considering Joint Friction.
 //!
-//! This crate holds the closed formulas of one robot and compares them with the general engine,
-//! which does not use them. `screws`, `kinematics`, `lagrangian`, `reactions`, `friction` and
-//! `simulation` are the paper's sections 1 to 6; `engine` converts results of the general engine to
-//! the paper's notation; `sections` assembles the report.
+//! This crate contains the closed formulas of one robot and compares their results with the general
+//! engine, which does not use the formulas. `screws`, `kinematics`, `lagrangian`, `reactions`,
+//! `friction` and `simulation` are the paper's sections 1 to 6; `engine` converts results of the
+//! general engine to the paper's notation; `sections` assembles the report.
 
 mod engine;
 mod friction;
@@ -110,7 +110,7 @@ pub fn study(progress: impl FnMut(&str, usize, usize) -> bool) -> Result<Report,
     let one_pass = with("L0", FrictionMode::OnePass)?;
     let runs = sections::twin::Runs { none: &none, moderate: &moderate, printed: &heavy };
     steps.begin(4)?;
-    // The printed case has no solution, which is the result.
+    // The printed case has no solution. This failure is the expected result.
     let hopeless = job(&printed, "printed", "printed", FrictionMode::Off)?;
     let refused = match hopeless.run(|_| Ok(()), |_, _, _| steps.goes_on()) {
         Err(RunError::Interrupted) => return Err(RunError::Interrupted.into()),

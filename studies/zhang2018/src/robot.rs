@@ -1,4 +1,5 @@
-//! Data of the paper's robot and of its regular twin, from section 6 of the paper.
+//! Data of the paper's robot, from section 6 of the paper, and of a regular (non-singular) variant
+//! of this robot.
 //!
 //! The study's formulas use these numbers and not the model files, so that the comparison with the
 //! engine also covers the data. Lengths in m, masses in kg.
@@ -89,8 +90,8 @@ impl Robot {
         robot
     }
 
-    /// The twin: the platform's triangle tilted by 30 deg about S2 S3, with a narrower base to
-    /// match.
+    /// The regular variant: the platform's triangle is tilted by 30 deg about S2 S3, and the base
+    /// is narrower to match.
     pub(super) fn regular() -> Self {
         let mut robot = Self::printed();
         let (k, l, tilt) = (robot.k, robot.l, (TAU / 12.0).tan());
@@ -112,7 +113,7 @@ impl Robot {
         }
     }
 
-    /// The motion of the twin.
+    /// The motion of the regular variant.
     pub(super) fn regular_motion(time: f64) -> Motion {
         let (sin, cos) = (TAU * time).sin_cos();
         let (turn_sin, turn_cos) = (TAU * time + 0.7).sin_cos();

@@ -45,7 +45,8 @@ pub(super) fn missing_moment(robot: &Robot, motion: &Motion, load: Load) -> f64 
 
 /// Platform load (F, M) at O2 in fixed axes that the 42 equations of the printed robot cannot
 /// balance: the platform part of the left null vector, scaled to its largest component. A load with
-/// a component along it has no solution for any actuator forces. None if the rank is not 41.
+/// a component along this vector has no solution for any actuator forces. Returns `None` if the
+/// rank is not 41.
 ///
 /// Also returns the imbalance under `load`, in the same scale.
 pub(super) fn out_of_range(robot: &Robot, motion: &Motion, load: Load) -> Option<([f64; 6], f64)> {
@@ -58,8 +59,8 @@ pub(super) fn out_of_range(robot: &Robot, motion: &Motion, load: Load) -> Option
 
 /// Solves the printed robot with friction and the self-stress (-2, 1, 1) f of its legs, with an
 /// auxiliary support of the platform's moment about y. Returns the generalised force of motion and
-/// friction, N, N, N m, and the moment of the support about y, N m. None if the iteration does not
-/// converge.
+/// friction, N, N, N m, and the moment of the support about y, N m; `None` if the iteration does
+/// not converge.
 pub(super) fn with_friction(
     robot: &Robot,
     motion: &Motion,
@@ -130,9 +131,9 @@ pub(super) fn planar_least_squares(
     [solution[0], solution[1], solution[2]]
 }
 
-/// Forward kinematics near the motion (29): the pose for the leg lengths at `time`, with leg 1
-/// longer by `longer` m, closest to a platform rotation of `turn` rad. None if the loops do not
-/// close.
+/// Forward kinematics near the motion (29): the pose closest to a platform rotation of `turn` rad,
+/// for the leg lengths at `time` with leg 1 longer by `longer` m. Returns `None` if the loops do
+/// not close.
 pub(super) fn fold(robot: &Robot, time: f64, longer: f64, turn: f64) -> Option<[f64; 3]> {
     let start = Robot::printed_motion(time).pose;
     let mut lengths = leg_lengths(robot, start);

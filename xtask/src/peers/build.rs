@@ -12,7 +12,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Our own programs.
+/// Programs of this project that take part in the comparison.
 pub(crate) struct Programs {
     /// The program `stiction`.
     pub(crate) program: PathBuf,
@@ -72,7 +72,7 @@ impl Programs {
     }
 }
 
-/// Paths of the tools and programs of a comparison.
+/// Paths of the tools and programs that a comparison uses.
 pub(crate) struct Tools<'a> {
     /// Our own programs.
     pub(crate) programs: &'a Programs,
@@ -171,7 +171,7 @@ impl<'a> Tools<'a> {
         self.programs.on_core(&self.programs.place.join(name))
     }
 
-    /// Versions of the engines, libraries and compilers.
+    /// Determines the versions of the engines, libraries and compilers.
     pub(crate) fn versions(&self) -> Result<Value, Trouble> {
         let question = "\
 import json, platform
@@ -191,7 +191,7 @@ print(json.dumps({'python': platform.python_version(), **{name: version(name) fo
     }
 }
 
-/// Builder of a command, one argument at a time.
+/// Command to which arguments are added one at a time.
 pub(crate) struct Runs(Command);
 
 impl Runs {

@@ -1,8 +1,8 @@
 //! `cargo xtask peers`: compares speed with other engines, see `peers/README.md`.
 //!
-//! Measures the commands that users type and our recorded program; this part needs no other engine.
-//! Then builds a harness for each engine and checks its forces against ours, and runs batches of a
-//! millisecond of all engines in rotation, so that a slow period of the machine affects all of
+//! First measures the commands that users type and our recorded program; this part needs no other
+//! engine. Then builds a harness for each engine, compares its forces with ours, and runs batches
+//! of a millisecond of all engines in rotation, so that a slow period of the machine affects all of
 //! them.
 
 mod build;
@@ -32,7 +32,7 @@ pub(crate) enum Trouble {
 struct Options {
     json: Option<PathBuf>,
     rounds: usize,
-    /// Write the tables of the book.
+    /// True to write the tables of the book.
     write: bool,
 }
 
@@ -124,7 +124,7 @@ fn compare(options: &Options, tools: &Tools<'_>, products: &[Product]) -> Result
     Ok(())
 }
 
-/// Writes the file of `--json`.
+/// Writes the results to the file of the option `--json`.
 fn save(options: &Options, data: &Value) -> Result<(), Trouble> {
     let Some(path) = &options.json else { return Ok(()) };
     std::fs::write(path, format!("{data:#}\n"))
@@ -167,7 +167,7 @@ fn check(processes: &[Process]) -> Result<(), Trouble> {
     Ok(())
 }
 
-/// Times of calls from Python.
+/// Measures the time of calls from Python.
 fn python_level(tools: &Tools<'_>, states: &Path) -> Result<Value, Trouble> {
     eprintln!("== from Python");
     let mut command = Command::new(&tools.python);

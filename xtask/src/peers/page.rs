@@ -8,7 +8,7 @@ use std::fs;
 const BEGIN: &str = "<!-- cargo xtask peers -->";
 const END: &str = "<!-- end of cargo xtask peers -->";
 
-/// Replaces the text between the markers.
+/// Replaces the text between the markers by a table.
 pub(crate) fn write(tools: &Tools<'_>, data: &Value) -> Result<(), String> {
     let path = tools.sources.join("../docs/src/speed.md");
     let fault = |error: std::io::Error| format!("{}: {error}", path.display());

@@ -6,7 +6,7 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 /// Computation that a harness can time.
 pub(crate) struct Subject {
     pub(crate) name: String,
-    /// Largest difference from the expected forces, relative.
+    /// Largest relative difference from the expected forces.
     pub(crate) difference: f64,
 }
 

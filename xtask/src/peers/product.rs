@@ -1,7 +1,9 @@
-//! Cost of a sample of the commands that users type, relative to our recorded program for one state.
+//! Cost of one sample of the commands that users type, relative to the cost of our recorded program
+//! for one state.
 //!
 //! A command runs with few and with many samples, so that the difference of the times does not
-//! contain its start. The rounds alternate with batches of the program, like those of the engines.
+//! contain the start of the program. Rounds of commands alternate with batches of the recorded
+//! program, as for the engines.
 
 use super::Trouble;
 use super::build::Programs;
@@ -11,7 +13,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
-/// Number of rounds; the least time of each command counts.
+/// Number of rounds; the smallest time of each command is the result.
 const ROUNDS: usize = 7;
 /// Recorded program with which all commands are compared; `BATCH` is the number of states in a
 /// batch.
@@ -25,7 +27,7 @@ struct Case {
     ratio: &'static str,
     /// Motion at rest that replaces the default motion; `None` for the default motion.
     motion: Option<&'static str>,
-    /// Times between samples, as the command line gives them.
+    /// Two time steps, in the notation of the command line.
     steps: [&'static str; 2],
     writes_tables: bool,
 }
@@ -133,7 +135,7 @@ fn quiet_output(command: &mut Command) -> Result<String, Trouble> {
     }
 }
 
-/// The greatest ratio of each name.
+/// Returns the largest ratio of each name.
 pub(crate) fn ratios(products: &[Product]) -> Map<String, Value> {
     let mut ratios = Map::new();
     for product in products {

@@ -23,7 +23,7 @@ fn ratio_name(ours: &Timing, theirs: &Timing) -> String {
     format!("{}_vs_{}{what}", ours.subject, theirs.engine)
 }
 
-/// Ratios of our time to that of each peer, for the same task.
+/// Ratios of our time to the time of each other engine, for the same task.
 fn ratios(result: &ModelResult) -> Vec<(String, f64)> {
     let (ours, theirs): (Vec<_>, Vec<_>) = result.timings.iter().partition(|t| t.engine == OURS);
     let mut ratios = Vec::new();

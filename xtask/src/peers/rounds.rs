@@ -2,8 +2,8 @@
 
 use super::process::Process;
 
-/// Duration of a batch, ns: much longer than a request and shorter than a time slice of the scheduler, so
-/// that most batches run without interruption.
+/// Duration of a batch, ns. It is much longer than a request and shorter than a time slice of the
+/// scheduler, so that most batches run without interruption.
 const BATCH: f64 = 1e6;
 
 /// Times of one subject: ns per evaluation, one entry per round.
@@ -25,7 +25,8 @@ impl Timing {
         self.batches.iter().copied().fold(f64::INFINITY, f64::min)
     }
 
-    /// Median over the rounds of the ratio within a round. A slowdown of the whole round cancels.
+    /// Median, over the rounds, of the ratio within a round. A slowdown that affects the whole
+    /// round cancels.
     pub(crate) fn ratio_to(&self, other: &Self) -> f64 {
         median(
             self.batches.iter().zip(&other.batches).map(|(ours, theirs)| ours / theirs).collect(),
@@ -58,7 +59,7 @@ pub(crate) fn run(processes: &mut [Process], rounds: usize) -> Result<Vec<Timing
     }
     for round in 0..rounds {
         for k in 0..timings.len() {
-            // The order rotates, so that no subject always follows the same one.
+            // The order rotates, so that no subject always runs after the same one.
             let k = (k + round) % timings.len();
             let (at, subject) = places[k];
             let time = processes[at].batch(subject, timings[k].size)?;

@@ -56,7 +56,7 @@ struct Page {
 }
 
 impl Page {
-    /// Attribute that makes the name a link target, unless it is already one.
+    /// Returns the attribute that makes a name a link target, unless the name already is one.
     fn place(&mut self, name: String) -> String {
         if !is_name(&name) || self.names.contains(&name) {
             return String::new();
@@ -66,7 +66,7 @@ impl Page {
         attribute
     }
 
-    /// The section's entry in the contents, and its HTML.
+    /// Returns the section's entry in the table of contents, and its HTML.
     fn section(&mut self, number: usize, section: &Section) -> (String, String) {
         let title = escape(&section.title);
         let place = self.place(section.id.clone());

@@ -5,9 +5,9 @@ use super::{Block, Cell, Report, Table};
 use serde_json::{Map, Value, json};
 
 impl Report {
-    /// Findings and tables of the report as JSON: `findings`, each with its `section`, `verdict`
-    /// and `text`; `tables` by file name, each with `caption`, `columns` (`name`, `unit`) and
-    /// `rows`. NaN becomes null, infinities become strings.
+    /// Findings and tables of the report as JSON. `findings` lists the `section`, `verdict` and
+    /// `text` of each finding; `tables` contains each table by its file name, with `caption`,
+    /// `columns` (`name`, `unit`) and `rows`. NaN becomes null, infinities become strings.
     pub fn json(&self) -> Value {
         let mut findings = Vec::new();
         let mut tables = Map::new();

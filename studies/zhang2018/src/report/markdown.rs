@@ -36,7 +36,7 @@ struct Count {
 }
 
 impl Count {
-    /// Anchor for a link target, unless the name is already used.
+    /// Returns the anchor of a link target, unless the name is already in use.
     fn place(&mut self, name: String) -> String {
         if !is_name(&name) || self.names.contains(&name) {
             return String::new();

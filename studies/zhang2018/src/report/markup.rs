@@ -43,7 +43,7 @@ impl Element {
         }
     }
 
-    /// HTML start tag; none for a link out of the report.
+    /// HTML start tag; none for a link to a place outside the report.
     pub(crate) fn begin(&self) -> Option<String> {
         let link = || self.place().map(|place| format!("<a href=\"#{place}\">"));
         self.name().map(|name| format!("<{name}>")).or_else(link)
@@ -137,7 +137,7 @@ pub(crate) fn is_name(name: &str) -> bool {
     !name.is_empty() && name.bytes().all(is_part)
 }
 
-/// Converts a text to HTML. A link out of the report keeps its words alone.
+/// Converts a text to HTML. Of a link to a place outside the report, only the words remain.
 pub(crate) fn html(text: &str) -> String {
     let piece = |piece: &Piece| match piece {
         Piece::Text(text) => escape(text),

@@ -63,7 +63,7 @@ fn cycle(robot: &Robot, method: Method) -> Option<Vec<Result>> {
     (0..SAMPLES).map(|k| driving_forces_with_friction(robot, &at(k), NO_LOAD, method)).collect()
 }
 
-/// Results of all methods. None if one method has no solution.
+/// Results of all methods; `None` if a method has no solution.
 pub(crate) fn compare() -> Option<Vec<Row>> {
     let robot = Robot::regular();
     let [home, first] = origins(&robot);
@@ -127,7 +127,7 @@ pub(crate) fn agreement(samples: &[Sample], method: Method) -> f64 {
 }
 
 /// Viscous contribution that cancels in (28): the largest generalised force of the viscous parts
-/// along the twin's motion by virtual work; N, N, N m.
+/// along the motion of the regular variant, by virtual work; N, N, N m.
 fn viscous_part(robot: &Robot) -> [f64; 3] {
     let mut most = [0.0_f64; 3];
     for k in 0..200 {

@@ -28,7 +28,7 @@ pub(crate) const READINGS: [(&str, Printed); 4] = [
 ];
 
 /// Largest errors of an interpretation along a motion: generalised forces (N, N, N m) and actuator
-/// forces (N). The actuator errors are none at singular poses.
+/// forces (N). The errors of actuator forces are `None` at singular poses.
 pub(crate) fn errors(
     robot: &Robot,
     motion: fn(f64) -> Motion,

@@ -91,7 +91,7 @@ pub(crate) fn transverse(
     worst
 }
 
-/// Largest difference between the 42 equations and the engine on the frictionless regular twin,
+/// Largest difference between the 42 equations and the engine for the frictionless regular variant,
 /// over all unknowns, and the largest unknown; N and N m together.
 pub(crate) fn agreement(frictionless: &[Sample]) -> (f64, f64) {
     let robot = Robot::regular();

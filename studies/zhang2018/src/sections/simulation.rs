@@ -46,7 +46,7 @@ pub(crate) fn singular() -> (f64, f64) {
     worst
 }
 
-/// Largest actuator force of (21), N, at t = 0.25 s without load, with theta off 90 deg by
+/// Largest actuator force of (21), N, at t = 0.25 s without load, if theta differs from 90 deg by
 /// `degrees`.
 pub(crate) fn near_singular(degrees: f64) -> Option<f64> {
     let mut motion = Robot::printed_motion(0.25);

@@ -1,4 +1,4 @@
-//! Results for the regular twin, whose equations have a unique solution.
+//! Results for the regular variant of the robot, whose equations have a unique solution.
 
 use super::{curves, digits, fixed, note, panel, paragraph, right, rounding, section, table};
 use crate::Error;
@@ -10,7 +10,7 @@ use serde_json::Value;
 use stiction_draw::figure::Figure;
 use stiction_run::Job;
 
-/// Reversal of a joint of the twin.
+/// Reversal of a joint of the regular variant.
 #[derive(Clone, Debug)]
 pub(crate) struct Reversal {
     pub(crate) joint: String,
@@ -18,7 +18,7 @@ pub(crate) struct Reversal {
     pub(crate) interval: Interval,
 }
 
-/// Instants of one cycle at which a joint of the twin reverses, s.
+/// Instants of one cycle at which a joint of the regular variant reverses, s.
 pub(crate) fn instants() -> Vec<(String, f64)> {
     let robot = Robot::regular();
     let rates = |n: usize, time: f64| joint_rates(&robot, &Robot::regular_motion(time))[n];

@@ -32,8 +32,8 @@ fn methods_and_their_work() {
     near(100.0 * wrong_signs(), 52.0, 0);
 }
 
-/// Converged and one-pass friction agree with the general engine, also under loads; the friction
-/// contributions do the work that the joints dissipate.
+/// Converged and one-pass friction agree with the general engine, also under loads; the work of the
+/// friction contributions equals the energy that the joints dissipate.
 #[test]
 fn friction_is_that_of_the_engine() {
     let model = model("zhang2018-regular").unwrap();

@@ -6,8 +6,8 @@ use crate::robot::{Motion, NO_LOAD, PRINTED_LOAD};
 use crate::sections::ideal::{READINGS, agreement, errors};
 use stiction_core::dynamics::FrictionMode;
 
-/// Lagrange's equations and the engine agree on the twin with all rates non-zero, with and without
-/// loads.
+/// Lagrange's equations and the engine agree for the regular variant with all rates non-zero, with
+/// and without loads.
 #[test]
 fn lagrange_is_the_engine() {
     let model = model("zhang2018-regular").unwrap();

@@ -20,7 +20,7 @@ fn leg_vectors_as_printed() {
     }
 }
 
-/// Published table of the twin's motion: lengths and rates to six digits.
+/// Published table of the regular variant's motion: lengths and rates to six digits.
 #[test]
 fn table_of_the_twin() {
     let rows = [

@@ -49,7 +49,7 @@ fn reference_of_all_unknowns() {
     assert_eq!(compared, 33 * SIZE);
 }
 
-/// The rank is 41 at every pose of the printed robot and 42 for the twin.
+/// The rank is 41 at every pose of the printed robot and 42 for the regular variant.
 #[test]
 fn rank_forty_one() {
     let [printed, regular] = robots();
@@ -80,8 +80,8 @@ fn null_vector_is_the_self_stress() {
     }
 }
 
-/// The error of equation (23) as printed is up to 1.1 N on (29), and 8.4 N of 24 N on the twin's
-/// motion.
+/// The error of equation (23) as printed is up to 1.1 N on (29), and 8.4 N of 24 N on the motion of
+/// the regular variant.
 #[test]
 fn printed_equation_of_moments() {
     let (error, _) = transverse(&Robot::printed(), Robot::printed_motion, 1000);

@@ -20,8 +20,8 @@ fn screws_of_a_leg() {
     assert!(power(&wrench, &slide) > 0.5);
 }
 
-/// The printed robot has rank 2 and rank 5 everywhere, with the self-stress (-2, 1, 1); the twin
-/// has full rank except at singularities.
+/// The printed robot has rank 2 and rank 5 everywhere, with the self-stress (-2, 1, 1); the regular
+/// variant has full rank except at singularities.
 #[test]
 fn constraints_have_rank_two() {
     let [printed, regular] = robots();

@@ -38,7 +38,7 @@ fn tables(report: &Report) -> impl Iterator<Item = &Table> {
     })
 }
 
-/// A report with these blocks.
+/// Creates a report with these blocks.
 fn of(blocks: Vec<Block>) -> Report {
     let section = Section { id: "one".into(), title: "One".into(), blocks };
     Report { title: "Made up".into(), lead: vec![], sections: vec![section], footer: vec![] }
@@ -86,12 +86,12 @@ fn a_page_contains_all_results() {
     let html = report.html();
     let page = parse(&html);
     let whole = text(page.root());
-    // A section's title, which is in both contents, too, and an equation's number.
+    // A section's title, which occurs in both tables of contents, and an equation's number.
     let number = kept(HOSTILE).replace('-', "–");
     assert_eq!(whole.matches(&kept(HOSTILE)).count(), 3, "{whole}");
     assert_eq!(whole.matches(&number).count(), 1, "{whole}");
-    // Elsewhere its marks are read: a formula, three captions and ten cells, a paragraph, a finding,
-    // an item, the footer.
+    // Markup is interpreted everywhere else: in a formula, three captions and ten cells, a
+    // paragraph, a finding, a list item, and the footer.
     let read = kept(HOSTILE).replace("`x`", "x").replace("\\*", "*");
     let read = read.replace("&nbsp;", "\u{a0}").replace("_u_", "u");
     assert_eq!(whole.matches(&read).count(), 1 + 3 + 10 + 1 + 1 + 1 + 1, "{whole}");
@@ -141,7 +141,7 @@ fn plots_follow_the_page() {
     assert_eq!(drawn.len(), 8, "{drawn:?}");
     for k in 0..8 {
         assert!(drawn.contains(&format!("var(--line{k})")));
-        // Once for light, once for dark.
+        // One definition for light colours, one for dark colours.
         assert_eq!(html.matches(&format!("--line{k}:#")).count(), 2);
     }
 }
@@ -162,7 +162,7 @@ fn legends_are_common_where_lines_mean_the_same() {
     assert_eq!(legends(colours())[0].len(), 11);
     let mut figure = drives();
     figure.panels[1].lines[0].label = "something else".into();
-    // Otherwise the names stand at the ends of the lines.
+    // Without a legend, the names are at the ends of the lines.
     let markup = figure.inline("");
     assert!(markup.contains(">something else</text>"));
     assert!(legends(figure).is_empty());
@@ -180,11 +180,12 @@ fn is_shown(cell: &Cell, shown: &str) -> bool {
         Cell::Number(x, digits) if x != 0.0 => {
             (x, 10f64.powi(x.abs().log10().floor() as i32 + 1 - digits as i32))
         }
-        // What is too large for digits after the point has four that count.
+        // A number that is too large for digits after the point is shown with four significant
+        // digits.
         Cell::Fixed(x, _) if x.abs() >= 1e15 => (x, 1e-3 * x.abs()),
         Cell::Number(x, digits) | Cell::Fixed(x, digits) => (x, 10f64.powi(-(digits as i32))),
     };
-    // Half of the last digit, and the rounding of reading a decimal.
+    // Half a unit of the last digit, and rounding when a decimal number is read.
     shown.parse::<f64>().is_ok_and(|read| (read - x).abs() <= 0.5 * unit + 1e-15 * x.abs())
 }
 
@@ -279,7 +280,7 @@ fn links_of_markdown_have_their_targets() {
     let names: HashSet<&String> = places.iter().collect();
     assert_eq!(names.len(), places.len(), "{places:?}");
     let links = between("](#", ")");
-    // Three in each of the five times that the prose is there.
+    // Three links in each of the five copies of the prose.
     assert!(links.len() >= 3 * 5, "{links:?}");
     for link in &links {
         assert!(names.contains(link), "{link}");
@@ -376,7 +377,7 @@ fn files_of_curves_have_every_point() {
             }
         }
     }
-    // Twelve lines share their points of time; of the others three have their own.
+    // Twelve lines share their abscissae; three others have abscissae of their own.
     assert_eq!(file(&report, "drives.csv")[0].len(), 1 + 12);
     assert_eq!(file(&report, "colours.csv")[0].len(), (1 + 8) + 3 * 2);
     let times: Vec<f64> =
@@ -436,7 +437,7 @@ fn pictures_stand_alone() {
 #[test]
 fn defects_are_found() {
     let made_up = report().defects();
-    // The equation that nobody would number so.
+    // The equation with an unusual number.
     assert_eq!(made_up.len(), 1, "{made_up:?}");
     assert!(made_up[0].contains("is no name"));
 
@@ -462,7 +463,7 @@ fn defects_are_found() {
         "row 1 of `t` has 1 cells for 2 columns",
     ];
     assert_eq!(report.defects(), expected);
-    // Even then no name is there twice in the page.
+    // Even in this case, no name occurs twice in the page.
     let html = report.html();
     let page = parse(&html);
     assert_eq!(page.descendants().filter(|n| n.attribute("id") == Some("one")).count(), 1);
