@@ -112,7 +112,7 @@ impl Robot {
         Compensation::of(self)
     }
 
-    /// Studies many designs. Each row of the study gives statistics of inverse dynamics for one set
+    /// Studies many designs. Each row of the study contains statistics of inverse dynamics for one set
     /// of parameter values.
     ///
     /// # Errors
