@@ -20,7 +20,7 @@ type Handle = *mut c_void;
 type State = *mut c_void;
 type Text = *const c_char;
 
-/// `fmi2CallbackFunctions`.
+/// C structure `fmi2CallbackFunctions` of the standard.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Callbacks {
@@ -31,11 +31,11 @@ pub struct Callbacks {
     pub environment: *mut c_void,
 }
 
-/// `fmi2CoSimulation`.
+/// Value `fmi2CoSimulation` of the type of an instance.
 const CO_SIMULATION: c_int = 1;
-/// `fmi2Discard`.
+/// Status `fmi2Discard`.
 const DISCARD: c_int = 2;
-/// `fmi2LastSuccessfulTime`, `fmi2Terminated`.
+/// Kinds of status `fmi2LastSuccessfulTime` and `fmi2Terminated`.
 const LAST_TIME: c_int = 2;
 const TERMINATED: c_int = 3;
 

@@ -33,10 +33,9 @@ pub struct StateError {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum StateErrorCause {
-    /// The solver cannot move to the configuration of this state from that of the state it solved
-    /// before.
+    /// The solver cannot move from its present configuration to this state.
     Position(AssemblyError),
-    /// The solver finds no forces at the state.
+    /// The solver cannot compute the forces at this state.
     Forces(InverseError),
 }
 

@@ -343,12 +343,12 @@ impl ForwardProgram {
         }
     }
 
-    /// Computes motion and reactions with friction, coupled to round-off. `settled` receives for
-    /// each lane `true` if the coupling has converged and the assumptions of the program are
-    /// satisfied: all friction interfaces slide, normal loads do not vanish, and every branch is
-    /// one that occurred in the samples. Otherwise the results are invalid, and
-    /// [`stiction_core::forward`] must be used. Results without friction remain those of the last
-    /// [`Self::run_frictionless`].
+    /// Computes motion and reactions with friction; friction and reactions are iterated to
+    /// round-off. `settled` receives for each lane `true` if the iteration has converged and the
+    /// assumptions of the program are satisfied: all friction interfaces slide, normal loads do not
+    /// vanish, and every branch is one that occurred in the samples. Otherwise the results are
+    /// invalid, and [`stiction_core::forward`] must be used. Results without friction remain those
+    /// of the last [`Self::run_frictionless`].
     ///
     /// # Panics
     /// If `settled` is shorter than the number of lanes, or the memory belongs to a smaller

@@ -251,7 +251,7 @@ impl InputLayout {
         }
     }
 
-    /// Inputs of the program in a sample, in their order.
+    /// Values of all inputs of the program at a sample, in the order of the inputs.
     pub(crate) fn row(&self, Sample { state, targets, loads }: &Sample) -> Vec<f64> {
         let mut row = Vec::with_capacity(self.count);
         self.visit(self.motions(state), &state.coordinates, targets, loads, |x| row.extend(x));

@@ -95,8 +95,7 @@ impl Rest {
         self.findings.time
     }
 
-    /// Smallest and largest effort of an actuator with which the robot can remain at rest, N or N
-    /// m.
+    /// Smallest and largest effort, N or N m, with which an actuator lets the robot remain at rest.
     ///
     /// # Errors
     /// No actuator has that name.

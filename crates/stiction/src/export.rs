@@ -150,7 +150,7 @@ impl Export {
     /// Records the program, computes test vectors with the general solver, and writes the files.
     ///
     /// # Errors
-    /// The program cannot be recorded for this robot (the error gives the reason), or an option
+    /// The program cannot be recorded for this robot (the error states the reason), or an option
     /// contains an unknown name.
     pub fn files(&self) -> Result<Vec<SourceFile>, Error> {
         if self.language == Language::Rust && self.options.own_math {

@@ -238,7 +238,8 @@ struct StoredFile {
 
 struct StoredState {
     file: File,
-    /// Receiver of progress reports; unused once the recording has been read to its end.
+    /// Callback for progress reports; `None` if not requested, or after the recording has been read
+    /// to its end.
     progress: Option<Arc<ReadProgress>>,
 }
 

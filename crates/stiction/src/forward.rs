@@ -378,7 +378,7 @@ impl Forward {
 
     /// Simulates and keeps all samples in memory.
     ///
-    /// A simulation that ends early is no error: [`Run::ended`] gives the reason and the time.
+    /// A simulation that ends early is no error: [`Run::ended`] states the reason and the time.
     ///
     /// # Errors
     /// The options contradict each other, or the robot cannot start.

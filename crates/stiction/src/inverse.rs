@@ -253,7 +253,7 @@ impl Sample {
     /// Torque, speed, power and losses of the motor of a drive train.
     ///
     /// # Errors
-    /// There is no drive train of that name.
+    /// No drive train has that name.
     pub fn motor(&self, name: &str) -> Result<&Motor, Error> {
         Ok(&self.motors[self.names.motor(name)?])
     }
@@ -267,7 +267,7 @@ impl Sample {
     /// joints, this effort times the coefficient of the joint.
     ///
     /// # Errors
-    /// There is no gearing of that name.
+    /// No gearing has that name.
     pub fn gearing_effort(&self, gearing: &str) -> Result<f64, Error> {
         Ok(self.gearings[self.names.gearing(gearing)?])
     }
@@ -275,7 +275,7 @@ impl Sample {
     /// Reaction in a joint.
     ///
     /// # Errors
-    /// There is no joint of that name.
+    /// No joint has that name.
     pub fn reaction(&self, joint: &str) -> Result<Reaction, Error> {
         Ok(self.reactions[self.names.joint(joint)?])
     }
@@ -284,7 +284,7 @@ impl Sample {
     /// several.
     ///
     /// # Errors
-    /// There is no friction interface of that name.
+    /// No friction interface has that name.
     pub fn friction(&self, interface: &str) -> Result<JointFriction, Error> {
         Ok(self.frictions[self.names.interface(interface)?])
     }
@@ -292,7 +292,7 @@ impl Sample {
     /// Pose of a body in the world.
     ///
     /// # Errors
-    /// There is no body of that name.
+    /// No body has that name.
     pub fn pose(&self, body: &str) -> Result<BodyPose, Error> {
         Ok(self.poses[self.names.body(body)?])
     }

@@ -136,7 +136,7 @@ impl Rests {
     /// Searches for the equilibrium.
     ///
     /// # Errors
-    /// No equilibrium is found; the error gives the reason.
+    /// No equilibrium is found; the error states the reason.
     pub fn run(&self) -> Result<Equilibrium, Error> {
         let mut found = self.forward.plan()?.job().equilibrium(self.nearest)?;
         // The equilibrium is computed without friction; the efforts that friction permits at rest

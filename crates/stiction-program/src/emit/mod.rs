@@ -36,9 +36,9 @@ pub enum Language {
 /// Floating-point type of the source code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Precision {
-    /// 64 bits.
+    /// Double precision, 64 bits.
     Double,
-    /// 32 bits.
+    /// Single precision, 32 bits.
     Float,
 }
 

@@ -7,7 +7,8 @@ use stiction_core::random::Random;
 use stiction_core::statics::Constraints;
 
 /// Smallest singularity index of a test state, because rounding errors grow near singular
-/// positions. If half of the index at home is smaller, that value is the limit instead.
+/// positions. If half of the index at the home position is smaller, that value is the limit
+/// instead.
 const CLEAR: f64 = 0.05;
 /// Smallest sliding speed of a test state, as a fraction of the largest speed, because the sign of
 /// a speed near zero is uncertain. Interfaces that never slide are excepted, see [`NEVER`].

@@ -39,9 +39,9 @@ pub(crate) enum Statement {
 #[derive(Clone, Debug)]
 pub(crate) struct Listing {
     pub(crate) routines: Vec<Vec<Statement>>,
-    /// Size of the workspace.
+    /// Number of values in the workspace.
     pub(crate) work: usize,
-    /// Largest number of results.
+    /// Largest number of results of a routine.
     pub(crate) results: usize,
 }
 

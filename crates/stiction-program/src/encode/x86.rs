@@ -57,8 +57,8 @@ struct Instruction {
     whole: bool,
 }
 
-/// Registers rdi, rsi, rdx and rcx, which contain the first four arguments of a function (System
-/// V).
+/// Registers rdi, rsi, rdx and rcx: the first four arguments of a function in the System V calling
+/// convention.
 const fn register(base: Base) -> u8 {
     match base {
         Base::Slots => 7,

@@ -87,7 +87,7 @@ fn is_orthonormal(joint_type: JointType) -> bool {
     !matches!(joint_type, JointType::Helical | JointType::Planar | JointType::Free)
 }
 
-/// Unknowns of a joint: constraints and efforts.
+/// Lists the unknowns of a joint: constraint wrenches and actuator efforts.
 fn unknowns(index: usize, joint: &Joint) -> Vec<Source> {
     let (mut forces, mut moments, mut others) = (Vec::new(), Vec::new(), Vec::new());
     for constraint in joint.joint_type.constraints() {

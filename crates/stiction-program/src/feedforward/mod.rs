@@ -133,7 +133,7 @@ impl Feedforward {
         self.length
     }
 
-    /// Tree coordinates at home.
+    /// Tree coordinates at the home position.
     pub(crate) fn home_coordinates(&self) -> &[f64] {
         &self.home.0
     }

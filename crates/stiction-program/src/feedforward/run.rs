@@ -189,8 +189,8 @@ impl Feedforward {
         memory.forces.read(self.native.forces[0].results[self.sizes.unknowns + drive], 0)
     }
 
-    /// Force of a joint from the last run, exerted by the predecessor on the successor, world axes,
-    /// N.
+    /// Force that the predecessor of a joint exerts on the successor, N, world axes, from the last
+    /// run.
     pub fn joint_force(&self, memory: &FeedforwardMemory, joint: usize) -> [f64; 3] {
         let first = self.sizes.drives + 3 * joint;
         core::array::from_fn(|axis| {

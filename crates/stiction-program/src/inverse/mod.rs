@@ -235,10 +235,10 @@ impl InverseProgram {
         }
     }
 
-    /// Computes forces with friction, coupled to round-off. `settled` receives for each lane `true`
-    /// if the coupling has converged and the assumptions of the program are satisfied: all friction
-    /// interfaces slide, normal loads do not vanish, and every branch is one that occurred in the
-    /// samples. Otherwise the results are invalid, and
+    /// Computes forces with friction; friction and reactions are iterated to round-off. `settled`
+    /// receives for each lane `true` if the iteration has converged and the assumptions of the
+    /// program are satisfied: all friction interfaces slide, normal loads do not vanish, and every
+    /// branch is one that occurred in the samples. Otherwise the results are invalid, and
     /// [`stiction_core::dynamics::InverseDynamics::solve`] must be used. Results without friction
     /// remain those of the last [`Self::run_frictionless`].
     ///

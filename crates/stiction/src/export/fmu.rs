@@ -43,7 +43,7 @@ impl Export {
     /// positions, rates and accelerations of the actuators, outputs their efforts.
     ///
     /// # Errors
-    /// The program cannot be recorded for this robot (the error gives the reason), or an option
+    /// The program cannot be recorded for this robot (the error states the reason), or an option
     /// contains an unknown name.
     pub fn fmu(&self, fmi: Fmi) -> Result<Fmu, Error> {
         if self.options.precision == Precision::Float {

@@ -135,7 +135,7 @@ impl Sample {
     /// several.
     ///
     /// # Errors
-    /// There is no joint coordinate of that name.
+    /// No joint coordinate has that name.
     pub fn joint(&self, coordinate: &str) -> Result<JointMotion, Error> {
         Ok(self.joints[self.names.coordinate(coordinate)?])
     }
@@ -143,7 +143,7 @@ impl Sample {
     /// Position of a joint coordinate, m or rad.
     ///
     /// # Errors
-    /// There is no joint coordinate of that name.
+    /// No joint coordinate has that name.
     pub fn position(&self, coordinate: &str) -> Result<f64, Error> {
         Ok(self.joint(coordinate)?.position)
     }
@@ -151,7 +151,7 @@ impl Sample {
     /// Rate of a joint coordinate, m/s or rad/s.
     ///
     /// # Errors
-    /// There is no joint coordinate of that name.
+    /// No joint coordinate has that name.
     pub fn rate(&self, coordinate: &str) -> Result<f64, Error> {
         Ok(self.joint(coordinate)?.rate)
     }
@@ -176,7 +176,7 @@ impl Sample {
     /// joints, this effort times the coefficient of the joint.
     ///
     /// # Errors
-    /// There is no gearing of that name.
+    /// No gearing has that name.
     pub fn gearing_effort(&self, gearing: &str) -> Result<f64, Error> {
         Ok(self.gearings[self.names.gearing(gearing)?])
     }
@@ -184,7 +184,7 @@ impl Sample {
     /// Reaction in a joint.
     ///
     /// # Errors
-    /// There is no joint of that name.
+    /// No joint has that name.
     pub fn reaction(&self, joint: &str) -> Result<Reaction, Error> {
         Ok(self.reactions[self.names.joint(joint)?])
     }
@@ -192,7 +192,7 @@ impl Sample {
     /// Friction in a friction interface.
     ///
     /// # Errors
-    /// There is no friction interface of that name.
+    /// No friction interface has that name.
     pub fn friction(&self, interface: &str) -> Result<Interface, Error> {
         Ok(self.interfaces[self.names.interface_or_shaft(interface)?])
     }
@@ -200,7 +200,7 @@ impl Sample {
     /// Energy dissipated in a friction interface since the start, J.
     ///
     /// # Errors
-    /// There is no friction interface of that name.
+    /// No friction interface has that name.
     pub fn dissipated(&self, interface: &str) -> Result<f64, Error> {
         Ok(self.dissipated[self.names.interface_or_shaft(interface)?])
     }
@@ -208,7 +208,7 @@ impl Sample {
     /// Pose of a body in the world.
     ///
     /// # Errors
-    /// There is no body of that name.
+    /// No body has that name.
     pub fn pose(&self, body: &str) -> Result<BodyPose, Error> {
         Ok(self.poses[self.names.body(body)?])
     }
@@ -216,7 +216,7 @@ impl Sample {
     /// Velocity of a body in the world.
     ///
     /// # Errors
-    /// There is no body of that name.
+    /// No body has that name.
     pub fn velocity(&self, body: &str) -> Result<BodyVelocity, Error> {
         Ok(self.velocities[self.names.body(body)?])
     }
@@ -303,7 +303,7 @@ impl Run {
     /// The last sample.
     ///
     /// # Errors
-    /// The reason why there is no sample.
+    /// The simulation has no sample; the error states the reason.
     pub fn last(&self) -> Result<&Sample, Error> {
         self.samples.last().ok_or_else(|| match &self.ended {
             Err(error) => Error::no_answer(error.message()),

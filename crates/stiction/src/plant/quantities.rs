@@ -20,8 +20,8 @@ pub(crate) enum Part {
     AngularVelocity(usize),
 }
 
-/// Quantity behind a variable. Indices are those of the model's actuators, joint coordinates, bodies and
-/// friction interfaces.
+/// Quantity that a variable of a plant represents. Indices are those of the model's actuators,
+/// joint coordinates, bodies and friction interfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Quantity {
     Time,

@@ -257,8 +257,8 @@ impl ModelText {
         }
     }
 
-    /// Replaces the folder as the source of the model's meshes by the given files, each a name and
-    /// a content. A mesh of the model is found by the last component of its path.
+    /// Sets the mesh files of the model, each a name and a content, which are then not read from
+    /// its folder. A mesh of the model is found by the last component of its path.
     #[must_use]
     pub fn with_meshes(mut self, files: impl IntoIterator<Item = (String, Vec<u8>)>) -> Self {
         self.meshes = Some(Arc::new(files.into_iter().collect()));

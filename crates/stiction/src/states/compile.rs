@@ -158,7 +158,7 @@ impl Compile {
     }
 }
 
-/// Poses of all bodies at home, in the ground's frame.
+/// Poses of all bodies at the home position, in the ground's frame: initial guesses for assembly.
 pub(crate) fn guesses(home: &Home<'_>) -> Vec<(BodyId, Pose<f64>)> {
     let ground = home.mechanism.base().inverse();
     let poses = home.poses.iter().enumerate().skip(1);

@@ -41,7 +41,7 @@ pub struct States {
     spare: Mutex<Vec<Data<f64>>>,
     coordinates: Vec<Coordinate>,
     home: Vec<f64>,
-    /// Poses of the bodies at home, in the ground's frame.
+    /// Poses of the bodies at the home position, in the ground's frame.
     home_poses: Vec<(BodyId, Pose<f64>)>,
     /// True if the coordinates are those of the actuators, in the same order.
     by_actuators: bool,

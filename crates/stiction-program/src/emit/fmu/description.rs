@@ -14,7 +14,7 @@ pub enum Fmi {
 /// Role of a variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Causality {
-    /// Time.
+    /// Independent variable: the time.
     Independent,
     /// Value that may be set at any time.
     Input,
@@ -61,11 +61,11 @@ pub enum Start {
 /// reference.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variable {
-    /// Name, unique.
+    /// Unique name.
     pub name: String,
-    /// Type.
+    /// Type of the value.
     pub kind: Kind,
-    /// Role.
+    /// Role of the variable in the unit.
     pub causality: Causality,
     /// Times at which the variable may change.
     pub variability: Variability,

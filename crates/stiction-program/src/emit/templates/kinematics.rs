@@ -1,9 +1,9 @@
 
-/// Poses of all bodies at closed loops.
+/// Computes the poses of all bodies; the loops must be closed.
 fn find_poses<M: Math>(w: &mut [Real; @POSE_WORK@], r: &mut [Real; 12 * BODIES + 1]) {
 @POSES@}
 
-/// Twists of all bodies at closed loops.
+/// Computes the twists of all bodies; the loops must be closed.
 fn find_twists<M: Math>(w: &mut [Real; @TWIST_WORK@], r: &mut [Real; 6 * BODIES + 1]) {
 @TWISTS@}
 
@@ -89,7 +89,7 @@ impl State {
         Ok(())
     }
 
-    /// Twists at closed loops.
+    /// Returns the twists of all bodies at rates `qd`; the loops must be closed at `q`.
     fn twists_at<M: Math>(
         &self,
         q: &[Real; COORDINATES],

@@ -51,7 +51,7 @@ const HOME_TREE: [Real; TREE] = [
 pub const HOME: [Real; COORDINATES] = [
 @HOME_VALUES@];
 
-/// Largest change of each coordinate in one step of the path from home.
+/// Largest change of each coordinate in one step of the path from the home position.
 const STRIDE: [Real; COORDINATES] = [
 @STRIDES@];
 
@@ -124,7 +124,7 @@ impl Default for Params {
     }
 }
 
-/// Details of a call.
+/// Details about the result of a call.
 #[derive(Clone, Copy, Debug)]
 pub struct Info {
     /// Closure error of the loops: lengths over the characteristic length, angles in rad.
