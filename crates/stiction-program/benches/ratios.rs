@@ -1,6 +1,6 @@
-//! Cost of programs relative to one evaluation of inverse dynamics with friction, in alternation:
-//! derivatives in eight directions, and forward dynamics. Prints medians, and medians of ratios
-//! within a round.
+//! Cost of derivatives in eight directions and of forward dynamics, relative to one evaluation of
+//! inverse dynamics with friction. The programs run in alternation. Prints medians of times, and
+//! medians of the ratios within a round.
 
 #[path = "../tests/suite/common/mod.rs"]
 mod common;
@@ -11,7 +11,7 @@ use std::time::Instant;
 use stiction_program::{DerivativeProgram, ForwardProgram, InverseProgram, Quantity};
 
 const ROUNDS: usize = 301;
-/// Number of evaluations per round: some tenths of a millisecond.
+/// Number of evaluations per round, which take some tenths of a millisecond.
 const BATCH: usize = 300;
 const DIRECTIONS: usize = 8;
 

@@ -39,9 +39,10 @@ pub struct Sweep {
 /// Computes a row for each design. The result depends only on the arguments, so the rows of a large table may be
 /// computed in any groups and on any machine.
 ///
-/// `keys` are headers such as `mu` or `tool.mass [kg]`: paths of keys or names of parameters, as in [`Robot::with`],
-/// with the unit of the numbers; `motion.KEY` and `load.KEY` are keys of the motion and load of the study. Each
-/// design has a value for each key. A row that fails contains no values, and its status states the reason.
+/// `keys` are headers such as `mu` or `tool.mass [kg]`: paths of keys or names of parameters, as in
+/// [`Robot::with`], with the unit of the numbers; `motion.KEY` and `load.KEY` are keys of the
+/// motion and load of the study. Each design has a value for each key. A row that fails contains no
+/// values, and its status states the reason.
 ///
 /// # Errors
 /// The study itself is defective: an unknown key, objective or motion, or a design with another length than `keys`.

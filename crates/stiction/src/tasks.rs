@@ -112,8 +112,8 @@ impl Robot {
         Compensation::of(self)
     }
 
-    /// Studies many designs. Each row of the study contains statistics of inverse dynamics for one set
-    /// of parameter values.
+    /// Studies many designs. Each row of the study contains statistics of inverse dynamics for one
+    /// set of parameter values.
     ///
     /// # Errors
     /// The robot was described by code and has no text whose values could be changed.

@@ -1,4 +1,4 @@
-//! A plant with a controller outside moves as in `forward` with the same controller.
+//! A plant with an external controller moves as `forward` does with the same controller inside.
 
 use crate::importer::{Extracted, Importer, Version};
 use std::f64::consts::TAU;
@@ -7,7 +7,8 @@ use stiction::{EventKind, Robot};
 const PERIOD: f64 = 1e-3;
 const STEPS: u32 = 600;
 
-/// Relative error of a step of `forward`; ten times as much may separate the states.
+/// Relative error of an integration step of `forward`. The states of both simulations may differ by
+/// ten times this value.
 const TOLERANCE: f64 = 1e-10;
 
 /// Amplitude of the reference, rad or m.
@@ -19,8 +20,8 @@ struct Law {
 }
 
 impl Law {
-    /// Effort at a time, s, for position and rate. The reference moves forth, waits, moves back and waits, each
-    /// for a tenth of a second, so that joints come to rest.
+    /// Effort at a time, s, for a position and a rate. The reference moves forth, waits, moves back
+    /// and waits, each for a tenth of a second, so that joints come to rest.
     fn effort(&self, time: f64, start: f64, (position, rate): (f64, f64)) -> f64 {
         let phase = (time / 0.1).rem_euclid(4.0);
         let (sine, cosine) = (0.5 * TAU * phase.fract()).sin_cos();
@@ -36,7 +37,7 @@ impl Law {
     }
 }
 
-/// The robot starts at rest at the first position of its motion.
+/// Compares both simulations. The robot starts at rest at the first position of its motion.
 fn compare(robot: &str, changes: &[&str], law: Law) {
     let robot = Robot::builtin(robot).unwrap();
     let robot = changes.iter().fold(robot, |robot, change| robot.with(change).unwrap());

@@ -2,8 +2,9 @@
 
 use stiction::Robot;
 
-/// Each change of a parameter leads to a decision between stick and slip. They are decisions at different times, so
-/// any number of them is possible, and none changes the method of integration.
+/// Each change of a parameter leads to a decision between stick and slip. These decisions occur at
+/// different times, so their number is not limited, and none of them changes the integration
+/// scheme.
 #[test]
 fn a_plant_at_rest_takes_any_number_of_changes() {
     let robot = ["left_motor", "right_motor"].iter().fold(

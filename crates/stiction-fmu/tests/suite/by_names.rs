@@ -1,4 +1,4 @@
-//! The plant of the library, by names.
+//! The plant of the library, used by names instead of value references.
 
 use stiction::Robot;
 

@@ -1,4 +1,5 @@
-//! An importer of units: extracted files, instances of both versions, messages.
+//! An importer of FMUs for the tests: extracted files, instances of both FMI versions, and
+//! messages.
 
 use std::cell::RefCell;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
@@ -12,7 +13,7 @@ use stiction_fmu::{Logger2, fmi3};
 pub(crate) const OK: c_int = 0;
 pub(crate) const ERROR: c_int = 3;
 
-/// Files of a unit in a folder, removed in the end.
+/// Files of a unit in a folder, which is removed at the end.
 pub(crate) struct Extracted {
     folder: PathBuf,
     /// Names of the variables in the order of their value references.
@@ -81,7 +82,7 @@ pub(crate) struct Importer<'a> {
     pub(crate) version: Version,
     pub(crate) handle: *mut c_void,
     messages: Box<RefCell<Vec<String>>>,
-    /// FMI 2.0 keeps a pointer to its callbacks.
+    /// Callbacks, to which an FMI 2.0 instance keeps a pointer.
     _callbacks: Box<Callbacks>,
 }
 
@@ -209,7 +210,7 @@ impl<'a> Importer<'a> {
         }
     }
 
-    /// Event mode: there is nothing to do, then steps go on.
+    /// Enters and leaves event mode without any change.
     pub(crate) fn handle_event(&self) -> c_int {
         let mut flags = [true; 5];
         let mut time = 1.0;
@@ -272,7 +273,7 @@ impl<'a> Importer<'a> {
         self.integer_by(self.unit.reference(name)).unwrap_or_else(|_| panic!("{}", self.said()))
     }
 
-    /// A step; with the time that it reached and its flags: event, early return.
+    /// Takes a step. Returns the time that was reached and two flags: event, and early return.
     pub(crate) fn try_step(&self, time: f64, size: f64) -> Result<(f64, bool, bool), c_int> {
         let mut end = (time + size, false, false);
         let mut terminate = true;

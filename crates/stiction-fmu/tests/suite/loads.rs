@@ -1,4 +1,5 @@
-//! Loads inside a plant: payloads that are picked up and placed, and formulas over the measured state.
+//! Loads inside a plant: payloads that are picked up and released, and formulas over the measured
+//! state.
 
 use crate::importer::{Extracted, Importer, Version};
 use stiction::{Robot, gallery};
@@ -19,8 +20,9 @@ from = "0.1003 s"
 until = "0.2 s"
 "#;
 
-/// A barrier whose force has no value beyond 100 mm, and a block that turns just before: steps that would pass it are
-/// repeated with a shorter one. With more energy the block leaves the domain, which is an error.
+/// A barrier whose force has no value beyond 100 mm, and a block that turns back just before:
+/// integration steps that would pass the barrier are repeated with a shorter step. With more energy
+/// the block leaves the domain, which is an error.
 #[test]
 fn trial_steps_may_leave_the_domain_of_a_formula() {
     let text = "gravity = [0, 0, -9.81]\n[bodies.block]\nmass = 2\ncom = [0, 0, 0]\ninertia = [1, 1, 1]\n\
@@ -29,7 +31,7 @@ fn trial_steps_may_leave_the_domain_of_a_formula() {
     let robot = Robot::parse(text).unwrap();
     let export = robot.export().plant().load("barrier").from("X = 0; d(X) = 0").tolerance(1e-4);
     let unit = Extracted::new("barrier", &export);
-    // The barrier takes 100 J.
+    // The barrier absorbs up to 100 J.
     for (speed, returns) in [(9.9, true), (10.1, false)] {
         let plant = Importer::new(&unit, Version::Three { events: false });
         plant.set("start.X.speed", speed);
@@ -109,7 +111,7 @@ fn loads_act_as_in_forward() {
         if step == 0 {
             assert_eq!(plant.exit(), 0, "{}", plant.said());
         }
-        // A state that is saved while the part is carried continues with it.
+        // A state that is saved while the part is carried includes the payload.
         if step == 150 {
             let state = plant.get_state();
             let read = plant.deserialize(&plant.serialize(state)).unwrap();

@@ -1,4 +1,4 @@
-//! Recordings that a model names are packed with it.
+//! Recordings that a model names are included in its FMU.
 
 use crate::importer::{Extracted, Importer, Version};
 use std::fmt::Write;
@@ -19,7 +19,7 @@ fn a_recording_is_packed_with_its_model() {
     let model = format!("{model}\n[motions.log]\nfile = \"logs/log 1.csv\"\n");
     fs::write(folder.join("robot.toml"), model).unwrap();
     let robot = Robot::load(folder.join("robot.toml")).unwrap();
-    // A file of another request is no part of the plant.
+    // A file that another request reads is not part of the plant.
     let other = folder.join("other.csv");
     fs::write(&other, &table).unwrap();
     robot.forward().motion(other.to_str().unwrap()).unwrap();

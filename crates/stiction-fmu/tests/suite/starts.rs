@@ -3,8 +3,8 @@
 use crate::importer::{Extracted, Importer, Version};
 use stiction::Robot;
 
-/// Height of the tool of `five-bar`, m, with the cranks at angles, rad; `side` is the assembly mode: 1 with the tool above
-/// the elbows, -1 below.
+/// Height of the tool of `five-bar`, m, at the given crank angles, rad. `side` is the assembly
+/// mode: 1 with the tool above the elbows, -1 with the tool below.
 fn height(left: f64, right: f64, side: f64) -> f64 {
     let elbow = |base: f64, angle: f64| (base + 0.2 * angle.cos(), 0.2 * angle.sin());
     let (a, b) = (elbow(-0.06, left), elbow(0.06, right));
@@ -13,7 +13,8 @@ fn height(left: f64, right: f64, side: f64) -> f64 {
     0.5 * (a.1 + b.1) + side * (0.28_f64.powi(2) - 0.25 * apart * apart).sqrt() * dx / apart
 }
 
-/// Other positions at the start leave the plant in the assembly mode of the model, whichever that is.
+/// With other positions at the start, the plant remains in the assembly mode of the model, in both
+/// modes.
 #[test]
 fn other_starts_keep_the_assembly_mode() {
     for (side, elbow) in [(1.0, 80), (-1.0, 178)] {

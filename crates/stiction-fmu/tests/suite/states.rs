@@ -17,7 +17,7 @@ fn start(unit: &Extracted, version: Version) -> Importer<'_> {
     plant
 }
 
-/// One step with a controller that lets joints stick, other for each `kind`.
+/// Takes one step with a controller that lets joints stick; the controller depends on `kind`.
 fn step(plant: &Importer<'_>, step: u32, kind: u32) {
     let time = PERIOD * f64::from(step);
     let goal = 2.0 + 0.002 * f64::from(kind);
@@ -36,7 +36,7 @@ fn bits(plant: &Importer<'_>) -> Vec<u64> {
     each.collect::<Result<_, _>>().unwrap()
 }
 
-/// A hundred instances, advanced in turn, are equal bit for bit to lone ones.
+/// A hundred instances, advanced in turn, are bitwise equal to instances that are advanced alone.
 #[test]
 fn instances_do_not_disturb_each_other() {
     let unit = five_bar("hundred");
@@ -59,8 +59,8 @@ fn instances_do_not_disturb_each_other() {
     assert_ne!(alone[0], alone[4]);
 }
 
-/// Saved, serialised and restored states continue bit for bit, also with parameters that were changed, in
-/// another instance, and over stick and slip.
+/// Restored states continue bitwise as the original does: saved or serialised, with changed
+/// parameters, in another instance, and across stick and slip.
 #[test]
 fn states_continue_bit_for_bit() {
     let unit = five_bar("states");
@@ -73,7 +73,7 @@ fn states_continue_bit_for_bit() {
         (0..60).for_each(|k| step(&plant, k, 0));
         change(&plant);
         (60..80).for_each(|k| step(&plant, k, 0));
-        // With inputs that have not acted yet.
+        // The saved state includes inputs that have not acted yet.
         plant.set("right_motor.effort", 0.5);
         let state = plant.get_state();
         let bytes = plant.serialize(state);
@@ -122,8 +122,8 @@ fn parameters_are_those_of_the_model() {
     assert_ne!(changed, motion(&robot, "usual", false));
 }
 
-/// Parameters that change while the plant runs act from there on: without dry friction nothing sticks, a new mass
-/// keeps velocities, and the balance of energy goes on.
+/// Parameters that change while the plant runs act from that time on: without dry friction nothing
+/// sticks, a new mass preserves velocities, and the energy balance continues.
 #[test]
 fn parameters_change_while_it_runs() {
     let unit = five_bar("running");

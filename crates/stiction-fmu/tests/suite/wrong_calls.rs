@@ -1,4 +1,4 @@
-//! Calls that are not possible return errors with messages, and leave the instance as it was.
+//! Calls that are not possible return errors with messages, and do not change the instance.
 
 use crate::importer::{ERROR, Extracted, Importer, Version};
 use std::ptr::null_mut;
@@ -60,7 +60,7 @@ fn impossible_calls_are_errors_with_messages() {
     }
 }
 
-/// Of an array of which one value is impossible, no value is set.
+/// If one value of an array is impossible, no value of the array is set.
 #[test]
 fn arrays_are_set_as_a_whole() {
     let robot = Robot::builtin("five-bar").unwrap();
@@ -121,7 +121,7 @@ fn arrays_and_handles_may_be_missing() {
     }
 }
 
-/// A mechanism that cannot go on: the step is an error, and the instance stays where it was.
+/// A mechanism that cannot continue: the step returns an error, and the instance does not advance.
 #[test]
 fn a_step_without_an_answer_is_an_error() {
     let robot = Robot::builtin("3rps").unwrap();

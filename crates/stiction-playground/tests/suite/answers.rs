@@ -25,7 +25,7 @@ fn every_robot_of_the_gallery_is_read() {
     }
 }
 
-/// A slider changes the result as the same change of the library does.
+/// A changed slider has the same effect as the same change in the library.
 #[test]
 fn changes_of_values_act() {
     let change = "legs.joints.P.friction.mu = 0.3";
@@ -58,7 +58,8 @@ fn defects_have_places() {
     assert_eq!(line, at);
 }
 
-/// Mesh files of a request belong to the meshes of the model by the last part of their paths.
+/// Mesh files of a request are assigned to the meshes of the model by the last component of their
+/// paths.
 #[test]
 fn mesh_files_of_a_request_are_used() {
     let visual = "[bodies.tool]\nvisual = [{ mesh = 'parts/tool.obj' }, { mesh = 'plate.stl' }]";
@@ -94,7 +95,7 @@ fn progress_reaches_its_end() {
     assert_eq!(last.0, last.1);
 }
 
-/// Markup in a model reaches no page as markup.
+/// Markup in a model never appears as markup in a page.
 #[test]
 fn names_and_titles_are_no_markup() {
     let hostile = "</script><script>alert(1)</script><img src=x onerror=alert(1)>";

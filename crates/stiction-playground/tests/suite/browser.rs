@@ -15,7 +15,7 @@ fn open(name: &str, width: u32) -> Option<Person> {
     let file = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../../target/playground/stiction-playground.html");
     let Ok(html) = fs::read_to_string(file) else {
-        // Not by `eprintln`, which nobody sees of tests that pass.
+        // Not by `eprintln`, whose output is hidden for tests that pass.
         let _ = writeln!(
             std::io::stderr(),
             "the playground is not tried: `cargo xtask playground` builds it"
@@ -27,7 +27,7 @@ fn open(name: &str, width: u32) -> Option<Person> {
 
 const DONE: &str = "/: \\d+\\.\\d+ s$/.test(document.getElementById('status').textContent)";
 
-/// The peak that the summary of `inverse` has for an actuator.
+/// Peak effort of an actuator in the summary of `inverse`.
 fn peak(person: &mut Person, actuator: &str) -> f64 {
     let text = person.value("document.getElementById('summary').textContent");
     let line =
@@ -35,14 +35,16 @@ fn peak(person: &mut Person, actuator: &str) -> f64 {
     line.split_whitespace().nth(1).unwrap().parse().unwrap()
 }
 
-/// Beginnings of the figures of pure rounding, and the largest that each may be for `3rps`. Positions away
-/// from singular ones are solved until their loops close to 1e-14 of the length of the robot, which is below
-/// 1 m. Powers of a few joints cancel to some tens of roundings of 1.1e-16 of the sum of their magnitudes.
+/// Beginnings of the summary lines that contain only rounding errors, and the largest permitted
+/// value of each for `3rps`. Positions away from singular ones are solved until the loops close to
+/// 1e-14 of the size of the robot, which is below 1 m. Powers of a few joints cancel up to some
+/// tens of rounding errors, 1.1e-16 of the sum of their magnitudes each.
 const ROUNDING: [(&str, f64); 2] =
     [("loop closure error ", 1e-14), ("relative power residual ", 1e-14)];
 
-/// Takes the figures of pure rounding out of a summary, because they differ between targets as sines and
-/// cosines do. Panics unless each occurs exactly once and is within its bound.
+/// Removes the values that contain only rounding errors from a summary, because they differ between
+/// targets, as sines and cosines do. Panics unless each occurs exactly once and is within its
+/// limit.
 fn without_rounding(summary: &str) -> String {
     let mut text = summary.to_owned();
     for (label, largest) in ROUNDING {
@@ -66,9 +68,9 @@ fn values(html: &str) -> (Vec<String>, Vec<f64>) {
     (serde_json::from_value(film["columns"].clone()).unwrap(), doubles.collect())
 }
 
-/// Keeps a picture of the page among the files of the tests, to be looked at.
+/// Saves a picture of the page with the files of the tests, for inspection.
 fn picture(person: &mut Person, name: &str) {
-    // The report in its frame draws itself after it has loaded.
+    // The report in the frame is drawn only after it has loaded.
     std::thread::sleep(std::time::Duration::from_millis(500));
     let found = person.call("Page.captureScreenshot", json!({}));
     let bytes = BASE64_STANDARD.decode(found["data"].as_str().unwrap()).unwrap();
@@ -82,7 +84,7 @@ fn a_model_is_computed_changed_and_linked() {
     let Some(mut person) = open("playground", 1200) else { return };
     person.wait_for(DONE);
     let before = peak(&mut person, "leg1.P");
-    // A heavier platform by its slider, as a person types it.
+    // Enters a larger platform mass beside its slider, as a person would.
     person.value(
         "(() => { const row = document.querySelector('[data-key=\"bodies.platform.mass\"]'); \
          const number = row.querySelector('input[type=number]'); number.value = '11.66'; \
@@ -95,10 +97,12 @@ fn a_model_is_computed_changed_and_linked() {
         stiction::Robot::builtin("3rps").unwrap().with("bodies.platform.mass = 11.66 kg").unwrap();
     let expected = robot.inverse().tabulate(|_, _, _| true).unwrap();
     let shown = person.value("document.getElementById('summary').textContent");
-    // The numbers of the module and of this program, as printed; only rounding may differ.
+    // Compares the numbers of the module with those of this program, as printed; only rounding may
+    // differ.
     assert_eq!(without_rounding(shown.as_str().unwrap()), without_rounding(&expected.text));
 
-    // All values of the moving robot, of the page and of this program: rounding of other sines and cosines.
+    // Compares all values of the moving robot between the page and this program: sines and cosines
+    // are rounded differently.
     let page = person.value("document.getElementById('page').srcdoc");
     let native = robot.inverse().report(|_, _, _| true).unwrap().page;
     let (found, wanted) = (values(page.as_str().unwrap()), values(&native));
@@ -116,7 +120,7 @@ fn a_model_is_computed_changed_and_linked() {
 
     picture(&mut person, "playground");
 
-    // A mistake is underlined.
+    // An error in the text is underlined.
     person.value(
         "(() => { const t = document.getElementById('text'); t.value = t.value.replace('mass =', 'masss ='); \
          t.dispatchEvent(new Event('input')); })()",
@@ -189,8 +193,8 @@ fn a_long_run_is_cancelled() {
     person.wait_for(DONE);
 }
 
-/// Mesh files that a reader picks show the body in the report; the page says which ones are given, and which picked
-/// file the model does not name.
+/// Mesh files that a reader selects appear in the report. The page states which files are provided,
+/// and which selected file the model does not name.
 #[test]
 fn picked_mesh_files_are_shown() {
     let Some(mut person) = open("playground-meshes", 1200) else { return };
@@ -242,10 +246,10 @@ fn picked_mesh_files_are_shown() {
     let noise = std::mem::take(&mut person.noise);
     assert!(noise.iter().all(|line| line.starts_with("request: blob:")), "{noise:?}");
 
-    // The frame has a process of its own; opened by itself, the report draws the mesh.
+    // The frame is in a separate process; when the report is opened alone, it draws the mesh.
     let mut report = Browser::find().unwrap().open("playground-meshes-report", page, 1000);
     report.wait_for("document.querySelector('canvas.shaded') !== null");
-    // The driver of WebGL without a graphics card speaks of its speed.
+    // Without a graphics card, the WebGL driver prints a message about its speed.
     report.noise.retain(|line| !line.contains("GL Driver Message"));
     assert!(report.noise.is_empty(), "{:?}", report.noise);
 }

@@ -1,4 +1,5 @@
-//! Programs allocate nothing while they run, compiled or interpreted, alone or in lanes.
+//! Programs do not allocate memory while they run, compiled or interpreted, for one state or
+//! several lanes.
 
 use crate::common::Robot;
 use crate::counting::allocations;

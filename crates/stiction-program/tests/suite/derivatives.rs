@@ -1,5 +1,5 @@
-//! Derivatives of actuator forces against dual numbers through the general kernel, and against
-//! finite differences of the general solver.
+//! Derivatives of actuator forces compared with dual numbers in the general kernel, and with finite
+//! differences of the general solver.
 
 use crate::common::{Robot, model};
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, Settings};
@@ -12,8 +12,8 @@ use stiction_core::spatial::{Pose, Vec3};
 use stiction_format::gallery;
 use stiction_program::{DerivativeProgram, Quantity, RecordError};
 
-/// All gallery models that can be recorded. Andrews' crank turns by more than the half turn that
-/// poses determine.
+/// All gallery models that can be recorded. The crank of Andrews' mechanism turns by more than the
+/// half turn within which poses determine an angle.
 const ROBOTS: [(&str, Option<&str>); 14] = [
     ("3rps", None),
     ("zhang2018-regular", Some("L1")),
@@ -37,7 +37,7 @@ fn of_motion(robot: &Robot) -> Vec<Quantity> {
     (0..count).flat_map(of).collect()
 }
 
-/// A selection of all kinds of quantities of a mechanism.
+/// Some quantities of every kind of a mechanism.
 fn of_mechanism(robot: &Robot) -> Vec<Quantity> {
     let mechanism = robot.solver.mechanism();
     let parameters = robot.solver.parameters();
@@ -62,7 +62,7 @@ fn of_mechanism(robot: &Robot) -> Vec<Quantity> {
 
 type D = Dual<f64, 1>;
 
-/// A number of the mechanism over dual numbers.
+/// Parameter of the mechanism, as a dual number, that a quantity denotes.
 fn number(parameters: &mut Parameters<D>, quantity: Quantity) -> Option<&mut D> {
     fn part(v: &mut Vec3<D>, axis: usize) -> &mut D {
         match axis {
@@ -107,7 +107,8 @@ fn by_duals(
         }
     }
     let loads: Vec<AppliedLoad<D>> = robot.loads.iter().map(|load| load.lift()).collect();
-    // A fixed number of steps: the derivative of the coupling converges one step after its value.
+    // A fixed number of steps, because the derivative of the friction forces converges one step
+    // after their value.
     let settings = Settings {
         friction: FrictionMode::Converged,
         friction_tolerance: 0.0,
@@ -173,7 +174,7 @@ fn slopes_are_those_of_dual_numbers() {
     }
 }
 
-/// Compares each derivative with dual numbers, at this fraction of the motion.
+/// Compares each derivative with dual numbers, in the given part of the motion.
 fn assert_slopes(name: &str, robot: &mut Robot, positions: std::ops::Range<usize>) {
     let quantities = [of_motion(robot), of_mechanism(robot)].concat();
     let (signal, loads) = (&robot.signal, &robot.loads);
@@ -198,7 +199,7 @@ fn assert_slopes(name: &str, robot: &mut Robot, positions: std::ops::Range<usize
             let largest = wanted.iter().fold(0.0_f64, |max, d| max.max(d.slope[0].abs()));
             for (drive, wanted) in wanted.iter().enumerate() {
                 let (found, wanted) = (jacobian[drive * quantities.len() + k], wanted.slope[0]);
-                // Derivatives that vanish are the rounding of large terms.
+                // Where derivatives vanish, the rounding error of large terms remains.
                 let most = 1e-9 * largest + 1e-8;
                 assert!((found - wanted).abs() < most, "{name} {quantity:?}: {found} {wanted}");
             }
@@ -207,7 +208,7 @@ fn assert_slopes(name: &str, robot: &mut Robot, positions: std::ops::Range<usize
     assert!(compared > 0, "{name}");
 }
 
-/// A quantity of little influence, such as a viscous coefficient, is not lost next to one of large
+/// A quantity of small influence, such as a viscous coefficient, is correct beside one of large
 /// influence.
 #[test]
 fn each_slope_alone_is_that_of_dual_numbers() {
@@ -216,7 +217,7 @@ fn each_slope_alone_is_that_of_dual_numbers() {
     }
 }
 
-/// All dependences of friction and its normal load, and more actuators than DOFs.
+/// Covers all dependences of friction and normal loads, and more actuators than DOFs.
 #[test]
 fn slopes_hold_for_all_kinds_of_friction() {
     let text = gallery::get("3rps").unwrap();
@@ -335,7 +336,8 @@ fn derivatives_by_the_motion_are_differences() {
 /// space that corresponds to the change.
 type Case = ([&'static str; 2], f64, f64, Vec<(Quantity, f64)>);
 
-/// Dimensions, masses and coefficients that the test changes in the model's text.
+/// Compares derivatives with differences for dimensions, masses and coefficients that the test
+/// changes in the model's text.
 #[test]
 fn derivatives_by_the_mechanism_are_differences() {
     let nominal = Robot::new("3rps", None);
@@ -442,7 +444,8 @@ fn expressions_without_derivatives_are_refused() {
     }
 }
 
-/// Without a run, or after an invalid one, the derivatives are not those of another state.
+/// Without a run, or after an invalid one, the program does not return derivatives of another
+/// state.
 #[test]
 fn derivatives_are_never_those_of_another_state() {
     let robot = Robot::new("3rps", None);

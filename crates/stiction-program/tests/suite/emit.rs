@@ -1,4 +1,4 @@
-//! Source code, compiled and run.
+//! Source code, compiled and run by the tests.
 
 mod adapters;
 mod agreement;
@@ -53,12 +53,13 @@ pub(crate) fn labels(name: &str, robot: &Loop) -> Labels {
     labels
 }
 
-/// Options of a variant: precision and own functions.
+/// Options of a variant with a precision, with or without its own sine and cosine.
 fn variant(name: &str, precision: Precision, own_math: bool) -> SourceOptions {
     SourceOptions { precision, own_math, ..SourceOptions::new(name) }
 }
 
-/// Compiles without warnings as C and C++, and reproduces the solver's forces, with sanitizers.
+/// Checks that the code compiles without warnings as C and C++, and reproduces the solver's forces,
+/// with sanitizers.
 fn check(names: &[&str], count: usize, all: bool) {
     for name in names {
         let robot = gallery_loop(name).unwrap();
@@ -93,7 +94,7 @@ fn generated_c_reproduces_the_solver() {
     check(&["five-bar", "zhang2018-regular"], 100, false);
 }
 
-/// Code in Rust, as a module that uses `core` only, reproduces the solver's forces.
+/// Rust code, as a module that uses only `core`, reproduces the solver's forces.
 #[test]
 fn generated_rust_reproduces_the_solver() {
     let robot = gallery_loop("five-bar").unwrap();
@@ -108,15 +109,15 @@ fn generated_rust_reproduces_the_solver() {
     }
 }
 
-/// All robots of the gallery that have a program.
+/// Covers all gallery robots that have a program.
 #[test]
 #[ignore = "takes minutes"]
 fn generated_c_reproduces_the_solver_for_the_gallery() {
     check(&ROBOTS, 300, true);
 }
 
-/// Own sine and cosine differ by at most 2 units in the last place from those of the library in a
-/// wider format, up to 1e4.
+/// The built-in sine and cosine differ by at most 2 units in the last place from those of the
+/// library in a wider format, for angles up to 1e4.
 #[test]
 fn own_sine_and_cosine_are_accurate() {
     let robot = gallery_loop("five-bar").unwrap();
@@ -155,7 +156,7 @@ fn hostile_names_do_no_harm() {
     code.selftest(&[&STRICT[..], &["-std=c99", "-O0"]].concat());
 }
 
-/// The code refuses options under which NaN cannot be tested.
+/// The code does not compile with options under which NaN cannot be detected.
 #[test]
 fn fast_math_is_refused() {
     let robot = gallery_loop("slider-crank").unwrap();

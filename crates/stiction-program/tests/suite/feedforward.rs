@@ -1,4 +1,5 @@
-//! Programs for control loops against the general solver, from the actuators' coordinates.
+//! Programs for control loops compared with the general solver, with the actuators' coordinates as
+//! inputs.
 
 use crate::common::{Loop, gallery_loop};
 use stiction_core::dynamics::{FrictionMode, InverseDynamics, Settings, Status};
@@ -7,8 +8,8 @@ use stiction_core::spatial::{Mat3, Vec3};
 use stiction_program::emit::TestVector;
 use stiction_program::{Feedforward, RecordError, Shortfall, Tunable};
 
-/// Relative to the largest actuator force of a state: rounding errors of about 1e-15, magnified by
-/// condition numbers below 1e3 and by differences of forces.
+/// Tolerance relative to the largest actuator force of a state: rounding errors of about 1e-15,
+/// magnified by condition numbers below 1e3 and by differences of forces.
 const ROUNDING: f64 = 1e-11;
 
 fn record(robot: &Loop, tunables: &[Tunable]) -> Feedforward {
@@ -24,7 +25,7 @@ fn difference(program: &Feedforward, vector: &TestVector, tuned: Option<&[f64]>)
     }
     let home = program.home().to_vec();
     let TestVector { positions, rates, accelerations, efforts } = vector;
-    // In steps from home, as the solver.
+    // Moves from the home position in small steps, as the solver does.
     for k in 1..100 {
         let part = f64::from(k) / 100.0;
         let q: Vec<f64> = home.iter().zip(positions).map(|(h, q)| h + (q - h) * part).collect();
@@ -39,7 +40,7 @@ fn difference(program: &Feedforward, vector: &TestVector, tuned: Option<&[f64]>)
     efforts.iter().enumerate().map(apart).fold(0.0, f64::max) / largest
 }
 
-/// The program finds the solver's forces for random states, positions included.
+/// The program reproduces the solver's forces at random states; it also solves the loop closure.
 #[test]
 fn feedforward_programs_agree_with_the_solver() {
     for name in ["3rps", "five-bar", "delta", "slider-crank", "four-bar", "zhang2018-regular"] {
@@ -54,8 +55,8 @@ fn feedforward_programs_agree_with_the_solver() {
     }
 }
 
-/// Changed coefficients and masses act as in the general kernel with changed parameters, and a
-/// payload as a body that is part of the mechanism.
+/// Changed coefficients and masses act as in the general kernel with changed parameters; a payload
+/// acts as an additional body of the mechanism.
 #[test]
 fn tunable_parameters_act_as_in_the_model() {
     let robot = gallery_loop("3rps").unwrap();
@@ -88,7 +89,8 @@ fn tunable_parameters_act_as_in_the_model() {
     assert!(difference(&program, &vector, Some(&values)) < ROUNDING);
     assert!(difference(&program, &vector, None) > 1e-3);
 
-    // Without a payload: the numbers of the model. With one: a mechanism with another body.
+    // Without a payload, the expected values use the numbers of the model; with a payload, a
+    // mechanism with an additional body.
     let platform = BodyId(robot.solver.mechanism().bodies().len() - 1);
     let mechanism = robot.solver.mechanism();
     let heavy = (1..=platform.0).map(BodyId).find(|body| mechanism.bodies()[body.0].mass > 0.0);
@@ -121,7 +123,7 @@ fn tunable_parameters_act_as_in_the_model() {
     }
 }
 
-/// Unreachable positions, interfaces at rest and impossible parameters give their own return codes.
+/// Unreachable positions, interfaces at rest and impossible parameters have different return codes.
 #[test]
 fn a_feedforward_program_tells_why_there_is_no_answer() {
     let robot = gallery_loop("3rps").unwrap();

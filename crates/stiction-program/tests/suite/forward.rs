@@ -1,4 +1,4 @@
-//! Programs of forward dynamics against the general solvers, inverse and forward.
+//! Programs of forward dynamics compared with the general solvers of inverse and forward dynamics.
 
 use crate::common::Robot;
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Settings};
@@ -126,8 +126,8 @@ fn random_rates(signal: &[Target<f64>], random: &mut Random, length: f64) -> Vec
     signal.iter().map(any).collect()
 }
 
-/// The efforts from inverse dynamics cause the accelerations for which they were computed, with the
-/// same reactions, whichever coordinates are independent, interpreted and compiled.
+/// The efforts from inverse dynamics cause the accelerations for which they were computed, and the
+/// same reactions, for any choice of independent coordinates, interpreted and compiled.
 #[test]
 fn efforts_of_inverse_dynamics_cause_the_accelerations() {
     for (name, load) in ROBOTS {
@@ -145,8 +145,8 @@ fn efforts_of_inverse_dynamics_cause_the_accelerations() {
     }
 }
 
-/// Number of states at which forward and inverse dynamics were compared, and the largest
-/// difference.
+/// Returns the number of states at which forward and inverse dynamics were compared, and the
+/// largest difference.
 fn return_from_inverse(robot: &mut Robot, machine: bool) -> (usize, f64) {
     let length = robot.solver.mechanism().characteristic_length();
     let mut random = Random::new(5);
@@ -184,7 +184,7 @@ fn return_from_inverse(robot: &mut Robot, machine: bool) -> (usize, f64) {
         }
         program.set(&mut memory, 0, &state, &targets, &robot.loads, &forces.efforts);
         program.run(&mut memory, &mut settled);
-        // A value may have a sign that occurs in no sample: the program then reports this.
+        // A value may have a sign that did not occur in any sample; the program then reports this.
         if !settled[0] {
             continue;
         }
@@ -216,8 +216,8 @@ impl Inputs for Given {
     }
 }
 
-/// Under any efforts, programs agree with the general solver of forward dynamics, which shares
-/// neither unknowns nor elimination with them; and lanes agree with single states.
+/// For arbitrary efforts, programs agree with the general solver of forward dynamics, which uses
+/// other unknowns and another elimination; lanes agree with single states.
 #[test]
 fn programs_agree_with_forward_dynamics() {
     for (name, load) in ROBOTS {
@@ -254,8 +254,7 @@ fn programs_agree_with_forward_dynamics() {
                     assert_eq!(settled[lane], alone, "{name}");
                     let wide = found(&program, &many, lane, true);
                     if alone {
-                        // The number of steps may differ, by those that the neighbouring lanes
-                        // need.
+                        // The number of steps may be larger if neighbouring lanes need more steps.
                         assert!(apart(&wide.tree, &single.tree) < 1e-12, "{name}");
                         assert!(apart(&wide.reactions[0], &single.reactions[0]) < 1e-12, "{name}");
                         assert!(apart(&wide.reactions[1], &single.reactions[1]) < 1e-12, "{name}");

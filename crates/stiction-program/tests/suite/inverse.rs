@@ -1,4 +1,4 @@
-//! Programs against the general solver from which they were recorded.
+//! Programs of inverse dynamics compared with the general solvers from which they were recorded.
 
 use crate::common::Robot;
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, LoadAxes};
@@ -85,7 +85,7 @@ fn programs_agree_with_their_solvers() {
     }
 }
 
-/// Code for several lanes gives the same results for each state as code for one; a state with an
+/// Code for several lanes has the same result for each state as code for one state. A state with an
 /// interface at rest is detected, even if it is the only one among its neighbours.
 #[test]
 fn lanes_are_states_of_their_own() {
@@ -177,7 +177,7 @@ fn invalid_states_are_solved_again() {
     assert_eq!(told, wanted);
 }
 
-/// A motion that cannot be followed, or an empty one, gives no program.
+/// A motion that cannot be followed, or an empty one, is rejected.
 #[test]
 fn mechanisms_without_a_program_are_refused() {
     let robot = Robot::new("3rps", None);
@@ -200,7 +200,7 @@ fn equal_values_are_computed_once() {
     assert!(ideal < 900 && first < 1200 && step < 480 && last < 230, "{:?}", program.operations());
 }
 
-/// Inputs have no names, so a wrong number of them must be refused.
+/// Inputs have no names, so a wrong number of inputs must be rejected.
 #[test]
 fn inputs_must_match_the_recording() {
     let robot = Robot::new("3rps", None);

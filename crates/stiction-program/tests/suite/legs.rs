@@ -1,10 +1,10 @@
-//! Legs of many kinds in closed form: programs need only the platform's motion as input.
+//! Legs of many kinds in closed form: programs need only the motion of the platform as input.
 
 use crate::common::{Robot, model};
 use stiction_format::gallery;
 use stiction_program::InverseProgram;
 
-/// A Gough platform whose six legs have other chains and joints.
+/// A Gough platform with other chains and joints in its six legs.
 fn platform(chain: &str, joints: &str) -> String {
     let text = gallery::get("gough").unwrap();
     let start = text.find("[legs.joints.U]").unwrap();

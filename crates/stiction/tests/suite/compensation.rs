@@ -1,4 +1,5 @@
-//! Friction compensation: errors of control laws against closed forms, and what it achieves.
+//! Friction compensation: tracking errors of control laws compared with closed forms, and the
+//! improvement by compensation.
 
 use stiction::{Compensator, Robot, Transition};
 
@@ -6,7 +7,7 @@ const OMEGA: f64 = std::f64::consts::TAU * 5.0;
 const MU: f64 = 0.2;
 const GRAVITY: f64 = 9.81;
 
-/// Last tracking error of each law.
+/// Final tracking error of each law.
 fn errors(known_to: f64) -> Vec<f64> {
     let robot = Robot::parse(include_str!("../../examples/carriage.toml")).unwrap();
     let compensation = robot.compensation().motion("guide = 0.1 m/s*t; duration = 1 s");
@@ -19,7 +20,7 @@ fn errors(known_to: f64) -> Vec<f64> {
     compared.laws.iter().map(last).collect()
 }
 
-/// At constant speed, friction `mu m g` is balanced by the proportional part `m omega^2 e`.
+/// At constant speed, the proportional part `m omega^2 e` balances the friction `mu m g`.
 #[test]
 fn a_carriage_lags_by_its_friction() {
     let lag = MU * GRAVITY / (OMEGA * OMEGA);
@@ -36,7 +37,8 @@ fn a_carriage_lags_by_its_friction() {
     assert!((wrong[2] / lag - 1.0).abs() < 1e-9);
 }
 
-/// At constant speed, tanh of the rate over the largest rate leaves the part 1 - tanh(1) of the friction.
+/// At constant speed, a tanh of the rate over the largest rate leaves the fraction 1 - tanh(1) of
+/// the friction.
 #[test]
 fn a_wide_tanh_leaves_friction_at_full_speed() {
     let lag = MU * GRAVITY / (OMEGA * OMEGA);
@@ -79,7 +81,7 @@ fn friction_of_the_model_reduces_the_error() {
     assert!(rows.lines().all(|line| line.split(',').count() == 10));
 }
 
-/// The same options give the same numbers, to the last bit; another seed gives others.
+/// Equal options produce bitwise equal numbers; another seed produces others.
 #[test]
 fn comparisons_are_reproducible() {
     let robot = Robot::builtin("slider-crank").unwrap();
@@ -91,7 +93,7 @@ fn comparisons_are_reproducible() {
     assert_ne!(rows(1), rows(2));
 }
 
-/// Impossible options are refused by name.
+/// Impossible options are rejected, and the message names the option.
 #[test]
 fn impossible_options_are_refused() {
     let robot = Robot::builtin("slider-crank").unwrap();

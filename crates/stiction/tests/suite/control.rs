@@ -22,7 +22,7 @@ const START: f64 = 0.01;
 /// A stick or slip onset: time, s, and position, m.
 type Onset = (f64, f64);
 
-/// Position, rate, integral part, and one for constants.
+/// State of the axis: position, rate, integral part, and a constant one for inhomogeneous terms.
 type State = [f64; 4];
 
 /// Solution of a linear system with constant coefficients after a time, by the Taylor series of its
@@ -59,14 +59,15 @@ fn flow(matrix: &[[f64; 4]; 4], time: f64, state: State) -> State {
     std::array::from_fn(|i| (0..4).map(|k| sum[i][k] * state[k]).sum())
 }
 
-/// Onsets of slip and stick of the axis under PID control, piece by piece in closed form, until `end`, s. It
-/// begins at rest at [`START`]; the effort is `-KP q + x - KD v` with `dx/dt = -KI q`.
+/// Onsets of slip and stick of the axis under PID control, computed in closed form piece by piece
+/// until `end`, s. The axis starts at rest at [`START`]; the effort is `-KP q + x - KD v` with
+/// `dx/dt = -KI q`.
 fn exact(mu_static: f64, end: f64) -> Vec<Onset> {
     let (sliding, holding) = (MU * MASS * GRAVITY, mu_static * MASS * GRAVITY);
     let (mut time, mut position, mut integral) = (0.0, START, 0.0);
     let mut onsets = Vec::new();
     loop {
-        // At rest the integral part grows linearly until static friction no longer holds.
+        // At rest, the integral part grows linearly until it exceeds static friction.
         let towards = -position.signum();
         let effort: f64 = towards * (integral - KP * position);
         time += (holding - effort) / (KI * position.abs());
@@ -98,7 +99,7 @@ fn exact(mu_static: f64, end: f64) -> Vec<Onset> {
         }
         let [stopped, _, x, _] = state(high);
         (time, position, integral) = (time + high, stopped, x);
-        // Static friction holds it there.
+        // Static friction holds the axis there.
         assert!((integral - KP * position).abs() < holding);
         if time > end {
             return onsets;
@@ -137,12 +138,13 @@ fn a_pid_controlled_axis_hunts_as_the_piecewise_exact_solution() {
     let expected = exact(0.3, end);
     let run = controlled(0.3, CONTINUOUS, end);
     let found = onsets(&run);
-    // The axis hunts: it slips back and forth about its goal without end.
+    // Hunting: the axis slips back and forth about its goal without end.
     assert!(expected.len() > 20 && expected.len() == found.len());
     let slips = || expected.iter().step_by(2);
     assert!(slips().zip(slips().skip(1)).all(|(a, b)| a.1 * b.1 < 0.0));
     for ((time, _), found) in expected.iter().zip(&found) {
-        // Slip begins at a relative excess of 1e-9 over the limit, and each cycle adds its own.
+        // Slip begins when the limit is exceeded by a relative 1e-9; the resulting delays
+        // accumulate over the cycles.
         assert!((time - found).abs() < 1e-6, "{time} {found}");
     }
     for sample in run.samples() {
@@ -153,7 +155,7 @@ fn a_pid_controlled_axis_hunts_as_the_piecewise_exact_solution() {
             assert!((sample.position("guide").unwrap() - position).abs() < 1e-8);
         }
     }
-    // Power is balanced with the controller's work.
+    // The energy balance includes the controller's work.
     let last = run.last().unwrap();
     let work = last.work("guide").unwrap() - last.dissipated("guide").unwrap();
     assert!((last.mechanical_energy() - run.samples()[0].mechanical_energy() - work).abs() < 1e-10);
@@ -164,7 +166,7 @@ fn without_excess_static_friction_the_axis_does_not_hunt() {
     let end = 60.0;
     let run = controlled(MU, CONTINUOUS, end);
     let found = onsets(&run);
-    // Once it slips, and approaches its goal from one side.
+    // The axis slips once, and approaches its goal from one side.
     assert!((found[0] - exact(MU, 1.0)[0].0).abs() < 1e-8);
     let positions = || run.samples().iter().map(|sample| sample.position("guide").unwrap());
     assert!(positions().all(|position| position > -1e-12));
@@ -172,8 +174,8 @@ fn without_excess_static_friction_the_axis_does_not_hunt() {
     assert!(run.last().unwrap().position("guide").unwrap().abs() < 1e-9);
 }
 
-/// Onsets of slip and stick of the axis under PID control sampled with this period, s, in closed form: the effort is
-/// constant between two samples, so that the axis slides along parabolas.
+/// Onsets of slip and stick of the axis under sampled PID control with this period, s, in closed
+/// form: the effort is constant between two samples, so the axis slides along parabolas.
 fn exact_sampled(mu_static: f64, period: f64, end: f64) -> Vec<Onset> {
     let (sliding, holding) = (MU * MASS * GRAVITY, mu_static * MASS * GRAVITY);
     let (mut position, mut rate, mut integral) = (START, 0.0_f64, 0.0);
@@ -192,7 +194,7 @@ fn exact_sampled(mu_static: f64, period: f64, end: f64) -> Vec<Onset> {
         let acceleration = (effort - towards * sliding) / MASS;
         let stop = -rate / acceleration;
         if stop > 0.0 && stop <= period {
-            // Static friction holds it there.
+            // Static friction holds the axis there.
             assert!(effort.abs() < holding);
             position += 0.5 * rate * stop;
             rate = 0.0;
@@ -231,8 +233,9 @@ fn a_sampled_pid_controller_hunts_as_the_exact_solution_between_samples() {
 
 #[test]
 fn a_sampled_pid_controller_approaches_the_continuous_one() {
-    // The integral part of a sampled controller lags behind by up to a period; a change of the place where
-    // the axis sticks changes the waiting time in inverse proportion, so that delays of onsets grow.
+    // The integral part of a sampled controller lags by up to a period. The waiting time is
+    // inversely proportional to the distance from the goal at which the axis sticks, so delays of
+    // onsets grow.
     let expected = exact(0.3, 12.0);
     for period in [4e-3, 1e-3] {
         let sampled = CONTINUOUS.replace("period = 0", &format!("period = {period} s"));
@@ -284,7 +287,8 @@ fn efforts_as_formulas_over_the_measured_state_act_like_springs_and_dampers() {
 
 #[test]
 fn a_jump_of_a_formula_is_located() {
-    // A constant force towards zero: parabolas between the passages of zero, period 4 sqrt(2 m q0/F).
+    // A constant force towards zero: parabolas between the zero crossings, with period 4 sqrt(2 m
+    // q0/F).
     let run = axis(MU)
         .forward()
         .friction(false)
@@ -352,12 +356,12 @@ fn an_equilibrium_of_a_pendulum_under_a_torque() {
     let natural = BOB * GRAVITY * LENGTH * angle.cos() / INERTIA;
     assert!((hangs.findings().stiffness[0] / natural - 1.0).abs() < 1e-9);
     assert_eq!(hangs.findings().stability.word(), "stable");
-    // The nearest one from above is the inverted pendulum.
+    // The equilibrium nearest to 3 rad is the inverted pendulum.
     let upright = pendulum().equilibrium().unwrap().from("pivot = 3 rad").unwrap();
     let upright = upright.nearest().run().unwrap();
     assert!((upright.position("pivot").unwrap() - std::f64::consts::PI).abs() < 1e-11);
     assert_eq!(upright.findings().stability.word(), "unstable");
-    // A greater torque than gravity can balance.
+    // A torque greater than gravity can balance.
     let turns = pendulum().equilibrium().unwrap().drives("pivot = 9 N m").unwrap();
     assert!(turns.run().unwrap_err().to_string().contains("no static equilibrium"));
 }
@@ -394,7 +398,7 @@ fn a_linear_model_of_a_pendulum_is_the_closed_form() {
     assert!((dry.a[1][0] - by_angle).abs() < 1e-6 * by_angle.abs());
     assert!((dry.a[1][1] - by_rate).abs() < 1e-6);
     assert_eq!(dry.interfaces[0].1.word(), "sliding");
-    // At rest friction holds it: nothing moves.
+    // At rest, friction holds the pendulum, so the linear model has no motion.
     let held = pendulum().linearize().unwrap().from("pivot = 0 rad").unwrap().run();
     assert!(held.unwrap_err().to_string().contains("stick"));
 }
@@ -444,7 +448,8 @@ fn a_linear_model_agrees_with_differences_of_simulations() {
             state[k] += amount;
             ends(&state)
         };
-        // Differences of order four of the end by the start: the transition matrix Phi(t).
+        // Differences of order four of the final state with respect to the initial state: the
+        // transition matrix Phi(t).
         let [a, b, c, d] = [shifted(h), shifted(-h), shifted(2.0 * h), shifted(-2.0 * h)];
         for i in 0..4 {
             // (Phi(t) - I)/t is A at t = 0 and analytic in t: extrapolation by Neville's scheme.
@@ -493,15 +498,15 @@ fn equilibrium_and_linear_model_with_springs() {
     assert!((model.a[1][1] * inertia + 0.4).abs() < 1e-8, "{:?}", model.a);
 }
 
-/// Turning points on either side of the end of a step are found: windows of 20 us to 2 ms around the least angle, for many
-/// phases of the steps.
+/// Turning points on either side of the end of a step are found: windows of 20 us to 2 ms around
+/// the smallest angle, for many phases of the steps.
 #[test]
 fn short_windows_of_stop_conditions_are_found() {
     let amplitude: f64 = 1e-3;
     let frequency = (BOB * GRAVITY * LENGTH / INERTIA).sqrt();
     let half = std::f64::consts::PI / frequency;
     for window in [2e-3, 4e-4, 1e-4, 2e-5] {
-        // Below this value for the given time around the turning point.
+        // The condition holds below this value, for the given time around the turning point.
         let part = (0.5 * window * frequency).cos();
         for k in 0..6 {
             let step = 0.1 + 0.013 * f64::from(k);
@@ -530,14 +535,15 @@ fn conditions_with_equality_hold_at_equality() {
         let run = run.stop(condition).unwrap().until(0.2).run().unwrap();
         run.last().unwrap().time
     };
-    // The pendulum hangs still at zero.
+    // The pendulum hangs at rest at zero.
     assert_eq!(end("pivot >= 0 deg"), 0.0);
     assert_eq!(end("pivot <= 0 deg"), 0.0);
     assert_eq!(end("pivot > 0 deg"), 0.2);
     assert_eq!(end("pivot < 0 deg"), 0.2);
 }
 
-/// A jump of an effort against the rate holds the mechanism at its zero: the run ends early with the cause and a cure.
+/// An effort that jumps against the rate holds the mechanism at zero rate: the run ends early, and
+/// the message states the cause and a remedy.
 #[test]
 fn chattering_formulas_are_named() {
     let run = pendulum()
@@ -553,7 +559,7 @@ fn chattering_formulas_are_named() {
     let error = run.ended().unwrap_err().to_string();
     assert!(error.contains("the formula of the effort of `pivot`"), "{error}");
     assert!(error.contains("tanh"), "{error}");
-    // The continuous formula runs.
+    // With the continuous formula, the simulation runs to its end.
     let smooth = pendulum()
         .forward()
         .friction(false)
@@ -575,7 +581,7 @@ fn a_rate_given_twice_is_refused() {
     assert!(twice("pivot = 0.1 rad; d(pivot) = 2 rad/s").is_ok());
 }
 
-/// A linear model is refused at the kink of a formula and given beside it.
+/// At the kink of a formula, a linear model is rejected; beside the kink it exists.
 #[test]
 fn kinks_of_formulas_have_no_linear_model() {
     let at = |angle: &str| {
@@ -590,7 +596,8 @@ fn kinks_of_formulas_have_no_linear_model() {
     assert!((model.a[1][0] / stiffness - 1.0).abs() < 1e-8);
 }
 
-/// A refusal names the interfaces that begin to slide, and the options that help, which do.
+/// The error for a linear model with sticking friction names the interfaces that begin to slide,
+/// and options that avoid the error.
 #[test]
 fn refusals_of_linear_models_name_interfaces() {
     let model = || {
@@ -604,8 +611,8 @@ fn refusals_of_linear_models_name_interfaces() {
     model().from("pivot = 0.5 rad; d(pivot) = 1 rad/s").unwrap().run().unwrap();
 }
 
-/// The pendulum at 30 degrees: static friction widens the holding torque by r mu_s |R| on both sides, and it rests at 1
-/// degree by friction alone.
+/// Pendulum at 30 degrees: static friction widens the range of the holding torque by r mu_s |R| on
+/// both sides. At 1 degree, friction alone holds the pendulum.
 #[test]
 fn equilibrium_with_static_friction() {
     let rests = pendulum().equilibrium().unwrap().from("pivot = 0.1 deg").unwrap();

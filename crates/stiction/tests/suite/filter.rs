@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use stiction::{ModelText, Robot};
 use stiction_core::random::Random;
 
-/// Rise of each coordinate of the platform, m or deg, and its start.
+/// Displacement of each platform coordinate, m or deg, and its initial value.
 const MOVES: [(&str, f64, f64); 6] = [
     ("x [m]", 0.08, 0.0),
     ("y [m]", -0.05, 0.0),
@@ -21,7 +21,7 @@ fn normal(random: &mut Random) -> f64 {
     (0..12).map(|_| random.number() * 0.5).sum()
 }
 
-/// A recording of the platform at 1 kHz; `law` goes from 0 to 1 within `duration`, s.
+/// Writes a recording of the platform at 1 kHz; `law` increases from 0 to 1 within `duration`, s.
 fn recording(name: &str, duration: f64, seed: Option<u64>, law: impl Fn(f64) -> f64) -> PathBuf {
     let mut random = Random::new(seed.unwrap_or(0));
     let mut text = "time [s]".to_owned();
@@ -40,7 +40,7 @@ fn recording(name: &str, duration: f64, seed: Option<u64>, law: impl Fn(f64) -> 
     path
 }
 
-/// From 0 to 1 in 2 s by the quintic that rests at both ends.
+/// Quintic polynomial from 0 to 1 in 2 s that is at rest at both ends.
 fn quintic(t: f64) -> f64 {
     let u = (t / 2.0).clamp(0.0, 1.0);
     u.powi(3) * (10.0 - 15.0 * u + 6.0 * u * u)
@@ -77,8 +77,9 @@ fn filtered(cutoff: f64) -> Robot {
     ModelText::builtin("gough").unwrap().with_filter(cutoff).read().unwrap()
 }
 
-/// With the suggested filter, peak and rms of all efforts of a hexapod are those of the motion
-/// without noise to 2 %, ends included. Without a filter they are wrong by a factor of hundreds.
+/// With the suggested filter, peak and rms of all efforts of a hexapod agree with those of the
+/// motion without noise to 2 %, including the ends. Without a filter, they are wrong by a factor of
+/// hundreds.
 #[test]
 fn the_suggested_filter_gives_the_efforts_of_the_motion_without_noise() {
     let plain = Robot::builtin("gough").unwrap();
@@ -109,8 +110,9 @@ fn trapezoid_acceleration(t: f64) -> f64 {
     }
 }
 
-/// Steps of the acceleration are smeared, and the report says by how much. A filter that is too low has a caution with the
-/// error at a step; with the suggested one this error drowns in the noise, and the time of the rise is stated.
+/// Steps of the acceleration are smeared, and the report states by how much. If the cut-off is too
+/// low, a caution states the error at a step; with the suggested cut-off this error is below the
+/// noise, and the rise time is stated.
 #[test]
 fn smearing_is_reported() {
     let trapezoid = |t: f64| {
@@ -140,7 +142,7 @@ fn smearing_is_reported() {
         (found - rise * trapezoid_acceleration(t)).abs()
     });
     let most = errors.fold(0.0, f64::max);
-    // Half the step, and the noise that the filter leaves.
+    // Half of the step, and the noise that remains after the filter.
     assert!((stated / most - 1.0).abs() < 0.2, "{caution}: {most}");
 
     let best: f64 = suggested(&Robot::builtin("gough").unwrap(), &file).parse().unwrap();
@@ -150,7 +152,7 @@ fn smearing_is_reported() {
     let notes = motion.interpolation.clone().unwrap();
     let (_, rest) = notes.split_once("steps of the acceleration are spread over ").unwrap();
     let stated: f64 = rest.split_once(" s").unwrap().0.parse().unwrap();
-    // Noise moves the crossings of 90 % and 10 % of the step at 0.5 s.
+    // Noise shifts the times at which the step at 0.5 s crosses 90 % and 10 %.
     let after = |level: f64| {
         let times = (0..2000).map(|k| 0.4 + f64::from(k) * 1e-4);
         times.into_iter().find(|t| motion.at(*t).next().unwrap().acceleration < level * step)

@@ -39,7 +39,7 @@ fn a_pendulum_with_friction_comes_to_rest_and_its_energy_is_accounted_for() {
     assert_eq!(last.rate("pivot").unwrap(), 0.0);
     let friction = last.friction("pivot").unwrap();
     assert!(friction.sticks && friction.force[0].abs() <= friction.limit);
-    // At rest friction carries the weight's moment.
+    // At rest, friction balances the moment of the weight.
     let moment = MASS * GRAVITY * LENGTH * last.position("pivot").unwrap().sin();
     assert!((friction.force[0].abs() * 8e-3 - moment.abs()).abs() < 1e-12);
     assert!(moment.abs() <= FRICTION_ARM * MASS * GRAVITY);
@@ -96,8 +96,9 @@ fn both_schemes_agree_on_a_swing() {
     assert!((end(Method::EventDriven) - end(Method::TimeStepping)).abs() < 1e-4);
 }
 
-/// A delta robot whose actuators are prescribed has no mobility but the passive rotation of its rods: no friction
-/// changes the velocities of its other joints. Time stepping and inverse dynamics find the same efforts.
+/// With prescribed actuators, a delta robot has only the passive rotations of its rods, so friction
+/// does not change the velocities of its other joints. Time stepping and inverse dynamics compute
+/// the same efforts.
 #[test]
 fn prescribed_actuators_need_the_efforts_of_inverse_dynamics() {
     let robot = Robot::builtin("delta").unwrap();
@@ -120,8 +121,8 @@ fn prescribed_actuators_need_the_efforts_of_inverse_dynamics() {
     }
 }
 
-/// A prescribed motion that pauses brings the joints to rest: in the pause friction holds, and does not act as if the
-/// joints slid on in the last direction.
+/// If a prescribed motion pauses, the joints come to rest and friction holds them, instead of
+/// acting as if the joints continued to slide in the last direction.
 #[test]
 fn joints_stick_while_a_prescribed_motion_pauses() {
     // A cart on a slope of 0.1 rad, moved through its mass centre.
@@ -146,7 +147,8 @@ fn joints_stick_while_a_prescribed_motion_pauses() {
     for index in [5, 6, 7] {
         let friction = run.samples()[index].friction("g").unwrap();
         assert!(friction.sticks, "{index}");
-        // The cart can be held by its motor alone, and the rule of least static friction says so.
+        // The motor alone can hold the cart, and the rule of least static friction selects this
+        // solution.
         assert!((effort(index) - weight).abs() < 1e-12, "{}", effort(index));
     }
     // Half-way through both moves the acceleration is zero.
@@ -160,7 +162,7 @@ fn joints_stick_while_a_prescribed_motion_pauses() {
     assert!(sticks.len() == 2 && (sticks[0] - 1.0).abs() < 1e-9, "{sticks:?}");
     assert!(slides.last().is_some_and(|time| (time - 2.0).abs() < 1e-3), "{slides:?}");
 
-    // Joints that follow through a loop rest with it.
+    // Joints that follow through a loop come to rest with the prescribed joint.
     let source = stiction::gallery::get("slider-crank").unwrap();
     let motion = r#"
         [motions.pause]

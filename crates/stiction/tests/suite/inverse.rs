@@ -64,7 +64,8 @@ fn a_robot_built_by_code_is_the_one_in_the_file() {
     };
     assert_eq!(efforts(&built), efforts(&pendulum()));
     assert_eq!(built.loads().collect::<Vec<_>>(), ["wind"]);
-    // The wind blows on the bob's origin, in the pivot: the effort stays, the reaction changes.
+    // The wind acts at the bob's origin, which is in the pivot: the effort does not change, but the
+    // reaction does.
     let mut still = built.inverse().motion("pivot = 0; duration = 0").unwrap();
     let force = |sample: &stiction::Sample| sample.reaction("pivot").unwrap().force[0];
     assert!(force(&still.collect().unwrap()[0]).abs() < 1e-15);

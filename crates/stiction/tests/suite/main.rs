@@ -1,4 +1,4 @@
-//! Tests of the library by name: closed forms, streams, messages.
+//! Tests of the library with access by name: closed forms, streams, messages.
 
 mod compensation;
 mod control;

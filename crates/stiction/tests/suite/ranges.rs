@@ -1,9 +1,9 @@
-//! Ranges of joints: violations along a motion with a closed form.
+//! Ranges of joints: violations along a motion, compared with closed forms.
 
 use stiction::Robot;
 
-/// The pendulum swings by 30 deg sin(2 pi t/2 s); its range ends at 15 deg, so it leaves it at
-/// t = 1/6 s and returns at 5/6 s.
+/// The pendulum swings by 30 deg sin(2 pi t/2 s). Its range ends at 15 deg, so the pendulum leaves
+/// the range at t = 1/6 s and returns at 5/6 s.
 fn limited() -> Robot {
     super::pendulum().with("pivot.range = [\"-40 deg\", \"15 deg\"]").unwrap()
 }
@@ -33,8 +33,8 @@ fn a_wide_range_is_kept() {
     assert_eq!(report.to_json()["ranges"][0]["count"], 0);
 }
 
-/// Tilts of a hexapod's joints against the poses of its bodies: the z axis of the screw and of the
-/// platform, which is level in its home position.
+/// Tilts of a hexapod's ball joints agree with the angle between the z axes of the screw and of the
+/// platform, which is level in the home position.
 #[test]
 fn the_tilt_of_a_ball_joint_is_that_of_the_leg() {
     let robot = Robot::builtin("gough").unwrap();

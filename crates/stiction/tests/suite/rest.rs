@@ -6,7 +6,7 @@ fn the_interval_at_rest_is_weight_more_or_less_friction() {
     let robot = pendulum();
     let rest = robot.breakaway().motion("pivot = 0.3; duration = 0").unwrap().run().unwrap();
     let (low, high) = rest.effort_bounds("pivot").unwrap();
-    // The load hardly depends on the effort: it is the weight.
+    // The normal load hardly depends on the effort; it equals the weight.
     let (moment, friction) =
         (MASS * GRAVITY * LENGTH * 0.3f64.sin(), FRICTION_ARM * MASS * GRAVITY);
     assert!(
@@ -27,7 +27,7 @@ fn mobility_of_a_planar_four_bar_is_counted_in_three_ways() {
     assert!(report.to_string().starts_with("four-bar"));
 }
 
-/// Samples along the motion are those of single instants.
+/// Results along the motion equal those at single instants.
 #[test]
 fn static_friction_along_a_motion() {
     let robot = Robot::builtin("five-bar").unwrap();
@@ -38,7 +38,7 @@ fn static_friction_along_a_motion() {
         for actuator in robot.actuators() {
             let [a, b] = [rest, &alone].map(|rest| rest.effort_bounds(actuator).unwrap());
             let near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * a.abs().max(1.0);
-            // Positions followed in other steps differ by rounding.
+            // Positions that are reached in different steps differ by rounding.
             assert!(near(a.0, b.0) && near(a.1, b.1), "{actuator}: {a:?} {b:?}");
         }
     }

@@ -3,7 +3,7 @@
 use std::num::NonZeroUsize;
 use stiction::{Batch, FrictionMode, Inverse, Outputs, Robot, States, Status, Workers};
 
-/// Built-in robots with closed chains, with an actuator for each degree of freedom.
+/// Built-in robots with closed chains and one actuator for each degree of freedom.
 const ROBOTS: [&str; 6] =
     ["3rps", "five-bar", "gough", "delta", "slider-crank", "zhang2018-regular"];
 
@@ -54,13 +54,14 @@ fn efforts_of_a_batch_are_those_along_the_motion() {
             assert!(status.is_converged(), "{name} row {row}: {status:?}");
             let count = states.coordinates().len();
             let at = row * count..(row + 1) * count;
-            // At rest `inverse` chooses the friction of joints by its own limit of speed.
+            // At rest, `inverse` uses a speed limit of its own to choose the friction of joints.
             if v[at.clone()].iter().any(|rate| rate.abs() < 1e-9) {
                 continue;
             }
             compared += 1;
             for (batch, run) in rows.efforts[at.clone()].iter().zip(&efforts[at]) {
-                // The coordinates of the actuators follow from those of the motion by an inversion.
+                // The coordinates of the actuators follow from those of the motion by a numerical
+                // inversion.
                 assert!(
                     (batch - run).abs() < 1e-9 * largest(&efforts),
                     "{name} row {row}: {batch} {run}"
@@ -92,7 +93,7 @@ fn results_do_not_depend_on_threads() {
     }
 }
 
-/// States about the home position, in the order of a simple generator.
+/// States around the home position, from a simple generator of pseudo-random numbers.
 fn about_home(states: &States, rows: usize, amplitude: f64) -> Vec<f64> {
     let mut seed = 1_u64;
     let mut random = || {
@@ -108,7 +109,7 @@ fn about_home(states: &States, rows: usize, amplitude: f64) -> Vec<f64> {
 fn the_mass_matrix_gives_the_kinetic_energy_of_all_bodies() {
     for name in ROBOTS {
         let robot = Robot::builtin(name).unwrap();
-        // The part that a load describes would be an additional body.
+        // A payload of the load would be an additional body in the model.
         let states = robot.states().load("none").unwrap().compile().unwrap();
         let count = states.coordinates().len();
         let q = about_home(&states, 20, 0.002);
@@ -157,7 +158,7 @@ fn the_mass_matrix_gives_the_kinetic_energy_of_all_bodies() {
                     .sum();
                 energy += body.mass * speed + turned;
             }
-            // Twice the kinetic energy, by quite another way.
+            // Twice the kinetic energy, computed in a different way.
             assert!((twice - energy).abs() < 1e-9 * energy, "{name}: {twice} {energy}");
         }
     }
@@ -204,7 +205,7 @@ fn far_rows_keep_the_assembly_mode_and_unreachable_ones_have_a_status() {
     let states = robot.states().compile().unwrap();
     let home = states.home().to_vec();
     let near = |q: &[f64]| states.kinematics(Batch { q, v: &[], a: &[] }, &threads(1)).unwrap();
-    // There and back in one row: the positions at home are those before.
+    // The rows move away and back: both rows at the home position have equal poses.
     let far: Vec<f64> = home.iter().map(|x| x + 0.5).collect();
     let rows: Vec<f64> = [&home[..], &far, &home].concat();
     let motion = near(&rows);
@@ -265,7 +266,8 @@ fn wrong_shapes_are_refused_with_names() {
     assert_eq!(call(&[], &[]).unwrap(), 0);
 }
 
-/// Derivatives are central differences, of fourth order, of the efforts of the general kernel, with friction and without.
+/// Derivatives agree with fourth-order central differences of the efforts of the general kernel,
+/// with friction and without.
 #[test]
 fn derivatives_are_differences_of_the_efforts() {
     for name in ROBOTS {
@@ -306,7 +308,7 @@ fn derivatives_are_differences_of_the_efforts() {
                     let [ahead, behind] = [moved(1.0), moved(-1.0)];
                     let [far_ahead, far_behind] = [moved(2.0), moved(-2.0)];
                     for row in (0..rows).filter(|row| derivatives.is_defined[*row]) {
-                        // A rate that vanishes is a reversal, where friction jumps.
+                        // Near zero rate, friction reverses and jumps.
                         let slow = v[row * count..][..count].iter().any(|rate| rate.abs() < 1e-4);
                         if slow && friction == FrictionMode::Converged {
                             continue;
@@ -333,7 +335,8 @@ fn derivatives_are_differences_of_the_efforts() {
     }
 }
 
-/// The derivatives by accelerations are the mass matrix; at rest with friction there are none.
+/// The derivatives with respect to accelerations are the mass matrix; at rest with friction there
+/// are no derivatives.
 #[test]
 fn derivatives_at_rest() {
     let robot = Robot::builtin("five-bar").unwrap();

@@ -9,7 +9,7 @@ fn numbers<const N: usize>(rows: &[[f64; N]]) -> Vec<[Setting; N]> {
     rows.iter().map(|row| row.map(Setting::Number)).collect()
 }
 
-/// A pendulum held level: its torque is m g l sin(angle), with masses and angles of a table.
+/// A pendulum held at rest: its torque is m g l sin(angle), with masses and angles from a table.
 #[test]
 fn poses_of_a_pendulum_have_closed_forms() {
     let study = pendulum().sweep().unwrap().friction(FrictionMode::Off);
@@ -23,13 +23,14 @@ fn poses_of_a_pendulum_have_closed_forms() {
         assert!(row.status.is_ok(), "{}", row.status);
         let angle = angle.to_radians();
         let torque = (1e-3 * mass * GRAVITY * LENGTH * angle.sin()).abs();
-        // A handful of roundings.
+        // A few rounding errors.
         assert!((row.values[0].unwrap() - torque).abs() <= 1e-14 * torque);
         assert!((row.values[1].unwrap() - angle).abs() <= 1e-15);
     }
 }
 
-/// Rows are those of single runs with changed values, to the last bit, in whatever pieces they are computed.
+/// Rows are bitwise equal to single runs with changed values, in whatever pieces the rows are
+/// computed.
 #[test]
 fn rows_are_single_runs_in_any_pieces() {
     let robot = Robot::builtin("five-bar").unwrap();
@@ -70,7 +71,7 @@ fn rows_are_single_runs_in_any_pieces() {
     }
 }
 
-/// A design that fails has a reason, and the others have results.
+/// A failed design has a reason, and the other designs have results.
 #[test]
 fn failures_stay_in_their_rows() {
     let robot = Robot::builtin("five-bar").unwrap();
@@ -97,7 +98,7 @@ fn failures_stay_in_their_rows() {
     }
 }
 
-/// What concerns the whole study is said before the first row.
+/// An error that concerns the whole study is reported before the first row.
 #[test]
 fn defective_studies_are_refused() {
     let robot = Robot::builtin("five-bar").unwrap();
@@ -119,7 +120,7 @@ fn defective_studies_are_refused() {
     assert!(described.sweep().is_err());
 }
 
-/// Columns of equal names, of other tables, and of vectors.
+/// Objectives may be columns with equal names in several tables, and components of vectors.
 #[test]
 fn objectives_name_columns_of_all_tables() {
     let robot = Robot::builtin("3rps").unwrap();

@@ -5,15 +5,15 @@ use stiction_core::dynamics::{AppliedLoad, InverseDynamics, Settings};
 use stiction_core::kinematics::{Coordinate, Target};
 use stiction_format::{ModelFile, Source, gallery, read};
 
-/// A solver at the first position of a motion.
+/// A solver at the first position of a motion, and the inputs of a recording.
 pub(crate) struct Robot {
     pub(crate) solver: InverseDynamics,
-    /// Prescribed values in the middle of the motion.
+    /// Prescribed values in the middle part of the motion.
     pub(crate) signal: Vec<Vec<Target<f64>>>,
     pub(crate) loads: Vec<AppliedLoad<f64>>,
 }
 
-/// A model from its text.
+/// Reads a model from its text.
 pub(crate) fn model(name: &str, text: &str) -> ModelFile {
     match read(&Source::new(name, text), &|_| Err("no files".into())) {
         Ok(model) => model,
@@ -49,7 +49,8 @@ impl Robot {
     }
 }
 
-/// A solver with the actuators as independent coordinates, and positions of its default motion.
+/// A solver with the actuators as independent coordinates, and their positions along the default
+/// motion.
 pub(crate) struct Loop {
     pub(crate) solver: InverseDynamics,
     pub(crate) signal: Vec<Vec<Target<f64>>>,
@@ -67,7 +68,7 @@ pub(crate) fn gallery_loop(name: &str) -> Option<Loop> {
         for (k, (joint, dof)) in actuators.iter().enumerate() {
             let mut target = solver.joint_motion(*joint, *dof);
             (target.rate, target.acceleration) = (0.0, 0.0);
-            // Angles are within half a turn: continue them.
+            // The solver returns angles within half a turn; this makes them continuous.
             let is_angle =
                 !solver.mechanism().joints()[joint.0].joint_type.dofs()[*dof].translates();
             if let Some(before) = own.last().filter(|_| is_angle) {

@@ -31,7 +31,7 @@ fn complete(name: &str, precision: Precision) -> Option<Code> {
     Code::new(&format!("adapters-{name}-{precision:?}"), &options.name, &files)
 }
 
-/// Python calls the code by ctypes, and reproduces the test vectors.
+/// Python calls the code through ctypes and reproduces the test vectors.
 #[test]
 fn python_reproduces_the_solver() {
     let Some(code) = complete("five-bar", Precision::Double) else { return };
@@ -41,7 +41,8 @@ fn python_reproduces_the_solver() {
     }
 }
 
-/// Python refuses a library of another model, with other structures, or without an identity.
+/// The Python adapter rejects a library of another model, with other structures, or without a
+/// fingerprint.
 #[test]
 fn python_refuses_another_library() {
     let Some(code) = complete("slider-crank", Precision::Double) else { return };
@@ -74,7 +75,7 @@ fn python_refuses_another_library() {
     }
 }
 
-/// On a bare Cortex-M7 and on AArch64, both in emulators.
+/// The self-test passes on a bare Cortex-M7 and on AArch64, both in emulators.
 #[test]
 #[ignore = "needs compilers and emulators for other processors"]
 fn other_processors_reproduce_the_solver() {
@@ -95,7 +96,7 @@ fn other_processors_reproduce_the_solver() {
     }
 }
 
-/// LinuxCNC's compiler makes a component of the code.
+/// LinuxCNC's compiler builds a component from the code.
 #[test]
 #[ignore = "needs LinuxCNC"]
 fn linuxcnc_compiles_the_component() {
@@ -111,7 +112,7 @@ fn linuxcnc_compiles_the_component() {
     }
 }
 
-/// Names of the model enter no adapter except as harmless text.
+/// Names of the model enter the adapters only as harmless text.
 #[test]
 fn hostile_names_do_no_harm_in_adapters() {
     let robot = gallery_loop("five-bar").unwrap();

@@ -11,56 +11,65 @@ use stiction_core::statics::Constraints;
 use stiction_program::emit::{Language, Precision};
 use stiction_program::{Feedforward, Tunable};
 
-/// Least singularity index of a compared state, or half of the index at home if that is less than this: rounding errors
-/// grow near singular positions.
+/// Smallest singularity index of a compared state, because rounding errors grow near singular
+/// positions. If half of the index at the home position is smaller, that value is the limit
+/// instead.
 const CLEAR: f64 = 0.05;
-/// Least sliding speed of a compared state, relative to the largest: near zero, its sign is uncertain.
+/// Smallest sliding speed of a compared state, relative to the largest speed, because the sign of a
+/// speed near zero is uncertain.
 const SLIDES: f64 = 1e-3;
-/// Sliding speed, relative to the largest, below which it is a rounding error: the interface never slides.
+/// Sliding speed, relative to the largest speed, below which the speed is a rounding error and the
+/// interface never slides.
 const NEVER: f64 = 1e-12;
-/// Least determinant of a compared state with friction relative to that without, as the code in double precision finds
-/// it: rounding errors grow where friction is about to lock.
+/// Smallest determinant of a compared state with friction relative to that without, as computed by
+/// the code in double precision: rounding errors grow where friction is about to lock the
+/// mechanism.
 const FREE: f64 = 0.05;
-/// Least value of the largest effort of a compared state, relative to the median: efforts that cancel each other give
-/// no scale for rounding errors.
+/// Smallest value for the largest effort of a compared state, relative to the median: efforts that
+/// cancel each other provide no scale for rounding errors.
 const NOTABLE: f64 = 0.05;
-/// Part of all states in which code and solver may differ near limits of what either can answer.
+/// Fraction of all states in which code and solver may disagree, near the limits of what either can
+/// compute.
 const DIFFERING: f64 = 0.01;
 /// Largest difference of an effort, relative to the largest effort of the state, in double and in single precision.
 const LIMITS: [f64; 2] = [1e-11, 1e-4];
 /// Unit roundoff in double and in single precision.
 const ROUNDOFF: [f64; 2] = [f64::EPSILON / 2.0, f32::EPSILON as f64 / 2.0];
-/// Part of the error of a state that rounding of its inputs alone causes, at least. The code rounds intermediate numbers
-/// as well; in a backward stable computation they add some units to each input, independently of the state. If this
-/// part of the limit is exceeded, no computation in this precision keeps the limit, and the error is compared with
-/// rounding of the inputs instead.
+/// Smallest fraction of the error limit that rounding of the inputs alone may cause before a state
+/// counts as ill-conditioned. The code also rounds intermediate numbers; in a backward stable
+/// computation they add some units to each input, independently of the state. Beyond this fraction,
+/// no computation in this precision observes the limit, and the error is compared with rounding of
+/// the inputs instead.
 const OF_INPUTS: f64 = 0.1;
-/// Part of the compared states at which the code may report that friction has not converged, or at which an effort may
-/// differ by more than the limit, but less than [`MAGNIFIED`] times the limit: its pivots are those of the recording,
-/// which magnify rounding at other states.
+/// Fraction of the compared states at which the code may report that friction has not converged, or
+/// at which an effort may differ by more than the limit, but by less than [`MAGNIFIED`] times the
+/// limit: the code's pivots are those of the recording, which magnify rounding at other states.
 const BADLY_PIVOTED: [f64; 2] = [0.0, 1e-4];
-/// Largest difference in such a state, as a multiple of the limit. In the worst state known (`6sps`, single precision),
-/// it varies from 1 to 6 with the rounding of the position.
+/// Largest difference in such a badly pivoted state, as a multiple of the limit. In the worst known
+/// state (`6sps`, single precision), the difference varies from 1 to 6 limits with the rounding of
+/// the position.
 const MAGNIFIED: f64 = 10.0;
-/// Largest relative error of the singularity index, in all but [`RARE`] states: that of the iteration, and rounding errors
-/// relative to an index of 0.01.
+/// Largest relative error of the singularity index, except in the fraction [`RARE`] of the states:
+/// the error of the iteration, and rounding errors relative to an index of 0.01.
 const OF_INDEX: [f64; 2] = [1e-6, 1e-3];
-/// Part of the states at which the smallest and the third singular value may coincide so nearly that no pass separates
-/// their vectors.
+/// Fraction of the states at which the smallest and the third singular value may be so close that
+/// no pass of the iteration separates their vectors.
 const RARE: f64 = 1e-3;
-/// Largest relative error in these states. Where the values differ by a small part `d` and the vector of the third has
-/// the part `c` of the iterate, a pass turns the iterate by `2 d c`, and the index is too large by a part of `d c²`, at
-/// most half of the turn; the last pass turns by at most 1e-4 or 1e-3.
+/// Largest relative error of the index in these rare states. If the two values differ by a small
+/// fraction `d` and the iterate contains the fraction `c` of the third vector, a pass turns the
+/// iterate by `2 d c`, and the index is too large by a fraction of `d c²`, at most half of the
+/// turn; the last pass turns by at most 1e-4 or 1e-3.
 const OF_RARE_INDEX: [f64; 2] = [5e-5, 1e-3];
-/// Rates up to which the code counts the motion as rest, by default, m/s or rad/s; the solver has another limit.
+/// Default rates up to which the code counts the motion as rest, m/s or rad/s; the limit of the
+/// solver differs.
 const REST: [f64; 2] = [1e-9, 1e-6];
 const PRECISIONS: [Precision; 2] = [Precision::Double, Precision::Float];
 
 /// Result of the solver at a state.
 enum Engine {
-    /// Efforts; reason why the state is not compared, if any.
+    /// Efforts and, if the state is not compared, the reason.
     Solved(Vec<f64>, Option<&'static str>),
-    /// Reason why there are no efforts.
+    /// Reason why the solver has no efforts.
     Refused(&'static str),
 }
 
@@ -68,12 +77,12 @@ enum Engine {
 struct State {
     numbers: Vec<f64>,
     engine: Engine,
-    /// Singularity index of the actuation at the position, if it is reached.
+    /// Singularity index of the actuation at the position, if the solver reaches the position.
     index: f64,
 }
 
 impl State {
-    /// True if no rate is above a limit.
+    /// True if no rate exceeds the limit.
     fn rests(&self, limit: f64) -> bool {
         let third = self.numbers.len() / 3;
         self.numbers[third..2 * third].iter().all(|rate| rate.abs() <= limit)
@@ -91,7 +100,7 @@ fn index(solver: &InverseDynamics) -> f64 {
     actuation(solver).min(of_legs.unwrap_or(1.0))
 }
 
-/// Moves from home along a straight line, as the code does; `None` if that fails.
+/// Moves from the home position along a straight line, as the code does; `None` if that fails.
 fn reach(home: &InverseDynamics, start: &[Target<f64>], at: &[f64]) -> Option<InverseDynamics> {
     let mut solver = home.clone();
     let on_the_line = |part: f64, line: &mut [Target<f64>]| {
@@ -104,7 +113,8 @@ fn reach(home: &InverseDynamics, start: &[Target<f64>], at: &[f64]) -> Option<In
     Some(solver)
 }
 
-/// Solves at a state of this position, which is clear of singular ones or not.
+/// Solves at a state of the current position. `is_clear` is true if the position is far from
+/// singular ones.
 fn solve(solver: &mut InverseDynamics, targets: &[Target<f64>], is_clear: bool) -> Engine {
     if solver.move_to(targets).is_err() {
         return Engine::Refused(UNREACHABLE);
@@ -120,7 +130,8 @@ fn solve(solver: &mut InverseDynamics, targets: &[Target<f64>], is_clear: bool) 
     let is_slow =
         fastest > 0.0 && speeds.clone().any(|v| (NEVER..=SLIDES).contains(&(v / fastest)));
     let efforts = forces.efforts.clone();
-    // The solver treats interfaces below a speed as resting, the code only coordinates.
+    // The solver compares the speed of each interface with its limit of rest, the code only the
+    // rates of the coordinates.
     let rests = speeds.any(|v| v <= rest_speed && v > NEVER * fastest);
     let why = if rests {
         Some("an interface at rest for the solver")
@@ -134,7 +145,8 @@ fn solve(solver: &mut InverseDynamics, targets: &[Target<f64>], is_clear: bool) 
     Engine::Solved(efforts, why)
 }
 
-/// Random states about the default motion, near it and far from it in turn, with [`MOTIONS`] of them at each position.
+/// Random states around the default motion, alternately near it and far from it, with [`MOTIONS`]
+/// states at each position.
 fn states(robot: &Loop, count: usize) -> Vec<State> {
     let mut random = Random::new(25);
     let start = &robot.signal[0];
@@ -191,31 +203,35 @@ fn states(robot: &Loop, count: usize) -> Vec<State> {
     states
 }
 
-/// Figures of one precision.
+/// Results of the comparison in one precision.
 #[derive(Default)]
 struct Figures {
     compared: usize,
-    /// Largest difference where the code has efforts with friction.
+    /// Largest difference of an effort, where the code has efforts with friction.
     worst: f64,
-    /// Compared states beyond the limit, and ill-conditioned states whose error is beyond that of their inputs.
+    /// Number of compared states beyond the limit, and of ill-conditioned states whose error
+    /// exceeds that of their inputs.
     failures: usize,
-    /// Compared states at which the code reports that friction has not converged.
+    /// Number of compared states at which the code reports that friction has not converged.
     not_converged: usize,
-    /// Compared states at which an effort exceeds the limit by less than the factor [`MAGNIFIED`].
+    /// Number of compared states at which an effort exceeds the limit by less than the factor
+    /// [`MAGNIFIED`].
     magnified: usize,
-    /// States that are not compared, by reason: all, and those where code and solver differ in whether there are
-    /// efforts with friction, or in efforts by more than a part of 1e-3.
+    /// Numbers of states that are not compared, by reason: all such states, and those where code
+    /// and solver disagree about whether efforts with friction exist, or differ in the efforts by
+    /// more than a fraction of 1e-3.
     others: BTreeMap<&'static str, [usize; 2]>,
-    /// Relative errors of the singularity index where code and solver agree, up to a part of 1e-3, on the efforts.
+    /// Relative errors of the singularity index where code and solver agree on the efforts up to a
+    /// fraction of 1e-3.
     indices: Vec<f64>,
 }
 
-/// Reason of the solver.
+/// Reason for a state that the solver does not reach.
 const UNREACHABLE: &str = "unreachable on a straight line";
 /// Random motions at each position.
 const MOTIONS: usize = 10;
 const ILL_CONDITIONED: &str = "ill-conditioned in this precision";
-/// Return codes of the code.
+/// Return codes of the generated code.
 const OK: f64 = 0.0;
 const UNDETERMINED: f64 = 1.0;
 const FRICTIONLESS: f64 = 2.0;
@@ -230,8 +246,8 @@ fn exclude_almost_locked(states: &mut [State], answers: &[f64]) {
     }
 }
 
-/// Compares answers of the code in a precision with those of the solver. `conditions` are the condition numbers of the
-/// states.
+/// Compares results of the code in one precision with those of the solver. `conditions` are the
+/// condition numbers of the states.
 fn compare(states: &[State], answers: &[f64], conditions: &[f64], precision: usize) -> Figures {
     let mut figures = Figures::default();
     let (limit, width) = (LIMITS[precision], answers.len() / states.len());
@@ -293,7 +309,7 @@ fn compare(states: &[State], answers: &[f64], conditions: &[f64], precision: usi
     figures
 }
 
-/// Compares the code of robots with the solver; returns false without a compiler.
+/// Compares the code of robots with the solver; returns false if no compiler is installed.
 fn agree(names: &[&str], count: usize) -> bool {
     let mut good = true;
     for name in names {
@@ -375,7 +391,8 @@ fn source_code_agrees_at_random_states() {
     agree(&["five-bar", "3rrr"], 400);
 }
 
-/// The measurement that the book states; `STICTION_STATES` and `STICTION_ROBOTS` (names with commas) select a part.
+/// Repeats the measurement stated in the book. `STICTION_STATES` and `STICTION_ROBOTS` (names
+/// separated by commas) select a part.
 #[test]
 #[ignore = "takes an hour"]
 fn source_code_agrees_at_many_random_states_for_the_gallery() {

@@ -6,7 +6,8 @@ use crate::common::gallery_loop;
 use stiction_program::emit::{Language, Precision};
 use stiction_program::{Feedforward, Tunable};
 
-/// Directions of friction at rest, return codes, and finite results for a million odd inputs.
+/// Directions of friction at rest and return codes are as documented, and results are finite for a
+/// million unusual inputs.
 #[test]
 fn codes_and_rest_are_as_documented() {
     let robot = gallery_loop("zhang2018-regular").unwrap();

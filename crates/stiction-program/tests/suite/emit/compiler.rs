@@ -5,17 +5,17 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use stiction_program::emit::SourceFile;
 
-/// Warnings that are errors.
+/// Warnings that count as errors.
 pub(crate) const STRICT: [&str; 5] = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"];
 
-/// Options that end a program at undefined behaviour, among it conversions of NaN to integers.
+/// Options that abort a program at undefined behaviour, including conversions of NaN to integers.
 pub(crate) const SANITIZERS: [&str; 3] =
     ["-O1", "-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all"];
 
 /// Source code in a folder, with a compiler.
 pub(crate) struct Code {
     folder: PathBuf,
-    /// Beginning of all names in the code.
+    /// Prefix of all names in the code.
     name: String,
 }
 
@@ -24,7 +24,8 @@ fn compiler() -> String {
     std::env::var("STICTION_CC").unwrap_or_else(|_| "gcc".to_owned())
 }
 
-/// Returns true if a program is installed; else says so, except in continuous integration, which has everything.
+/// Returns true if a program is installed. Otherwise prints a message, or panics in continuous
+/// integration, where all programs must be installed.
 pub(crate) fn is_installed(program: &str) -> bool {
     let runs = Command::new(program).arg("--version").output().is_ok();
     assert!(runs || std::env::var("CI").as_deref() != Ok("true"), "install {program}");
@@ -39,7 +40,7 @@ fn text(output: &Output) -> String {
     read(&output.stdout) + &read(&output.stderr)
 }
 
-/// Writes files into an empty folder.
+/// Writes files into an empty folder and returns its path.
 fn written(folder: &str, files: &[SourceFile]) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("emit").join(folder);
     let _ = fs::remove_dir_all(&folder);
@@ -57,7 +58,7 @@ fn run_in(folder: &Path, command: &mut Command) -> String {
     text(&output)
 }
 
-/// The Rust compiler, with warnings as errors.
+/// Creates a command of the Rust compiler, with warnings as errors.
 fn rustc() -> Command {
     let mut command = Command::new(std::env::var("RUSTC").unwrap_or_else(|_| "rustc".to_owned()));
     command.args(["--edition", "2021", "-D", "warnings"]);
@@ -65,8 +66,8 @@ fn rustc() -> Command {
 }
 
 impl Code {
-    /// Writes the files into an empty folder; `None` without a compiler, which continuous
-    /// integration has.
+    /// Writes the files into an empty folder. Returns `None` if no compiler is installed, which
+    /// continuous integration does not allow.
     pub(crate) fn new(folder: &str, name: &str, files: &[SourceFile]) -> Option<Self> {
         if !is_installed(&compiler()) {
             return None;
@@ -120,7 +121,8 @@ impl Code {
         self.run(&file, flags)
     }
 
-    /// Compiles the self-test by another compiler and runs it by an emulator; returns what it prints.
+    /// Compiles the self-test with another compiler and runs it in an emulator; returns what it
+    /// prints.
     pub(crate) fn selftest_by(&self, compiler: &str, emulator: &str, flags: &[&str]) -> String {
         let (source, program) = (format!("{}.c", self.name), self.folder.join("selftest_other"));
         let mut compile = Command::new(compiler);
@@ -131,17 +133,17 @@ impl Code {
         said
     }
 
-    /// Makes a target of the Makefile; returns what it prints.
+    /// Builds a target of the Makefile; returns what the command prints.
     pub(crate) fn make(&self, target: &str) -> String {
         run_in(&self.folder, Command::new("make").arg(target))
     }
 
-    /// Runs a program of Python in the folder; returns what it prints.
+    /// Runs a Python program in the folder; returns what it prints.
     pub(crate) fn python(&self, program: &str) -> String {
         run_in(&self.folder, Command::new("python3").args(["-c", program]))
     }
 
-    /// Size of code and constants, and sum of the stack of all functions, bytes.
+    /// Size of code and constants, and sum of the stack usage of all functions, both in bytes.
     pub(crate) fn size(&self, flags: &[&str]) -> (u32, u32) {
         let source = format!("{}.c", self.name);
         let compile = ["-fstack-usage", "-c", "-o", "code.o", &source];
@@ -156,7 +158,7 @@ impl Code {
     }
 }
 
-/// Compiles a main program beside code in Rust, and runs it.
+/// Compiles a main program together with Rust code, and runs it.
 pub(crate) fn rust_program(folder: &str, files: &[SourceFile], main: &str) {
     let folder = written(folder, files);
     fs::write(folder.join("main.rs"), main).unwrap();
@@ -164,8 +166,8 @@ pub(crate) fn rust_program(folder: &str, files: &[SourceFile], main: &str) {
     run_in(&folder, &mut Command::new(folder.join("program")));
 }
 
-/// Compiles and runs the self-test of code in Rust; the module also as a library without the standard
-/// library.
+/// Compiles and runs the self-test of Rust code; also compiles the module as a library without the
+/// standard library.
 pub(crate) fn rust_selftest(folder: &str, name: &str, files: &[SourceFile]) {
     let folder = written(folder, files);
     fs::write(folder.join("bare.rs"), format!("#![no_std]\npub mod {name};\n")).unwrap();

@@ -11,14 +11,14 @@ fn text<'a>(files: &'a [SourceFile], name: &str) -> &'a str {
     &files.iter().find(|file| file.name == name).unwrap_or_else(|| panic!("{name}")).text
 }
 
-/// Value of an attribute.
+/// Value of an XML attribute.
 fn attribute<'a>(xml: &'a str, name: &str) -> &'a str {
     let at = xml.find(&format!(" {name}=\"")).unwrap() + name.len() + 3;
     xml[at..].split('"').next().unwrap()
 }
 
-/// The code of both versions reproduces the solver's forces in 100 interleaved instances, saves
-/// and restores states, and refuses what is impossible; the description is that of the code.
+/// The code of both FMI versions reproduces the solver's forces in 100 interleaved instances, saves
+/// and restores states, and rejects invalid calls; the description matches the code.
 #[test]
 fn fmus_reproduce_the_solver() {
     let robot = gallery_loop("five-bar").unwrap();
@@ -86,7 +86,7 @@ fn hostile_names_stay_inside_the_description() {
     let xml = text(&files, "modelDescription.xml");
     assert_eq!(xml.matches("</ModelVariables>").count(), 1);
     assert!(!xml.contains("<!--") && !xml.contains('\u{1}') && !xml.contains("<x>"));
-    // Two actuators of one name have variables of different names.
+    // Two actuators with the same name have variables with different names.
     let names: Vec<&str> =
         xml.lines().filter(|l| l.contains(".effort")).map(|l| attribute(l, "name")).collect();
     assert!(names.len() == 2 && names[0] != names[1], "{names:?}");

@@ -1,5 +1,5 @@
-//! Kinematics, reactions, holding efforts, loads, derivatives and forward dynamics of the source code against the
-//! general solver.
+//! Kinematics, reactions, holding efforts, loads, derivatives and forward dynamics of the source
+//! code, compared with the general solver.
 
 use super::compiler::{Code, SANITIZERS, STRICT, rust_program};
 use super::labels;
@@ -14,8 +14,8 @@ use stiction_program::{Feedforward, RecordError, Tunable};
 /// Force and moment on a body, N and N m.
 const WRENCH: [f64; 6] = [10.0, -20.0, 30.0, 1.0, -2.0, 0.5];
 
-/// Results of the general solver, each group after the state: efforts, efforts under a load on the last body,
-/// reactions, holding efforts, poses, twists.
+/// Results of the general solver, after the numbers of the state: efforts, efforts under a load on
+/// the last body, reactions, holding efforts, poses, twists.
 fn row(robot: &Loop, vector: &TestVector) -> Vec<f64> {
     let TestVector { positions, rates, accelerations, efforts } = vector;
     let targets = |moves: f64| -> Vec<Target<f64>> {
@@ -57,7 +57,7 @@ fn row(robot: &Loop, vector: &TestVector) -> Vec<f64> {
     row
 }
 
-/// Rows of numbers, in brackets of the language.
+/// Formats rows of numbers, in the brackets of the language.
 fn table(rows: &[Vec<f64>], [open, close]: [&str; 2]) -> String {
     let line = |row: &Vec<f64>| {
         let numbers: Vec<String> = row.iter().map(|x| format!("{x:?}")).collect();
@@ -76,7 +76,7 @@ struct Case {
 fn case(name: &str, precision: Precision) -> Case {
     let robot = gallery_loop(name).unwrap();
     let mut tunables = Tunable::frictions(robot.solver.parameters());
-    // Loads are put behind all others.
+    // The program sorts loads behind all other parameters.
     tunables.insert(0, Tunable::Wrench(BodyId(robot.solver.mechanism().bodies().len() - 1)));
     let program = Feedforward::record(&robot.solver, &robot.signal, &tunables).unwrap();
     let functions =
@@ -128,8 +128,8 @@ fn generated_functions_in_rust_reproduce_the_solver() {
     rust_program("rust-functions", &files, &main);
 }
 
-/// Two links without mass, of 0.3 m and 0.2 m, carry a point mass. Stretched and folded, the force along them moves
-/// nothing: their mass matrix is singular.
+/// Two massless links, 0.3 m and 0.2 m long, carry a point mass. Stretched or folded, their mass
+/// matrix is singular, because the force along the links moves nothing.
 const POINT_MASS: &str = r#"
 gravity = [0, -9.81, 0]
 
@@ -171,7 +171,8 @@ motion = "swing"
 load = "none"
 "#;
 
-/// Forward dynamics returns a code, not a huge number, at positions at which rounding errors determine the accelerations.
+/// Forward dynamics returns a code instead of a huge number at positions where rounding errors
+/// determine the accelerations.
 #[test]
 fn singular_mass_matrices_are_refused() {
     let Robot { solver, signal, .. } = Robot::of(&model("point-mass", POINT_MASS), None);

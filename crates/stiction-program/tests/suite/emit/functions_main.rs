@@ -1,5 +1,5 @@
-//! Kinematics, reactions, holding efforts, loads and forward dynamics against numbers of the solver; derivatives
-//! against differences of efforts.
+//! Compares kinematics, reactions, holding efforts, loads and forward dynamics with results of the
+//! solver, and derivatives with differences of efforts.
 
 mod five_bar;
 

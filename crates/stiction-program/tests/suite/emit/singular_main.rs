@@ -12,8 +12,8 @@ fn main() {
     for straight in [0.0, core::f64::consts::PI] {
         for turned in [0.0, 1e-12, 1e-8, 1e-6, 1e-4, 1e-3, 0.1, 1.0] {
             let elbow: f64 = straight + turned;
-            // Square of the sine: the determinant of the matrix over the product of its rows and columns, but for a
-            // factor near 1.
+            // Square of the sine: up to a factor near 1, the determinant of the matrix divided by
+            // the product of its row and column scales.
             let pivot = elbow.sin().powi(2);
             let (q, qd) = ([0.3, elbow as Real], [0.7, -0.4]);
             let mut state = State::new::<Std>(&q).unwrap();

@@ -1,4 +1,4 @@
-//! Time, size and stack of the source code.
+//! Execution time, code size and stack usage of the source code.
 
 use super::compiler::Code;
 use super::labels;
@@ -7,14 +7,15 @@ use std::time::Instant;
 use stiction_program::emit::{Language, SourceOptions};
 use stiction_program::{Feedforward, Tunable};
 
-/// Greatest time of the source code with the best options of the compiler, relative to the machine code of this crate:
-/// without `info`, which is the same work, and with it, which adds the singularity index.
+/// Largest execution time of the source code with the best options of the compiler, relative to the
+/// machine code of this crate: without `info`, which is the same work, and with `info`, which adds
+/// the singularity index.
 const SLOWEST: [f64; 2] = [1.5, 1.6];
-/// Greatest size of code and constants of `3rps` with `-O2`, bytes.
+/// Largest size of code and constants of `3rps` with `-O2`, bytes.
 const LARGEST: u32 = 60_000;
 
-/// Prints the time of a call along a smooth motion at 1 kHz, of the program on this processor and of the C code, with
-/// size and stack of the code; checks them for `3rps`.
+/// Prints the time of a call along a smooth motion at 1 kHz, for the program on this processor and
+/// for the C code, and the size and stack usage of the C code; checks the values of `3rps`.
 #[test]
 #[ignore = "measures time"]
 fn speed_and_size_are_bounded() {
@@ -31,7 +32,8 @@ fn speed_and_size_are_bounded() {
         let (here, sum) = machine_code(&program);
         println!("{name}: {:?}; machine code here: {here:.0} ns", program.operations());
         for flags in [&["-O2"][..], &["-O3", "-march=native"]] {
-            // The machine may be busy: the best of several turns, in turn with the machine code.
+            // The machine may be busy: each takes the best of several runs, in alternation with the
+            // machine code.
             let (mut best, mut least) = ([f64::INFINITY; 2], here);
             for _ in 0..5 {
                 for (best, details) in best.iter_mut().zip(["-DDETAILS=0", "-DDETAILS=&info"]) {
@@ -63,7 +65,7 @@ fn speed_and_size_are_bounded() {
     }
 }
 
-/// Least time of a call, ns, and the sum of an effort over all calls, as in `speed.c`.
+/// Shortest time of a call, ns, and the sum of an effort over all calls, as in `speed.c`.
 fn machine_code(program: &Feedforward) -> (f64, f64) {
     let (rounds, calls) = (21, 2000);
     let (mut best, mut sum) = (f64::INFINITY, 0.0);
