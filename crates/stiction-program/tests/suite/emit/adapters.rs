@@ -41,8 +41,8 @@ fn python_reproduces_the_solver() {
     }
 }
 
-/// The Python adapter rejects a library of another model, with other structures, or without a
-/// fingerprint.
+/// The Python adapter rejects a library of another model, with other structures, or without the
+/// function that identifies the library.
 #[test]
 fn python_refuses_another_library() {
     let Some(code) = complete("slider-crank", Precision::Double) else { return };
