@@ -170,7 +170,7 @@ pub enum ControlType {
     ComputedTorque,
 }
 
-/// Motion for which computed torque evaluates friction.
+/// Motion at which a computed-torque controller evaluates its friction model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrictionFeed {
     /// No friction compensation.
@@ -188,7 +188,7 @@ pub struct Control {
     pub title: String,
     /// Control law.
     pub control: ControlType,
-    /// Motion for which friction is compensated.
+    /// Motion at which the controller evaluates friction for its compensation.
     pub friction: FrictionFeed,
     /// Sampling period, s; zero for a controller in continuous time.
     pub period: f64,
@@ -262,7 +262,8 @@ pub struct LoadLaw {
 }
 
 impl LoadLaw {
-    /// Load whose one nonzero component is `value`, N or N m.
+    /// Returns a load whose component `component` has the value `value`, N or N m; all other
+    /// components are zero.
     pub fn load(&self, value: f64) -> AppliedLoad<f64> {
         let mut components = [0.0; 6];
         components[self.component.min(5)] = value;
@@ -280,24 +281,24 @@ impl LoadLaw {
 /// Part that a body carries during an interval of time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Payload {
-    /// The body that carries it.
+    /// Body that carries the payload.
     pub body: BodyId,
     /// Mass, centre of mass and inertia of the part, in the frame of the body that carries it.
     pub part: Body,
-    /// Time at which it is picked up, s; -infinity if it is carried from the beginning.
+    /// Time at which the payload is picked up, s; -infinity if it is carried from the beginning.
     pub from: f64,
-    /// Time at which it is placed, s; infinity if it is not placed.
+    /// Time at which the payload is placed, s; infinity if it is never placed.
     pub until: f64,
 }
 
-/// A payload that is picked up or placed.
+/// Event at which a payload is picked up or placed.
 #[derive(Clone, Copy, Debug)]
 pub struct PayloadChange<'a> {
     /// Time, s.
     pub time: f64,
     /// The payload.
     pub payload: &'a Payload,
-    /// True if it is picked up, false if it is placed.
+    /// True if the payload is picked up, false if it is placed.
     pub picked_up: bool,
 }
 
@@ -308,16 +309,16 @@ impl PayloadChange<'_> {
     }
 }
 
-/// Sides of an instant at which a load may be discontinuous.
+/// Side of an instant. A load may be discontinuous at the instant and differ between both sides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// Just before.
+    /// Just before the instant.
     Before,
-    /// Just after.
+    /// Just after the instant.
     After,
 }
 
-/// Times that differ by less than this, s, are the same instant.
+/// Tolerance of times, s: times that differ by less are regarded as the same instant.
 const SAME_TIME: f64 = 1e-9;
 
 impl Payload {

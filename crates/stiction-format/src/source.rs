@@ -21,7 +21,7 @@ pub struct Source {
     filter: Option<f64>,
 }
 
-/// Size of the text before a piece.
+/// Numbers of bytes and lines of a text that precede one of its pieces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Begin {
     pub(crate) bytes: u64,
@@ -74,7 +74,8 @@ impl Source {
         self.changes.as_ref()
     }
 
-    /// Byte offset at which the places of the changes begin; it lies beyond all places of the text.
+    /// Byte offset that is added to places in the changes, so that they lie beyond all places in
+    /// the text.
     pub(crate) fn begin_of_changes(&self) -> usize {
         self.text.len() + 2
     }
@@ -117,7 +118,7 @@ impl Place {
     }
 }
 
-/// Greatest character boundary that is at most `at`.
+/// Byte offset of the last character boundary at or before `at`.
 pub(crate) fn boundary(text: &str, at: usize) -> usize {
     let mut at = at.min(text.len());
     while !text.is_char_boundary(at) {

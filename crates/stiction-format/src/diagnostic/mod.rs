@@ -106,7 +106,7 @@ impl Diagnostic {
         object
     }
 
-    /// Tests if `other` is the same message about the same place.
+    /// Tests if `other` has the same text and refers to the same place.
     fn repeats(&self, other: &Self) -> bool {
         let place = |d: &Self| d.place.as_ref().map(|p| (Arc::as_ptr(&p.source), p.span.clone()));
         self.message == other.message && place(self) == place(other)

@@ -35,7 +35,7 @@ pub(super) struct Description {
     pub(super) gearings: Vec<Gearing>,
     /// Extension elements of this program in the file.
     pub(super) extensions: Vec<super::extension::Entry>,
-    /// Name of the position at which joints start in the file, such as a keyframe.
+    /// Description of the configuration in which the file starts the joints, such as a keyframe.
     pub(super) position: &'static str,
 }
 
@@ -101,7 +101,8 @@ pub(super) struct Joint {
     pub(super) dofs: Vec<Coordinate>,
     /// Damping of all rotations of a spherical joint, N m s/rad.
     pub(super) damping: f64,
-    /// Pose of frame K in frame J at the file's position, for joints without scalar coordinates.
+    /// Pose of frame K in frame J in the file's configuration, for joints without scalar
+    /// coordinates.
     pub(super) start: Option<Pose<f64>>,
     /// True for a joint that closes a loop: it is not part of the tree of bodies.
     pub(super) closes: bool,
@@ -144,7 +145,7 @@ impl Joint {
         }
     }
 
-    /// Pose of frame K in frame J in the file's position.
+    /// Pose of frame K in frame J in the file's configuration.
     pub(super) fn across(&self) -> Pose<f64> {
         if let Some(start) = self.start {
             return start;
@@ -156,7 +157,7 @@ impl Joint {
         self.kind.pose(&q, self.pitch)
     }
 
-    /// Pose of `to` in `from` in the file's position.
+    /// Pose of `to` in `from` in the file's configuration.
     pub(super) fn relative(&self) -> Pose<f64> {
         self.frame_j * self.across() * self.frame_k.inverse()
     }
@@ -165,7 +166,7 @@ impl Joint {
 /// Properties of one scalar coordinate of a joint, in SI units.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Coordinate {
-    /// Value in the file's position.
+    /// Value of the coordinate in the file's configuration.
     pub(super) position: f64,
     pub(super) range: Option<[f64; 2]>,
     pub(super) damping: f64,
@@ -273,8 +274,8 @@ impl Description {
         }
     }
 
-    /// Poses of all bodies in the ground's frame at the file's position, computed first along joints that close no
-    /// loop; `None` for bodies without a connection.
+    /// Poses of all bodies in the ground's frame in the file's configuration, computed first along
+    /// joints that close no loop; `None` for bodies without a connection.
     pub(super) fn poses(&self) -> Vec<Option<Pose<f64>>> {
         let mut poses = vec![None; self.bodies.len()];
         poses[GROUND] = Some(Pose::identity());

@@ -43,8 +43,8 @@ impl Moments {
         Self { apex, mass: 0.0, first: Vec3::zero(), second: [[0.0; 3]; 3] }
     }
 
-    /// Adds a mass that is uniform over the simplex with these corners, relative to the apex; `count` is the number
-    /// of its corners, of which those at the apex are left out.
+    /// Adds a mass that is uniform over a simplex with `count` corners. `a`, `b` and `c` are
+    /// corners relative to the apex; a fourth corner is at the apex.
     fn add(&mut self, mass: f64, [a, b, c]: Triangle, count: f64) {
         let sum = a + b + c;
         self.mass += mass;

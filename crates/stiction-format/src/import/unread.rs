@@ -28,7 +28,7 @@ pub(super) const fn known(
     Known { tag, attributes, children }
 }
 
-/// List of everything, also inside.
+/// Matches all attributes, or all children with their content.
 pub(super) const ANY: &str = "*";
 
 /// Reports all elements and attributes that are not known.
@@ -44,7 +44,7 @@ pub(super) fn note(context: &Context<'_>, root: &Element, list: &[Known]) {
         entry("", &root.tag).map(|own| (root, own)).into_iter().collect();
     while let Some((element, own)) = open.pop() {
         for attribute in &element.attributes {
-            // Attributes with a prefix are of other programs.
+            // Attributes with a prefix belong to other programs.
             if own.attributes != ANY
                 && !attribute.name.contains(':')
                 && !is_known(own.attributes, &attribute.name, &attribute.value)

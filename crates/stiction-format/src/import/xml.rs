@@ -36,8 +36,8 @@ impl Attribute {
 /// Element of a robot file.
 #[derive(Clone, Debug)]
 pub(super) struct Element {
-    /// Name as written, with its prefix: `foo:joint` is no joint of the robot. Elements of this program have no prefix
-    /// here, whichever the file declares for their namespace.
+    /// Name as written, with its prefix: `foo:joint` is no joint of the robot. The prefix that the
+    /// file declares for this program's own namespace is omitted.
     pub(super) tag: String,
     /// Namespace, or the empty text for a name without one.
     pub(super) namespace: String,
@@ -156,7 +156,8 @@ pub(super) fn parse(source: &Arc<Source>) -> Result<Element, Diagnostics> {
         let at = declared.original(offset(&declared.text, error.pos()));
         let place = Place::new(source, at..at);
         match error {
-            // A second time means that the declaration does not reach the name.
+            // If the error occurs again for the same prefix, the declaration does not reach the
+            // name.
             roxmltree::Error::UnknownNamespace(prefix, _)
                 if prefix != "xacro" && !declared.prefixes.contains(&prefix) =>
             {

@@ -31,7 +31,7 @@ pub(crate) struct ActuatorSpans {
 /// Names that belong to the leg of a drive train.
 #[derive(Clone, Copy)]
 pub(crate) struct Leg<'a> {
-    /// Joint that it drives.
+    /// Joint that the drive train moves.
     pub(crate) joint: &'a str,
     /// Bodies of the leg, each by its name in the chain and in the model.
     pub(crate) bodies: &'a [(String, String)],
@@ -147,7 +147,8 @@ fn spec(
     let lead = record.quantity("lead");
     match lead {
         Some(lead) => spec = spec.lead(lead),
-        // Without the invalid lead, the joint may wrongly seem not to fit.
+        // If the lead is invalid, an apparent conflict with the joint type may be only a
+        // consequence.
         None if record.value("lead").is_some() => return None,
         None => {}
     }

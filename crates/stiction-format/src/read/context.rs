@@ -123,8 +123,8 @@ impl<'a> Context<'a> {
         self.quantity_of(value, &[measure]).map(|(number, _)| number)
     }
 
-    /// Reads a number or an expression that has one of several measures; bare numbers and errors refer to the first.
-    /// Returns the value and the measure found.
+    /// Reads a number or an expression that may be of several kinds, such as a length or an angle.
+    /// Bare numbers and error messages refer to the first kind. Returns the value and its kind.
     pub(crate) fn quantity_of(
         &self,
         value: &Value,
@@ -498,7 +498,7 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// Tables of a key, by name.
+    /// Tables in the table under a key, each with its name.
     pub(crate) fn tables(&self, key: &str) -> Vec<(&'a crate::document::Key, &'a Table)> {
         let Some(value) = self.value(key) else { return Vec::new() };
         let Some(table) = self.sub_table(value, key) else { return Vec::new() };
@@ -508,7 +508,7 @@ impl<'a> Record<'a> {
         table.entries.iter().filter_map(each).collect()
     }
 
-    /// Table of a key.
+    /// Table under a key.
     pub(crate) fn table(&self, key: &str) -> Option<&'a Table> {
         self.sub_table(self.value(key)?, key)
     }

@@ -15,7 +15,7 @@ use stiction_core::spatial::Vec3;
 /// Spring or bushing as read, with the places of its values in the text.
 pub(crate) struct SpringDraft {
     pub(crate) name: String,
-    /// `None` if its bodies, ends or values are invalid.
+    /// Specification of the spring or bushing; `None` if its bodies, ends or values are invalid.
     pub(crate) spec: Option<AnySpring>,
     pub(crate) spans: SpringSpans,
 }
@@ -168,7 +168,8 @@ fn needs_a_force(record: &Record<'_>) {
     }
 }
 
-/// Measure of a linear-or-angular value of a spring between points.
+/// Kind of the value of a key for a spring between points: the linear one of a linear-or-angular
+/// key.
 fn linear(key: &str) -> Measure {
     match key {
         "stiffness" => Measure::Stiffness,

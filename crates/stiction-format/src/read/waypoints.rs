@@ -186,7 +186,7 @@ fn channels(reader: &Reader<'_>, tables: &[&Table]) -> Option<Vec<Channel>> {
     (fine && !channels.is_empty()).then_some(channels)
 }
 
-/// Repeats the last of the values until there are `count` of them.
+/// Repeats the last value until the list has `count` values.
 fn keep<T: Clone>(values: &mut Vec<T>, count: usize) {
     if let Some(last) = values.last().cloned()
         && values.len() < count

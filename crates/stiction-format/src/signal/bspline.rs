@@ -10,8 +10,10 @@ pub(super) trait Knots {
     /// Knot with this index.
     fn at(&self, index: usize) -> f64;
 
-    /// Values at `t` of the B-splines of order `K`, beginning with number `first + 6 - K`, that are nonzero in the
-    /// interval in which the nonzero B-splines of order six begin with `first` (Cox and de Boor).
+    /// Values at `t` of the `K` B-splines of order `K` that are nonzero in one interval between
+    /// knots (Cox and de Boor). `first` is the index of the first B-spline of order six that is
+    /// nonzero in this interval; the first returned value belongs to the B-spline of order `K` with
+    /// index `first + 6 - K`.
     fn splines<const K: usize>(&self, first: usize, t: f64) -> [f64; K] {
         let mut values = [0.0; K];
         // The interval begins at knot `first + 5`.

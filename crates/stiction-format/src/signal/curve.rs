@@ -94,12 +94,12 @@ impl Curve {
         }
     }
 
-    /// Tests if a long spline needed one global solution.
+    /// Tests if the spline of a long recording was solved as a whole instead of window by window.
     pub(crate) fn is_global(&self) -> bool {
         matches!(self, Self::Spline(spline) if spline.is_global())
     }
 
-    /// Time of the first sample after `t`, s; `None` after the last.
+    /// Time of the first sample after `t`, s; `None` if no sample follows.
     pub(crate) fn after(&self, t: f64) -> Option<f64> {
         let times = match self {
             Self::Spline(spline) => spline.times(),

@@ -115,7 +115,8 @@ impl Samples {
 pub(crate) struct Spline {
     times: Arc<[f64]>,
     knots: Vec<Target<f64>>,
-    /// True if windows disagreed and the spline was solved globally.
+    /// True if the solutions of neighbouring windows disagreed, so that the spline was solved as a
+    /// whole.
     is_global: bool,
 }
 
@@ -143,7 +144,7 @@ impl Spline {
         Self { times: Arc::clone(times), knots, is_global: false }
     }
 
-    /// Tests if a long spline needed one global solution.
+    /// Tests if a long spline was solved as a whole instead of window by window.
     pub(crate) fn is_global(&self) -> bool {
         self.is_global
     }

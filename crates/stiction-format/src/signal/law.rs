@@ -284,7 +284,7 @@ impl Profile {
         }
     }
 
-    /// Times within the move, s, between which a few samples resolve it.
+    /// Times, s, that divide the move into intervals in each of which a few samples are enough.
     pub(crate) fn knots(&self) -> Vec<f64> {
         match &self.shape {
             Shape::Smooth(_) => (1..4).map(|k| self.duration * f64::from(k) / 4.0).collect(),

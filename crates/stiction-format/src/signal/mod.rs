@@ -117,8 +117,9 @@ impl Signal {
         }
     }
 
-    /// Time, s, up to which a few samples from `t` (s) on resolve the signal. It lies before the next ramp or kink,
-    /// within the period of a sine, before its next peak, or at the next sample.
+    /// Returns a time, s, after `t` (s) such that a few samples between both times resolve the
+    /// signal. It lies before the next ramp or kink, within the period of a sine, before its next
+    /// peak, or at the next sample.
     pub fn resolved_until(&self, t: f64) -> f64 {
         match &self.shape {
             Shape::Constant(_) => f64::INFINITY,

@@ -29,7 +29,7 @@ struct Map {
     joints: Vec<usize>,
 }
 
-/// Indices in the other list of the names of a list; `None` unless both lists contain the same names.
+/// For each name of `own`, its index in `other`; `None` unless both lists contain the same names.
 fn indices(own: &[&str], other: &[&str]) -> Option<Vec<usize>> {
     let known: HashMap<&str, usize> =
         other.iter().enumerate().map(|(index, name)| (*name, index)).collect();
@@ -37,7 +37,7 @@ fn indices(own: &[&str], other: &[&str]) -> Option<Vec<usize>> {
     found.filter(|_| own.len() == other.len())
 }
 
-/// Parts after `map`, in the order of their names.
+/// Applies `map` to copies of the parts, and sorts them by name.
 fn mapped<T: Clone>(parts: &[T], map: impl FnMut(&mut T), name: fn(&T) -> &String) -> Vec<T> {
     let mut parts = parts.to_vec();
     parts.iter_mut().for_each(map);
@@ -171,7 +171,7 @@ fn has_same_axes(a: &Joint, b: &Joint) -> bool {
     }
 }
 
-/// Compares the initial guesses; those of balls as rotations of the bodies.
+/// Compares the initial guesses; those of spherical joints as relative rotations of the bodies.
 fn has_same_start(a: &Joint, b: &Joint) -> bool {
     if a.joint_type == JointType::Spherical {
         let turn = |joint: &Joint| {

@@ -186,7 +186,7 @@ fn ball(parts: &Chain<'_>, size: f64) -> Option<Joint> {
     }
     let frame = Pose::at(point);
     let mut joint = parts.joint(Spherical, frame, Vec::new());
-    // Rotation across the ball at the position of the file.
+    // Relative rotation of the ball joint in the file's configuration.
     let across =
         parts.joints.iter().zip(&parts.frames).fold(Pose::identity(), |at, (own, frame)| {
             at * *frame * own.across() * frame.inverse()

@@ -72,7 +72,8 @@ fn plane(robot: &Description, closure: &Joint) -> Option<(Vec3<f64>, Pose<f64>)>
     slides.iter().all(|slide| are_perpendicular(*slide, normal)).then_some((normal, at))
 }
 
-/// Joints of the spanning tree from one body to another, each with its direction.
+/// Joints of the spanning tree on the path from one body to another. The flag is true for a joint
+/// that is traversed from its predecessor to its successor.
 fn path(robot: &Description, (from, to): (usize, usize)) -> Option<Vec<(usize, bool)>> {
     let mut reached: Vec<Option<(usize, bool)>> = vec![None; robot.bodies.len()];
     let mut open = vec![from];

@@ -118,7 +118,7 @@ impl Reader<'_, '_> {
         (element, frame): (&Element, Pose<f64>),
         class: Option<&str>,
     ) -> Option<VisualMesh> {
-        // By default they show these groups.
+        // By default, viewers show geoms of the groups up to this one.
         const SHOWN: f64 = 2.0;
         if element.tag != "geom" {
             return None;

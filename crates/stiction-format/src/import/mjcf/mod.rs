@@ -30,9 +30,9 @@ pub(super) struct Reader<'a, 'c> {
     settings: Settings,
     defaults: Defaults,
     robot: Description,
-    /// Pose of each body in the world at the position of the file.
+    /// Pose of each body in the world in the file's configuration.
     poses: Vec<Pose<f64>>,
-    /// For each body, whether it is fixed to the world.
+    /// Flag for each body, true if it is fixed to the world.
     fixed: Vec<bool>,
     /// Bodies by their names in the file.
     bodies: HashMap<String, usize>,

@@ -51,7 +51,7 @@ fn of_joint(robot: &Description, index: usize) -> String {
     out
 }
 
-/// A context without files whose remarks are not read: the joints have been written before.
+/// Creates a context without files. Its remarks are ignored: they repeat those of earlier texts.
 fn silent() -> Context<'static> {
     Context::new(&|_| Err(String::new()), false)
 }
@@ -179,7 +179,7 @@ impl Writer<'_> {
         words.join(" ")
     }
 
-    /// Names that parts do not have by default.
+    /// Writes the names of parts that differ from the default names.
     fn names(&self, out: &mut String) {
         let parts = self.group.joints.iter().chain(&self.group.bodies);
         let names: Vec<String> = parts
@@ -208,7 +208,8 @@ impl Writer<'_> {
             }
             let mut lines = String::new();
             joint::frames(&mut lines, &own);
-            // Equal legs are equal parts of loops, of which another joint of each is the last.
+            // A joint is in a loop either in all legs or in none, although the joint that closes
+            // the loop may differ.
             joint::start(&mut lines, &own, self.in_loops[self.group.legs[0].joints[index]]);
             entries.extend(lines.lines().filter_map(|line| {
                 let (name, value) = line.split_once(" = ")?;
@@ -296,7 +297,8 @@ impl Writer<'_> {
         };
     }
 
-    /// Comments of the part in all legs: those that differ only in the leg's name once.
+    /// Comments of a part in all legs. Comments that differ only in the leg's name are written
+    /// once.
     fn remarks<'c>(&self, all: impl Iterator<Item = Option<&'c str>>) -> String {
         let mut known: Vec<(String, &str, Vec<&str>)> = Vec::new();
         let mut count = 0;

@@ -22,7 +22,7 @@ use stiction_core::spatial::Vec3;
 /// Longest line of a comment, characters.
 const WIDTH: usize = 100;
 
-/// Coordinate with its value in the motion that fixes the position of the robot.
+/// Coordinate with its value in the motion that fixes the robot's configuration.
 #[derive(Clone, Debug)]
 pub(super) struct Held {
     /// Name of the coordinate, as in motions.
@@ -38,7 +38,8 @@ pub(super) struct Draft<'a> {
     pub(super) file: &'a str,
     /// Remarks, written at the top of the text.
     pub(super) notes: &'a [Note],
-    /// Coordinates that fix the position of the robot; `None` for a text from which only the mechanism is read.
+    /// Coordinates that fix the robot's configuration; `None` for a text from which only the
+    /// mechanism is read.
     pub(super) motion: Option<Vec<Held>>,
     /// Parts that are written as equal legs.
     pub(super) legs: &'a [Group],

@@ -92,7 +92,7 @@ pub(super) fn place(robot: &Description, joint: usize) -> Option<&Place> {
     }
 }
 
-/// Direct motor of a coordinate for which the file has none.
+/// Direct motor for a coordinate that has no motor in the file.
 fn plain(robot: &Description, joint: usize, dof: usize) -> Motor {
     let own = &robot.joints[joint];
     Motor {

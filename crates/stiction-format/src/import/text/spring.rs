@@ -8,8 +8,8 @@ use super::{entries, key, line, text};
 use std::collections::HashSet;
 use std::fmt::Write;
 
-/// Springs of equal legs: their names in the chain with their keys, and their names in the model. Every leg has them, with the
-/// names of springs of legs.
+/// Springs that all legs of a group have, under the default names of springs of legs. Returns the
+/// name in the chain and the keys of each spring, and the names of all these springs in the model.
 pub(super) fn of_legs(
     robot: &Description,
     group: &Group,
@@ -115,7 +115,7 @@ fn tables_of(robot: &Description, group: &Group, leg: &Leg) -> Vec<(String, Stri
     robot.spring_tables.iter().filter_map(spring).collect()
 }
 
-/// Tests if another spring than that on the joint has its name.
+/// Tests if a spring other than the one on the joint has this name.
 fn is_used(robot: &Description, name: &str) -> bool {
     robot.spring_tables.iter().any(|(known, _)| known == name)
         || robot.springs.iter().any(|spring| spring.name == name)

@@ -170,7 +170,7 @@ fn applies(key: &str, shape: InterfaceShape, joint_type: JointType) -> bool {
     }
 }
 
-/// Reports keys without meaning at any of these interfaces.
+/// Reports keys that have no meaning for any of these interfaces.
 fn not_applicable(
     context: &Context<'_>,
     record: &Record<'_>,

@@ -115,8 +115,8 @@ impl Rows {
 }
 
 impl Log {
-    /// Tests if the last accepted row has the wrong time rather than the row at `now`, s: without
-    /// the last row, `now` would follow after a regular step.
+    /// Tests if the time of the last accepted row is wrong rather than `now`, s, the time of the
+    /// present row: without the last row, `now` would follow after a regular step.
     fn has_jumped_before(&self, now: f64) -> bool {
         let [.., first, before, last] = self.times[..] else { return false };
         last > now && now > before && now - before <= JUMP * (before - first)
@@ -146,7 +146,7 @@ impl ModelFile {
             })?,
         };
         let source = Arc::new(Source::new(name, layout::with_separators(unify_line_ends(text))));
-        // Faults of names that the options give are shown there.
+        // Errors in names from an option are shown in the option's text.
         let names = format.header.join(",");
         let header = match names.is_empty() {
             true => Arc::clone(&source),
@@ -190,7 +190,8 @@ struct Reader<'a> {
 struct Meaning {
     name: String,
     role: LogRole,
-    /// Whole factor to SI units, and the number added before it.
+    /// Total conversion factor to SI units, and the number that is added before multiplication by
+    /// it.
     factor: f64,
     offset: f64,
 }

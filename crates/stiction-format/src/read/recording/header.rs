@@ -12,7 +12,7 @@ use crate::signal::recorded::lines::{Cells, Delimiter, Digits, Line};
 use crate::source::Span;
 use stiction_core::kinematics::Coordinate;
 
-/// Cure of two columns with one meaning.
+/// Remedy for two columns with the same meaning.
 const TWICE: &str = "remove one of the columns, or rename it if it has another meaning";
 
 /// Meaning of a column of a recording.

@@ -167,7 +167,7 @@ fn check_mark(
     messages.push_help("syntax", message, cell.clone(), label, Some(help.to_owned()));
 }
 
-/// Cure of a row without a number in a cell.
+/// Remedy for a row with a cell that is not a number.
 const WITHOUT_NUMBER: &str = "write the measured value, or remove the row";
 
 fn read_number(content: &str, cell: &Span, messages: &mut Messages) -> Option<f64> {

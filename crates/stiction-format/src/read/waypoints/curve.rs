@@ -95,7 +95,7 @@ impl Curve {
         Ok(None)
     }
 
-    /// Tests if this curve agrees with a finer one at the arguments, the nodes of the finer one.
+    /// Tests if this curve agrees with the curve `fine` at `arguments`, the nodes of `fine`.
     fn agrees(&self, fine: &Self, arguments: &[f64]) -> bool {
         let size = |d: usize| {
             let each = fine.pieces.iter().flat_map(|piece| piece[d]);

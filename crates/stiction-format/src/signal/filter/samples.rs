@@ -2,7 +2,7 @@
 
 use super::{Equations, MAX_RATIO, knots_needed};
 
-/// Ratio of the cut-off frequency of the filter used for comparison to that of the filter.
+/// Ratio of the cut-off frequency of the comparison filter to that of the main filter.
 const FINER: f64 = 1.5;
 
 /// Samples of several signals at the same times, accumulated in the equations of the filter.

@@ -5,15 +5,19 @@
 //! compares them with the accelerations of the motion and with the rounding of the written numbers.
 //!
 //! - Noise: residuals of interpolation through neighbouring samples ([`stencil`]). A smooth signal
-//!   leaves almost none; steps of the acceleration disturb only the residuals near them, so that
-//!   a low quantile does not see them. Noise that the written digits explain is rounding.
-//! - Outliers: accelerations by differences that lie outside all predictions from neighbours on both sides. A step
-//!   of the acceleration lies between the predictions, a wrong sample does not.
-//! - Rows in a wrong order: accelerations that become like those beside them if two values are exchanged.
-//! - Held values: each value of a moving signal stands several times, because the sensor is slower than the log.
+//!   leaves almost none. Steps of the acceleration increase only the residuals near them, so that a
+//!   low quantile of the residuals is unaffected. Noise that the written digits explain is
+//!   rounding.
+//! - Outliers: accelerations by differences that lie outside all predictions from neighbours on
+//!   both sides. A step of the acceleration lies between the predictions, a wrong sample does not.
+//! - Rows in a wrong order: accelerations that become like the neighbouring ones if two values are
+//!   exchanged.
+//! - Held values: each value of a moving signal is repeated several times, because the sensor is
+//!   slower than the log.
 //! - Contradictions: displacements that differ from the integrals of the recorded rates.
 //!
-//! Samples are analysed in blocks, so that the memory needed does not depend on the length of the recording.
+//! Samples are analysed in blocks, so that the memory needed does not depend on the length of the
+//! recording.
 
 mod histogram;
 mod order;
@@ -57,8 +61,7 @@ const CONTRADICTION_LIMIT: (f64, f64) = (0.02, 0.01);
 const END_LIMIT: f64 = 2.2;
 /// Error of the acceleration by rounded times, relative to its peak, above which it is reported.
 const TIME_LIMIT: f64 = 0.05;
-/// Least number of samples at which the coordinate moves for a contradiction in a block to be
-/// judged.
+/// Minimum number of samples in motion that a block needs for contradictions in it to be judged.
 const FEWEST_MOVING: usize = 24;
 /// Maximum number of stored outlier times.
 const MAX_OUTLIERS: usize = 64;

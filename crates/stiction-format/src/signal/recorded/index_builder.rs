@@ -11,10 +11,12 @@ use stiction_core::kinematics::Target;
 /// Builder of the index from the rows of a recording.
 pub(crate) struct IndexBuilder {
     layout: Layout,
-    /// Needed numbers of the rows of the next window; `lines` are the byte ranges of these rows.
+    /// Numbers that the curves need from the rows of the next window, by columns; `lines` are the
+    /// byte ranges of these rows.
     columns: Vec<Vec<f64>>,
     lines: Vec<Range<u64>>,
-    /// Index of the first of these rows; `begin` is that of the first core sample of the next window.
+    /// Index of the first row in `columns`; `begin` is the index of the first core sample of the
+    /// next window.
     first: usize,
     begin: usize,
     entries: Vec<WindowEntry>,

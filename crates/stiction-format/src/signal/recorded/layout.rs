@@ -17,7 +17,7 @@ pub(crate) struct Layout {
 }
 
 impl Layout {
-    /// Number of needed numbers in a row.
+    /// Number of values that the curves need from each row, including the time.
     pub(crate) fn width(&self) -> usize {
         1 + self.interpolations.iter().map(|interpolation| interpolation.columns()).sum::<usize>()
     }

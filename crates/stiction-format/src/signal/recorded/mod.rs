@@ -110,7 +110,7 @@ impl Recorded {
         self.with(index, read).flatten().unwrap_or(f64::NAN)
     }
 
-    /// Time of the first sample after `t`, s; `None` after the last.
+    /// Time of the first sample after `t`, s; `None` if no sample follows.
     pub(crate) fn after(&self, t: f64) -> Option<f64> {
         self.with(self.window_at(t), |piece| first_after(&piece.times, t)).flatten()
     }
