@@ -10,9 +10,10 @@ const REST_SPEED: f64 = 1e-9;
 pub enum Rest {
     /// All of these interfaces slide.
     Sliding,
-    /// The speed of one of them is within the noise of the rates, so the sign of its friction is unknown.
+    /// The speed of at least one interface is within the noise of the rates, so the sign of its
+    /// friction is unknown.
     Uncertain,
-    /// One of them is certainly at rest.
+    /// At least one interface is certainly at rest.
     Resting,
 }
 
