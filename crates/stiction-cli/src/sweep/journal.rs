@@ -141,7 +141,7 @@ impl Journal {
             Failure::input(format!("cannot write {}: {error}", name.display()))
                 .help("give another folder with -o")
         })?;
-        // Without its table the description means nothing.
+        // The description is useless without its table.
         let _ = std::fs::remove_file(&self.study);
         Ok(())
     }
