@@ -69,7 +69,7 @@ impl Source {
         self.filter
     }
 
-    /// The changes, one per line.
+    /// Changes of single values as one text, with one change per line.
     pub(crate) fn changes(&self) -> Option<&Arc<Self>> {
         self.changes.as_ref()
     }

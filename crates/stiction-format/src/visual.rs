@@ -27,7 +27,7 @@ pub struct Visual {
     pub body: BodyId,
     /// File of the mesh, as written in the model file.
     pub file: String,
-    /// Factors of the coordinates of the mesh.
+    /// Scale factors of the coordinates x, y and z of the mesh.
     pub scale: [f64; 3],
     /// Pose of the scaled mesh in the frame of the body.
     pub pose: Pose<f64>,

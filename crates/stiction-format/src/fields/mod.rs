@@ -29,9 +29,9 @@ pub(crate) struct Field {
 pub(crate) enum Shape {
     /// A string.
     Text,
-    /// A name of a part.
+    /// Name of a part of the model, such as a body or a joint.
     Name,
-    /// A list of names.
+    /// List of names of parts.
     Names,
     /// One of the given words.
     Choice(&'static [&'static str]),

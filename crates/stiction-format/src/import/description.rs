@@ -58,7 +58,7 @@ pub(super) struct Body {
 #[derive(Clone, Debug)]
 pub(super) struct VisualMesh {
     pub(super) file: String,
-    /// Factors of the three coordinates of the mesh.
+    /// Scale factors of the coordinates x, y and z of the mesh.
     pub(super) scale: [f64; 3],
     /// Pose of the scaled mesh in the frame of the body.
     pub(super) pose: Pose<f64>,

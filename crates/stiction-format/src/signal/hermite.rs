@@ -57,7 +57,8 @@ pub(crate) struct Samples {
 }
 
 impl Samples {
-    /// Values, rates and accelerations in this order, as far as they are given.
+    /// Creates the samples from columns: the values, then the rates and the accelerations if they
+    /// are given.
     pub(crate) fn new(columns: impl IntoIterator<Item = Vec<f64>>) -> Self {
         let mut columns = columns.into_iter();
         Self {
@@ -139,7 +140,7 @@ impl Spline {
         Self { times: Arc::clone(times), knots, is_global }
     }
 
-    /// The spline with these values, rates and accelerations.
+    /// Creates the spline with the given values, rates and accelerations at `times`.
     pub(crate) fn of_knots(times: &Arc<[f64]>, knots: Vec<Target<f64>>) -> Self {
         Self { times: Arc::clone(times), knots, is_global: false }
     }

@@ -51,7 +51,8 @@ impl Law {
         }
     }
 
-    /// Peaks of the derivatives of a smooth law over unit distance and unit duration.
+    /// Peak speed, acceleration and jerk of a smooth law for a move over unit distance in unit
+    /// time; `None` for a law with phases.
     fn unit_peaks(self) -> Option<Limits> {
         use std::f64::consts::{PI, TAU};
         match self {

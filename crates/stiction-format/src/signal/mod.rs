@@ -40,7 +40,7 @@ enum Shape {
     Constant(f64),
     Formula(Arc<Written>),
     Curve(Arc<Curve>),
-    /// Curve of a recording that is read in pieces, by its index.
+    /// Curve, given by its index, of a recording that is read in pieces.
     Recorded(Arc<Recorded>, usize),
     /// A coordinate that moves through waypoints.
     Course(Arc<Course>),
@@ -131,7 +131,7 @@ impl Signal {
         }
     }
 
-    /// Value, if it is constant.
+    /// Value of a constant signal; `None` for any other signal.
     pub fn as_constant(&self) -> Option<f64> {
         match self.shape {
             Shape::Constant(value) => Some(value),

@@ -10,7 +10,7 @@ use stiction_core::mechanism::{
 };
 use stiction_core::spatial::{Mat3, Quaternion, Vec3};
 
-/// Greatest relative difference of numbers.
+/// Greatest relative difference of numbers that count as equal.
 const TOLERANCE: f64 = 1e-12;
 
 /// Tests if both models contain the same parts with the same names and numbers, in any order. Joint frames may differ by
@@ -23,7 +23,7 @@ pub(in crate::import) fn is_same(a: &ModelFile, b: &ModelFile) -> bool {
         && a.motions.len() == b.motions.len()
 }
 
-/// Indices in the second mechanism of the parts of the first.
+/// Index in the second mechanism of each body and joint of the first.
 struct Map {
     bodies: Vec<usize>,
     joints: Vec<usize>,

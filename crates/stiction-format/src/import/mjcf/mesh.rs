@@ -22,7 +22,8 @@ pub(super) struct Meshes {
 pub(super) struct Lost {
     pub(super) why: String,
     pub(super) cure: &'static str,
-    /// The file of a mesh is absent, as in published robots without their meshes.
+    /// True if the file of the mesh is absent, as in robots that are published without their
+    /// meshes.
     pub(super) is_absent: bool,
 }
 

@@ -54,7 +54,7 @@ pub(crate) struct Recorded {
 struct WindowEntry {
     /// Time of the first sample in the core of the window, which excludes its margins, s.
     time: f64,
-    /// Knots of all curves at this sample.
+    /// Knots of all curves at the first sample in the core of the window.
     knots: Vec<Target<f64>>,
     /// Byte range of the lines of all samples of the window.
     bytes: Range<u64>,
