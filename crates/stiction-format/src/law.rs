@@ -75,11 +75,11 @@ impl Law {
 /// A condition that ends a simulation, such as `platform.z < 100 mm`.
 #[derive(Clone, Debug)]
 pub struct Condition {
-    /// The condition as written.
+    /// Text of the condition as written.
     pub text: String,
     pub(crate) left: Law,
     pub(crate) right: Law,
-    /// True for `<`, false for `>`.
+    /// True if the condition uses `<` or `<=`, false if it uses `>` or `>=`.
     pub(crate) is_less: bool,
     /// True for `<=` and `>=`, which hold at equality.
     pub(crate) or_equal: bool,

@@ -20,7 +20,7 @@ pub struct ModelFile {
     pub title: String,
     /// Source of the model's numbers, such as a publication; may be empty.
     pub source: String,
-    /// The mechanism.
+    /// Mechanism of the model.
     pub mechanism: Mechanism,
     /// Initial guesses of body poses, in the ground's frame.
     pub initial_poses: Vec<(BodyId, Pose<f64>)>,
@@ -242,22 +242,22 @@ pub struct LoadCase {
     pub wrenches: Vec<AppliedWrench>,
     /// Components that are formulas of the measured state, in addition to `wrenches`; only simulations use them.
     pub laws: Vec<LoadLaw>,
-    /// Payloads.
+    /// Payloads that bodies carry during intervals of time.
     pub payloads: Vec<Payload>,
 }
 
 /// A component of a force or moment on a body as a formula of the measured state.
 #[derive(Clone, Debug)]
 pub struct LoadLaw {
-    /// Body.
+    /// Body on which the force or moment acts.
     pub body: BodyId,
     /// Point of application, in the frame of the body, m.
     pub point: Vec3<f64>,
-    /// Axes of force and moment.
+    /// Axes in which the force or moment is expressed.
     pub axes: LoadAxes,
     /// Component: 0 to 2 of the force, 3 to 5 of the moment about the point.
     pub component: usize,
-    /// Formula, N or N m.
+    /// Formula of the component, N or N m.
     pub law: Law,
 }
 
@@ -294,9 +294,9 @@ pub struct Payload {
 /// Event at which a payload is picked up or placed.
 #[derive(Clone, Copy, Debug)]
 pub struct PayloadChange<'a> {
-    /// Time, s.
+    /// Time of the change, s.
     pub time: f64,
-    /// The payload.
+    /// Payload that is picked up or placed.
     pub payload: &'a Payload,
     /// True if the payload is picked up, false if it is placed.
     pub picked_up: bool,
@@ -399,11 +399,11 @@ impl LoadCase {
 /// A force and a moment on a body as functions of time.
 #[derive(Clone, Debug)]
 pub struct AppliedWrench {
-    /// Body.
+    /// Body on which the force and the moment act.
     pub body: BodyId,
     /// Point of application, in the frame of the body, m.
     pub point: Vec3<f64>,
-    /// Axes of force and moment.
+    /// Axes in which force and moment are expressed.
     pub axes: LoadAxes,
     /// Components of the force, N.
     pub force: [Signal; 3],
@@ -441,12 +441,12 @@ impl ModelFile {
         self.parameters.all()
     }
 
-    /// The motion with this name.
+    /// Returns the motion with this name.
     pub fn motion(&self, name: &str) -> Option<&Motion> {
         self.motions.iter().find(|(known, _)| known == name).map(|(_, motion)| motion)
     }
 
-    /// The load with this name.
+    /// Returns the load case with this name.
     pub fn load(&self, name: &str) -> Option<&LoadCase> {
         self.loads.iter().find(|(known, _)| known == name).map(|(_, load)| load)
     }

@@ -40,7 +40,7 @@ impl Source {
         Self { name: name.into(), text, begin, changes: None, filter: None }
     }
 
-    /// Size of the text that precedes the piece.
+    /// Numbers of bytes and lines of the text before the piece.
     pub(crate) fn begin(&self) -> Begin {
         self.begin
     }
@@ -84,7 +84,7 @@ impl Source {
 /// A place in a text.
 #[derive(Clone, Debug)]
 pub struct Place {
-    /// The text.
+    /// Text that contains the place.
     pub source: Arc<Source>,
     /// Byte range. May be empty or lie beyond the end of the text; no method panics.
     pub span: Range<usize>,

@@ -50,7 +50,7 @@ pub enum MeshFormat {
 /// Checked content of a mesh file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mesh {
-    /// Format.
+    /// Format of the file.
     pub format: MeshFormat,
     /// Content of the file.
     pub bytes: Vec<u8>,

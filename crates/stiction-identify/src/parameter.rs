@@ -65,7 +65,7 @@ pub struct Parameter {
     pub name: String,
     /// SI unit; empty for dimensionless parameters.
     pub unit: &'static str,
-    /// Kind, and place in the mechanism.
+    /// Kind of the parameter, with indices of the mechanism.
     pub kind: Kind,
     /// Value in the model, SI units.
     pub prior: f64,

@@ -133,7 +133,7 @@ impl Regressor {
         self.solver.mechanism()
     }
 
-    /// The compiled model.
+    /// Compiled model of the mechanism.
     pub fn model(&self) -> &Model {
         &self.model
     }

@@ -25,7 +25,7 @@ pub(super) struct Sheet<'a> {
     drawing: &'a Drawing<'a>,
     pen: Pen,
     detail: Detail,
-    /// Scale, px per m.
+    /// Scale of the picture, px per m.
     scale: f64,
     /// Point of the projected mechanism at the centre of the picture, m.
     centre: Point,

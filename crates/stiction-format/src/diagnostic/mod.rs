@@ -128,7 +128,7 @@ pub struct Diagnostics {
 }
 
 impl Diagnostics {
-    /// An empty list.
+    /// Creates an empty list of messages.
     pub fn new() -> Self {
         Self::default()
     }

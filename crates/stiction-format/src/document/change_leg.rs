@@ -3,7 +3,7 @@
 use super::change::{Outcome, Target, table_of};
 use super::{Key, Node, Table, Value};
 
-/// Tables of parts of a leg.
+/// Keys of the tables that contain the parts of a leg.
 const KINDS: [&str; 3] = ["bodies", "joints", "actuators"];
 
 /// Sets a value of a part of one leg among all groups; `None` if the path names no such part. The

@@ -12,7 +12,7 @@ pub(super) const GROUND: usize = 0;
 /// Robot: its bodies, joints, springs, gearings and motors.
 #[derive(Clone, Debug)]
 pub(super) struct Description {
-    /// Name of the format, for comments.
+    /// Name of the imported file's format, for comments in the model file.
     pub(super) format: &'static str,
     pub(super) name: String,
     pub(super) gravity: Vec3<f64>,
@@ -50,7 +50,7 @@ pub(super) struct Body {
     /// Meshes that show the body.
     pub(super) visuals: Vec<VisualMesh>,
     pub(super) place: Option<Place>,
-    /// Comment above the body's table.
+    /// Comment to be written above the body's table.
     pub(super) comment: Option<String>,
 }
 
@@ -65,7 +65,7 @@ pub(super) struct VisualMesh {
 }
 
 impl Body {
-    /// A body without mass.
+    /// Creates a body without mass.
     pub(super) fn massless(name: impl Into<String>, place: Option<Place>) -> Self {
         Self {
             name: name.into(),
@@ -195,7 +195,7 @@ pub(super) struct Spring {
 #[derive(Clone, Debug)]
 pub(super) struct Gearing {
     pub(super) name: String,
-    /// Joint, degree of freedom and factor.
+    /// Terms of the sum: index of the joint, degree of freedom and factor.
     pub(super) terms: Vec<(usize, usize, f64)>,
     pub(super) constant: f64,
     pub(super) place: Option<Place>,

@@ -27,10 +27,10 @@ use stiction_core::joint::JointType;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 use toml::Table;
 
-/// Namespace of the elements.
+/// XML namespace of the extension elements.
 pub const NAMESPACE: &str = "urn:stiction:1";
 
-/// One element.
+/// Extension element: its kind, the name of its joint or other part, and its text.
 #[derive(Clone, Debug)]
 pub(super) struct Entry {
     kind: String,

@@ -82,7 +82,7 @@ impl Moments {
         self.apex + self.first * self.mass.recip()
     }
 
-    /// Inertia about the apex.
+    /// Inertia tensor about the apex.
     fn inertia(&self) -> Mat3<f64> {
         let trace: f64 = (0..3).map(|k| self.second[k][k]).sum();
         let entry = |i: usize, j: usize| if i == j { trace } else { 0.0 } - self.second[i][j];
@@ -91,7 +91,8 @@ impl Moments {
     }
 }
 
-/// Mass with the inertia about its centre. Triangles that face inwards give a negative volume.
+/// Converts moments about the apex to a mass with its inertia about the centre of mass. Triangles
+/// that face inwards give a negative volume.
 fn about_own_com(moments: Moments) -> Mass {
     let com = moments.com();
     let moved = steiner(moments.mass, com + -moments.apex);

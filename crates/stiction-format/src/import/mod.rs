@@ -42,7 +42,7 @@ use xml::Element;
 /// Result of an import.
 #[derive(Clone, Debug)]
 pub struct Imported {
-    /// Text of a model file.
+    /// Text of the model file.
     pub text: String,
     /// Remarks on content that the model does not express, or expresses differently from the file.
     pub notes: Vec<Note>,

@@ -13,13 +13,14 @@ use super::xml::Element;
 pub(super) struct Known {
     /// Tag of the element, or `parent/tag` where the parent matters.
     pub(super) tag: &'static str,
-    /// Attributes, separated by spaces.
+    /// Names of the known attributes, separated by spaces.
     pub(super) attributes: &'static str,
-    /// Tags of children, separated by spaces. The content of children without an entry of their own does not matter.
+    /// Tags of the known children, separated by spaces. The content of children without an entry of
+    /// their own is not checked.
     pub(super) children: &'static str,
 }
 
-/// An entry of a list.
+/// Creates the entry of an element in a list of known content.
 pub(super) const fn known(
     tag: &'static str,
     attributes: &'static str,

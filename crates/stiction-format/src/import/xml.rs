@@ -55,22 +55,22 @@ impl Element {
         Place::new(&self.source, self.span.clone())
     }
 
-    /// Attribute of this name.
+    /// Returns the attribute with this name.
     pub(super) fn attribute(&self, name: &str) -> Option<&Attribute> {
         self.attributes.iter().find(|attribute| attribute.name == name)
     }
 
-    /// Value of an attribute.
+    /// Returns the value of the attribute with this name.
     pub(super) fn get(&self, name: &str) -> Option<&str> {
         self.attribute(name).map(|attribute| attribute.value.trim())
     }
 
-    /// First child with this tag.
+    /// Returns the first child with this tag.
     pub(super) fn child(&self, tag: &str) -> Option<&Self> {
         self.children.iter().find(|child| child.tag == tag)
     }
 
-    /// Children with this tag.
+    /// Returns all children with this tag.
     pub(super) fn all<'a>(&'a self, tag: &'a str) -> impl Iterator<Item = &'a Self> {
         self.children.iter().filter(move |child| child.tag == tag)
     }
@@ -115,7 +115,7 @@ impl Declared {
         self.prefixes.push(prefix);
     }
 
-    /// Offset in the original text.
+    /// Converts a byte offset in the changed text to the offset in the original text.
     fn original(&self, offset: usize) -> usize {
         if offset <= self.at { offset } else { offset.saturating_sub(self.inserted).max(self.at) }
     }

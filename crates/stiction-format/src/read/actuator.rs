@@ -28,7 +28,7 @@ pub(crate) struct ActuatorSpans {
     pub(crate) values: Vec<(String, Span)>,
 }
 
-/// Names that belong to the leg of a drive train.
+/// Names in the leg to which a drive train belongs.
 #[derive(Clone, Copy)]
 pub(crate) struct Leg<'a> {
     /// Joint that the drive train moves.

@@ -49,7 +49,7 @@ pub(crate) fn read(context: &Context<'_>) -> Table {
     table
 }
 
-/// Components of a dotted name.
+/// Splits a dotted name at its dots.
 fn segments(text: &str, key: &Span) -> Vec<Key> {
     split(text, key, '.')
         .into_iter()

@@ -266,7 +266,7 @@ fn are_different(context: &Context<'_>, bodies: &[Link]) -> bool {
     different
 }
 
-/// Words with their places.
+/// Splits a text at white space into words with their places.
 fn words(text: &str) -> Vec<Word<'_>> {
     let mut words: Vec<Span> = Vec::new();
     let mut inside = false;

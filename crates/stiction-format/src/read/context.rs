@@ -300,7 +300,7 @@ impl<'a> Context<'a> {
         text
     }
 
-    /// Reads one of several words.
+    /// Reads a string that must be one of several words.
     pub(crate) fn choice(
         &self,
         value: &Value,
@@ -340,7 +340,7 @@ pub(crate) struct Record<'a> {
     pub(crate) context: &'a Context<'a>,
     pub(crate) table: &'a Table,
     fields: &'static [Field],
-    /// Description of the table for messages.
+    /// Description of the table in messages, such as "body `bob`".
     what: String,
 }
 
@@ -439,12 +439,12 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// Reads a quantity.
+    /// Reads the quantity under a key.
     pub(crate) fn quantity(&self, key: &str) -> Option<f64> {
         self.context.quantity(self.value(key)?, self.measure(key))
     }
 
-    /// Reads three quantities.
+    /// Reads the list of three quantities under a key.
     pub(crate) fn vector(&self, key: &str) -> Option<Vec3<f64>> {
         self.context.vector(self.value(key)?, self.measure(key))
     }
@@ -456,7 +456,7 @@ impl<'a> Record<'a> {
         pieces.join(" ")
     }
 
-    /// Reads a string.
+    /// Reads the string under a key.
     pub(crate) fn text(&self, key: &str) -> Option<&'a str> {
         let what = match fields::find(self.fields, key).map(|field| field.shape) {
             Some(Shape::Name) => "a quoted name",

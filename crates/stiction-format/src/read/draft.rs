@@ -13,7 +13,7 @@ use std::sync::Arc;
 /// Reading with changes gives the same model as [`read`](crate::read) of the text with these changes.
 #[derive(Clone, Debug)]
 pub struct Draft {
-    /// The text without changes.
+    /// Text of the model without changes.
     source: Source,
     /// Changes that belong to the text itself; they are applied before those passed to
     /// [`Self::read`].

@@ -243,8 +243,8 @@ pub(super) struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// Reads the coordinates in the table. Beside a file or waypoints, the table may contain only
-    /// orders of angles.
+    /// Reads the coordinates in the table. If the motion has a file or waypoints, the table may
+    /// contain only rotation orders.
     fn coordinates(
         &mut self,
         table: &Table,

@@ -91,7 +91,7 @@ fn define(context: &Context<'_>, value: &Value) -> Option<Definition> {
     }
 }
 
-/// Order of evaluation, and cyclic definitions.
+/// Order in which definitions are evaluated, and cycles of definitions.
 struct Order {
     sorted: Vec<usize>,
     cycles: Vec<Vec<usize>>,

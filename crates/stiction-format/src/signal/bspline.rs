@@ -7,7 +7,7 @@ pub(super) const ORDER: usize = 6;
 
 /// A nondecreasing sequence of knots; the first and the last occur six times.
 pub(super) trait Knots {
-    /// Knot with this index.
+    /// Returns the knot with this index.
     fn at(&self, index: usize) -> f64;
 
     /// Values at `t` of the `K` B-splines of order `K` that are nonzero in one interval between

@@ -25,7 +25,7 @@ impl Interpolation {
         }
     }
 
-    /// Description of the interpolation for this number of samples.
+    /// Describes the interpolation in words for this number of samples.
     pub(crate) fn describe(self, count: usize) -> String {
         match self {
             Self::Spline(given) => given.describe(count),

@@ -14,14 +14,14 @@ use stiction_core::kinematics::Target;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Given {
     Values,
-    /// Values and rates.
+    /// Values and rates are given.
     Rates,
-    /// Values, rates and accelerations.
+    /// Values, rates and accelerations are given.
     Accelerations,
 }
 
 impl Given {
-    /// Description of the interpolation.
+    /// Describes the interpolation in words for this number of samples.
     pub(crate) fn describe(self, count: usize) -> String {
         match (self, count) {
             (Self::Values, 0..=6) => format!(
@@ -48,7 +48,7 @@ impl Given {
     }
 }
 
-/// The samples of one coordinate.
+/// Values of one coordinate at the samples, with the derivatives that are given.
 #[derive(Clone, Debug)]
 pub(crate) struct Samples {
     values: Vec<f64>,

@@ -30,7 +30,7 @@ impl Law {
     const ALL: [Self; 5] =
         [Self::Quintic, Self::Cycloid, Self::ModifiedSine, Self::Trapezoid, Self::SCurve];
 
-    /// The law of this name.
+    /// Returns the law with this name.
     pub(crate) fn from_name(name: &str) -> Option<Self> {
         let index = Self::NAMES.iter().position(|known| *known == name)?;
         Self::ALL.get(index).copied()
@@ -42,7 +42,7 @@ impl Law {
         index.and_then(|index| Self::NAMES.get(index)).copied().unwrap_or_default()
     }
 
-    /// Description of the limits without which no shortest duration exists.
+    /// Limits, in words, that the law needs for a shortest duration to exist.
     pub(crate) fn needs(self) -> &'static str {
         match self {
             Self::Quintic | Self::Cycloid | Self::ModifiedSine => "a limit",
@@ -249,7 +249,8 @@ impl Profile {
         [s, v * rate, a * rate * rate, j * rate * rate * rate]
     }
 
-    /// State of the profile at unit duration, evaluated by the formula of one phase.
+    /// Position and its first three derivatives at the fraction `x` of a move of unit duration,
+    /// evaluated by the formula of one phase.
     fn unit(&self, phase: usize, x: f64) -> [f64; 4] {
         use std::f64::consts::{PI, TAU};
         match &self.shape {

@@ -53,14 +53,14 @@ enum Shape {
 struct Written {
     formula: Formula,
     source: Arc<Source>,
-    /// Place of the whole value.
+    /// Place of the whole value in the text.
     value: Span,
     /// Byte offset of the formula's text in the source; `None` if the text contains escapes.
     start: Option<usize>,
 }
 
 impl Signal {
-    /// A constant.
+    /// Creates a signal with a constant value.
     pub fn constant(value: f64) -> Self {
         Self { shape: Shape::Constant(value) }
     }
@@ -87,7 +87,7 @@ impl Signal {
         Self { shape: Shape::Course(Arc::new(course)) }
     }
 
-    /// The components of the rotation vector.
+    /// Creates the signals of the three components of the rotation vector.
     pub(crate) fn turning(turning: Turning) -> [Self; 3] {
         let turning = Arc::new(turning);
         [0, 1, 2].map(|axis| Self { shape: Shape::Turning(Arc::clone(&turning), axis) })

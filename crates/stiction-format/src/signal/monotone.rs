@@ -7,7 +7,7 @@
 use std::sync::Arc;
 use stiction_core::kinematics::Target;
 
-/// Description of the interpolation.
+/// Description of the interpolation in words.
 pub(crate) const DESCRIPTION: &str = "cubic between neighbouring samples, without overshoot (Fritsch and Butland); constant before the first and after the last sample";
 
 /// Values and slopes at all samples. Each slope depends only on the sample and its two neighbours.

@@ -39,11 +39,11 @@ pub struct Options {
 /// Regression problem: rows of all fitted logs, and the priors.
 #[derive(Clone, Debug)]
 pub struct Problem<'a> {
-    /// The parameters.
+    /// Parameters of the regression.
     pub parameters: &'a [Parameter],
     /// Rows of each log.
     pub blocks: &'a [Block],
-    /// Settings.
+    /// Settings of the estimation.
     pub options: &'a Options,
 }
 

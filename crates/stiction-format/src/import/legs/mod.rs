@@ -17,7 +17,7 @@ use stiction_core::joint::JointType;
 /// Longest chain, joints: limits the time of the search.
 const LONGEST: usize = 30;
 
-/// Equal legs.
+/// Group of equal legs.
 #[derive(Clone, Debug)]
 pub(super) struct Group {
     pub(super) from: usize,
@@ -40,7 +40,7 @@ pub(super) struct Leg {
 /// A joint or body of the chain.
 #[derive(Clone, Debug)]
 pub(super) struct Part {
-    /// Name in the chain.
+    /// Name of the part in the chain.
     pub(super) key: String,
     /// Pattern of the names in the model, with `{}` for the leg's name.
     pub(super) pattern: String,

@@ -55,7 +55,7 @@ impl Map {
         Some(Self { bodies: bodies?, joints: joints? })
     }
 
-    /// Maps every part to itself.
+    /// Creates the map of a mechanism to itself.
     fn identity(of: &Mechanism) -> Self {
         let (bodies, joints) = (of.bodies().len(), of.joints().len());
         Self { bodies: (0..bodies).collect(), joints: (0..joints).collect() }

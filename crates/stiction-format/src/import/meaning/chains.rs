@@ -102,7 +102,7 @@ impl<'a> Chain<'a> {
         (point + -self.frames[index].position).cross(self.axis(index)).norm()
     }
 
-    /// The point where two axes meet.
+    /// Point where the axes of two joints meet; `None` if they do not meet.
     fn crossing(&self, a: usize, b: usize, size: f64) -> Option<Vec3<f64>> {
         let (u, v) = (self.axis(a), self.axis(b));
         let between = self.frames[b].position + -self.frames[a].position;

@@ -9,7 +9,7 @@ use super::mesh::{Fitted, Lost};
 use crate::diagnostic::quoted;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// Default density, kg/m³.
+/// Default density of geoms, kg/m³.
 const DENSITY: f64 = 1000.0;
 
 impl Reader<'_, '_> {

@@ -45,10 +45,10 @@ pub(super) struct Reader<'a, 'c> {
     meshes: mesh::Meshes,
 }
 
-/// Elements that generate bodies.
+/// Elements that generate bodies; the import does not support them.
 const GENERATORS: [&str; 5] = ["replicate", "composite", "flexcomp", "flex", "attach"];
 
-/// Reads a robot.
+/// Reads a robot from the root element of an MJCF file; `None` after an error.
 pub(super) fn read(context: &Context<'_>, root: &Element) -> Option<Description> {
     let mut root = root.clone();
     defaults::include(context, &mut root)?;

@@ -6,7 +6,7 @@ use super::super::xml::Element;
 use crate::diagnostic::quoted;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// Condition for computing inertias from geoms.
+/// Setting that determines for which bodies inertias are computed from geoms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum FromGeoms {
     Always,
@@ -206,7 +206,7 @@ impl Settings {
         Pose { position: Vec3::from(position), rotation: self.orientation(context, element) }
     }
 
-    /// Path of a mesh file.
+    /// Path of a mesh file, in the folder of meshes that the settings name.
     pub(super) fn mesh_path(&self, file: &str) -> String {
         let file = match self.strip_path {
             true => file.rsplit(['/', '\\']).next().unwrap_or(file),

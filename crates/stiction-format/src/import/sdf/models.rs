@@ -7,7 +7,7 @@ use crate::diagnostic::quoted;
 /// Greatest number of models; it limits files that include each other.
 const MOST: usize = 1000;
 
-/// A model.
+/// SDF model, or the world with its own joints and frames.
 #[derive(Debug)]
 pub(super) struct Model {
     pub(super) element: Element,

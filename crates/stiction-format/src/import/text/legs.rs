@@ -69,7 +69,7 @@ pub(super) fn driven(robot: &Description, groups: &[Group]) -> HashSet<usize> {
     joints.copied().filter(|joint| motor::of_leg(robot, *joint).is_some()).collect()
 }
 
-/// Writes all groups.
+/// Writes the tables of all groups of legs.
 pub(super) fn write(out: &mut String, robot: &Description, groups: &[Group], in_loops: &[bool]) {
     let mut count = 0;
     for group in groups {
@@ -191,7 +191,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Values that may differ between legs.
+    /// Keys and values that may differ between legs.
     fn entries(&self, joints: &[Joint], bodies: &[usize]) -> Vec<Entry> {
         let last = joints.len() - 1;
         let mut entries = vec![
@@ -269,7 +269,8 @@ impl Writer<'_> {
         own.map(|(key, value)| format!("{key} = {value}\n")).collect()
     }
 
-    /// Header of a table with the lines of the imported file, one for each leg.
+    /// Writes the header of a table, with a comment that lists the line of the part in the imported
+    /// file for each leg.
     fn table<'p>(
         &self,
         out: &mut String,

@@ -181,7 +181,7 @@ fn coordinate(name: &str) -> String {
     key(name)
 }
 
-/// A text in quotes.
+/// Puts a text in quotes, as a TOML string.
 fn text(text: &str) -> String {
     toml::Value::from(text).to_string()
 }

@@ -63,7 +63,7 @@ pub(super) fn length(value: f64) -> String {
     }
 }
 
-/// A vector of lengths.
+/// Formats a vector as a list of lengths.
 pub(super) fn lengths(v: Vec3<f64>) -> String {
     let [x, y, z] = v.to_array().map(length);
     format!("[{x}, {y}, {z}]")

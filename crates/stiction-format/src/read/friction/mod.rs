@@ -18,7 +18,7 @@ pub(crate) struct Place<'a> {
     pub(crate) joint_type: JointType,
     /// Pitch, m/rad; zero if the joint has none.
     pub(crate) pitch: f64,
-    /// Description of the joint for messages.
+    /// Description of the joint in messages.
     pub(crate) what: &'a str,
 }
 

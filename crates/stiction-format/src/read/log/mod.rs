@@ -20,7 +20,7 @@ use stiction_core::kinematics::Coordinate;
 /// Meaning of a column of a log.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LogRole {
-    /// Time.
+    /// Time of the row.
     Time,
     /// Position of a coordinate.
     Coordinate(Coordinate),
@@ -43,9 +43,9 @@ pub enum LogRole {
 pub struct LogColumn {
     /// Name as written in the log, without the unit.
     pub name: String,
-    /// Meaning of the values.
+    /// Meaning of the column.
     pub role: LogRole,
-    /// Values, SI units.
+    /// Values of the column, one per time, SI units.
     pub values: Vec<f64>,
 }
 
@@ -54,7 +54,7 @@ pub struct LogColumn {
 pub struct Rows {
     /// First omitted rows, each with its line and the reason.
     pub named: Vec<(usize, String)>,
-    /// Number of all omitted rows.
+    /// Total number of omitted rows.
     pub count: usize,
 }
 
@@ -67,7 +67,7 @@ pub struct Log {
     pub lines: Vec<usize>,
     /// All columns except the time.
     pub columns: Vec<LogColumn>,
-    /// Omitted rows.
+    /// Rows that were omitted because they are invalid.
     pub bad_rows: Rows,
     /// True for a table of steady motions: each row is a motion of constant rate, not an instant.
     pub is_steady: bool,

@@ -23,7 +23,7 @@ const MAX_GLOBAL_BYTES: u64 = 1 << 30;
 /// Valid recording: its header, times and curves.
 pub(super) struct Recording {
     pub(super) header: Header,
-    /// The page that contains the header.
+    /// Page of the text that contains the header.
     pub(super) header_page: Arc<Source>,
     pub(super) samples: SampleTimes,
     pub(super) curves: Vec<RecordedCurve>,
@@ -34,7 +34,7 @@ pub(super) type ReadHeader<'a> = &'a dyn Fn(&str, Line, Delimiter, &mut Messages
 
 /// Curve through the samples of one coordinate or effort.
 pub(super) struct RecordedCurve {
-    /// Column of its values.
+    /// Index of the column with the values of the coordinate or effort.
     pub(super) column: usize,
     pub(super) interpolation: Interpolation,
     pub(super) signal: Signal,
@@ -176,7 +176,7 @@ impl RecordedCurve {
 }
 
 impl Recording {
-    /// Tests if any coordinate is noisy.
+    /// Tests if any coordinate of the recording is noisy.
     pub(super) fn is_noisy(&self) -> bool {
         self.curves.iter().any(RecordedCurve::is_noisy)
     }

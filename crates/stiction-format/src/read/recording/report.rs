@@ -40,7 +40,7 @@ impl<'a> Report<'a> {
         }
     }
 
-    /// Returns notes, warnings and errors.
+    /// Returns the collected notes, warnings and errors.
     pub(super) fn finish(self) -> (Vec<String>, Diagnostics, Diagnostics) {
         (self.notes, self.warnings, self.errors)
     }
@@ -293,7 +293,7 @@ fn derivative(name: &str, order: usize) -> String {
     }
 }
 
-/// A number with four significant digits.
+/// Formats a number with four significant digits.
 pub(super) fn short(x: f64) -> String {
     if x == 0.0 || !x.is_finite() {
         return number(x);

@@ -49,7 +49,7 @@ impl Rows {
         self.header
     }
 
-    /// The last row, in SI units.
+    /// Numbers of the last row, in SI units.
     pub(super) fn row(&self) -> &[f64] {
         &self.row
     }

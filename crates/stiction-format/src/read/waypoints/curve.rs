@@ -27,7 +27,7 @@ fn node(k: usize) -> f64 {
     0.5 * (1.0 - (PI * k as f64 / (NODES - 1) as f64).cos())
 }
 
-/// Barycentric weight of a node.
+/// Barycentric weight of Chebyshev node `k`.
 fn weight(k: usize) -> f64 {
     let sign = if k.is_multiple_of(2) { 1.0 } else { -1.0 };
     if k == 0 || k == NODES - 1 { 0.5 * sign } else { sign }
@@ -111,7 +111,7 @@ impl Curve {
         })
     }
 
-    /// First three derivatives at `x`.
+    /// Evaluates the first three derivatives of the function at `x`.
     pub(super) fn at(&self, x: f64) -> [f64; 3] {
         let count = self.pieces.len();
         let place = (x - self.from) / (self.to - self.from) * count as f64;

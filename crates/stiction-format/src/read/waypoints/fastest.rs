@@ -48,7 +48,7 @@ pub(super) fn fastest(
     (duration > 0.0).then(|| profile.stretched(duration))
 }
 
-/// Magnitudes of vectors from their components.
+/// Computes the magnitudes of three vectors from their components.
 pub(super) fn magnitudes(components: impl Iterator<Item = [f64; 3]>) -> [f64; 3] {
     components.fold([0.0; 3], |sum: [f64; 3], each| [0, 1, 2].map(|k| sum[k].hypot(each[k])))
 }

@@ -52,14 +52,14 @@ impl Goals {
         scalars.chain(self.turnings.iter().flat_map(|(_, turn)| turn.along(k, state))).collect()
     }
 
-    /// Targets at a time, s.
+    /// Targets of the prescribed coordinates at a time, s.
     fn at(&self, t: f64) -> Vec<Target<f64>> {
         let scalars = self.courses.iter().map(|(_, course)| course.at(t));
         scalars.chain(self.turnings.iter().flat_map(|(_, turning)| turning.at(t))).collect()
     }
 }
 
-/// The mechanism at the first waypoint.
+/// Assembles the mechanism at the first waypoint.
 fn first(reader: &Reader<'_>, goals: &Goals) -> Option<Result<InverseDynamics, AssemblyError>> {
     let assembly = reader.assembly?;
     let (mechanism, poses) = (assembly.mechanism.clone(), assembly.initial_poses);

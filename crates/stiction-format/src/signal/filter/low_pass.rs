@@ -12,7 +12,7 @@ pub struct LowPass {
     ends: (f64, f64),
 }
 
-/// Filtered coordinate with its noise.
+/// Filtered coordinate, and standard deviations of its noise.
 #[derive(Clone, Debug)]
 pub struct Smooth {
     /// Value, rate and acceleration as functions of time; exactly at rest where the samples are consistent with rest.

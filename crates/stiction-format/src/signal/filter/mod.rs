@@ -49,8 +49,9 @@ const SMEARING_SIGMAS: f64 = 4.0;
 const STEP_DIFFERENCE: f64 = 0.1194;
 /// Product of the cut-off frequency and the time in which the filtered signal rises from 10 % to 90 % of a step.
 const RISE: f64 = 0.40;
-/// `∫ (u^2/(1 + WEIGHT u^8))^2 du` from 0 to infinity: the squared amplitude of the acceleration, where `u` is the
-/// ratio of frequency to cut-off frequency. In closed form `(3/64) π/sin(3π/8) WEIGHT^(-5/8)`.
+/// Integral of the squared amplitude of filtered accelerations, `∫ (u^2/(1 + WEIGHT u^8))^2 du`
+/// from 0 to infinity, where `u` is the ratio of frequency to cut-off frequency. In closed form
+/// `(3/64) π/sin(3π/8) WEIGHT^(-5/8)`.
 const ACCELERATION_AREA: f64 = 0.276_51;
 /// `∫ (1/(1 + WEIGHT u^8))^2 du` and `∫ (u/(1 + WEIGHT u^8))^2 du` from 0 to infinity, for value and rate. In
 /// closed form `(7/64) π/sin(π/8) WEIGHT^(-1/8)` and `(5/64) π/sin(3π/8) WEIGHT^(-3/8)`.
@@ -100,7 +101,7 @@ struct Equations {
     rights: Vec<Vec<f64>>,
     /// Weighted sum of squares of each signal.
     squares: Vec<f64>,
-    /// Sum of the weights, s.
+    /// Sum of the weights of all samples, s.
     weights: f64,
     count: usize,
 }
@@ -143,7 +144,8 @@ impl Equations {
         self.weights / self.count.max(1) as f64
     }
 
-    /// The matrix of the equations.
+    /// Computes the matrix of the least-squares equations, with the penalty on the fourth
+    /// derivative.
     fn matrix(&self) -> Banded {
         let mut matrix = self.gram.clone();
         self.knots.add_penalty(&mut matrix, WEIGHT / (TAU * self.cutoff).powi(8));

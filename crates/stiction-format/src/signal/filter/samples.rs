@@ -74,7 +74,7 @@ impl Samples {
         self.last = Some((time, values, gap));
     }
 
-    /// Adds the last sample.
+    /// Completes the equations with the last sample.
     pub(crate) fn finish(mut self) -> Self {
         if let Some((time, values, gap)) = self.last.take() {
             self.take(time, &values, gap.unwrap_or(0.0));

@@ -1,4 +1,4 @@
-//! The cut-off frequency that fits a recording.
+//! Suggests a cut-off frequency for the filter of a recording.
 
 use super::{MAX_RATIO, MIN_PERIODS, Samples};
 

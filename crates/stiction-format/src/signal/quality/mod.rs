@@ -30,7 +30,7 @@ use order::{exchanged, held};
 use outliers::{excess, excess_at_end};
 use stencil::{Stencil, residuals};
 
-/// Samples per block.
+/// Number of samples per analysed block.
 const BLOCK: usize = 256;
 /// Samples needed on either side of an analysed sample.
 pub(crate) const MARGIN: usize = 8;
@@ -47,11 +47,11 @@ const NOISE_LIMIT: f64 = 0.014;
 const EXPLAINED: f64 = 6.0;
 /// Error of the acceleration, relative to its peak, above which an outlier is reported.
 const OUTLIER_LIMIT: f64 = 0.025;
-/// Factor by which outliers exceed the typical error of predictions in the recording.
+/// Minimum ratio of an outlier to the typical error of predictions in the recording.
 const OUTLIER_FACTOR: f64 = 5.0;
-/// Factor by which outliers exceed the standard deviation of noise and rounding.
+/// Minimum ratio of an outlier to the standard deviation of noise and rounding.
 const OUTLIER_SIGMAS: f64 = 8.0;
-/// Factor by which outliers exceed the standard deviation of the acceleration that noise causes.
+/// Minimum ratio of an outlier to the standard deviation of the acceleration that noise causes.
 const OUTLIER_NOISE: f64 = 4.0;
 /// Contradiction, relative to the root mean square of the derivative, above which it is reported: at a single sample,
 /// and for half of a block.
@@ -82,7 +82,7 @@ impl Peak {
     }
 }
 
-/// Noise of a column.
+/// Estimated noise of a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Noise {
     /// Order of the derivative in the column.
@@ -241,7 +241,7 @@ impl Quality {
         }
     }
 
-    /// Completes the test.
+    /// Completes the test and returns its findings.
     pub(crate) fn finish(mut self) -> Findings {
         if self.next < self.times.len() {
             self.block(self.next..self.times.len());
@@ -446,7 +446,7 @@ impl Quality {
         }
     }
 
-    /// Collects exchanged rows and held values.
+    /// Detects exchanged rows and held values in a range of samples.
     fn order_of_rows(&mut self, samples: std::ops::Range<usize>, found: &[Option<(f64, f64)>]) {
         let (t, y) = (&self.times, &self.columns[0]);
         for i in samples.clone() {

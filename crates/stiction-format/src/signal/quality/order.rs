@@ -26,9 +26,10 @@ fn accelerations(t: &[f64], y: impl Fn(usize) -> f64, range: Range<usize>) -> Ve
     range.map(at).collect()
 }
 
-/// Error of the acceleration at sample `i` if its value and that of one of the next samples are exchanged: with the
-/// values exchanged back, the accelerations are like those beside them. `found` are the accelerations with the
-/// standard deviations of their rounding.
+/// Error of the acceleration at sample `i` if its value and that of one of the next samples are
+/// exchanged; `None` if they are not. Two values count as exchanged if exchanging them back makes
+/// the accelerations like the neighbouring ones. `found` are the accelerations with the standard
+/// deviations of their rounding.
 pub(super) fn exchanged(
     t: &[f64],
     y: &[f64],

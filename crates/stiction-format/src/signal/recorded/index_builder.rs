@@ -33,7 +33,7 @@ pub(crate) enum Indexed {
     /// The recording can be read in pieces. The flags, one for each curve, are true if all its
     /// knots are finite.
     Pieces(Arc<Recorded>, Vec<bool>),
-    /// The recording needs one global solution.
+    /// The spline of the recording must be solved as a whole.
     Global,
 }
 
@@ -70,7 +70,7 @@ impl IndexBuilder {
         }
     }
 
-    /// Completes the index.
+    /// Completes the index after the last row.
     pub(crate) fn finish(mut self, store: &Arc<dyn Store>, name: &str) -> Indexed {
         let count = self.count();
         let end = self.columns.first().and_then(|times| times.last()).copied();

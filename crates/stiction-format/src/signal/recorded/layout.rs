@@ -12,7 +12,7 @@ pub(crate) struct Layout {
     pub(crate) delimiter: Delimiter,
     /// For each column of the file: its index among the needed numbers, if any, and its unit.
     pub(crate) columns: Vec<(Option<usize>, Scale)>,
-    /// Interpolation of each curve.
+    /// Interpolation of each curve between samples.
     pub(crate) interpolations: Vec<Interpolation>,
 }
 

@@ -29,7 +29,7 @@ use stiction_core::kinematics::Target;
 /// Number of recently used pieces that are kept in addition to the threads' caches.
 const KEPT: usize = 4;
 
-/// Identifier of a recording.
+/// Identifier of the next recording that is indexed.
 static NEXT: AtomicU64 = AtomicU64::new(0);
 
 /// Index of a recording, and its recently used pieces.
