@@ -44,7 +44,7 @@ pub struct ModelFile {
 }
 
 impl From<Mechanism> for ModelFile {
-    /// A mechanism without motions, loads or parameters.
+    /// Creates a model with this mechanism, without motions, loads or parameters.
     fn from(mechanism: Mechanism) -> Self {
         Self {
             name: mechanism.name().to_owned(),

@@ -85,7 +85,8 @@ fn segments(path: &str) -> Vec<String> {
     parts.iter().map(|part| part.trim().to_owned()).collect()
 }
 
-/// Parses the value of a change as TOML, and text that is no valid TOML as a string without quotes.
+/// Parses the value of a change as TOML. Text that is not valid TOML is read as a string without
+/// quotes.
 fn read_value(written: &str, begin: usize) -> Value {
     const KEY: &str = "v=";
     let text = format!("{KEY}{written}");

@@ -115,7 +115,7 @@ pub(super) struct Joint {
 }
 
 impl Joint {
-    /// A joint whose frames J and K are the frames of its bodies.
+    /// Creates a joint whose frames J and K coincide with the frames of its bodies.
     pub(super) fn new(name: impl Into<String>, kind: JointType, ends: (usize, usize)) -> Self {
         let dofs = if kind.has_scalar_coordinates() { kind.dofs().len() } else { 0 };
         Self {

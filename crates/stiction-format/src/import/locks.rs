@@ -1,4 +1,4 @@
-//! Couplings of a single coordinate: they lock its joint.
+//! Couplings of a single coordinate, which lock its joint.
 
 use super::context::Context;
 use super::description::Description;

@@ -58,7 +58,8 @@ impl Moments {
         }
     }
 
-    /// Pyramids from the apex to all triangles, with density 1; `sign` maps their signed volumes to masses.
+    /// Sums the moments of pyramids from the apex to all triangles, with density 1; `sign` maps
+    /// their signed volumes to masses.
     fn of_pyramids(triangles: &[Triangle], apex: Vec3<f64>, sign: fn(f64) -> f64) -> Self {
         let mut moments = Self::none(apex);
         for triangle in triangles {
@@ -69,7 +70,7 @@ impl Moments {
         moments
     }
 
-    /// Triangles with density 1 per area.
+    /// Sums the moments of all triangles, with mass 1 per area.
     fn of_surface(triangles: &[Triangle], apex: Vec3<f64>) -> Self {
         let mut moments = Self::none(apex);
         for triangle in triangles {

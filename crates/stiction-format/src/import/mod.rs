@@ -89,8 +89,8 @@ pub fn import(
     }
 }
 
-/// Remark that shapes are omitted, as a model has none; `is_shown` if meshes of some bodies are
-/// kept.
+/// Remark that shapes are omitted, because a model has none. `is_shown` is true if meshes of some
+/// bodies are kept.
 fn left_out_shapes(is_shown: bool) -> &'static str {
     match is_shown {
         true => {

@@ -33,7 +33,7 @@ fn outside_loops(robot: &Description) -> Fixed {
         if !matches!(joint.kind, JointType::Free | JointType::Spherical) {
             continue;
         }
-        // The joint may be directed towards the ground.
+        // The predecessor may be the body farther from the ground.
         let is_carried = !robot.reached_without(index, GROUND)[joint.to];
         let carried = if is_carried { joint.to } else { joint.from };
         let (body, Some(pose)) = (BodyId(carried), poses[carried]) else { continue };

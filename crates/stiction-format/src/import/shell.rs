@@ -10,8 +10,9 @@ pub(super) fn sphere(radius: f64) -> Mass {
     with_moments(mass, [2.0 / 3.0 * mass * radius * radius; 3])
 }
 
-/// Ellipsoid with these half axes, m, by MuJoCo's rules: the area by Thomsen's approximation (within 1.1 %), the mass in
-/// the layer up to half axes that are longer by a constant.
+/// Mass properties of the surface of an ellipsoid with these half axes, m, by MuJoCo's rules: the
+/// area by Thomsen's approximation (accurate to 1.1 %), and the mass distribution of a thin layer
+/// between the ellipsoid and one whose half axes are longer by a constant.
 pub(super) fn ellipsoid([a, b, c]: [f64; 3]) -> Mass {
     const EXPONENT: f64 = 1.6075;
     /// Thickness of the layer, m: that of MuJoCo, whose results depend on it to first order.

@@ -75,7 +75,7 @@ impl Element {
         self.children.iter().filter(move |child| child.tag == tag)
     }
 
-    /// The element with its name for messages: "joint `knee`".
+    /// Description of the element for messages, such as "joint `knee`".
     pub(super) fn title(&self) -> String {
         match self.get("name") {
             Some(name) => format!("{} {}", self.tag, quoted(name)),
@@ -121,7 +121,7 @@ impl Declared {
     }
 }
 
-/// Byte offset after the name in the first start tag.
+/// Byte offset of the end of the name in the first start tag.
 fn end_of_root_name(text: &str) -> Option<usize> {
     let mut at = 0;
     loop {

@@ -78,7 +78,7 @@ pub(crate) fn read(
     ActuatorDraft { name, spec, spans }
 }
 
-/// Joints that a motor drives, each with its coefficient.
+/// Reads the joints that a motor drives, each with its coefficient.
 fn driven_joints(record: &Record<'_>, what: &str) -> Option<Vec<(String, f64)>> {
     let context = record.context;
     match (record.value("joint"), record.value("joints")) {
@@ -100,7 +100,7 @@ fn driven_joints(record: &Record<'_>, what: &str) -> Option<Vec<(String, f64)>> 
     }
 }
 
-/// Coefficients of joints by name.
+/// Reads a table of coefficients by joint name.
 pub(crate) fn coefficients(record: &Record<'_>, key: &str) -> Option<Vec<(String, f64)>> {
     let table = record.table(key)?;
     let each = table.entries.iter().map(|(joint, value)| {
@@ -110,7 +110,7 @@ pub(crate) fn coefficients(record: &Record<'_>, key: &str) -> Option<Vec<(String
     each.collect::<Vec<_>>().into_iter().collect()
 }
 
-/// Adds the axis of a spinning rotor.
+/// Reads the axis of a spinning rotor and adds it to the specification.
 fn with_axis(
     record: &Record<'_>,
     spec: DriveTrainSpec,

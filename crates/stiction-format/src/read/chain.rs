@@ -93,7 +93,7 @@ impl Text<'_> {
     }
 }
 
-/// Symbol of a joint without the asterisk of an actuator.
+/// Symbol of a joint, without the asterisk that marks it as actuated.
 fn symbol(word: &str) -> &str {
     word.trim_end_matches('*')
 }

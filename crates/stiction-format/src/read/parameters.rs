@@ -64,7 +64,7 @@ fn check_name(context: &Context<'_>, name: &str, span: &Span) {
     );
 }
 
-/// Similar name that is valid and not in use.
+/// Suggests a similar name that is valid and not in use.
 fn possible(name: &str, context: &Context<'_>) -> String {
     let allowed = |c: char| if c.is_alphanumeric() || c == '_' { c } else { '_' };
     let mut near: String = name.chars().map(allowed).collect();

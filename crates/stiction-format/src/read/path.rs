@@ -12,14 +12,14 @@ use stiction_core::joint::JointType;
 use stiction_core::kinematics::{AngleOrder, Coordinate};
 use stiction_core::mechanism::{BodyId, JointId};
 
-/// A value in nested tables with its full name.
+/// Value in nested tables, with its full name.
 pub(crate) struct Leaf<'a> {
     pub(crate) path: String,
     /// Place of the last key of the path.
     pub(crate) key: Span,
-    /// Range of the key before the last; of the last key if the path has only one.
+    /// Range of the second-last key of the path, or of the last key if the path has only one.
     pub(crate) owner: Span,
-    /// The value; `None` for an empty table.
+    /// Value of the key; `None` for an empty table.
     pub(crate) value: Option<&'a Value>,
 }
 

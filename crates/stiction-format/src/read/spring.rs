@@ -133,7 +133,7 @@ fn refuse(record: &Record<'_>, kind: &str, keys: &[&[&str]]) {
     }
 }
 
-/// The two bodies and the points on them.
+/// Reads the two bodies and the points on them.
 fn ends(record: &Record<'_>, key: &Key) -> Option<SpringSpec> {
     let (from, to) = (record.text("from")?, record.text("to")?);
     let end = |key: &str| match record.value(key) {
@@ -230,7 +230,7 @@ fn on_joint(record: &Record<'_>, key: &Key, joints: &[JointDraft]) -> Option<Joi
     Some(spec.preload(preload?).damping(damping?))
 }
 
-/// Degree of freedom with this name, `joint` or `joint.dof`.
+/// Finds the degree of freedom named `joint` or `joint.dof`.
 fn dof(joints: &[JointDraft], name: &str) -> Option<&'static Dof> {
     joints.iter().find_map(|joint| match joint.joint_type?.dofs() {
         [only] if joint.name == name => Some(only),

@@ -27,7 +27,7 @@ use timing::Timing;
 pub(super) struct Waypoints {
     pub(super) coordinates: Vec<(Coordinate, Signal)>,
     pub(super) duration: f64,
-    /// Description of motion laws and times of arrival.
+    /// Description of the motion laws and the times of arrival, in words.
     pub(super) description: String,
 }
 

@@ -44,8 +44,8 @@ pub(super) trait Knots {
         }
     }
 
-    /// Value and first and second derivative at `t` of the spline with the coefficients `c` from
-    /// number `first` on, in the interval where the nonzero B-splines begin with `first`.
+    /// Value, first and second derivative at `t` of a spline, in the interval where the nonzero
+    /// B-splines begin with index `first`. `c` are the coefficients of these B-splines.
     fn target(&self, mut c: [f64; ORDER], first: usize, t: f64) -> Target<f64> {
         let value = dot(&c, &self.splines::<ORDER>(first, t));
         self.differentiate(&mut c, first, ORDER);
@@ -56,7 +56,7 @@ pub(super) trait Knots {
     }
 }
 
-/// The coefficients of the B-splines that can be nonzero in the interval of number `first`.
+/// Coefficients of the B-splines that can be nonzero in an interval, beginning with index `first`.
 pub(super) fn local(coefficients: &[f64], first: usize) -> [f64; ORDER] {
     std::array::from_fn(|k| coefficients.get(first + k).copied().unwrap_or(f64::NAN))
 }

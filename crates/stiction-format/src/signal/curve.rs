@@ -108,7 +108,7 @@ impl Curve {
         first_after(times, t)
     }
 
-    /// Value at `t`; at a sample exactly the value of the sample.
+    /// Evaluates the function at `t`, s. At a sample, the value is exactly that of the sample.
     pub(crate) fn at(&self, t: f64) -> Target<f64> {
         match self {
             Self::Spline(spline) => spline.at(t),

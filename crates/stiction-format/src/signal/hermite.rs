@@ -122,7 +122,7 @@ pub(crate) struct Spline {
 }
 
 impl Spline {
-    /// Spline through `samples` at two or more strictly increasing `times`.
+    /// Creates the spline through `samples` at two or more strictly increasing `times`.
     pub(crate) fn new(times: &Arc<[f64]>, samples: Samples) -> Self {
         let part =
             |list: &[f64], window: Range<usize>| list.get(window).unwrap_or_default().to_vec();
@@ -160,7 +160,7 @@ impl Spline {
         &self.times
     }
 
-    /// Value at `t`; at a sample exactly the value of the sample.
+    /// Evaluates the spline at `t`, s. At a sample, the value is exactly that of the sample.
     pub(crate) fn at(&self, t: f64) -> Target<f64> {
         let last = self.times.len().saturating_sub(2);
         let i = self.times.partition_point(|&time| time <= t).saturating_sub(1).min(last);

@@ -90,8 +90,8 @@ struct Piece {
 }
 
 impl Profile {
-    /// The fastest move over unit distance within limits; `None` if the law has no shortest duration
-    /// under these limits.
+    /// Creates the fastest move over unit distance within limits; `None` if the law has no shortest
+    /// duration under these limits.
     pub(crate) fn fastest(law: Law, limits: Limits) -> Option<Self> {
         let [speed, acceleration, jerk] = limits;
         if let Some([v, a, j]) = law.unit_peaks() {
@@ -123,8 +123,8 @@ impl Profile {
         Some(Self::s_curve(step, hold, cruise))
     }
 
-    /// A trapezoid or s-curve of unit duration: `ramp` is the duration of the acceleration, up to 0.5, and `step`
-    /// that of each jerk phase as a fraction of `ramp`, up to 0.5.
+    /// Creates a trapezoid or s-curve of unit duration. `ramp` is the duration of the acceleration,
+    /// up to 0.5, and `step` that of each jerk phase as a fraction of `ramp`, up to 0.5.
     pub(crate) fn of_phases(law: Law, ramp: f64, step: f64) -> Self {
         let cruise = 1.0 - 2.0 * ramp;
         match law {
@@ -155,7 +155,7 @@ impl Profile {
         Self { duration, ..self }
     }
 
-    /// A move of given duration, without limits.
+    /// Creates a move of given duration, without limits.
     pub(crate) fn lasting(law: Law, duration: f64) -> Self {
         let profile = match law {
             Law::Trapezoid => Self::trapezoid(1.0, 1.0),
@@ -193,7 +193,7 @@ impl Profile {
         ])
     }
 
-    /// A profile from phases with their durations, initial accelerations, and jerks.
+    /// Creates a profile from the duration, initial acceleration and jerk of each phase.
     fn of_accelerations(phases: &[(f64, f64, f64)]) -> Self {
         let duration: f64 = phases.iter().map(|(time, ..)| time).sum();
         let (mut pieces, mut begin, mut position, mut speed) = (Vec::new(), 0.0, 0.0, 0.0);
@@ -209,7 +209,8 @@ impl Profile {
         Self { duration, shape: Shape::Pieces(pieces) }
     }
 
-    /// Position between 0 and 1 and its first and second derivatives at a time, s, after the begin.
+    /// Position between 0 and 1 and its first and second derivatives at a time, s, after the
+    /// beginning.
     pub(crate) fn at(&self, time: f64) -> [f64; 3] {
         if time <= 0.0 {
             return [0.0; 3];

@@ -139,7 +139,7 @@ impl Signal {
         }
     }
 
-    /// Diagnostic if the value or a derivative at time `t` (s) is not finite.
+    /// Returns a diagnostic if the value or a derivative at time `t` (s) is not finite.
     pub fn fault_at(&self, t: f64) -> Option<Diagnostic> {
         self.checked_at(t).err()
     }

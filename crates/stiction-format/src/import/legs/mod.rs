@@ -14,7 +14,7 @@ use names::Pattern;
 use std::collections::{HashMap, HashSet};
 use stiction_core::joint::JointType;
 
-/// Longest chain, joints: limits the time of the search.
+/// Maximum number of joints in a chain; it limits the time of the search.
 const LONGEST: usize = 30;
 
 /// Group of equal legs.

@@ -69,7 +69,7 @@ pub(super) fn patterns(names: &[&str]) -> Vec<Pattern> {
     patterns
 }
 
-/// The pattern without the leg's name and the separators beside it.
+/// Removes the leg's name and adjacent separators from a pattern.
 pub(super) fn bare(pattern: &str) -> String {
     let (before, after) = pattern.split_once("{}").unwrap_or((pattern, ""));
     let is_separator = |c: char| !c.is_alphanumeric();

@@ -13,7 +13,7 @@ const SAME: f64 = 5e-13;
 /// Difference of an entry of a rotation from 0 or 1 that is attributed to rounding.
 const WHOLE: f64 = 4e-15;
 
-/// A way to place the legs of a group.
+/// Axis and angles that place the legs of a group.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::import) struct Placement {
     pub(in crate::import) axis: Vec3<f64>,
@@ -92,7 +92,8 @@ fn short(angle: f64) -> f64 {
     if degrees == 0.0 { 0.0 } else { degrees.to_radians() }
 }
 
-/// Joints of each leg without its rotation; numbers that differ from those of the first leg by rounding are equal.
+/// Joints of each leg without its rotation. Numbers that differ from those of the first leg only by
+/// rounding are replaced by the numbers of the first leg.
 pub(in crate::import) fn unrotated(
     robot: &Description,
     group: &Group,
@@ -167,7 +168,7 @@ fn unrotated_joint(joint: &Joint, [from, to]: [Pose<f64>; 2]) -> Joint {
     own
 }
 
-/// The rotation with entries of 0 and 1 instead of those that differ by rounding.
+/// Replaces entries of a rotation by 0, 1 or -1 if they differ from it only by rounding.
 fn snapped(rotation: Mat3<f64>) -> Mat3<f64> {
     let entry = |value: f64| {
         let whole = value.round();
@@ -178,7 +179,7 @@ fn snapped(rotation: Mat3<f64>) -> Mat3<f64> {
     Mat3::from_columns(x, y, z)
 }
 
-/// The point without coordinates that are rounding errors of the others.
+/// Sets coordinates of a point to zero if they are rounding errors relative to the others.
 fn snapped_point(point: Vec3<f64>) -> Vec3<f64> {
     let limit = WHOLE * point.norm();
     Vec3::from(point.to_array().map(|x| if x.abs() <= limit { 0.0 } else { x }))

@@ -94,7 +94,8 @@ impl Map {
             && (a.gravity(), a.base()) == (b.gravity(), b.base())
     }
 
-    /// Springs and bushings with the indices of the other mechanism, in the order of their names.
+    /// Springs and bushings, sorted by name, with the body and joint indices of the other
+    /// mechanism.
     fn connections(&self, of: &Mechanism) -> (Vec<Spring>, Vec<JointSpring>, Vec<Bushing>) {
         let ends = |ends: [BodyId; 2]| ends.map(|id| self.body(id));
         (
@@ -104,7 +105,7 @@ impl Map {
         )
     }
 
-    /// Drive trains and gearings with the indices of the other mechanism, in the order of their names.
+    /// Drive trains and gearings, sorted by name, with the joint indices of the other mechanism.
     fn drives(&self, of: &Mechanism) -> (Vec<DriveTrain>, Vec<Gearing>) {
         let train = |own: &mut DriveTrain| {
             self.dofs(&mut own.dofs);

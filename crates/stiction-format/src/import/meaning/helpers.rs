@@ -55,7 +55,7 @@ fn join_parts(robot: &mut Description) {
     }
 }
 
-/// A weld between a body and a part of it; returns the indices of all three.
+/// Finds a weld between a body and a part of it; returns the indices of all three.
 fn next_part(robot: &Description) -> Option<(usize, usize, usize)> {
     let is_part = |part: usize, body: usize| {
         let name = robot.bodies[part].name.rsplit_once('@');

@@ -81,7 +81,7 @@ impl Reader<'_, '_> {
         solid.scaled(factor).placed(self.pose_of(geom))
     }
 
-    /// Ends of a geom that is given by its axis.
+    /// Computes both ends of a geom that is given by its axis.
     fn ends_of(&self, geom: &Element) -> Option<[Vec3<f64>; 2]> {
         let [a, b, c, d, e, f] = geom.numbers::<6>(self.context, "fromto")?;
         Some([Vec3::new(a, b, c), Vec3::new(d, e, f)])

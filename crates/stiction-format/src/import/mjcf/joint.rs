@@ -130,7 +130,8 @@ impl Reader<'_, '_> {
         Some(joint)
     }
 
-    /// First number of a key; newer files may contain polynomials here. Zero for a part that the file disables.
+    /// Reads the first number of an attribute, which newer files may extend to a polynomial; zero
+    /// if the file disables this part of the mechanics.
     fn first(&self, element: &Element, key: &str) -> f64 {
         if !self.settings.has(part_of(key)) {
             return 0.0;

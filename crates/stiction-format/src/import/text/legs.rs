@@ -14,7 +14,8 @@ use stiction_core::spatial::Vec3;
 /// Greatest number of lines of the imported file in the comment of a table.
 const MOST_LINES: usize = 12;
 
-/// Properties that equal legs have in common, as text: everything but places, frames and meshes.
+/// Formats the properties that equal legs have in common as text: everything except places, frames
+/// and meshes.
 pub(in crate::import) fn properties(
     robot: &Description,
     joints: &[usize],
@@ -34,7 +35,7 @@ pub(in crate::import) fn properties(
     out
 }
 
-/// Lines of a joint that are the same in all legs.
+/// Formats the lines of a joint that are the same in all legs.
 fn of_joint(robot: &Description, index: usize) -> String {
     let context = silent();
     let mut out = String::new();
@@ -63,7 +64,7 @@ fn is_marked(robot: &Description, index: usize) -> bool {
     robot.joints[index].dofs.len() == 1 && !out.is_empty()
 }
 
-/// Joints whose motors are written with their legs.
+/// Indices of the joints whose motors are written with their legs.
 pub(super) fn driven(robot: &Description, groups: &[Group]) -> HashSet<usize> {
     let joints = groups.iter().flat_map(|group| &group.legs).flat_map(|leg| &leg.joints);
     joints.copied().filter(|joint| motor::of_leg(robot, *joint).is_some()).collect()
@@ -77,14 +78,14 @@ pub(super) fn write(out: &mut String, robot: &Description, groups: &[Group], in_
         let writer = Writer { robot, group, in_loops, header, count };
         let texts = candidates(robot, group);
         let texts = texts.iter().map(|placement| writer.group(placement));
-        // The tidiest placement is that with the shortest text.
+        // Of all placements, the one with the shortest text is chosen.
         let shortest = texts.min_by_key(|text| (text.lines().count(), text.chars().count()));
         *out += &shortest.unwrap_or_default();
         count += group.legs.len();
     }
 }
 
-/// A key of a leg with its value.
+/// Key and value of a leg's property.
 type Entry = (String, String);
 
 struct Writer<'a> {
@@ -92,7 +93,7 @@ struct Writer<'a> {
     group: &'a Group,
     in_loops: &'a [bool],
     header: &'static str,
-    /// Number of legs in the groups before.
+    /// Number of legs in all previous groups.
     count: usize,
 }
 
@@ -167,7 +168,7 @@ impl Writer<'_> {
         out
     }
 
-    /// The chain with its bodies: `R cylinder P* rod S`.
+    /// Formats the chain with its bodies, such as `R cylinder P* rod S`.
     fn chain(&self) -> String {
         let first = &self.group.legs[0];
         let mut words = Vec::new();
@@ -224,7 +225,7 @@ impl Writer<'_> {
         entries
     }
 
-    /// Tables of joints, motors, springs and bodies.
+    /// Writes the tables of joints, motors, springs and bodies of a group.
     fn parts(&self, out: &mut String, shared: &[&Entry]) {
         let Self { robot, group, .. } = self;
         let first = &group.legs[0];
@@ -261,7 +262,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Lines of a part that all legs have.
+    /// Formats the lines of a part that are the same in all legs.
     fn shared(&self, kind: &str, part: &Part, shared: &[&Entry]) -> String {
         let prefix = format!("{kind}.{}.", key(&part.key));
         let own =

@@ -109,7 +109,7 @@ pub(super) fn write(context: &Context<'_>, robot: &Description, draft: &Draft<'_
     out
 }
 
-/// Header of a table, followed by a comment with its line number in the imported file.
+/// Formats the header of a table, followed by a comment with its line number in the imported file.
 fn line(place: Option<&Place>, header: &str) -> String {
     match place {
         Some(place) => format!("{header:<35} # {}", place.line_column().0),
@@ -138,13 +138,13 @@ fn mass_properties(out: &mut String, body: &Body) {
     }
 }
 
-/// List of the meshes of a body, if there are any.
+/// Formats the list of a body's meshes; `None` for a body without meshes.
 fn visuals(body: &Body) -> Option<String> {
     let meshes = body.visuals.iter().map(|visual| format!("    {},\n", mesh(visual)));
     (!body.visuals.is_empty()).then(|| format!("[\n{}]", meshes.collect::<String>()))
 }
 
-/// Table of a mesh on one line.
+/// Formats the table of a mesh on one line.
 fn mesh(visual: &VisualMesh) -> String {
     let VisualMesh { file, scale, pose } = visual;
     let mut table = format!("{{ mesh = {}", text(file));
@@ -170,13 +170,13 @@ fn entries(out: &mut String, table: &toml::Table) {
     }
 }
 
-/// Key of a table, quoted where TOML requires it.
+/// Formats the key of a table, with quotes where TOML requires them.
 fn key(name: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     if name.chars().all(plain) { name.to_owned() } else { text(name) }
 }
 
-/// A key of a motion: parts of a name with dots are quoted together.
+/// Formats a key of a motion; a name with dots is quoted as a whole.
 fn coordinate(name: &str) -> String {
     key(name)
 }

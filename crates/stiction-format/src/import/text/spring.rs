@@ -37,7 +37,7 @@ pub(super) fn of_legs(
 
 static NONE: Vec<(String, String)> = Vec::new();
 
-/// Springs on coordinates of joints of a leg that have default names.
+/// Springs on joint coordinates of a leg that have default names.
 fn on_joints_of(robot: &Description, group: &Group, leg: &Leg) -> Vec<(String, String)> {
     let mut springs = Vec::new();
     for (&index, part) in leg.joints.iter().zip(&group.joints) {
@@ -121,7 +121,7 @@ fn is_used(robot: &Description, name: &str) -> bool {
         || robot.springs.iter().any(|spring| spring.name == name)
 }
 
-/// Keys of the spring on a coordinate besides its joint.
+/// Formats the keys of the spring on a coordinate, without the key of its joint.
 fn on_joint(joint: &Joint, dof: usize) -> Option<String> {
     let [stiffness, rest] = joint.dofs[dof].spring?;
     let (unit, rest) = match is_angle(joint.kind, dof) {
@@ -131,7 +131,7 @@ fn on_joint(joint: &Joint, dof: usize) -> Option<String> {
     Some(format!("stiffness = {}\nrest = {rest}\n", quantity(stiffness, unit)))
 }
 
-/// Writes all springs but those of equal legs.
+/// Writes the tables of all springs except those of equal legs.
 pub(super) fn write(out: &mut String, robot: &Description, groups: &[Group]) {
     let in_legs: HashSet<String> =
         groups.iter().flat_map(|group| of_legs(robot, group).1).collect();

@@ -57,7 +57,7 @@ pub(super) fn kind_of(context: &Context<'_>, element: &Element) -> Option<JointT
     found
 }
 
-/// The body of a link named by a child element.
+/// Index of the body that belongs to the link named by a child element.
 pub(super) fn link(
     context: &Context<'_>,
     tree: &Tree,
@@ -82,7 +82,7 @@ pub(super) fn link(
     found
 }
 
-/// Frame with z along the axis, which is x by default.
+/// Creates a frame with z along the joint axis, which is x by default.
 pub(super) fn axis_frame(
     context: &Context<'_>,
     element: &Element,

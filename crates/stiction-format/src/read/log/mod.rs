@@ -34,7 +34,7 @@ pub enum LogRole {
     MotorTorque(usize),
     /// Current of the motor of a drive train, by index.
     Current(usize),
-    /// Not used: an acceleration, or a column that is declared as unused.
+    /// The column is not used: it is an acceleration, or declared as unused.
     Unused,
 }
 
@@ -63,7 +63,7 @@ pub struct Rows {
 pub struct Log {
     /// Times, s, increasing; for a table of steady motions, row numbers.
     pub times: Vec<f64>,
-    /// Line in the file for each time.
+    /// Line number in the file for each time.
     pub lines: Vec<usize>,
     /// All columns except the time.
     pub columns: Vec<LogColumn>,
@@ -197,7 +197,7 @@ struct Meaning {
 }
 
 impl Reader<'_> {
-    /// Place in the names of the columns.
+    /// Converts a range in the names of the columns to a place.
     fn place(&self, span: Span) -> Place {
         Place::new(self.header, span)
     }

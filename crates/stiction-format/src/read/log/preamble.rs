@@ -89,7 +89,7 @@ pub(super) fn none(text: &str, lines: &[Span], columns: usize) -> Option<Head> {
 }
 
 impl Head {
-    /// A line without the commas that a spreadsheet has added.
+    /// Range of a line without the commas that a spreadsheet has added.
     pub(super) fn content(&self, text: &str, line: &Span) -> Span {
         if self.has_commas { unpadded(text, line).0 } else { line.clone() }
     }

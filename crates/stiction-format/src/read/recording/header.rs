@@ -276,7 +276,7 @@ fn read_column(
     column
 }
 
-/// The name within `d(...)` or `dd(...)`, and the order of the derivative.
+/// Splits `d(NAME)` or `dd(NAME)` into the name and the order of the derivative.
 fn derivative(label: &str) -> (&str, u8) {
     let within =
         |open: &str| label.strip_prefix(open)?.trim_start().strip_prefix('(')?.strip_suffix(')');

@@ -285,7 +285,7 @@ fn describe_rest(rest: &Rest) -> String {
     format!("from {} to {} s", short(rest.from), short(rest.until))
 }
 
-/// Name of the column with a derivative of a coordinate.
+/// Name of the column for a derivative of a coordinate, such as `d(platform.x)`.
 fn derivative(name: &str, order: usize) -> String {
     match order {
         0 => name.to_owned(),

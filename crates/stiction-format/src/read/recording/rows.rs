@@ -10,7 +10,7 @@ use crate::source::Span;
 /// Largest number of lines whose digits are counted before the rows are read.
 const SURVEYED: usize = 100_000;
 
-/// Reads rows one after another and reports their errors.
+/// Reader of successive rows, which reports their errors.
 pub(super) struct Rows {
     header: Header,
     /// The previous row, in SI units.

@@ -126,7 +126,7 @@ impl Curve {
         rates.fold(0.0_f64, |most, rate| most.max(rate.abs())) * (self.to - self.from) > AT_REST
     }
 
-    /// Arguments at which pieces of the curve meet.
+    /// Arguments at which two pieces of the curve meet.
     pub(super) fn joints(&self) -> impl Iterator<Item = f64> + '_ {
         let width = (self.to - self.from) / self.pieces.len() as f64;
         (1..self.pieces.len()).map(move |k| self.from + width * k as f64)
@@ -202,7 +202,7 @@ pub(super) fn minimum(
 mod tests {
     use super::*;
 
-    /// Derivatives of a sine, checked against those at the nodes, and their largest values.
+    /// Compares the derivatives and the largest values of a sine with closed forms.
     #[test]
     fn curves_of_known_functions() {
         let sample = |at: &[f64]| -> Result<_, ()> {

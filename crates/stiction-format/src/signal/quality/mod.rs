@@ -510,7 +510,7 @@ fn is_multiple(a: f64, b: f64) -> bool {
     ratio > 1.5 && (ratio - ratio.round()).abs() < 1e-6 * ratio
 }
 
-/// Mean of the cubic through four points over the middle interval.
+/// Mean value over the middle interval of the cubic through four points.
 fn mean_of_cubic(t: &[f64], v: &[f64]) -> f64 {
     let (&[t0, t1, t2, t3], &[v0, v1, v2, v3]) = (t, v) else { return f64::NAN };
     // Newton's form with nodes t1, t2, t0, t3; integrals of its products over [t1, t2].
