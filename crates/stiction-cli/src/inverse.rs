@@ -68,7 +68,7 @@ fn execute(options: &Inverse) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Runs several motions and loads.
+/// Computes inverse dynamics for several motions and loads.
 fn several(
     robot: &Robot,
     (options, folder): (&Inverse, Option<&Path>),
@@ -136,7 +136,7 @@ impl Choice {
 /// Results of a run.
 pub(crate) struct Run {
     pub(crate) json: Value,
-    /// The summary for the terminal.
+    /// Summary of the run for the terminal.
     pub(crate) text: String,
     pub(crate) headlines: Vec<Headline>,
     pub(crate) efforts: EffortCurves,

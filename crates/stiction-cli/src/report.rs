@@ -9,7 +9,7 @@ use std::process::{Command, Stdio};
 pub(crate) const FILE: &str = "report.html";
 
 impl Report {
-    /// Returns whether reports are written.
+    /// Returns whether reports are to be written.
     pub(crate) fn is_on(self) -> bool {
         self.report == Switch::On
     }

@@ -62,7 +62,7 @@ fn execute(options: &Sweep) -> Result<(), Failure> {
     let designs = Designs::new(options)?;
     let study = sweep.study(designs.keys())?;
     let about = description(options, &robot, &designs)?;
-    // Before a file of this study is written.
+    // The units are checked before any file of this study is written.
     if let Some(Ok(first)) = designs.iter(options.shard, 0)?.next() {
         study.check_units(&first)?;
     }
@@ -205,7 +205,8 @@ impl Results {
         let designs = self.findings.extreme_designs();
         let count = designs.len();
         let reel = |(row, settings, words): (u64, &[stiction_format::Setting], String)| {
-            // A row with a value had results; if its page is too large for them, it is left out there only.
+            // A design with a value has results, so only an animation that is too large for the
+            // page fails here; the report then omits it.
             let reel = study.reel(settings, count).ok().flatten()?;
             Some((format!("row {row}: {words}"), reel))
         };
@@ -257,7 +258,7 @@ impl Results {
             let others: Vec<String> = (1..=PICTURES).map(|k| format!("sweep-{k}.svg")).collect();
             let possible = others.iter().map(String::as_str).chain(["sweep.svg", report::FILE]);
             let table = outputs.path(TABLE);
-            // A merged table is one of the other outputs.
+            // Without a journal, as in a merge, the table is one of the other outputs.
             if let Some(journal) = journal {
                 journal.complete(&table)?;
                 files.push(table);

@@ -6,7 +6,7 @@ use std::sync::Arc;
 /// Contents of a file: a text in memory, or a stored text that is read on demand.
 #[derive(Clone, Debug)]
 pub enum Contents {
-    /// The complete text.
+    /// Complete text in memory.
     Whole(String),
     /// UTF-8 text that is read piece by piece when needed. Only recordings use this form; it needs little memory,
     /// however long the text is.

@@ -20,12 +20,12 @@ const MODELS: &[(&str, &str)] = &[
     ("zhang2018-regular", include_str!("../gallery/zhang2018-regular.toml")),
 ];
 
-/// Names of all models, sorted.
+/// Names of all models in the gallery, sorted.
 pub fn names() -> impl Iterator<Item = &'static str> {
     MODELS.iter().map(|(name, _)| *name)
 }
 
-/// Text of a model file.
+/// Returns the text of the model file with this name; `None` for an unknown name.
 ///
 /// ```
 /// use stiction_format::{Source, gallery, read};

@@ -27,8 +27,8 @@ impl Law {
         self.formula.has_time()
     }
 
-    /// Time, s, up to which a few samples from `t` (s) on resolve those operations of the formula
-    /// that depend on time alone.
+    /// Returns a time, s, after `t` (s) such that a few samples between both times resolve every
+    /// operation of the formula that depends on time alone.
     pub fn resolved_until(&self, t: f64) -> f64 {
         self.formula.resolved_until(t)
     }
@@ -75,11 +75,11 @@ impl Law {
 /// A condition that ends a simulation, such as `platform.z < 100 mm`.
 #[derive(Clone, Debug)]
 pub struct Condition {
-    /// The condition as written.
+    /// Text of the condition as written.
     pub text: String,
     pub(crate) left: Law,
     pub(crate) right: Law,
-    /// True for `<`, false for `>`.
+    /// True if the condition uses `<` or `<=`, false if it uses `>` or `>=`.
     pub(crate) is_less: bool,
     /// True for `<=` and `>=`, which hold at equality.
     pub(crate) or_equal: bool,
@@ -91,8 +91,8 @@ impl Condition {
         self.left.has_time() || self.right.has_time()
     }
 
-    /// Time, s, up to which a few samples from `t` (s) on resolve those operations of both sides
-    /// that depend on time alone.
+    /// Returns a time, s, after `t` (s) such that a few samples between both times resolve every
+    /// operation of either side that depends on time alone.
     pub fn resolved_until(&self, t: f64) -> f64 {
         self.left.resolved_until(t).min(self.right.resolved_until(t))
     }

@@ -20,7 +20,7 @@ pub struct ModelFile {
     pub title: String,
     /// Source of the model's numbers, such as a publication; may be empty.
     pub source: String,
-    /// The mechanism.
+    /// Mechanism of the model.
     pub mechanism: Mechanism,
     /// Initial guesses of body poses, in the ground's frame.
     pub initial_poses: Vec<(BodyId, Pose<f64>)>,
@@ -44,7 +44,7 @@ pub struct ModelFile {
 }
 
 impl From<Mechanism> for ModelFile {
-    /// A mechanism without motions, loads or parameters.
+    /// Creates a model with this mechanism, without motions, loads or parameters.
     fn from(mechanism: Mechanism) -> Self {
         Self {
             name: mechanism.name().to_owned(),
@@ -170,7 +170,7 @@ pub enum ControlType {
     ComputedTorque,
 }
 
-/// Motion for which computed torque evaluates friction.
+/// Motion at which a computed-torque controller evaluates its friction model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrictionFeed {
     /// No friction compensation.
@@ -188,7 +188,7 @@ pub struct Control {
     pub title: String,
     /// Control law.
     pub control: ControlType,
-    /// Motion for which friction is compensated.
+    /// Motion at which the controller evaluates friction for its compensation.
     pub friction: FrictionFeed,
     /// Sampling period, s; zero for a controller in continuous time.
     pub period: f64,
@@ -242,27 +242,28 @@ pub struct LoadCase {
     pub wrenches: Vec<AppliedWrench>,
     /// Components that are formulas of the measured state, in addition to `wrenches`; only simulations use them.
     pub laws: Vec<LoadLaw>,
-    /// Payloads.
+    /// Payloads that bodies carry during intervals of time.
     pub payloads: Vec<Payload>,
 }
 
 /// A component of a force or moment on a body as a formula of the measured state.
 #[derive(Clone, Debug)]
 pub struct LoadLaw {
-    /// Body.
+    /// Body on which the force or moment acts.
     pub body: BodyId,
     /// Point of application, in the frame of the body, m.
     pub point: Vec3<f64>,
-    /// Axes of force and moment.
+    /// Axes in which the force or moment is expressed.
     pub axes: LoadAxes,
     /// Component: 0 to 2 of the force, 3 to 5 of the moment about the point.
     pub component: usize,
-    /// Formula, N or N m.
+    /// Formula of the component, N or N m.
     pub law: Law,
 }
 
 impl LoadLaw {
-    /// Load whose one nonzero component is `value`, N or N m.
+    /// Returns a load whose component `component` has the value `value`, N or N m; all other
+    /// components are zero.
     pub fn load(&self, value: f64) -> AppliedLoad<f64> {
         let mut components = [0.0; 6];
         components[self.component.min(5)] = value;
@@ -280,24 +281,24 @@ impl LoadLaw {
 /// Part that a body carries during an interval of time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Payload {
-    /// The body that carries it.
+    /// Body that carries the payload.
     pub body: BodyId,
     /// Mass, centre of mass and inertia of the part, in the frame of the body that carries it.
     pub part: Body,
-    /// Time at which it is picked up, s; -infinity if it is carried from the beginning.
+    /// Time at which the payload is picked up, s; -infinity if it is carried from the beginning.
     pub from: f64,
-    /// Time at which it is placed, s; infinity if it is not placed.
+    /// Time at which the payload is placed, s; infinity if it is never placed.
     pub until: f64,
 }
 
-/// A payload that is picked up or placed.
+/// Event at which a payload is picked up or placed.
 #[derive(Clone, Copy, Debug)]
 pub struct PayloadChange<'a> {
-    /// Time, s.
+    /// Time of the change, s.
     pub time: f64,
-    /// The payload.
+    /// Payload that is picked up or placed.
     pub payload: &'a Payload,
-    /// True if it is picked up, false if it is placed.
+    /// True if the payload is picked up, false if it is placed.
     pub picked_up: bool,
 }
 
@@ -308,16 +309,16 @@ impl PayloadChange<'_> {
     }
 }
 
-/// Sides of an instant at which a load may be discontinuous.
+/// Side of an instant. A load may be discontinuous at the instant and differ between both sides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// Just before.
+    /// Just before the instant.
     Before,
-    /// Just after.
+    /// Just after the instant.
     After,
 }
 
-/// Times that differ by less than this, s, are the same instant.
+/// Tolerance of times, s: times that differ by less are regarded as the same instant.
 const SAME_TIME: f64 = 1e-9;
 
 impl Payload {
@@ -398,11 +399,11 @@ impl LoadCase {
 /// A force and a moment on a body as functions of time.
 #[derive(Clone, Debug)]
 pub struct AppliedWrench {
-    /// Body.
+    /// Body on which the force and the moment act.
     pub body: BodyId,
     /// Point of application, in the frame of the body, m.
     pub point: Vec3<f64>,
-    /// Axes of force and moment.
+    /// Axes in which force and moment are expressed.
     pub axes: LoadAxes,
     /// Components of the force, N.
     pub force: [Signal; 3],
@@ -440,12 +441,12 @@ impl ModelFile {
         self.parameters.all()
     }
 
-    /// The motion with this name.
+    /// Returns the motion with this name.
     pub fn motion(&self, name: &str) -> Option<&Motion> {
         self.motions.iter().find(|(known, _)| known == name).map(|(_, motion)| motion)
     }
 
-    /// The load with this name.
+    /// Returns the load case with this name.
     pub fn load(&self, name: &str) -> Option<&LoadCase> {
         self.loads.iter().find(|(known, _)| known == name).map(|(_, load)| load)
     }

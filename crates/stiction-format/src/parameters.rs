@@ -29,7 +29,7 @@ impl Scope for Parameters {
 }
 
 impl Parameters {
-    /// Parameters whose values are not known yet.
+    /// Creates parameters with these names whose values are not yet known.
     pub(crate) fn named(names: impl Iterator<Item = String>) -> Self {
         let names: Vec<String> = names.collect();
         let index = names.iter().enumerate().map(|(place, name)| (name.clone(), place)).collect();
@@ -63,7 +63,7 @@ impl Parameters {
     }
 }
 
-/// Reason why a name cannot be that of a parameter; `None` if it can.
+/// Returns the reason why a parameter cannot have this name; `None` if the name is allowed.
 pub(crate) fn complaint(name: &str) -> Option<String> {
     let mut letters = name.chars();
     let starts_well = letters.next().is_some_and(|c| c.is_alphabetic() || c == '_');

@@ -21,7 +21,7 @@ pub struct Source {
     filter: Option<f64>,
 }
 
-/// Size of the text before a piece.
+/// Numbers of bytes and lines of a text that precede one of its pieces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Begin {
     pub(crate) bytes: u64,
@@ -40,7 +40,7 @@ impl Source {
         Self { name: name.into(), text, begin, changes: None, filter: None }
     }
 
-    /// Size of the text that precedes the piece.
+    /// Numbers of bytes and lines of the text before the piece.
     pub(crate) fn begin(&self) -> Begin {
         self.begin
     }
@@ -69,12 +69,13 @@ impl Source {
         self.filter
     }
 
-    /// The changes, one per line.
+    /// Changes of single values as one text, with one change per line.
     pub(crate) fn changes(&self) -> Option<&Arc<Self>> {
         self.changes.as_ref()
     }
 
-    /// Byte offset at which the places of the changes begin; it lies beyond all places of the text.
+    /// Byte offset that is added to places in the changes, so that they lie beyond all places in
+    /// the text.
     pub(crate) fn begin_of_changes(&self) -> usize {
         self.text.len() + 2
     }
@@ -83,7 +84,7 @@ impl Source {
 /// A place in a text.
 #[derive(Clone, Debug)]
 pub struct Place {
-    /// The text.
+    /// Text that contains the place.
     pub source: Arc<Source>,
     /// Byte range. May be empty or lie beyond the end of the text; no method panics.
     pub span: Range<usize>,
@@ -117,7 +118,7 @@ impl Place {
     }
 }
 
-/// Greatest character boundary that is at most `at`.
+/// Byte offset of the last character boundary at or before `at`.
 pub(crate) fn boundary(text: &str, at: usize) -> usize {
     let mut at = at.min(text.len());
     while !text.is_char_boundary(at) {

@@ -101,7 +101,8 @@ fn msh(bytes: &[u8]) -> Result<Vec<Triangle>, String> {
     else {
         return Err("it has no header of four counts".to_owned());
     };
-    // In 64 bits, because the counts may be anything; beyond this check they fit.
+    // Computed in 64 bits, because the counts of a damaged file can have any value. After this
+    // check, all indices fit into `usize`.
     let words: u64 = [(1, 4), (vertices, 3), (normals, 3), (textures, 2), (faces, 3)]
         .map(|(count, words)| count as u64 * words)
         .iter()

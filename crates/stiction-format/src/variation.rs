@@ -92,16 +92,16 @@ impl fmt::Display for Setting {
 /// A varied key and its values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variation {
-    /// The key.
+    /// Key that is varied.
     pub key: Key,
-    /// Values of the key.
+    /// Values that the key assumes.
     pub values: Values,
 }
 
 /// Values of a varied key.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Values {
-    /// An interval.
+    /// Interval from which values are taken.
     Range {
         /// First value, in the key's unit.
         from: f64,
@@ -112,7 +112,7 @@ pub enum Values {
         /// True for values in geometric progression instead of arithmetic progression.
         is_logarithmic: bool,
     },
-    /// Single values.
+    /// List of single values.
     List(Vec<Setting>),
 }
 
@@ -350,7 +350,7 @@ impl Reader<'_> {
     }
 }
 
-/// A text without its quotes.
+/// Removes the quotes around a text, if there are any.
 fn unquoted(text: &str) -> &str {
     let quote = text.chars().next().filter(|c| matches!(c, '"' | '\''));
     quote.and_then(|quote| text.strip_prefix(quote)?.strip_suffix(quote)).unwrap_or(text)

@@ -27,7 +27,7 @@ pub struct Visual {
     pub body: BodyId,
     /// File of the mesh, as written in the model file.
     pub file: String,
-    /// Factors of the coordinates of the mesh.
+    /// Scale factors of the coordinates x, y and z of the mesh.
     pub scale: [f64; 3],
     /// Pose of the scaled mesh in the frame of the body.
     pub pose: Pose<f64>,
@@ -50,7 +50,7 @@ pub enum MeshFormat {
 /// Checked content of a mesh file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mesh {
-    /// Format.
+    /// Format of the file.
     pub format: MeshFormat,
     /// Content of the file.
     pub bytes: Vec<u8>,
@@ -112,7 +112,7 @@ pub(crate) fn load(
         });
         match loaded {
             Ok(loaded) => *mesh = Some(Arc::clone(loaded)),
-            // Once for each file.
+            // A file that several bodies use is reported only once.
             Err(why) if is_new => warnings.push(
                 Diagnostic::warning(
                     "visual",
@@ -136,7 +136,7 @@ fn check_gltf(bytes: &[u8]) -> Result<(), String> {
             let chunk = bytes.get(20..).and_then(|rest| rest.get(..length));
             let chunk = chunk.filter(|_| kind == Some(b"JSON"));
             let chunk = chunk.ok_or("its first chunk is not complete JSON")?;
-            // A viewer would take the last description of several.
+            // A viewer would use the last of several JSON chunks, but only the first is checked.
             let mut rest = bytes.get(20 + length..).unwrap_or_default();
             while let Some((head, after)) = rest.split_first_chunk::<8>() {
                 if head[4..] == *b"JSON" {
@@ -194,7 +194,7 @@ fn check_nodes(nodes: &[Value], scenes: &[Value]) -> Result<(), String> {
             None => return Err("a node has a child that does not exist".to_owned()),
         }
     }
-    // Rings without a beginning are reached from no root.
+    // Every node of a cycle has a parent, so a scene whose roots have no parents contains no cycle.
     for root in scenes.iter().flat_map(|scene| indices(&scene["nodes"])) {
         match root.and_then(|root| has_parent.get(root)) {
             Some(false) => {}

@@ -68,7 +68,7 @@ impl Dwells {
         push(&mut self.limits, |_| 0.0);
     }
 
-    /// Removes the last column.
+    /// Removes the last column of the dwells' matrices.
     pub fn pop_column(&mut self) {
         [&mut self.matrix, &mut self.limits].into_iter().for_each(pop);
     }
@@ -86,7 +86,7 @@ impl Rows {
         }
     }
 
-    /// Removes the last column.
+    /// Removes the last column of the matrix and of the instruments.
     pub fn pop_column(&mut self) {
         std::iter::once(&mut self.matrix).chain(&mut self.instruments).for_each(pop);
     }
@@ -97,7 +97,7 @@ impl Rows {
         rows.filter(|(_, row)| row.iter().all(|x| *x == 0.0)).map(|(index, _)| index).collect()
     }
 
-    /// Number of rows.
+    /// Number of rows, one per instant.
     pub fn len(&self) -> usize {
         self.right.len()
     }
@@ -119,14 +119,14 @@ impl Rows {
     }
 }
 
-/// Appends a column with these values.
+/// Appends a column to a matrix; `value` returns the entry of each row.
 fn push(matrix: &mut DMatrix<f64>, value: impl Fn(usize) -> f64) {
     let count = matrix.ncols();
     *matrix = take(matrix).insert_column(count, 0.0);
     matrix.column_mut(count).iter_mut().enumerate().for_each(|(row, x)| *x = value(row));
 }
 
-/// Removes the last column.
+/// Removes the last column of a matrix.
 fn pop(matrix: &mut DMatrix<f64>) {
     let last = matrix.ncols().saturating_sub(1);
     *matrix = take(matrix).remove_column(last);

@@ -65,7 +65,7 @@ pub struct Parameter {
     pub name: String,
     /// SI unit; empty for dimensionless parameters.
     pub unit: &'static str,
-    /// Kind, and place in the mechanism.
+    /// Kind of the parameter, with indices of the mechanism.
     pub kind: Kind,
     /// Value in the model, SI units.
     pub prior: f64,
@@ -88,7 +88,7 @@ impl Parameter {
     }
 }
 
-/// Choice of the parameters that are listed.
+/// Selects the parameters that [`catalogue`] lists.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Choice {
     /// True if efforts are measured at the motors, so that they contain rotors and motor friction.
@@ -106,7 +106,7 @@ pub struct Choice {
 }
 
 impl Choice {
-    /// Choice of inertia and friction, with efforts measured at the joints.
+    /// Selects inertia and friction, with efforts measured at the joints.
     pub const ALL: Self = Self {
         at_motors: false,
         offsets: false,

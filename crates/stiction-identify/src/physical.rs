@@ -58,7 +58,7 @@ pub fn about_origin(mass: f64, com: Vec3<f64>, inertia: Mat3<f64>) -> Inertial {
     all
 }
 
-/// Pseudo-inertia of inertial parameters.
+/// Pseudo-inertia matrix of a body with these inertial parameters.
 pub fn pseudo_inertia(inertial: &Inertial) -> Matrix4<f64> {
     let [mass, hx, hy, hz, xx, yy, zz, xy, yz, xz] = *inertial;
     let half = 0.5 * (xx + yy + zz);
@@ -109,11 +109,11 @@ pub struct BodyPrior {
 /// Value, gradient and Hessian of the divergence of a body.
 #[derive(Clone, Debug)]
 pub struct Divergence {
-    /// Value, dimensionless; zero at the prior.
+    /// Value of the divergence, dimensionless; zero at the prior.
     pub value: f64,
-    /// Gradient.
+    /// Gradient of the divergence with respect to the body's ten parameters.
     pub gradient: SVector<f64, 10>,
-    /// Hessian.
+    /// Hessian of the divergence with respect to the body's ten parameters.
     pub hessian: SMatrix<f64, 10, 10>,
 }
 

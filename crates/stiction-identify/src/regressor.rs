@@ -32,7 +32,7 @@ pub enum Unsuitable {
         /// Number of prescribed coordinates.
         coordinates: usize,
     },
-    /// The forces at the first position have no solution; contains the reason.
+    /// The forces in the first configuration have no solution; contains the reason.
     #[error("{0}")]
     Singular(String),
 }
@@ -45,7 +45,8 @@ pub struct Columns {
     pub matrix: DMatrix<f64>,
     /// Efforts of the model without friction, N or N m.
     pub known: DVector<f64>,
-    /// State of the friction in each effort. Friction at rest is bounded but not determined.
+    /// State of the friction that each effort contains. Friction at rest is bounded but not
+    /// determined.
     pub rest: Vec<Rest>,
 }
 
@@ -70,17 +71,18 @@ pub struct Regressor {
 }
 
 impl Regressor {
-    /// Prepares the computation; `solver` is at the first position of the motion.
+    /// Prepares the computation; `solver` is in the first configuration of the motion.
     ///
     /// # Errors
-    /// [`Unsuitable`] if the numbers of actuators and coordinates differ, or if the position is singular.
+    /// [`Unsuitable`] if the numbers of actuators and coordinates differ, or if the configuration
+    /// is singular.
     pub fn new(mut solver: InverseDynamics, choice: &Choice) -> Result<Self, Unsuitable> {
         let coordinates = solver.constraints().coordinates().len();
         let actuators = solver.mechanism().actuators().count();
         if coordinates != actuators {
             return Err(Unsuitable::Actuation { actuators, coordinates });
         }
-        // The solution of the forces compiles the model at this position.
+        // The solution of the forces compiles the model for this configuration.
         solver.settings_mut().friction = FrictionMode::Off;
         solver.solve(&[]).map_err(|error| Unsuitable::Singular(error.to_string()))?;
         let model = solver.model().map_err(|error| Unsuitable::Singular(error.to_string()))?;
@@ -131,7 +133,7 @@ impl Regressor {
         self.solver.mechanism()
     }
 
-    /// The compiled model.
+    /// Compiled model of the mechanism.
     pub fn model(&self) -> &Model {
         &self.model
     }
@@ -141,7 +143,7 @@ impl Regressor {
         &self.data.kinematics.bodies
     }
 
-    /// State of the mechanism at the last position of [`Self::at`].
+    /// State of the mechanism at the last call of [`Self::at`].
     pub fn state(&self) -> &State<f64> {
         &self.data.state
     }
@@ -158,7 +160,7 @@ impl Regressor {
     ///
     /// # Errors
     /// Reason why the efforts have no solution. The next call then starts from the last valid
-    /// position.
+    /// configuration.
     pub fn at(&mut self, q: &[f64], v: &[f64], a: &[f64]) -> Result<Columns, Status> {
         let status = self.efforts_at(q, v, a);
         if !status.is_converged() && !self.compiled_again(q, v, a) {
@@ -245,8 +247,8 @@ impl Regressor {
         self.model.inverse_dynamics_with(&self.nominal, &mut self.data, q, v, a, &[])
     }
 
-    /// Compiles the model again at a position for which its elimination order is unsuitable. Returns whether this
-    /// helps.
+    /// Compiles the model again in a configuration for which its elimination order is unsuitable.
+    /// Returns whether the efforts can then be computed.
     fn compiled_again(&mut self, q: &[f64], v: &[f64], a: &[f64]) -> bool {
         let targets: Vec<Target<f64>> = (q.iter().zip(v).zip(a))
             .map(|((&value, &rate), &acceleration)| Target { value, rate, acceleration })
@@ -442,10 +444,10 @@ impl Regressor {
         force.dot(twist.velocity_at(origin)) + moment.dot(twist.angular)
     }
 
-    /// Static friction limits at the position of the last [`Self::at`]. The matrix contains the
-    /// limit of each effort (rows) per unit of each parameter (columns); for a coefficient of
-    /// friction, also per unit of normal load. The vector contains the limits of friction that is
-    /// not estimated, N or N m. `None` if the position is singular.
+    /// Static friction limits in the configuration of the last call of [`Self::at`]. The matrix
+    /// contains the limit of each effort (rows) per unit of each parameter (columns); for a
+    /// coefficient of friction, also per unit of normal load. The vector contains the limits of
+    /// friction that is not estimated, N or N m. `None` if the configuration is singular.
     pub fn limits(&self) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let count = self.actuator_rates.len();
         let actuation = DMatrix::from_fn(count, count, |k, row| self.actuator_rates[k][row]).lu();
@@ -510,7 +512,7 @@ impl Regressor {
         }
     }
 
-    /// Creates the data for [`Self::loads`], at the position of the last call of [`Self::at`].
+    /// Creates the data for [`Self::loads`], in the configuration of the last call of [`Self::at`].
     pub fn engine_data(&self) -> Data<f64> {
         let mut data = self.data.clone();
         data.settings = Settings::default();

@@ -8,15 +8,16 @@ const REST_SPEED: f64 = 1e-9;
 /// State of the friction interfaces whose friction an effort contains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Rest {
-    /// All of these interfaces slide.
+    /// All interfaces slide.
     Sliding,
-    /// The speed of one of them is within the noise of the rates, so the sign of its friction is unknown.
+    /// The speed of at least one interface is within the noise of the rates, so the sign of its
+    /// friction is unknown.
     Uncertain,
-    /// One of them is certainly at rest.
+    /// At least one interface is certainly at rest.
     Resting,
 }
 
-/// Slip of a friction interface.
+/// Speed of a friction interface, and its state of sliding or rest.
 pub(crate) struct Slip {
     pub(crate) direction: [f64; 3],
     /// Speed, m/s, with the sign of the velocity's first component.

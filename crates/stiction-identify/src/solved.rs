@@ -12,7 +12,7 @@ pub struct Solved {
     pub loads: Vec<f64>,
     /// Velocity of each friction interface, m/s.
     pub(crate) velocities: Vec<f64>,
-    /// State of the mechanism.
+    /// State of the mechanism at this instant.
     pub(crate) state: State<f64>,
     /// Number of steps in which friction converged.
     pub(crate) steps: usize,

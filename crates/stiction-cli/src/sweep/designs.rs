@@ -80,7 +80,7 @@ impl Designs {
         }
     }
 
-    /// Name of the kind of design.
+    /// Name of the kind of design, such as a grid or a table.
     pub(super) fn plan(&self) -> &'static str {
         match self {
             Self::Plan(_, Plan::Grid) => "grid",

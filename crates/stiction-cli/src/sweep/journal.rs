@@ -97,7 +97,7 @@ impl Journal {
         Ok(Self { table, file, partial, study: description, flushed: now, synced: now })
     }
 
-    /// Appends a row.
+    /// Appends a row to the table of a running study.
     pub(super) fn add(
         &mut self,
         number: u64,
@@ -133,7 +133,7 @@ impl Journal {
         })
     }
 
-    /// Gives the table its final name.
+    /// Gives the table of the completed study its final name.
     pub(super) fn complete(mut self, name: &Path) -> Result<(), Failure> {
         self.flush()?;
         let renamed = std::fs::rename(&self.partial, name);
@@ -141,7 +141,7 @@ impl Journal {
             Failure::input(format!("cannot write {}: {error}", name.display()))
                 .help("give another folder with -o")
         })?;
-        // Without its table the description means nothing.
+        // The description is useless without its table.
         let _ = std::fs::remove_file(&self.study);
         Ok(())
     }

@@ -1,11 +1,11 @@
-//! Links between pages lead to existing pages and headings, and the table of contents lists every
-//! page.
+//! Checks that links between pages lead to existing pages and headings, and that the table of
+//! contents lists every page.
 
 use crate::{book, pages, renewed};
 use std::collections::BTreeSet;
 use std::fs;
 
-/// Text of a page without fenced blocks.
+/// Text of a page without its fenced blocks.
 fn prose(text: &str) -> String {
     let mut fenced = false;
     let mut prose = String::new();

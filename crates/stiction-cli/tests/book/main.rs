@@ -1,13 +1,14 @@
-//! Tests of the book: its files are accepted, its commands print what the pages show, its pictures
-//! are those of the program, its links have targets, and the tests named by the theory exist.
+//! Tests of the book: the program accepts the files on its pages, the commands print what the pages
+//! show, the pictures are those of the program, the links have targets, and the tests that the
+//! theory names exist.
 //!
-//! A fenced block `toml` whose first line is `# NAME.toml`, or `xml` after `<!-- NAME.xml -->`, is a file. A block `console` contains
-//! commands after `$ ` and their output (standard output, then standard error). In it, a line `...`
-//! matches any lines and `[..]` any characters. `console exit=N` gives the exit code of the last
-//! command. A line `<!-- picture NAME.svg: FILE -->` compares a picture with a file that the
-//! commands wrote; `<!-- picture NAME.svg: error of JOINT in FILE, FILE -->` draws the tracking
-//! errors of simulations. `cargo xtask book` updates the generated parts: the reference of the
-//! model file and the pictures.
+//! A fenced block `toml` whose first line is `# NAME.toml`, or `xml` after `<!-- NAME.xml -->`, is
+//! a file. A block `console` contains commands after `$ ` and their output (standard output, then
+//! standard error). In the output, a line `...` matches any lines and `[..]` any characters.
+//! `console exit=N` states the exit code of the last command. A line `<!-- picture NAME.svg: FILE
+//! -->` compares a picture with a file that the commands wrote; `<!-- picture NAME.svg: error of
+//! JOINT in FILE, FILE -->` draws the tracking errors of simulations. `cargo xtask book` updates
+//! the generated parts: the reference of the model file and the pictures.
 
 mod links;
 mod pages;
@@ -49,7 +50,7 @@ fn pages_show_the_output_of_their_commands() {
     let pages = pages();
     let (next, commands) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let wrong = Mutex::new(Vec::new());
-    // A failing page does not stop the others.
+    // A failing page does not prevent tests of the other pages.
     let work = || {
         while let Some(page) = pages.get(next.fetch_add(1, Relaxed)) {
             match catch_unwind(|| pages::carry_out(page)) {

@@ -190,7 +190,7 @@ pub(crate) fn accepted(path: &Path) {
     let name = path.file_name().unwrap().to_str().unwrap();
     for block in blocks(&fs::read_to_string(path).unwrap()) {
         let text = block.lines.join("\n");
-        // The commands read controllers and similar files.
+        // Other TOML files, such as controllers, are read by the commands.
         if block.info == "toml" && text.contains("gravity") {
             let model = block.lines[0].trim_start_matches("# ");
             let source = stiction_format::Source::new(model, text);

@@ -5,7 +5,8 @@ use crate::{book, renewed};
 use std::fs;
 use stiction_draw::figure::{Figure, Line, Panel};
 
-/// Tolerance of coordinates, which have one decimal or more: rounding may differ between machines.
+/// Tolerance of coordinates, px. They are written with at least one decimal, whose rounding may
+/// differ between machines.
 const ROUNDING: f64 = 0.15;
 
 /// Checks `NAME.svg: FILE` or `NAME.svg: error of JOINT in FILE, FILE`, with files in the folder of
@@ -34,7 +35,7 @@ pub(crate) fn check(folder: &Folder, wish: &str, page: &str) {
     assert!(same(&known, &own), "{page}: {name} is out of date: `cargo xtask book` renews it");
 }
 
-/// Tracking error of a slide over time, mm, from a simulation's table.
+/// Tracking error of a prismatic joint over time, mm, from a simulation's table.
 fn errors(table: &str, joint: &str) -> Vec<(f64, f64)> {
     let mut rows = table.lines();
     let names: Vec<&str> = rows.next().unwrap().split(',').collect();
@@ -50,7 +51,7 @@ fn errors(table: &str, joint: &str) -> Vec<(f64, f64)> {
     rows.map(point).collect()
 }
 
-/// True if two texts differ only in the rounding of numbers.
+/// Tests if two texts differ only in the rounding of numbers.
 fn same(a: &str, b: &str) -> bool {
     let (a, b) = (parts(a), parts(b));
     a.len() == b.len()

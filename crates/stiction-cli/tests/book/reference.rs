@@ -61,7 +61,7 @@ fn keys(table: &Value) -> Option<&Map<String, Value>> {
     table.get("properties").and_then(Value::as_object).filter(|keys| !keys.contains_key("xx"))
 }
 
-/// The section of a table with these keys.
+/// Finds the section of a table from the table's keys.
 fn section(schema: &Value, table: &Value) -> Option<&'static str> {
     let own = keys(table)?;
     let same = |path: &str| schema.pointer(path).and_then(keys) == Some(own);
@@ -219,7 +219,7 @@ fn the_reference_is_that_of_the_schema() {
     assert!(known == page, "model-reference.md is out of date: `cargo xtask book` renews it");
 }
 
-/// Every table of the schema has a section.
+/// Checks that every table of the schema has a section.
 #[test]
 fn no_table_is_left_out() {
     fn walk(schema: &Value, value: &Value, path: &str, lost: &mut Vec<String>) {

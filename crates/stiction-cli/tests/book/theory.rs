@@ -1,5 +1,5 @@
-//! Each numbered equation of the theory names the file that computes it and cites it, and a test
-//! that evaluates it.
+//! Checks that the theory names, for each numbered equation, the file that computes the equation
+//! and cites it, and a test that evaluates it.
 //!
 //! Equations are lines of `text` blocks that end with a label like `(K3)`: a letter for the page
 //! and a number. Table rows that begin with such labels name the file and the tests.
@@ -9,13 +9,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::PathBuf;
 
-/// A row of a table: code and tests of equations.
+/// Row of a table: the code and the tests of equations.
 #[derive(Debug)]
 struct Row {
     page: String,
     equations: Vec<String>,
     code: Vec<String>,
-    /// Files and functions.
+    /// File and function of each test.
     tests: Vec<(String, String)>,
 }
 
@@ -108,7 +108,8 @@ fn equations_have_code_and_tests() {
         for (file, test) in &row.tests {
             let source = fs::read_to_string(crates().join(file)).unwrap_or_default();
             let lines: Vec<&str> = source.lines().map(str::trim).collect();
-            // Property tests have arguments.
+            // The line of a property test does not end after the name, because the test has
+            // arguments.
             let at = lines.iter().position(|line| line.starts_with(&format!("fn {test}(")));
             if !at.is_some_and(|at| at > 0 && lines[at - 1] == "#[test]") {
                 wrong.push(format!("{place}: {test} is no test of {file}"));

@@ -7,7 +7,8 @@ use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Runs that are known to fail, by case and index. A test that begins to pass must leave this list.
+/// Runs that are known to fail, each by case and index. A run that begins to pass must be removed
+/// here.
 const KNOWN_FAILURES: &[(&str, usize)] = &[];
 
 fn cases() -> Option<PathBuf> {
@@ -15,7 +16,7 @@ fn cases() -> Option<PathBuf> {
     folder.is_dir().then_some(folder)
 }
 
-/// The value at a path such as `mobility/finite` or `reach/0/body`.
+/// Returns the value at a path such as `mobility/finite` or `reach/0/body`.
 fn at<'a>(json: &'a Value, path: &str) -> &'a Value {
     path.split('/').fold(json, |value, key| match key.parse::<usize>() {
         Ok(index) if value.is_array() => &value[index],
@@ -23,7 +24,7 @@ fn at<'a>(json: &'a Value, path: &str) -> &'a Value {
     })
 }
 
-/// Compares numbers within a relative tolerance, which is absolute for numbers below 1e-3.
+/// Compares numbers within a relative tolerance; for numbers below 1e-3 the tolerance is absolute.
 fn is_near(found: f64, expected: f64, tolerance: f64) -> bool {
     (found - expected).abs() <= tolerance * expected.abs().max(1e-3)
 }
@@ -41,7 +42,8 @@ fn agrees(found: &Value, expected: &Value, tolerance: f64) -> bool {
     }
 }
 
-/// The entry of a table in the column with this name (before the unit) at the sample nearest to a time.
+/// Entry of a table in the column with this name (without its unit), at the sample nearest to a
+/// time.
 fn entry(table: &str, name: &str, time: f64) -> f64 {
     let header = table.lines().next().unwrap();
     let title = header.split(',').find(|cell| cell.split(" [").next() == Some(name));
@@ -52,7 +54,7 @@ fn entry(table: &str, name: &str, time: f64) -> f64 {
     values[nearest.unwrap()]
 }
 
-/// Differences between the outcome of one run and the expected one, a line each.
+/// Differences between the outcome of a run and the expected outcome, one per line.
 fn differences(folder: &Folder, model: &Path, run: &Value) -> String {
     let command = run["command"].as_str().unwrap();
     let model = model.to_str().unwrap();

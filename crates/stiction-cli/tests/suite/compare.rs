@@ -4,7 +4,7 @@ use crate::program::Folder;
 use crate::program::models::slope;
 use serde_json::Value;
 
-/// The figure with a name, of `comparison` or `envelope`.
+/// Figure with the given name in a comparison or an envelope.
 fn figure<'a>(value: &'a Value, name: &str) -> &'a Value {
     let figures = value["figures"].as_array().unwrap();
     figures
@@ -17,7 +17,8 @@ fn figure<'a>(value: &'a Value, name: &str) -> &'a Value {
 fn two_variants_of_a_model() {
     let folder = Folder::new("compare-slope");
     folder.write("slope.toml", &slope(0.7));
-    // Without friction the drive carries the weight along the slope, 20 N sin 30 deg.
+    // Without friction, the actuator carries the component of the weight along the slope, 20 N sin
+    // 30 deg.
     let options =
         ["compare", "slope.toml", "--set-b", "bodies.block.mass=4 kg", "--friction", "off"];
     let said = folder.stiction(&[&options[..], &["--json", "-o", "out"]].concat());
@@ -68,7 +69,7 @@ fn several_loads_have_an_envelope() {
     for file in ["envelope.csv", "drives.svg", "none/inverse.csv", "load2/summary.json"] {
         assert!(!folder.read(&format!("out/{file}")).is_empty(), "{file}");
     }
-    // A list of names means the same.
+    // A list of names is equivalent to repeated options.
     let said = folder.stiction(&["inverse", "slope.toml", "--load", "none,none"]);
     assert!(said.succeeds().contains("envelope of 2 runs"));
 }
@@ -85,7 +86,7 @@ fn errors_name_the_model() {
     assert_eq!(value["error"]["run"], "model B");
 }
 
-/// A slide with a motor: its figures are compared, and its limits in percent.
+/// Checks the comparison of a prismatic joint with a motor: its figures, and its limits in percent.
 #[test]
 fn motors_are_compared() {
     let folder = Folder::new("compare-motors");
@@ -104,7 +105,7 @@ fn motors_are_compared() {
         let own = figure(&value["comparison"], name);
         [0, 1].map(|k| own["values"][k].as_f64().unwrap())
     };
-    // 10 N along the slope at 0.1 m/s, by the lead.
+    // Motor torque for 10 N along the slope, computed from the lead.
     let torque = |lead: f64| 10.0 * lead / std::f64::consts::TAU;
     for (found, lead) in values("M motor torque, peak").into_iter().zip([0.01, 0.02]) {
         assert!((found / torque(lead) - 1.0).abs() < 1e-12, "{found}");
@@ -135,7 +136,7 @@ fn several_loads_of_a_simulation_have_an_envelope() {
     for file in ["envelope.csv", "drives.svg", "none/forward.csv", "load2/summary.json"] {
         assert!(!folder.read(&format!("out/{file}")).is_empty(), "{file}");
     }
-    // Each load alone gives the same table.
+    // A run with one of the loads alone gives the same table.
     folder.stiction(&[&options[..], &["-o", "alone"]].concat()).succeeds();
     assert_eq!(folder.read("alone/forward.csv"), folder.read("out/none/forward.csv"));
     // Nothing is left to resume once the envelope is complete.
@@ -145,8 +146,9 @@ fn several_loads_of_a_simulation_have_an_envelope() {
         .fails(2, &["no run has a checkpoint.json to resume from"]);
 }
 
-/// Several loads, interrupted in the second: the first is not run again, the third starts, and the tables are those of
-/// a run without an interruption.
+/// Checks that a run with several loads resumes after an interruption during the second load: the
+/// first load is not repeated, the third one is run, and the tables are those of an uninterrupted
+/// run.
 #[test]
 fn several_loads_resume_after_an_interruption() {
     let folder = Folder::new("forward-resume-several");
@@ -170,7 +172,7 @@ fn several_loads_resume_after_an_interruption() {
     assert!(exists("envelope.json") && !exists("none/checkpoint.json"));
 }
 
-/// The failing one of several runs is named, with those that are finished.
+/// If one of several runs fails, the message names it and the finished runs.
 #[test]
 fn a_failing_run_is_named() {
     let folder = Folder::new("envelope-fails");

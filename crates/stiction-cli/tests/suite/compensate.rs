@@ -30,7 +30,8 @@ fn controllers_are_compared() {
     assert_eq!(Folder(folder.0.join("several")).files(), files);
     let all = json(&folder.read("several/compensate.json"));
     assert_eq!(all["controllers"].as_array().map(Vec::len), Some(1 + 3 + 3));
-    // Constant friction jumps where the legs reverse; tanh spreads it over several samples.
+    // Constant friction jumps where the legs reverse; the tanh transition spreads the jump over
+    // several samples.
     let legs = ["compensate", "3rps", "--controller", "computed-torque+coulomb", "--json"];
     let said = folder.stiction(&[&legs[..], &["--transition", "sign,5%"]].concat());
     let all = json(said.succeeds());
@@ -44,8 +45,9 @@ fn controllers_are_compared() {
     assert_eq!(worse["delay"].as_f64(), Some(0.001));
 }
 
-/// On the default robot, with coefficients known to 10 % and exact sensors, friction of the model makes the rms error of
-/// each actuator at least five times smaller than computed torque alone.
+/// On the default robot, with friction coefficients known to 10 % and exact sensors, compensation
+/// by the friction of the model reduces the rms error of each actuator at least by a factor of five
+/// compared with computed torque alone.
 #[test]
 fn compensation_of_the_default_robot_is_effective() {
     let folder = Folder::new("compensate-default");

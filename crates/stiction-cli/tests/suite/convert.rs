@@ -50,7 +50,7 @@ fn a_file_is_written_whole() {
     assert_eq!(folder.files(), ["deep", "robot"]);
 }
 
-/// A model that is written and read again has the same forces.
+/// A model that is written and read again has the same efforts and reactions.
 #[test]
 fn a_written_model_has_the_same_forces() {
     let folder = Folder::new("convert-model");
@@ -93,7 +93,7 @@ fn the_motion_selects_the_position() {
     assert!((at(&["--motion", "A = 75 deg; duration = 0"]) - 75.0).abs() < 1e-12);
 }
 
-/// A model without a motion is written at its home position, with a note.
+/// A model without a motion is written in its home configuration, with a note.
 #[test]
 fn a_model_without_a_motion_is_converted() {
     let folder = Folder::new("convert-pose");
@@ -131,7 +131,7 @@ fn misuse_is_reported() {
     assert_eq!((folder.files(), folder.read("taken").as_str()), (vec!["taken".into()], "a file"));
 }
 
-/// A mechanism that MuJoCo does not support is an error with a suggestion.
+/// A mechanism that MuJoCo does not support causes an error with a suggestion.
 #[test]
 fn a_body_without_mass_is_reported() {
     let folder = Folder::new("convert-massless");

@@ -68,7 +68,7 @@ fn number(value: &Value, key: &str) -> f64 {
     value[key].as_f64().unwrap_or_else(|| panic!("{key}: {value:#}"))
 }
 
-/// Columns of a CSV by the beginning of their names.
+/// Columns of a CSV table whose names begin with `names`.
 pub(crate) fn columns(text: &str, names: &[&str]) -> Vec<Vec<f64>> {
     let mut lines = text.lines();
     let header: Vec<&str> = lines.next().unwrap().split(',').collect();
@@ -90,8 +90,9 @@ fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |max: f64, x| max.max(x.abs()))
 }
 
-/// On a grid ten times finer than the search, inverse dynamics keeps all limits; some limit is nearly reached; the
-/// motion begins and ends at rest; the information is greater than at the start.
+/// On a grid ten times finer than that of the search, inverse dynamics respects all limits, and
+/// some limit is nearly reached. The motion begins and ends at rest, and its information exceeds
+/// that of the initial motion.
 #[test]
 fn limits_hold_between_the_samples_of_the_search() {
     let folder = arm("excite-limits");
@@ -103,10 +104,11 @@ fn limits_hold_between_the_samples_of_the_search() {
     let limits = result["limits"].as_array().unwrap();
     let used: Vec<f64> = limits.iter().map(|limit| number(limit, "used")).collect();
     assert!(used.iter().all(|part| *part <= 1.0), "{limits:#?}");
-    // An optimum lies at limits: the barrier leaves a few percent at most.
+    // The optimum lies at limits; the barrier keeps a distance of a few percent at most.
     assert!(used.iter().any(|part| *part > 0.9), "{limits:#?}");
 
-    // 5 harmonics of 0.25 Hz, 16 samples per period of the highest: 20 samples a second, ten times of that and more.
+    // Five harmonics of 0.25 Hz with 16 samples per period of the highest one are 20 samples per
+    // second; 2 ms are more than ten times finer.
     let run =
         ["inverse", "arm.toml", "--motion", "out/excite.csv", "--load", "none", "--step", "2 ms"];
     folder.stiction(&[&run[..], &["--report", "off", "-o", "run"]].concat()).succeeds();
@@ -142,7 +144,7 @@ fn limits_hold_between_the_samples_of_the_search() {
     assert!(largest(&reference[1]) <= 60.0 * rounding);
 }
 
-/// The same seed gives the same bytes, another one another motion.
+/// The same seed gives identical files; another seed gives another motion.
 #[test]
 fn a_seed_gives_the_same_bytes() {
     let folder = arm("excite-seed");
@@ -158,7 +160,7 @@ fn a_seed_gives_the_same_bytes() {
     assert_ne!(first[0], run("8", "c")[0]);
 }
 
-/// Nearly normal numbers.
+/// Generates approximately normal random numbers.
 pub(crate) fn normal(seed: u64) -> impl FnMut() -> f64 {
     let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) + 1;
     move || {
@@ -173,7 +175,7 @@ pub(crate) fn normal(seed: u64) -> impl FnMut() -> f64 {
     }
 }
 
-/// Identification of synthetic logs with the stated noise scatters as predicted.
+/// Parameters identified from synthetic logs with the stated noise scatter as predicted.
 #[test]
 fn identification_scatters_as_predicted() {
     const SIGMA: f64 = 0.2;
@@ -212,13 +214,14 @@ fn identification_scatters_as_predicted() {
             count += 1;
         }
     }
-    // 64 errors, so a standard deviation is known to 9 %; the bounds of 30 % are three of those.
+    // A standard deviation from 64 errors is accurate to 9 %; the bounds of 30 % are about three
+    // times as large.
     let ratio = (squares / f64::from(count)).sqrt();
     assert!((0.7..1.3).contains(&ratio), "scatter over prediction {ratio}");
 }
 
-/// One payload leaves mu and the load-independent friction of a bearing confounded; the plan says so and
-/// names the cure.
+/// With one payload, the friction coefficient and the load-independent friction of a bearing are
+/// confounded; the plan reports this and suggests a second payload.
 #[test]
 fn a_second_payload_is_asked_for() {
     let folder = arm("excite-payload");

@@ -11,7 +11,8 @@ fn files(name: &str) -> Vec<String> {
     files
 }
 
-/// All files appear, the same for the same input, with changed values in the parameters.
+/// Checks that all files are written, are the same for the same input, and contain changed values
+/// as parameters.
 #[test]
 fn an_export_is_complete_and_reproducible() {
     let folder = Folder::new("export");
@@ -62,7 +63,8 @@ fn an_export_is_complete_and_reproducible() {
     assert_eq!(Folder(folder.0.join("r")).files(), names);
 }
 
-/// An FMU is one reproducible archive; what the model applies by default and the code does not is said.
+/// An FMU is a reproducible archive. Effects that the model applies by default but the code omits
+/// are reported.
 #[test]
 fn an_fmu_is_a_reproducible_archive() {
     let folder = Folder::new("export-fmu");
@@ -98,7 +100,7 @@ fn an_fmu_is_a_reproducible_archive() {
         .fails(2, &["--fmi"]);
 }
 
-/// A plant is an archive with the model and the library; libraries that do not fit are refused.
+/// A plant FMU contains the model and the shared library; unsuitable libraries are refused.
 #[test]
 fn a_plant_contains_its_model_and_the_library() {
     let folder = Folder::new("export-plant");
@@ -149,7 +151,7 @@ fn a_plant_contains_its_model_and_the_library() {
     assert_eq!(folder.files(), ["old.so", "other.so", "own.so"]);
 }
 
-/// Robots and options that are not possible are refused with a reason, and nothing is written.
+/// Robots and options that cannot be exported are refused with a reason, and no file is written.
 #[test]
 fn impossible_exports_are_refused() {
     let folder = Folder::new("export-wrong");

@@ -5,8 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// Time limit: a single finding takes less, even in a build with little optimisation on a busy
-/// machine.
+/// Time limit, far above the time of a single finding even in a slow build on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 fn findings(target: &str) -> Vec<PathBuf> {

@@ -1,5 +1,5 @@
 //! Hostile environments: wrong encodings, folders in place of files, full disks, signals, closed
-//! pipes. Files are complete or absent, and every failure has a message.
+//! pipes. Files are either complete or absent, and every failure has a message.
 
 use crate::program::{Folder, Said};
 use std::process::{Command, Stdio};
@@ -84,7 +84,8 @@ fn a_link_that_leads_nowhere_is_no_file() {
     assert!(folder.0.join("link").is_symlink());
 }
 
-/// Runs with a file size limit in blocks of 512 bytes; a larger file fails as on a full disk.
+/// Runs with a file size limit in blocks of 512 bytes; writing a larger file fails as on a full
+/// disk.
 #[cfg(target_os = "linux")]
 fn with_little_room(folder: &Folder, blocks: usize, arguments: &[&str]) -> Said {
     let program = env!("CARGO_BIN_EXE_stiction");
@@ -110,7 +111,7 @@ fn a_full_disk_keeps_old_files() {
     assert_eq!(folder.read("inverse.csv"), "of old");
 }
 
-/// A full disk does not lose the simulation up to that instant.
+/// After a failure by a full disk, the simulation resumes from its last checkpoint.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_simulation_resumes_after_a_full_disk() {
@@ -140,7 +141,7 @@ fn a_simulation_resumes_after_a_full_disk() {
     assert_eq!(parted.read("forward.csv"), whole.read("forward.csv"));
 }
 
-/// Starts a run and waits until it writes.
+/// Starts a run and waits until its output appears.
 #[cfg(unix)]
 fn begin(folder: &Folder, arguments: &[&str]) -> std::process::Child {
     folder.begin(arguments, || folder.files().iter().any(|name| name.ends_with(".partial")))

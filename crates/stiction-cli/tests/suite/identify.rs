@@ -52,7 +52,8 @@ fn normal(seed: u64) -> impl FnMut() -> f64 {
     }
 }
 
-/// Rows of a table, of the first columns whose names begin so.
+/// Numbers of a table in the columns whose names begin with `names`, one array per row. If several
+/// names begin with the same text, the first column is used.
 fn columns<const N: usize>(table: &str, names: [&str; N]) -> Vec<[f64; N]> {
     let mut lines = table.lines();
     let head: Vec<&str> = lines.next().unwrap().split(',').collect();
@@ -64,7 +65,7 @@ fn columns<const N: usize>(table: &str, names: [&str; N]) -> Vec<[f64; N]> {
     lines.map(row).collect()
 }
 
-/// A log of the five-bar with one percent of noise in the efforts and quantised positions.
+/// Log of the five-bar with quantised positions and efforts with noise of one percent.
 fn log(folder: &Folder, load: &str, seed: u64, sign: f64) -> String {
     let options =
         ["--motion", MOTION, "--load", load, "--step", "4 ms", "--report", "off", "-o", "out"];
@@ -103,8 +104,8 @@ fn parameter<'a>(result: &'a Value, name: &str) -> &'a Value {
     all.iter().find(|p| p["name"] == name).unwrap()
 }
 
-/// From a wrong model and two payloads the friction of driven and passive joints is found again, and
-/// the identified model predicts the efforts.
+/// Identification with a wrong model and two payloads recovers the friction of actuated and passive
+/// joints, and the identified model predicts the efforts.
 #[test]
 fn friction_of_a_five_bar() {
     let folder = Folder::new("identify");
@@ -148,7 +149,7 @@ fn friction_of_a_five_bar() {
         let found = parameter(&result, name);
         let (estimate, sigma) =
             (found["value"].as_f64().unwrap(), found["sigma"].as_f64().unwrap());
-        // Three standard deviations: one of five leaves them in one of seventy logs.
+        // Three standard deviations: in one of seventy logs, one of the five values lies outside.
         inside += usize::from((estimate - value).abs() < 3.0 * sigma);
         of += 1;
     }
@@ -164,11 +165,11 @@ fn friction_of_a_five_bar() {
             assert!(error < 2.0 && error < before, "{name}: {error} {before}");
         }
     }
-    // The identified model is a model.
+    // The identified model is a valid model file.
     let again = ["inverse", "found/identified.toml", "--motion", MOTION, "--step", "20 ms"];
     folder.stiction(&again).succeeds();
     assert!(folder.read("found/identified.toml").contains("# left_motor.viscous = "));
-    // It is exported as it is, with its coefficients as defaults of the parameters.
+    // The identified model can be exported, with its coefficients as defaults of the parameters.
     let options = ["--to", "c", "--name", "arm", "--vectors", "5", "-o", "code"];
     folder.stiction(&[&["export", "found/identified.toml"], &options[..]].concat()).succeeds();
     let header = folder.read("code/arm.h");
@@ -184,7 +185,7 @@ fn bad_rows_are_named_and_left_out() {
     let folder = Folder::new("identify-rows");
     let text = log(&folder, "none", 4, 1.0);
     let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
-    // Edited by hand, not a number, a time that goes back.
+    // A row edited by hand, a cell that is not a number, and a time that decreases.
     lines[10] = "0.036,,was -8.9,1,1".to_owned();
     lines[20] = lines[20].replace(',', ",NaN,").replacen(",NaN,", ",", 1);
     lines[30] = lines[29].clone();
@@ -274,7 +275,7 @@ fn kuka(readme: &str) -> String {
     ];
     let ratios = ["1798/7", "1872/7", "757/3", "221", "5032/21", "206793/1340"];
     let rotors = [0.00923, 0.0118, 0.0118, 0.00173, 0.00173, 0.00173];
-    // The base stands on its head in these frames.
+    // The base is upside down in these frames.
     let mut text = "gravity = [0, 0, \"9.81 m/s^2\"]\n".to_owned();
     let rows = readme.lines().filter(|line| {
         let first = line.strip_prefix("| ").and_then(|rest| rest.chars().next());
@@ -304,8 +305,9 @@ fn kuka(readme: &str) -> String {
     text
 }
 
-/// A log of a KUKA KR300 (see the data's README): fitted to A, the model predicts B and C better than
-/// the published baseline, least squares pulled to the CAD data; plain least squares is refused.
+/// Fits log A of a KUKA KR300 (see the data's README). The model then predicts logs B and C better
+/// than the published baseline, least squares with a prior at the CAD data; plain least squares is
+/// refused.
 #[test]
 fn a_kuka_kr300_predicts_logs_that_were_not_used() {
     let Some(data) = shared_data() else {

@@ -31,7 +31,7 @@ pub(crate) fn logged(name: &str) -> Folder {
 pub(crate) const IDENTIFY: [&str; 5] =
     ["identify", "arm.toml", "log.csv", "--options", "options.toml"];
 
-/// The table of efforts has the errors that the JSON states, and the page shows all that both contain.
+/// The table of efforts agrees with the errors in the JSON, and the page shows the content of both.
 #[test]
 fn the_report_shows_the_data_of_the_results() {
     let folder = logged("identify-report");
@@ -52,7 +52,7 @@ fn the_report_shows_the_data_of_the_results() {
         let size = norm(&mut table[0].iter().copied());
         let own = 100.0 * norm(&mut table[1].iter().copied()) / size;
         let prior = 100.0 * norm(&mut table[0].iter().zip(&table[2]).map(|(a, b)| a - b)) / size;
-        // Rows that one effort leaves out are missing for both here: at most a few percent of them.
+        // Rows in which either effort is empty are excluded here: at most a few percent.
         assert!((own - error.as_f64().unwrap()).abs() < 0.05 * own, "{name}: {own} {error}");
         assert!((prior - before).abs() < 0.05 * prior, "{name}: {prior} {before}");
     }
@@ -71,7 +71,7 @@ fn the_report_shows_the_data_of_the_results() {
     ] {
         assert!(page.contains(part), "{part}");
     }
-    // The robot along the log, at some hundred of its instants.
+    // The page shows the robot at about a hundred instants of the log.
     let film =
         page.split_once("class=\"film\">").and_then(|(_, rest)| rest.split_once("</script>"));
     let film = json(film.expect("the robot").0);

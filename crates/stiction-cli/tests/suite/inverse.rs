@@ -147,7 +147,8 @@ fn friction_has_three_modes() {
         folder.stiction(&["inverse", "--friction", mode, "-o", "."]).succeeds();
         drives.push(column(&folder.read("inverse.csv"), "leg1.P.drive [N]")[25]);
     }
-    // The error of decoupled friction, as in the paper, is smaller than friction and not zero.
+    // The error of decoupled friction, as in the paper, is nonzero and smaller than friction
+    // itself.
     assert!(drives[0] != drives[1] && drives[1] != drives[2]);
     let (missed, friction) = ((drives[0] - drives[1]).abs(), (drives[0] - drives[2]).abs());
     assert!(missed < 0.5 * friction, "{drives:?}");
@@ -195,7 +196,7 @@ fn old_files_stay_until_all_new_ones_are_complete() {
     assert!(folder.read("inverse.csv").starts_with("time [s],"));
     assert_eq!(folder.read("notes.txt"), "mine too");
     assert!(folder.files().iter().all(|name| !name.contains("partial")));
-    // Files that the last run did not write are removed.
+    // Files of an earlier run that the last run did not write are removed.
     assert!(folder.files().contains(&"friction.svg".to_owned()));
     folder.stiction(&["inverse", "four-bar", "--friction", "off", "-o", "."]).succeeds();
     for stale in ["friction.svg", "contributions.csv", "contributions.svg"] {
@@ -265,7 +266,7 @@ fn a_check_gives_verdicts() {
     assert_eq!(mobility["finite"], 3);
     assert_eq!(printed["redundant_constraints"], 1);
     assert_eq!(printed["singularities"]["actuation"]["singular_samples"], 101);
-    // The self-stress: forces along y at the balls in the ratio -2 : 1 : 1.
+    // The self-stress state: forces along y at the ball joints in the ratio -2 : 1 : 1.
     let stress = printed["self_stresses"][0].as_array().unwrap();
     let along_y = |name: &str| {
         let joint = stress.iter().find(|entry| entry["joint"] == name).unwrap();
@@ -314,7 +315,7 @@ fn models_are_listed_and_printed() {
     json(folder.stiction(&["schema"]).succeeds());
 }
 
-/// A large recording with mostly comment lines.
+/// Large recording that consists mostly of comment lines.
 fn long_recording(rows: usize) -> String {
     let comment = "# ".to_owned() + &"-".repeat(1000);
     let mut text = String::from("time [s],A [deg]\n");
@@ -342,7 +343,7 @@ fn a_long_recording_is_the_same_in_pieces() {
     assert!(folder.read("inverse.csv") == pieces, "tables differ");
 }
 
-/// Times take units on the command line, and a wrong unit is named.
+/// Times on the command line accept units, and a wrong unit is reported.
 #[test]
 fn times_take_units() {
     let folder = Folder::new("inverse-units");
@@ -357,7 +358,7 @@ fn times_take_units() {
         .fails(2, &["'3 mm'", "--step", "expected a time, found a length"]);
 }
 
-/// A model file may have any name that the system allows.
+/// A model file can have any name that the operating system allows.
 #[cfg(unix)]
 #[test]
 fn names_of_files_need_not_be_utf_8() {

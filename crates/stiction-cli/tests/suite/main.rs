@@ -1,4 +1,4 @@
-//! All integration tests of this crate in one binary, which links only once.
+//! All integration tests of this crate in one binary, which is linked only once.
 
 mod breakaway;
 mod cases;

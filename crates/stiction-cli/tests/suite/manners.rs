@@ -1,4 +1,4 @@
-//! Aids for the shell, and the width of texts on a terminal.
+//! Shell completion and suggestions, and the width of texts on a terminal.
 
 use crate::program::Folder;
 
@@ -52,13 +52,13 @@ fn the_first_run_is_about_the_robot() {
     assert!(both.contains("three driven legs lift and tilt a"), "{both}");
 }
 
-/// Columns of a line on a terminal; combining letters take none.
+/// Number of terminal columns of a line; combining characters have no width.
 fn columns(line: &str) -> usize {
     line.chars().filter(|letter| !('\u{300}'..='\u{36f}').contains(letter)).count()
 }
 
-/// What commands print for every built-in robot fits in a hundred columns. The texts of files, which `models NAME`,
-/// `schema` and `man` print, are no messages.
+/// Output of commands for every built-in robot fits in a hundred columns, except the file contents
+/// that `models NAME`, `schema` and `man` print.
 #[test]
 fn results_and_messages_of_all_robots_fit_in_a_hundred_columns() {
     let folder = Folder::new("wide");
@@ -93,7 +93,7 @@ fn results_and_messages_of_all_robots_fit_in_a_hundred_columns() {
             fits(arguments);
         }
     }
-    // Long computations: a small robot each.
+    // For long computations, one small robot each.
     for arguments in [
         &["compensate", "five-bar", "--resolution", "0.01 deg", "--delay", "1 ms"] as &[&str],
         &["equilibrium", "four-bar"],
@@ -130,7 +130,7 @@ fn tables_with_long_names_fit_in_a_hundred_columns() {
     }
 }
 
-/// Commands may be misspelt or cut short.
+/// Suggestions for misspelt and abbreviated commands.
 #[test]
 fn misspelt_and_shortened_commands_are_suggested() {
     let folder = Folder::new("misspelt");

@@ -7,7 +7,8 @@ use std::process::Command;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
-/// Columns of an archive in their order: header and numbers, read here from the documented format.
+/// Headers and numbers of the columns of an archive, in order; decoded here from the documented
+/// format.
 fn columns(folder: &Folder, name: &str) -> Vec<(String, Vec<f64>)> {
     let mut archive = ZipArchive::new(File::open(folder.0.join(name)).unwrap()).unwrap();
     let count = archive.len();
@@ -46,7 +47,8 @@ fn same(folder: &Folder, csv: &str, npz: &str) {
     assert!(rows > 1 && columns.iter().all(|(_, numbers)| numbers.len() == rows));
 }
 
-/// The archives have the numbers of the tables to the last bit, and only the files that were asked for stay.
+/// The archives contain the same numbers as the tables, bit by bit, and only the requested files
+/// remain.
 #[test]
 fn archives_have_the_numbers_of_the_tables() {
     let folder = Folder::new("npz-tables");
@@ -71,7 +73,7 @@ fn archives_have_the_numbers_of_the_tables() {
     same(&folder, "f/energy.csv", "f/energy.npz");
 }
 
-/// A program without MCAP support says so before it computes anything.
+/// A program without MCAP support reports this before any computation.
 #[cfg(not(feature = "mcap"))]
 #[test]
 fn mcap_is_refused_without_its_support() {
@@ -84,7 +86,7 @@ fn mcap_is_refused_without_its_support() {
     }
 }
 
-/// The joint states of a run are a recording.
+/// The joint states in an MCAP log of a run can be read as a recording.
 #[cfg(feature = "mcap")]
 #[test]
 fn mcap_logs_have_the_joint_states() {
@@ -110,7 +112,7 @@ fn mcap_logs_have_the_joint_states() {
     }
 }
 
-/// A recording gives the same results from an archive, stored or compressed, as from a table.
+/// A recording gives the same results from an archive, stored or compressed, as from a CSV table.
 #[test]
 fn archives_are_recordings() {
     let folder = Folder::new("npz-recording");
@@ -161,7 +163,7 @@ fn archives_are_recordings() {
     assert!(said.code == 2 && said.err.contains("not an NPZ archive"), "{}", said.err);
 }
 
-/// NumPy itself reads the archives, where it is installed.
+/// NumPy, if it is installed, reads the archives.
 #[test]
 fn numpy_reads_archives() {
     let folder = Folder::new("npz-numpy");

@@ -23,7 +23,8 @@ fn shown(person: &mut Person, attribute: &str, column: &str) -> f64 {
     person.value(&cell).as_str().unwrap().parse().unwrap()
 }
 
-/// The report of a comparison shows both robots at one time, with the values that both tables have then.
+/// The report of a comparison shows both robots at the same time, with the values of both tables at
+/// that time.
 #[test]
 fn two_runs_are_laid_over_each_other() {
     let folder = Folder::new("pages-compare");
@@ -44,7 +45,7 @@ fn two_runs_are_laid_over_each_other() {
     let curves = "document.querySelectorAll('.joint-curve .line.other').length";
     assert_ne!(person.value(curves), 0);
 
-    // The picture and the plots follow one cursor; without the overlay, the picture changes.
+    // The picture and the plots follow the same cursor; without the overlay, the picture differs.
     let picture = "document.querySelector('canvas').toDataURL()";
     let cursor = "document.querySelector('svg[data-left] .cursor').getAttribute('d')";
     let (mut both, before) = (person.value(picture), person.value(cursor));
@@ -58,7 +59,7 @@ fn two_runs_are_laid_over_each_other() {
     assert!(person.value(picture) != both);
     assert_eq!(person.value("document.querySelector('[data-other-column]')"), Value::Null);
     assert_eq!(person.value(curves), 0);
-    // The choice is in the link.
+    // The link of the page contains the choice.
     let link = person.value("location.href");
     person.go_to(link.as_str().unwrap());
     person.wait_for("document.getElementById('robot').dataset.time === '0.5'");
@@ -72,7 +73,7 @@ fn two_runs_are_laid_over_each_other() {
     assert!(person.value(picture) != both);
     assert_ne!(person.value(cursor), before);
 
-    // The values of both runs as one table.
+    // The values of both runs are downloaded as one table.
     person.value(
         "window.kept = []; URL.createObjectURL = (make => blob => { blob.text().then(text => kept.push(text)); \
          return make.call(URL, blob); })(URL.createObjectURL)",
@@ -122,7 +123,7 @@ fn a_study_shows_its_extreme_designs() {
     assert!(person.noise.is_empty(), "{:?}", person.noise);
 }
 
-/// All kinds of pages, by name, written into a folder of this name.
+/// Writes all kinds of pages into a folder with this name; returns each page with its name.
 fn pages(folder: &str) -> Vec<(&'static str, String)> {
     let folder = Folder::new(folder);
     let commands: [(&str, &[&str]); 9] = [
@@ -161,8 +162,8 @@ fn pages(folder: &str) -> Vec<(&'static str, String)> {
     pages
 }
 
-/// Every page is complete and legible, wide or narrow, light or dark, and in print; those of `inverse` and `check` are
-/// examined beside their code.
+/// Every page is complete and legible on wide and narrow, light and dark screens, and in print. The
+/// pages of `inverse` and `check` have their own tests.
 #[test]
 fn pages_of_all_commands_are_legible() {
     for (name, html) in pages("pages-legible") {
@@ -174,8 +175,8 @@ fn pages_of_all_commands_are_legible() {
     }
 }
 
-/// Tab goes through all controls, links and scrolling parts of every kind of page in the order of the page, each
-/// visible and marked while it has the focus.
+/// The tab key visits all controls, links and scrollable parts of every kind of page in their
+/// order; each of them is visible and marked while it has the focus.
 #[test]
 fn tab_walks_through_all_pages() {
     let Some(browser) = Browser::find() else { return };
@@ -219,7 +220,7 @@ fn playground() -> Option<(&'static str, String)> {
     }
 }
 
-/// What axe-core finds in the page, its serious findings only.
+/// Serious findings of axe-core in the page.
 fn serious(person: &mut Person, axe: &str) -> Vec<String> {
     person.value(&format!("void (() => {{ {axe} }}).call(window)"));
     person.value(
@@ -236,8 +237,8 @@ fn serious(person: &mut Person, axe: &str) -> Vec<String> {
     serious.map(|one| one[1].as_str().unwrap().to_owned()).collect()
 }
 
-/// No serious finding by axe-core, light and dark, wide and narrow, and with a joint selected.
-/// `cargo xtask audit accessibility` installs axe-core and runs this.
+/// Checks that axe-core has no serious finding, for light and dark, wide and narrow pages, and with
+/// a joint selected. `cargo xtask audit accessibility` installs axe-core and runs this test.
 #[test]
 #[ignore = "needs axe-core: cargo xtask audit accessibility"]
 fn axe_finds_nothing_serious() {

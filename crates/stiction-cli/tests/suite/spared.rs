@@ -67,7 +67,7 @@ fn interrupted_simulations_are_kept() {
     let told = ["run holds an interrupted simulation (checkpoint.json)", "give another folder"];
     folder.stiction(&["inverse", "pendulum.toml", "-o", "run"]).fails(2, &told);
     assert_eq!(Folder(folder.0.join("run")).files(), kept);
-    // The program does only the requested work, and prints no message about it.
+    // The program performs only the requested computation, and prints no message about the rest.
     let mut early = run.clone();
     early[5] = "0.001";
     early.push("--resume");

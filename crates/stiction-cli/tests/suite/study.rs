@@ -47,7 +47,7 @@ fn the_report_is_written() {
     assert!((work.as_f64().unwrap() - 2.021).abs() < 1e-3, "{work}");
 }
 
-/// With `--json`, the report is printed and files are written only on request.
+/// With `--json`, the report is printed, and files are written only on request.
 #[test]
 fn programs_read_it() {
     let folder = Folder::new("study-json");

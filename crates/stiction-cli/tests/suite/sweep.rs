@@ -1,4 +1,4 @@
-//! `stiction sweep`: values, parts, threads, interruptions, bad input.
+//! `stiction sweep`: values, parts, threads, interruptions, invalid input.
 
 use crate::program::{Folder, Said};
 use serde_json::Value;
@@ -21,7 +21,7 @@ fn with_objectives<'a>(arguments: &[&'a str]) -> Vec<&'a str> {
     all
 }
 
-/// Rows of a CSV table as texts by header.
+/// Header and rows of a CSV table, as texts.
 fn rows(text: &str) -> (Vec<String>, Vec<Vec<String>>) {
     let split = |line: &str| line.split(',').map(str::to_owned).collect::<Vec<_>>();
     let mut lines = text.lines().map(split);
@@ -40,7 +40,7 @@ fn run(folder: &Folder, arguments: &[&str]) -> Said {
     said
 }
 
-/// Every statistic, computed here from the table that `inverse --set` writes.
+/// Compares every statistic with values computed here from the table that `inverse --set` writes.
 #[test]
 fn values_are_statistics_of_the_tables_of_inverse() {
     let folder = Folder::new("sweep-values");
@@ -77,7 +77,7 @@ fn values_are_statistics_of_the_tables_of_inverse() {
             ),
         ];
         for (header, expected) in expected {
-            // The sums are in another order.
+            // The order of summation differs.
             let found = column(&table, header)[k];
             assert!(
                 (found - expected).abs() <= 1e-13 * expected.abs().max(1.0),
@@ -92,7 +92,7 @@ fn values_are_statistics_of_the_tables_of_inverse() {
     assert_eq!(peak["greatest"]["settings"]["crank [mm]"], 230.0);
 }
 
-/// Threads and parts do not change a byte.
+/// The number of threads and the division into parts do not change any byte of the results.
 #[test]
 fn threads_and_merged_parts_give_the_same_bytes() {
     let folder = Folder::new("sweep-parts");
@@ -144,7 +144,8 @@ fn threads_and_merged_parts_give_the_same_bytes() {
     refused(&["sweep", "--merge", "nowhere", "-o", "x"], "does not contain a complete part");
 }
 
-/// Numbers of a parameter without the unit that its formulas need are refused before the first row.
+/// Numbers for a parameter are refused before the first row if they lack the unit that its formulas
+/// need.
 #[test]
 fn numbers_without_the_unit_of_a_parameter_are_refused() {
     let folder = Folder::new("sweep-unit");
@@ -196,17 +197,18 @@ fn sampled_designs_can_be_repeated() {
     places.sort_unstable();
     assert_eq!(places, (0..10).collect::<Vec<_>>());
 
-    // A scatter plot over each key, with a mark for each design.
+    // A scatter plot for each key, with a mark for each design.
     for file in ["out/sweep-1.svg", "out/sweep-2.svg"] {
         assert_eq!(folder.read(file).matches("<circle").count(), 10, "{file}");
     }
-    // Behind the robots, whose pictures have circles, too.
+    // The plots follow the pictures of the robots, which also contain circles.
     let page = folder.read("out/report.html");
     let (_, plots) = page.split_once("Over the varied keys").expect("the plots");
     assert_eq!(plots.matches("<circle").count(), 20);
 }
 
-/// Killed twice, the study continues and has the bytes of one that was not.
+/// A study that was killed twice and continued has files identical to those of an uninterrupted
+/// study.
 #[test]
 #[cfg(unix)]
 fn a_killed_study_continues_to_the_same_bytes() {
@@ -238,7 +240,7 @@ fn a_killed_study_continues_to_the_same_bytes() {
         child.wait().unwrap();
         assert!(!folder.0.join("out/sweep.csv").exists(), "the study ended too early to be killed");
     }
-    // A row that was cut is computed again.
+    // A truncated row is computed again.
     let partial = folder.0.join("out/sweep.partial.csv");
     let text = fs::read(&partial).unwrap();
     fs::write(&partial, &text[..text.len() - 7]).unwrap();
@@ -260,7 +262,7 @@ fn a_killed_study_continues_to_the_same_bytes() {
     assert_eq!(Folder(folder.0.join("out")).files(), Folder(folder.0.join("whole")).files());
 }
 
-/// A study in which no design has results fails, and says the first reason.
+/// A study in which no design has results fails with the first reason.
 #[test]
 fn a_study_without_results_fails() {
     let folder = Folder::new("sweep-fails");

@@ -28,7 +28,7 @@ a = "60 deg + 40 deg/s*t"
 p1 = "0.1 m/s*t"
 "#;
 
-/// A loop that is open by an angle is named, although another loop has a smaller gap.
+/// The message names a loop that is open by an angle, although another loop has a smaller gap.
 #[test]
 fn loops_open_by_an_angle_are_named() {
     let folder = Folder::new("twisted");

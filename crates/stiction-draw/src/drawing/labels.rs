@@ -160,7 +160,7 @@ pub(super) fn area_of(points: impl Iterator<Item = Point>, margin: f64) -> Area 
     area
 }
 
-/// Value of a `viewBox` attribute.
+/// Formats an area as the value of a `viewBox` attribute.
 pub(super) fn view_box(area: &Area) -> String {
     let [x, y] = area.least;
     format!("{} {} {} {}", px(x), px(y), px(area.greatest[0] - x), px(area.greatest[1] - y))

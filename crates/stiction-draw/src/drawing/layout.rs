@@ -8,8 +8,7 @@ use stiction_core::spatial::Vec3;
 /// Smallest number of joints of a hub, a body at which legs begin or end.
 const HUB: usize = 3;
 
-/// Layout of a mechanism. Points are in world axes, relative to the reference point of the kernel,
-/// m.
+/// Layout of a mechanism. Points are in world axes, relative to the common origin of the poses, m.
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
     /// Position of the symbol of each joint.
@@ -74,7 +73,8 @@ pub fn outputs(mechanism: &Mechanism) -> Vec<usize> {
     traced_of(joints.len(), &[&|body| hubs[*body], &is_end, &off_ground])
 }
 
-/// Bodies for which the first of the conditions holds that holds for any; empty if there are too many.
+/// Evaluates the conditions in order and returns the bodies that satisfy the first condition
+/// satisfied by any body; empty if there are more than [`TRACED`].
 pub(super) fn traced_of(bodies: usize, conditions: &[&dyn Fn(&usize) -> bool]) -> Vec<usize> {
     let mut all = conditions.iter().map(|holds| (1..bodies).filter(holds).collect::<Vec<_>>());
     let found = all.find(|found| !found.is_empty()).unwrap_or_default();

@@ -16,7 +16,7 @@ const AXIS: f64 = 26.0;
 pub(super) struct Entry {
     /// Function that draws the symbol at a given point.
     pub(super) symbol: Box<dyn Fn(Point) -> String>,
-    /// Half the symbol's width, px.
+    /// Half the width of the symbol, px.
     pub(super) half: f64,
     pub(super) meaning: String,
 }

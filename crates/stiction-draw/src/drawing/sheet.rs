@@ -25,11 +25,11 @@ pub(super) struct Sheet<'a> {
     drawing: &'a Drawing<'a>,
     pen: Pen,
     detail: Detail,
-    /// Scale, px per m.
+    /// Scale of the picture, px per m.
     scale: f64,
     /// Point of the projected mechanism at the centre of the picture, m.
     centre: Point,
-    /// Centre of mass of each body, relative to the reference point of the kernel, world axes, m.
+    /// Centre of mass of each body in world axes, relative to the common origin of the poses, m.
     coms: Vec<Vec3<f64>>,
     /// SVG markup of the drawn parts, each with its depth towards the viewer, px.
     parts: Vec<(f64, String)>,
@@ -145,7 +145,8 @@ impl<'a> Sheet<'a> {
         self.drawing.placed.mechanism.joints()
     }
 
-    /// Projects a point (relative to the reference point, world axes, m) into the picture, px.
+    /// Projects a point into the picture, px. The point is in world axes, relative to the common
+    /// origin of the poses, m.
     fn at(&self, point: Vec3<f64>) -> Point {
         let [x, y] = self.pen.view.project(point);
         [(x - self.centre[0]) * self.scale, (y - self.centre[1]) * self.scale]

@@ -20,7 +20,7 @@ pub(super) const COLOURS: usize = BRANCHES.len();
 pub enum Surface {
     /// Transparent background; light or dark colours according to the reader's preference.
     Inline,
-    /// White sheet of paper.
+    /// White background, like a sheet of paper.
     Paper,
 }
 

@@ -75,7 +75,7 @@ impl Trail {
         self.samples += 1;
     }
 
-    /// Paths relative to the reference point of the kernel, world axes, m.
+    /// Paths in world axes, relative to the common origin of the poses, m.
     pub(super) fn paths(&self) -> impl Iterator<Item = &[Vec3<f64>]> {
         self.bodies.iter().map(|path| path.points.as_slice())
     }

@@ -39,7 +39,7 @@ const WIDTH: f64 = 700.0;
 const ROW: f64 = 24.0;
 const LETTER: f64 = 6.8;
 const LONGEST: usize = 28;
-/// Number of steps between ticks.
+/// Approximate number of steps between the ticks of the axis.
 const TICKS: usize = 8;
 
 impl Bars {

@@ -55,7 +55,7 @@ pub struct Panel {
 pub struct Plane {
     /// Name and unit of the horizontal axis.
     pub x_label: String,
-    /// Index of the body.
+    /// Index of the body whose path is shown.
     pub body: usize,
     /// Horizontal and vertical axis: 0, 1, 2 for x, y, z.
     pub axes: [usize; 2],

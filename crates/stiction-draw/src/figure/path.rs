@@ -9,7 +9,7 @@ pub struct PathTrace {
     points: Vec<[f64; 3]>,
 }
 
-/// Largest number of groups.
+/// Largest number of groups of successive points.
 const GROUPS: usize = 500;
 
 impl PathTrace {

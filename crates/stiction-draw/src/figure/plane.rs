@@ -34,7 +34,7 @@ fn extents(panel: &Panel) -> [f64; 2] {
     })
 }
 
-/// Panels in rows: those of each body in rows of their own.
+/// Arranges the panels in rows; panels of different bodies are in different rows.
 fn rows(figure: &Figure) -> Vec<Vec<&Panel>> {
     let body = |panel: &Panel| panel.plane.as_ref().map(|plane| plane.body);
     let mut rows: Vec<Vec<&Panel>> = Vec::new();

@@ -25,7 +25,7 @@ impl Trace {
         Self { stretch, taken: 0, extremes: None, points: Vec::new() }
     }
 
-    /// Adds a point.
+    /// Adds a point to the series.
     pub fn push(&mut self, x: f64, y: f64) {
         let now = (x, y);
         let [lowest, highest] = self.extremes.get_or_insert([now; 2]);
@@ -41,7 +41,7 @@ impl Trace {
         }
     }
 
-    /// Interrupts the curve.
+    /// Interrupts the curve after the last point.
     pub fn interrupt(&mut self) {
         self.flush();
         if self.points.last().is_some_and(|point| point.1.is_finite()) {

@@ -102,7 +102,7 @@ fn document(title: &str, policy: &str, style: &str, inner: &str) -> String {
     )
 }
 
-/// Alignment of a column.
+/// Alignment of the cells of a table column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Column {
     /// Words, aligned to the left.

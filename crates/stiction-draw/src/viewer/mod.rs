@@ -75,7 +75,7 @@ pub struct Mesh {
 pub struct MeshFile {
     /// Name of the file, for messages.
     pub name: String,
-    /// `stl`, `obj` or `gltf`.
+    /// Format of the file: `stl`, `obj` or `gltf`.
     pub format: &'static str,
     /// Content of the file.
     pub bytes: Vec<u8>,

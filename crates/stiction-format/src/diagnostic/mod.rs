@@ -40,7 +40,7 @@ pub struct Diagnostic {
 }
 
 impl Diagnostic {
-    /// An error with a code and a message, without a place.
+    /// Creates an error with a code and a message, without a place.
     pub fn error(code: &'static str, message: impl Into<String>) -> Self {
         Self {
             severity: Severity::Error,
@@ -106,7 +106,7 @@ impl Diagnostic {
         object
     }
 
-    /// Tests if `other` is the same message about the same place.
+    /// Tests if `other` has the same text and refers to the same place.
     fn repeats(&self, other: &Self) -> bool {
         let place = |d: &Self| d.place.as_ref().map(|p| (Arc::as_ptr(&p.source), p.span.clone()));
         self.message == other.message && place(self) == place(other)
@@ -128,7 +128,7 @@ pub struct Diagnostics {
 }
 
 impl Diagnostics {
-    /// An empty list.
+    /// Creates an empty list of messages.
     pub fn new() -> Self {
         Self::default()
     }

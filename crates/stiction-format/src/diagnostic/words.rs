@@ -40,7 +40,7 @@ fn similar<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Vec
     near.into_iter().take_while(|&(distance, _)| distance == least).map(|(_, name)| name).collect()
 }
 
-/// The candidate most similar to `name`.
+/// Returns the candidate most similar to `name`; `None` if no candidate is similar.
 pub(crate) fn nearest<'a>(
     name: &str,
     candidates: impl IntoIterator<Item = &'a str>,

@@ -19,7 +19,7 @@ const NAMED: &[&str] = &[
     "motions",
     "loads",
 ];
-/// Tables of named parts of legs that a path may leave out.
+/// Tables of named parts of legs. A path may omit the names of these tables.
 const NAMED_IN_LEGS: &[&str] = &["bodies", "joints", "springs"];
 
 /// Applies the changes of [`Source::with_changes`] to the document of this source, in order.
@@ -85,7 +85,8 @@ fn segments(path: &str) -> Vec<String> {
     parts.iter().map(|part| part.trim().to_owned()).collect()
 }
 
-/// Parses the value of a change as TOML, and text that is no valid TOML as a string without quotes.
+/// Parses the value of a change as TOML. Text that is not valid TOML is read as a string without
+/// quotes.
 fn read_value(written: &str, begin: usize) -> Value {
     const KEY: &str = "v=";
     let text = format!("{KEY}{written}");
@@ -93,7 +94,7 @@ fn read_value(written: &str, begin: usize) -> Value {
         && let Some((_, value)) = table.get_ref().iter().next()
     {
         let mut value = convert(value, &text, 1);
-        // `begin` is the place of the text after the key.
+        // `begin` is the byte offset of the text after the key.
         move_by(&mut value, begin.wrapping_sub(KEY.len()));
         return value;
     }
@@ -138,7 +139,7 @@ pub(super) enum Outcome {
     },
 }
 
-/// The new value, and the path of the key that receives it.
+/// Change to apply: the new value, and the path of the key that receives it.
 #[derive(Clone, Copy)]
 pub(super) struct Target<'a> {
     pub(super) path: &'a [String],
@@ -210,7 +211,8 @@ impl Target<'_> {
             let Outcome::Unknown { name, mut known } = self.in_parts_of_legs(table) else {
                 return Outcome::Set;
             };
-            // A single key, or one that leads to a table, may be new; a part may not.
+            // A key may be new if it ends the path or is a key of the table `legs`; a part may not
+            // be new.
             if !open || self.path.len() > 1 && LEGS.iter().all(|field| field.key != name) {
                 known.extend(names(table));
                 return Outcome::Unknown { name, known };

@@ -3,11 +3,11 @@
 use super::change::{Outcome, Target, table_of};
 use super::{Key, Node, Table, Value};
 
-/// Tables of parts of a leg.
+/// Keys of the tables that contain the parts of a leg.
 const KINDS: [&str; 3] = ["bodies", "joints", "actuators"];
 
-/// Sets a value of a part of one leg among all groups; `None` if the path names no such part. The path begins with the name
-/// of the part, or with its kind: `bodies.leg2.rod.mass`.
+/// Sets a value of a part of one leg among all groups; `None` if the path names no such part. The
+/// path begins with the name of the part, or with its kind: `bodies.leg2.rod.mass`.
 pub(super) fn set(target: &Target<'_>, legs: &mut Value) -> Option<Outcome> {
     let first = target.path.first()?;
     let (kinds, path) = match KINDS.iter().find(|kind| *kind == first) {
@@ -39,7 +39,7 @@ pub(super) fn set(target: &Target<'_>, legs: &mut Value) -> Option<Outcome> {
     None
 }
 
-/// Names of the legs of a group that follows `count` legs.
+/// Names of the legs of a group, where `count` is the number of legs in all previous groups.
 fn names(group: &Table, count: usize) -> Vec<String> {
     let list = group.get("place").or_else(|| group.get("angles")).and_then(Value::as_list);
     let own = |value: &Value| Some(value.as_table()?.get("name")?.as_text()?.to_owned());
@@ -48,7 +48,8 @@ fn names(group: &Table, count: usize) -> Vec<String> {
         .collect()
 }
 
-/// Name in the chain of the part with this name in the model, if it is in the table of the group.
+/// Converts the name of a part in the model, such as `leg2.rod`, to its name in the chain, `rod`;
+/// `None` if the group has no table for this part.
 fn part(group: &Table, kind: &str, leg: &str, name: &str) -> Option<String> {
     let known = |key: &str| {
         group.get(kind).and_then(Value::as_table).is_some_and(|table| table.get(key).is_some())
@@ -66,7 +67,8 @@ fn part(group: &Table, kind: &str, leg: &str, name: &str) -> Option<String> {
     (known(key) && pattern(key).is_none()).then(|| key.to_owned())
 }
 
-/// Sets a value among those that only one leg has. A value that the group has is copied before a part of it is set.
+/// Sets a value in the table of a single leg. If the path leads into a value that all legs share,
+/// this value is first copied to the leg.
 fn set_in_leg(
     target: &Target<'_>,
     group: &mut Table,
@@ -84,7 +86,8 @@ fn set_in_leg(
     Some(target.in_table(own, true, part))
 }
 
-/// List of the places of the legs. Angles become places with angles.
+/// Returns the list `place` of a group, which has an entry for each leg. A list `angles` is first
+/// converted to a list `place`.
 fn place_list(group: &mut Table) -> Option<&mut Vec<Value>> {
     if group.get("place").is_none()
         && let Some((key, value)) = group.entries.iter_mut().find(|(key, _)| key.name == "angles")

@@ -14,7 +14,7 @@ pub(super) struct Repaired<'a> {
     pub(super) unclosed: Vec<Span>,
 }
 
-/// Removes values that are not closed.
+/// Removes values whose brackets are not closed from a text.
 pub(super) fn close_brackets(source: &Source) -> Repaired<'_> {
     let mut repaired = Repaired { text: Cow::Borrowed(&source.text), unclosed: Vec::new() };
     while repaired.unclosed.len() < MAX_REPAIRS {

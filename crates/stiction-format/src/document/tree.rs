@@ -97,8 +97,8 @@ impl Value {
 }
 
 impl Text {
-    /// Byte range in the source of the range `part` of the content; the whole value's range if the
-    /// content contains escapes.
+    /// Converts the range `part` of the content to a byte range in the source. Returns the range of
+    /// the whole value if the content contains escapes.
     pub(crate) fn place_of(&self, value: &Span, part: &Span) -> Span {
         match self.start {
             Some(start) => start + part.start..start + part.end,

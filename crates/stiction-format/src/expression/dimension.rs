@@ -40,17 +40,17 @@ impl Dimension {
         Self { radian: power * ONE, ..self }
     }
 
-    /// Tests for a plain number or an angle.
+    /// Tests if the dimension is that of a plain number or an angle.
     pub(crate) fn is_none(self) -> bool {
         self.same(Self::NONE)
     }
 
-    /// Tests for a plain number written with an angle unit.
+    /// Tests if the dimension is that of a plain number written with an angle unit.
     pub(crate) fn is_angle(self) -> bool {
         self.is_none() && self.radian != 0
     }
 
-    /// Tests for any power of the angle unit other than 0.
+    /// Tests if the power of the angle unit is not 0.
     pub(crate) fn has_angle(self) -> bool {
         self.radian != 0
     }
@@ -60,7 +60,7 @@ impl Dimension {
         Self { radian: 0, ..self } == Self { radian: 0, ..other }
     }
 
-    /// Tests for a nonzero power of time.
+    /// Tests if the power of time is not 0.
     pub(crate) fn has_time(self) -> bool {
         self.second != 0
     }

@@ -63,7 +63,7 @@ impl Function {
         ("sign", Self::Sign),
     ];
 
-    /// The function with this name.
+    /// Returns the function with this name.
     pub(crate) fn find(name: &str) -> Option<Self> {
         Self::ALL.iter().find(|(known, _)| *known == name).map(|&(_, function)| function)
     }
@@ -73,7 +73,7 @@ impl Function {
         Self::ALL.iter().find(|(_, f)| *f == self).map_or("", |&(name, _)| name)
     }
 
-    /// Signature for messages.
+    /// Signature of the function for messages.
     pub(crate) fn usage(self) -> String {
         let arguments = match self {
             Self::Atan2 => "y, x",

@@ -11,12 +11,12 @@ pub(crate) struct Jet {
 }
 
 impl Jet {
-    /// A constant.
+    /// Creates the jet of a constant, whose derivatives are zero.
     pub(crate) fn constant(value: f64) -> Self {
         Self { value, first: 0.0, second: 0.0 }
     }
 
-    /// The time as a variable.
+    /// Creates the jet of the time itself at time `t`.
     pub(crate) fn time(t: f64) -> Self {
         Self { value: t, first: 1.0, second: 0.0 }
     }
@@ -117,7 +117,7 @@ impl Jet {
         self.chain(root, slope, -0.5 * slope / self.value)
     }
 
-    /// Power with a constant exponent.
+    /// Power of a jet with a constant exponent.
     pub(crate) fn powf(self, n: f64) -> Self {
         let x = self.value;
         // A zero factor takes precedence over an infinite power: the derivative of x^1 at 0 is 1,
@@ -128,7 +128,7 @@ impl Jet {
         self.chain(x.powf(n), term(n, n - 1.0), term(n * (n - 1.0), n - 2.0))
     }
 
-    /// Power with a time-dependent exponent.
+    /// Power of a jet with a time-dependent exponent.
     pub(crate) fn pow(self, n: Self) -> Self {
         (self.ln() * n).exp()
     }

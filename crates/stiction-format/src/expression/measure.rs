@@ -55,7 +55,7 @@ pub(crate) enum Measure {
 pub(crate) struct Words {
     /// Noun phrase such as `a length`.
     pub(crate) noun: &'static str,
-    /// An example with a unit.
+    /// Example of a value with a unit.
     pub(crate) example: &'static str,
     /// SI unit assumed for bare numbers.
     pub(crate) unit: &'static str,

@@ -64,7 +64,7 @@ pub(crate) trait Scope {
     fn find(&self, name: &str) -> Option<usize>;
     /// Value of a parameter; `None` if its own definition is invalid.
     fn value(&self, index: usize) -> Option<Quantity>;
-    /// All names, for suggestions.
+    /// Names of all parameters, for suggestions.
     fn names(&self) -> Vec<&str>;
     /// Index and dimension of a measured coordinate or of its rate; for any other name, a message and help. `None`
     /// where expressions cannot use coordinates.

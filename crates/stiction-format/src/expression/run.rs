@@ -86,7 +86,7 @@ impl Formula {
         fault.map_or(Ok(value), Err)
     }
 
-    /// Calls `visit` for every operation with its arguments at time `t`.
+    /// Calls `see` for every operation with its arguments at time `t`.
     pub(super) fn visit(&self, t: f64, see: &mut dyn FnMut(Op, &[Jet])) {
         self.run(t, &mut |op, arguments, _, _| {
             see(op, arguments);

@@ -19,7 +19,8 @@ const RAMP_SAMPLES: f64 = 4.0;
 const TIME_RESOLUTION: f64 = 1e-13;
 
 impl Formula {
-    /// Returns the time up to which a few samples from `t` on resolve the formula, s.
+    /// Returns a time, s, after `t` (s) such that a few samples between both times resolve the
+    /// formula.
     pub(crate) fn resolved_until(&self, t: f64) -> f64 {
         let mut soonest = f64::INFINITY;
         let now = TIME_RESOLUTION * t.abs().max(1.0);
@@ -33,8 +34,8 @@ impl Formula {
     }
 }
 
-/// Time from the present up to which samples resolve the result of an operation, s; infinite if the operation has no
-/// features.
+/// Time from `now` on, s, within which a few samples resolve the result of an operation; infinite
+/// if the operation has no features.
 fn within(op: Op, arguments: &[Jet], now: f64) -> f64 {
     let argument = |k: usize| arguments.get(k).copied().unwrap_or(Jet::constant(0.0));
     let a = argument(0);
@@ -79,8 +80,8 @@ fn until_zero(x: Jet) -> f64 {
     if until > 0.0 { until } else { f64::INFINITY }
 }
 
-/// Time until a number reaches zero, according to its rate and acceleration, or its rate changes sign, s. A zero
-/// crossing at the present time counts as past.
+/// Time, s, until a number reaches zero or its rate changes sign, extrapolated with its present
+/// rate and acceleration. A zero crossing at the present time counts as past.
 fn until_met(x: Jet, now: f64) -> f64 {
     let root = (x.first * x.first - 2.0 * x.value * x.second).sqrt();
     // Choose the form of the root without cancellation.
@@ -90,14 +91,15 @@ fn until_met(x: Jet, now: f64) -> f64 {
     all.into_iter().filter(|within| *within > now).fold(f64::INFINITY, f64::min)
 }
 
-/// Time until a number changes by the given amount, according to its rate and its acceleration, s.
+/// Time, s, until a number changes by the given amount, extrapolated with its present rate and
+/// acceleration.
 fn until_changed_by(x: Jet, change: f64) -> f64 {
     (change / x.first.abs()).min((2.0 * change / x.second.abs()).sqrt())
 }
 
-/// Time until `size`, an argument of a steep function, changes by one, s. A negative `above` is the
-/// amount by which `size` is below the threshold of relevance; the time until it reaches the
-/// threshold then counts if longer.
+/// Time, s, until the argument `size` of a steep function changes by one. `above` is the difference
+/// between `size` and the threshold below which the function is constant or negligible. If `above`
+/// is negative, the result is at least the time until `size` reaches the threshold.
 fn until_steep(size: Jet, above: f64) -> f64 {
     if above >= 0.0 {
         return until_changed_by(size, 1.0);

@@ -25,8 +25,8 @@ impl Formula {
         self.steps.iter().any(|(op, _)| *op == Op::Time)
     }
 
-    /// Value at time `t`, s, for measured quantities. `side` receives the value of each switching function and
-    /// returns its side.
+    /// Value at time `t`, s, for measured quantities. The closure `side` receives the value of each
+    /// switching function and returns its side.
     pub(crate) fn at_state(
         &self,
         t: f64,

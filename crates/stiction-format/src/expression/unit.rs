@@ -68,7 +68,7 @@ const POWER: Dimension = Dimension::of(2, 1, -3);
 const PRESSURE: Dimension = Dimension::of(-1, 1, -2);
 const CURRENT: Dimension = Dimension::NONE.with_current(1);
 
-/// All units.
+/// All units that expressions can use.
 pub(crate) const UNITS: &[Unit] = &[
     unit("m", 1.0, 0, LENGTH),
     unit("km", 1.0, 3, LENGTH),

@@ -29,9 +29,9 @@ pub(crate) struct Field {
 pub(crate) enum Shape {
     /// A string.
     Text,
-    /// A name of a part.
+    /// Name of a part of the model, such as a body or a joint.
     Name,
-    /// A list of names.
+    /// List of names of parts.
     Names,
     /// One of the given words.
     Choice(&'static [&'static str]),
@@ -41,9 +41,9 @@ pub(crate) enum Shape {
     LinearOrAngular(Measure, Measure),
     /// Six quantities, or six rows of six.
     SixBySix(Measure),
-    /// Three quantities.
+    /// List of three quantities of the same kind.
     Vector(Measure),
-    /// A list of quantities.
+    /// List of quantities of the same kind.
     Quantities(Measure),
     /// A list of pairs of quantities.
     Pairs(Measure, Measure),
@@ -67,11 +67,11 @@ pub(crate) enum Shape {
     List(&'static [Field]),
     /// Tables with these keys, by name.
     Named(&'static [Field]),
-    /// Texts by name.
+    /// Table of texts by name.
     Texts,
-    /// Quantities by name.
+    /// Table of quantities by name, whose kinds are arbitrary.
     Parameters,
-    /// Coefficients by joint name.
+    /// Table of coefficients by the name of a joint.
     Coefficients,
     /// Motions by name: tables with these keys, and with names of coordinates as further keys.
     Motions(&'static [Field]),
@@ -111,7 +111,7 @@ impl Field {
     }
 }
 
-/// The field with this key.
+/// Returns the field with this key.
 pub(crate) fn find(fields: &'static [Field], key: &str) -> Option<&'static Field> {
     fields.iter().find(|field| field.key == key)
 }

@@ -12,7 +12,7 @@ pub(super) const GROUND: usize = 0;
 /// Robot: its bodies, joints, springs, gearings and motors.
 #[derive(Clone, Debug)]
 pub(super) struct Description {
-    /// Name of the format, for comments.
+    /// Name of the imported file's format, for comments in the model file.
     pub(super) format: &'static str,
     pub(super) name: String,
     pub(super) gravity: Vec3<f64>,
@@ -35,7 +35,7 @@ pub(super) struct Description {
     pub(super) gearings: Vec<Gearing>,
     /// Extension elements of this program in the file.
     pub(super) extensions: Vec<super::extension::Entry>,
-    /// Name of the position at which joints start in the file, such as a keyframe.
+    /// Description of the configuration in which the file starts the joints, such as a keyframe.
     pub(super) position: &'static str,
 }
 
@@ -50,7 +50,7 @@ pub(super) struct Body {
     /// Meshes that show the body.
     pub(super) visuals: Vec<VisualMesh>,
     pub(super) place: Option<Place>,
-    /// Comment above the body's table.
+    /// Comment to be written above the body's table.
     pub(super) comment: Option<String>,
 }
 
@@ -58,14 +58,14 @@ pub(super) struct Body {
 #[derive(Clone, Debug)]
 pub(super) struct VisualMesh {
     pub(super) file: String,
-    /// Factors of the three coordinates of the mesh.
+    /// Scale factors of the coordinates x, y and z of the mesh.
     pub(super) scale: [f64; 3],
     /// Pose of the scaled mesh in the frame of the body.
     pub(super) pose: Pose<f64>,
 }
 
 impl Body {
-    /// A body without mass.
+    /// Creates a body without mass.
     pub(super) fn massless(name: impl Into<String>, place: Option<Place>) -> Self {
         Self {
             name: name.into(),
@@ -101,7 +101,8 @@ pub(super) struct Joint {
     pub(super) dofs: Vec<Coordinate>,
     /// Damping of all rotations of a spherical joint, N m s/rad.
     pub(super) damping: f64,
-    /// Pose of frame K in frame J at the file's position, for joints without scalar coordinates.
+    /// Pose of frame K in frame J in the file's configuration, for joints without scalar
+    /// coordinates.
     pub(super) start: Option<Pose<f64>>,
     /// True for a joint that closes a loop: it is not part of the tree of bodies.
     pub(super) closes: bool,
@@ -114,7 +115,7 @@ pub(super) struct Joint {
 }
 
 impl Joint {
-    /// A joint whose frames J and K are the frames of its bodies.
+    /// Creates a joint whose frames J and K coincide with the frames of its bodies.
     pub(super) fn new(name: impl Into<String>, kind: JointType, ends: (usize, usize)) -> Self {
         let dofs = if kind.has_scalar_coordinates() { kind.dofs().len() } else { 0 };
         Self {
@@ -144,7 +145,7 @@ impl Joint {
         }
     }
 
-    /// Pose of frame K in frame J in the file's position.
+    /// Pose of frame K in frame J in the file's configuration.
     pub(super) fn across(&self) -> Pose<f64> {
         if let Some(start) = self.start {
             return start;
@@ -156,7 +157,7 @@ impl Joint {
         self.kind.pose(&q, self.pitch)
     }
 
-    /// Pose of `to` in `from` in the file's position.
+    /// Pose of `to` in `from` in the file's configuration.
     pub(super) fn relative(&self) -> Pose<f64> {
         self.frame_j * self.across() * self.frame_k.inverse()
     }
@@ -165,7 +166,7 @@ impl Joint {
 /// Properties of one scalar coordinate of a joint, in SI units.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Coordinate {
-    /// Value in the file's position.
+    /// Value of the coordinate in the file's configuration.
     pub(super) position: f64,
     pub(super) range: Option<[f64; 2]>,
     pub(super) damping: f64,
@@ -194,7 +195,7 @@ pub(super) struct Spring {
 #[derive(Clone, Debug)]
 pub(super) struct Gearing {
     pub(super) name: String,
-    /// Joint, degree of freedom and factor.
+    /// Terms of the sum: index of the joint, degree of freedom and factor.
     pub(super) terms: Vec<(usize, usize, f64)>,
     pub(super) constant: f64,
     pub(super) place: Option<Place>,
@@ -273,8 +274,8 @@ impl Description {
         }
     }
 
-    /// Poses of all bodies in the ground's frame at the file's position, computed first along joints that close no
-    /// loop; `None` for bodies without a connection.
+    /// Poses of all bodies in the ground's frame in the file's configuration, computed first along
+    /// joints that close no loop; `None` for bodies without a connection.
     pub(super) fn poses(&self) -> Vec<Option<Pose<f64>>> {
         let mut poses = vec![None; self.bodies.len()];
         poses[GROUND] = Some(Pose::identity());

@@ -1,4 +1,5 @@
-//! Extension elements of this program in files of other formats, for properties that these formats cannot express.
+//! Extension elements of this program in files of other formats, for properties that these formats
+//! cannot express.
 //!
 //! In URDF and SDF these are elements in a separate namespace, in MJCF custom texts. Each names the
 //! joint or other part to which it belongs:
@@ -11,7 +12,7 @@
 //! | `range` | the content of the joint's `range` |
 //! | `from` | the predecessor of a joint whose bodies are exchanged in the file |
 //! | `start` | coordinates of the joint at which the robot starts |
-//! | `coordinates` | coordinates of the joint at the position of the file, which are zero in the file |
+//! | `coordinates` | the joint's coordinates in the file's configuration, where the file has zero |
 //! | `default` | the value of this name in the table `default`: `friction` |
 //! | `gravity` | three numbers, without a name |
 
@@ -26,10 +27,10 @@ use stiction_core::joint::JointType;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 use toml::Table;
 
-/// Namespace of the elements.
+/// XML namespace of the extension elements.
 pub const NAMESPACE: &str = "urn:stiction:1";
 
-/// One element.
+/// Extension element: its kind, the name of its joint or other part, and its text.
 #[derive(Clone, Debug)]
 pub(super) struct Entry {
     kind: String,
@@ -206,7 +207,8 @@ pub(super) fn supersede(robot: &mut Description) {
     }
 }
 
-/// Reports extension elements that belong to no existing joint, or to another body than its joint.
+/// Reports extension elements whose joint does not exist, and elements `from` whose body is not
+/// connected by their joint.
 pub(super) fn note_left(context: &Context<'_>, robot: &Description, entries: Vec<Entry>) {
     for entry in entries {
         let name = quoted(&entry.name);
@@ -252,8 +254,8 @@ fn joint(context: &Context<'_>, robot: &mut Description, index: usize, entry: &E
     }
 }
 
-/// Tests if the count of numbers is the joint's count of coordinates, and a quaternion among them
-/// has length 1.
+/// Tests if there is one number for each coordinate of the joint, and if a quaternion among the
+/// numbers has length 1.
 fn is_position(kind: JointType, numbers: &[f64]) -> bool {
     let unit = |q: &[f64]| (q.iter().map(|x| x * x).sum::<f64>() - 1.0).abs() < 1e-6;
     numbers.len() == kind.coordinates()
@@ -276,7 +278,7 @@ fn shift(joint: &mut Joint, numbers: &[f64], across: Pose<f64>) {
             joint.frame_j = joint.frame_j * turn(2, -numbers[0]);
             joint.frame_k = joint.frame_k * turn(0, numbers[1]);
         }
-        // The position of a floating body remains that of the file.
+        // The pose of a floating body remains that of the file.
         JointType::Free => {}
         _ => joint.frame_k = joint.frame_k * across,
     }

@@ -10,7 +10,7 @@ pub(super) struct Mass {
     pub(super) inertia: Mat3<f64>,
 }
 
-/// Symmetric tensor with these six entries.
+/// Creates a symmetric tensor from its six entries.
 pub(super) fn symmetric([xx, yy, zz, xy, xz, yz]: [f64; 6]) -> Mat3<f64> {
     let column = |a, b, c| Vec3::new(a, b, c);
     Mat3::from_columns(column(xx, xy, xz), column(xy, yy, yz), column(xz, yz, zz))
@@ -36,7 +36,7 @@ pub(super) fn steiner(mass: f64, arm: Vec3<f64>) -> Mat3<f64> {
 }
 
 impl Mass {
-    /// Zero mass.
+    /// Mass properties of a massless part.
     pub(super) const fn none() -> Self {
         let zero = Vec3 { x: 0.0, y: 0.0, z: 0.0 };
         Self { mass: 0.0, com: zero, inertia: Mat3 { columns: [zero; 3] } }

@@ -1,4 +1,4 @@
-//! Couplings of a single coordinate: they lock its joint.
+//! Couplings of a single coordinate, which lock its joint.
 
 use super::context::Context;
 use super::description::Description;
@@ -8,7 +8,8 @@ use stiction_core::joint::JointType;
 /// Relative deviation of two values of one coordinate that counts as rounding.
 const SAME: f64 = 1e-9;
 
-/// Fixes joints whose coordinate a coupling of no other joint prescribes, at this coordinate.
+/// Replaces joints by fixed joints if a coupling of a single coordinate prescribes their
+/// coordinate.
 pub(super) fn fix(context: &Context<'_>, robot: &mut Description) {
     while let Some((gearing, joint, factor)) = next(robot) {
         let gearing = robot.gearings.remove(gearing);
@@ -52,7 +53,8 @@ pub(super) fn fix(context: &Context<'_>, robot: &mut Description) {
     }
 }
 
-/// First coupling of a single coordinate; returns its index, that of its joint, and the factor.
+/// Finds the first coupling of a single coordinate; returns the indices of the coupling and of its
+/// joint, and the factor of the coordinate.
 fn next(robot: &Description) -> Option<(usize, usize, f64)> {
     robot.gearings.iter().enumerate().find_map(|(index, gearing)| {
         let terms = || gearing.terms.iter().filter(|term| term.2 != 0.0);

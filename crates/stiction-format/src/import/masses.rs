@@ -9,10 +9,11 @@ use nalgebra::Matrix3;
 /// Largest mass of a body that is not reported as unrealistic, kg.
 const HEAVY: f64 = 1e5;
 
-/// Relative size, in moments of inertia of the robot, up to which a negative principal moment does not matter.
+/// Ratio of a negative principal moment to the typical moment of inertia of the robot, up to which
+/// the negative moment is negligible.
 const NEGLIGIBLE: f64 = 1e-8;
-/// Relative size, in moments of its body, up to which a negative principal moment is a rounding error of an exporter:
-/// files often have six digits.
+/// Ratio of a negative principal moment to the largest moment of its body, up to which the negative
+/// moment is a rounding error of an exporter: files often have six digits.
 const ROUNDING: f64 = 1e-5;
 
 /// Reports masses that are unrealistically large, since exporters sometimes confuse units; replaces negative principal
@@ -32,8 +33,8 @@ pub(super) fn check(context: &Context<'_>, robot: &mut Description) {
     }
 }
 
-/// Moment of inertia that is typical of the whole robot, kg m²: its mass at its greatest length, or the greatest moment of
-/// a body if that is more.
+/// Typical moment of inertia of the whole robot, kg m²: its mass times the square of its greatest
+/// length, or the greatest moment of a body if that is larger.
 fn moment_of(robot: &Description) -> f64 {
     let bodies = || robot.bodies.iter();
     let length = bodies().map(|body| body.com.norm()).fold(size_of(robot), f64::max);

@@ -43,8 +43,8 @@ impl Moments {
         Self { apex, mass: 0.0, first: Vec3::zero(), second: [[0.0; 3]; 3] }
     }
 
-    /// Adds a mass that is uniform over the simplex with these corners, relative to the apex; `count` is the number
-    /// of its corners, of which those at the apex are left out.
+    /// Adds a mass that is uniform over a simplex with `count` corners. `a`, `b` and `c` are
+    /// corners relative to the apex; a fourth corner is at the apex.
     fn add(&mut self, mass: f64, [a, b, c]: Triangle, count: f64) {
         let sum = a + b + c;
         self.mass += mass;
@@ -58,7 +58,8 @@ impl Moments {
         }
     }
 
-    /// Pyramids from the apex to all triangles, with density 1; `sign` maps their signed volumes to masses.
+    /// Sums the moments of pyramids from the apex to all triangles, with density 1; `sign` maps
+    /// their signed volumes to masses.
     fn of_pyramids(triangles: &[Triangle], apex: Vec3<f64>, sign: fn(f64) -> f64) -> Self {
         let mut moments = Self::none(apex);
         for triangle in triangles {
@@ -69,7 +70,7 @@ impl Moments {
         moments
     }
 
-    /// Triangles with density 1 per area.
+    /// Sums the moments of all triangles, with mass 1 per area.
     fn of_surface(triangles: &[Triangle], apex: Vec3<f64>) -> Self {
         let mut moments = Self::none(apex);
         for triangle in triangles {
@@ -82,7 +83,7 @@ impl Moments {
         self.apex + self.first * self.mass.recip()
     }
 
-    /// Inertia about the apex.
+    /// Inertia tensor about the apex.
     fn inertia(&self) -> Mat3<f64> {
         let trace: f64 = (0..3).map(|k| self.second[k][k]).sum();
         let entry = |i: usize, j: usize| if i == j { trace } else { 0.0 } - self.second[i][j];
@@ -91,7 +92,8 @@ impl Moments {
     }
 }
 
-/// Mass with the inertia about its centre. Triangles that face inwards give a negative volume.
+/// Converts moments about the apex to a mass with its inertia about the centre of mass. Triangles
+/// that face inwards give a negative volume.
 fn about_own_com(moments: Moments) -> Mass {
     let com = moments.com();
     let moved = steiner(moments.mass, com + -moments.apex);

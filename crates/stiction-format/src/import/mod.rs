@@ -42,7 +42,7 @@ use xml::Element;
 /// Result of an import.
 #[derive(Clone, Debug)]
 pub struct Imported {
-    /// Text of a model file.
+    /// Text of the model file.
     pub text: String,
     /// Remarks on content that the model does not express, or expresses differently from the file.
     pub notes: Vec<Note>,
@@ -89,8 +89,8 @@ pub fn import(
     }
 }
 
-/// Remark that shapes are omitted, as a model has none; `is_shown` if meshes of some bodies are
-/// kept.
+/// Remark that shapes are omitted, because a model has none. `is_shown` is true if meshes of some
+/// bodies are kept.
 fn left_out_shapes(is_shown: bool) -> &'static str {
     match is_shown {
         true => {
@@ -154,8 +154,9 @@ fn describe(context: &Context<'_>, root: &Element, stem: &str) -> Option<Descrip
     }
 }
 
-/// Writes the model file with equal legs; `long` is the text without them. `None` if the robot has none, or if no group
-/// makes the text shorter and describes the same mechanism, with the same names.
+/// Writes the model file with repeating legs as groups; `long` is the text without groups. `None`
+/// if the robot has no repeating legs, or if no grouped text is shorter and describes the same
+/// mechanism with the same names.
 fn with_legs(
     context: &Context<'_>,
     robot: &Description,
@@ -184,8 +185,8 @@ fn with_legs(
     shorter
 }
 
-/// Writes the model file twice: first without a motion, to find a position in which all loops
-/// close, then with a motion that keeps the robot in this position.
+/// Writes the model file twice: first without a motion, to find a configuration in which all loops
+/// close, then with a motion that keeps the robot in this configuration.
 fn write(context: &Context<'_>, source: &Source, mut robot: Description) -> Option<String> {
     // Extension elements name the bodies that a joint connects, not links that mark its frames.
     meaning::fold(&mut robot);

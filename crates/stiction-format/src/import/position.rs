@@ -1,5 +1,5 @@
-//! Finds the position of the robot with closed loops that is nearest to the position of its file, and the coordinates
-//! that fix this position.
+//! Finds the configuration with closed loops that is nearest to the configuration in the robot
+//! file, and coordinates that fix it.
 
 use super::context::Context;
 use super::description::{Description, GROUND};
@@ -15,13 +15,14 @@ use stiction_core::spatial::Pose;
 /// Greatest change of a coordinate, rad or m, that is attributed to rounded numbers.
 const SAME: f64 = 1e-6;
 
-/// Greatest number of degrees of freedom of all joints for which loops are closed here.
+/// Maximum number of joint coordinates of the robot; for larger robots, loops are not closed.
 const MOST: usize = 400;
 
 type Fixed = Vec<(Coordinate, f64)>;
 
-/// Coordinates of all joints that are in no loop and have no gearing, with their values at the position of the file: those
-/// of joints with scalar coordinates, and the poses of bodies that hang on free and spherical joints.
+/// Coordinates, with their values in the file's configuration, of all joints that are in no loop
+/// and have no gearing: those of joints with scalar coordinates, and the poses of bodies that hang
+/// on free and spherical joints.
 fn outside_loops(robot: &Description) -> Fixed {
     let (in_loops, poses) = (robot.in_loops(), robot.poses());
     let mut fixed = Fixed::new();
@@ -32,7 +33,7 @@ fn outside_loops(robot: &Description) -> Fixed {
         if !matches!(joint.kind, JointType::Free | JointType::Spherical) {
             continue;
         }
-        // The joint may be directed towards the ground.
+        // The predecessor may be the body farther from the ground.
         let is_carried = !robot.reached_without(index, GROUND)[joint.to];
         let carried = if is_carried { joint.to } else { joint.from };
         let (body, Some(pose)) = (BodyId(carried), poses[carried]) else { continue };
@@ -58,8 +59,8 @@ fn solver(model: &ModelFile, fixed: &Fixed) -> Option<InverseDynamics> {
     InverseDynamics::new(mechanism, homes, &coordinates, &targets, Settings::default()).ok()
 }
 
-/// Moves the description to the nearest position with closed loops. Returns coordinates that fix this position,
-/// preferably those of the motors.
+/// Moves the description to the nearest configuration with closed loops. Returns coordinates that
+/// fix this configuration, preferably those of the motors.
 pub(super) fn assemble(
     context: &Context<'_>,
     robot: &mut Description,
@@ -98,15 +99,15 @@ pub(super) fn assemble(
     Some(names(by_motors(model, &assembled, &outside).unwrap_or(fixed)))
 }
 
-/// Adds coordinates that fix what the given ones leave open.
+/// Adds coordinates that fix the remaining degrees of freedom.
 fn with_locks(model: &ModelFile, fixed: Fixed) -> Result<Fixed, AssemblyError> {
     let coordinates: Vec<Coordinate> = fixed.iter().map(|(coordinate, _)| *coordinate).collect();
     let rest = locks(&model.mechanism, &model.initial_poses, &coordinates, &targets(&fixed))?;
     Ok(fixed.into_iter().chain(rest).collect())
 }
 
-/// Coordinates of the motors and of joints outside of loops, with further ones for motions that these do not determine.
-/// `None` if they do not fix the position of the robot.
+/// Coordinates of the motors and of joints outside of loops, and further coordinates for degrees of
+/// freedom that these leave undetermined. `None` if they do not fix the robot's configuration.
 fn by_motors(model: &ModelFile, at: &InverseDynamics, outside: &Fixed) -> Option<Fixed> {
     let mechanism = &model.mechanism;
     let mut fixed: Fixed = mechanism
@@ -155,7 +156,7 @@ fn take_position(context: &Context<'_>, robot: &mut Description, at: &InverseDyn
         let values = at.joint_coordinates(JointId(index));
         for (dof, value) in joint.dofs.iter().zip(values) {
             let change = difference(dof.position, value).abs();
-            // Angles that differ by a full turn give the same position.
+            // Angles that differ by a full turn describe the same configuration.
             let change = change.min((change - std::f64::consts::TAU).abs());
             if change > largest && !joint.closes {
                 (largest, most) = (change, joint.name.clone());

@@ -25,7 +25,7 @@ pub(super) fn about(axis: usize, angle: f64) -> Mat3<f64> {
     Mat3::about_axis(axis, sin_cos(angle))
 }
 
-/// Roll, pitch and yaw about fixed axes x, y and z, rad.
+/// Rotation by roll, pitch and yaw, rad, about the fixed axes x, y and z.
 pub(super) fn roll_pitch_yaw([roll, pitch, yaw]: [f64; 3]) -> Mat3<f64> {
     about(2, yaw) * about(1, pitch) * about(0, roll)
 }

@@ -4,14 +4,15 @@ use super::inertia::Mass;
 use super::solid::with_moments;
 use std::f64::consts::PI;
 
-/// Sphere with this radius, m.
+/// Mass properties of the surface of a sphere with this radius, m.
 pub(super) fn sphere(radius: f64) -> Mass {
     let mass = 4.0 * PI * radius * radius;
     with_moments(mass, [2.0 / 3.0 * mass * radius * radius; 3])
 }
 
-/// Ellipsoid with these half axes, m, by MuJoCo's rules: the area by Thomsen's approximation (within 1.1 %), the mass in
-/// the layer up to half axes that are longer by a constant.
+/// Mass properties of the surface of an ellipsoid with these half axes, m, by MuJoCo's rules: the
+/// area by Thomsen's approximation (accurate to 1.1 %), and the mass distribution of a thin layer
+/// between the ellipsoid and one whose half axes are longer by a constant.
 pub(super) fn ellipsoid([a, b, c]: [f64; 3]) -> Mass {
     const EXPONENT: f64 = 1.6075;
     /// Thickness of the layer, m: that of MuJoCo, whose results depend on it to first order.
@@ -25,7 +26,7 @@ pub(super) fn ellipsoid([a, b, c]: [f64; 3]) -> Mass {
     with_moments(mass, [moment(0), moment(1), moment(2)])
 }
 
-/// Box with these half edges, m.
+/// Mass properties of the surface of a box with these half edges, m.
 pub(super) fn cuboid(half: [f64; 3]) -> Mass {
     let (mut mass, mut moments) = (0.0, [0.0; 3]);
     for across in 0..3 {
@@ -41,14 +42,16 @@ pub(super) fn cuboid(half: [f64; 3]) -> Mass {
     with_moments(mass, moments)
 }
 
-/// Wall of a cylinder about the z axis with this radius and half length, m, without its ends.
+/// Mass properties of the wall of a cylinder about the z axis, without its ends, with this radius
+/// and half length, m.
 fn wall(radius: f64, half: f64) -> Mass {
     let mass = 4.0 * PI * radius * half;
     let side = mass * (radius * radius / 2.0 + half * half / 3.0);
     with_moments(mass, [side, side, mass * radius * radius])
 }
 
-/// Cylinder about the z axis with this radius and half length, m.
+/// Mass properties of the surface of a cylinder about the z axis with this radius and half length,
+/// m.
 pub(super) fn cylinder(radius: f64, half: f64) -> Mass {
     let ends = 2.0 * PI * radius * radius;
     let side = ends * (radius * radius / 4.0 + half * half);
@@ -56,7 +59,8 @@ pub(super) fn cylinder(radius: f64, half: f64) -> Mass {
     wall(radius, half).with(ends)
 }
 
-/// Cylinder about the z axis with a hemisphere at each end; radius and half length of the cylinder, m.
+/// Mass properties of the surface of a capsule: a cylinder about the z axis with a hemisphere at
+/// each end, with the radius and the half length of the cylinder, m.
 pub(super) fn capsule(radius: f64, half: f64) -> Mass {
     let ball = sphere(radius);
     let axial = ball.inertia.at(2, 2);

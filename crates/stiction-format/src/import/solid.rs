@@ -8,21 +8,21 @@ pub(super) fn with_moments(mass: f64, moments: [f64; 3]) -> Mass {
     Mass { mass, com: Vec3::zero(), inertia: Mat3::diagonal(Vec3::from(moments)) }
 }
 
-/// Ellipsoid with these half axes, m.
+/// Mass properties of an ellipsoid with these half axes, m.
 pub(super) fn ellipsoid([a, b, c]: [f64; 3]) -> Mass {
     let mass = 4.0 / 3.0 * PI * a * b * c;
     let moment = |u: f64, v: f64| mass / 5.0 * (u * u + v * v);
     with_moments(mass, [moment(b, c), moment(a, c), moment(a, b)])
 }
 
-/// Box with these half edges, m.
+/// Mass properties of a box with these half edges, m.
 pub(super) fn cuboid([a, b, c]: [f64; 3]) -> Mass {
     let mass = 8.0 * a * b * c;
     let moment = |u: f64, v: f64| mass / 3.0 * (u * u + v * v);
     with_moments(mass, [moment(b, c), moment(a, c), moment(a, b)])
 }
 
-/// Cylinder about the z axis with this radius and half length, m.
+/// Mass properties of a cylinder about the z axis with this radius and half length, m.
 pub(super) fn cylinder(radius: f64, half: f64) -> Mass {
     let square = radius * radius;
     let mass = PI * square * 2.0 * half;
@@ -30,8 +30,8 @@ pub(super) fn cylinder(radius: f64, half: f64) -> Mass {
     with_moments(mass, [side, side, mass * square / 2.0])
 }
 
-/// Cylinder about the z axis with a hemisphere at each end; radius and half length of the cylinder,
-/// m.
+/// Mass properties of a capsule: a cylinder about the z axis with a hemisphere at each end, with
+/// the radius and the half length of the cylinder, m.
 pub(super) fn capsule(radius: f64, half: f64) -> Mass {
     let cylinder = cylinder(radius, half);
     let ball = 4.0 / 3.0 * PI * radius.powi(3);

@@ -13,13 +13,14 @@ use super::xml::Element;
 pub(super) struct Known {
     /// Tag of the element, or `parent/tag` where the parent matters.
     pub(super) tag: &'static str,
-    /// Attributes, separated by spaces.
+    /// Names of the known attributes, separated by spaces.
     pub(super) attributes: &'static str,
-    /// Tags of children, separated by spaces. The content of children without an entry of their own does not matter.
+    /// Tags of the known children, separated by spaces. The content of children without an entry of
+    /// their own is not checked.
     pub(super) children: &'static str,
 }
 
-/// An entry of a list.
+/// Creates the entry of an element in a list of known content.
 pub(super) const fn known(
     tag: &'static str,
     attributes: &'static str,
@@ -28,7 +29,7 @@ pub(super) const fn known(
     Known { tag, attributes, children }
 }
 
-/// List of everything, also inside.
+/// Matches all attributes, or all children with their content.
 pub(super) const ANY: &str = "*";
 
 /// Reports all elements and attributes that are not known.
@@ -44,7 +45,7 @@ pub(super) fn note(context: &Context<'_>, root: &Element, list: &[Known]) {
         entry("", &root.tag).map(|own| (root, own)).into_iter().collect();
     while let Some((element, own)) = open.pop() {
         for attribute in &element.attributes {
-            // Attributes with a prefix are of other programs.
+            // Attributes with a prefix belong to other programs.
             if own.attributes != ANY
                 && !attribute.name.contains(':')
                 && !is_known(own.attributes, &attribute.name, &attribute.value)

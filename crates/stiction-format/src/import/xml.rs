@@ -36,8 +36,8 @@ impl Attribute {
 /// Element of a robot file.
 #[derive(Clone, Debug)]
 pub(super) struct Element {
-    /// Name as written, with its prefix: `foo:joint` is no joint of the robot. Elements of this program have no prefix
-    /// here, whichever the file declares for their namespace.
+    /// Name as written, with its prefix: `foo:joint` is no joint of the robot. The prefix that the
+    /// file declares for this program's own namespace is omitted.
     pub(super) tag: String,
     /// Namespace, or the empty text for a name without one.
     pub(super) namespace: String,
@@ -55,27 +55,27 @@ impl Element {
         Place::new(&self.source, self.span.clone())
     }
 
-    /// Attribute of this name.
+    /// Returns the attribute with this name.
     pub(super) fn attribute(&self, name: &str) -> Option<&Attribute> {
         self.attributes.iter().find(|attribute| attribute.name == name)
     }
 
-    /// Value of an attribute.
+    /// Returns the value of the attribute with this name.
     pub(super) fn get(&self, name: &str) -> Option<&str> {
         self.attribute(name).map(|attribute| attribute.value.trim())
     }
 
-    /// First child with this tag.
+    /// Returns the first child with this tag.
     pub(super) fn child(&self, tag: &str) -> Option<&Self> {
         self.children.iter().find(|child| child.tag == tag)
     }
 
-    /// Children with this tag.
+    /// Returns all children with this tag.
     pub(super) fn all<'a>(&'a self, tag: &'a str) -> impl Iterator<Item = &'a Self> {
         self.children.iter().filter(move |child| child.tag == tag)
     }
 
-    /// The element with its name for messages: "joint `knee`".
+    /// Description of the element for messages, such as "joint `knee`".
     pub(super) fn title(&self) -> String {
         match self.get("name") {
             Some(name) => format!("{} {}", self.tag, quoted(name)),
@@ -115,13 +115,13 @@ impl Declared {
         self.prefixes.push(prefix);
     }
 
-    /// Offset in the original text.
+    /// Converts a byte offset in the changed text to the offset in the original text.
     fn original(&self, offset: usize) -> usize {
         if offset <= self.at { offset } else { offset.saturating_sub(self.inserted).max(self.at) }
     }
 }
 
-/// Byte offset after the name in the first start tag.
+/// Byte offset of the end of the name in the first start tag.
 fn end_of_root_name(text: &str) -> Option<usize> {
     let mut at = 0;
     loop {
@@ -156,7 +156,8 @@ pub(super) fn parse(source: &Arc<Source>) -> Result<Element, Diagnostics> {
         let at = declared.original(offset(&declared.text, error.pos()));
         let place = Place::new(source, at..at);
         match error {
-            // A second time means that the declaration does not reach the name.
+            // If the error occurs again for the same prefix, the declaration does not reach the
+            // name.
             roxmltree::Error::UnknownNamespace(prefix, _)
                 if prefix != "xacro" && !declared.prefixes.contains(&prefix) =>
             {

@@ -5,7 +5,7 @@ use crate::source::{Place, Source};
 use saphyr::{LoadableYamlNode, MarkedYaml, Scalar, YamlData};
 use std::sync::Arc;
 
-/// Longest file, bytes.
+/// Maximum size of a YAML file, bytes.
 const LONGEST: usize = 1 << 20;
 /// Greatest number of brackets: nested ones are read by recursion.
 const DEEPEST: usize = 64;

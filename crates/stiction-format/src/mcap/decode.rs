@@ -59,7 +59,7 @@ pub(super) fn decode(encoding: Encoding, data: &[u8]) -> Option<JointState> {
     }
 }
 
-/// Reads a joint state with its header, of ROS: time, frame, names, positions, velocities, efforts.
+/// Reader of a ROS joint state with its header: time, frame, names, positions, velocities, efforts.
 struct Reader<'a> {
     data: &'a [u8],
     at: usize,
@@ -125,7 +125,7 @@ impl Reader<'_> {
     }
 }
 
-/// A joint state as ROS or Foxglove writes it in JSON.
+/// Reads a joint state that ROS or Foxglove has written as JSON.
 fn of_json(value: &Value) -> Option<JointState> {
     let time = |stamp: &Value| {
         let seconds = stamp["sec"].as_u64().or_else(|| stamp["secs"].as_u64())?;

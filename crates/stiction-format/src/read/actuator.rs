@@ -28,10 +28,10 @@ pub(crate) struct ActuatorSpans {
     pub(crate) values: Vec<(String, Span)>,
 }
 
-/// Names that belong to the leg of a drive train.
+/// Names in the leg to which a drive train belongs.
 #[derive(Clone, Copy)]
 pub(crate) struct Leg<'a> {
-    /// Joint that it drives.
+    /// Joint that the drive train moves.
     pub(crate) joint: &'a str,
     /// Bodies of the leg, each by its name in the chain and in the model.
     pub(crate) bodies: &'a [(String, String)],
@@ -78,7 +78,7 @@ pub(crate) fn read(
     ActuatorDraft { name, spec, spans }
 }
 
-/// Joints that a motor drives, each with its coefficient.
+/// Reads the joints that a motor drives, each with its coefficient.
 fn driven_joints(record: &Record<'_>, what: &str) -> Option<Vec<(String, f64)>> {
     let context = record.context;
     match (record.value("joint"), record.value("joints")) {
@@ -100,7 +100,7 @@ fn driven_joints(record: &Record<'_>, what: &str) -> Option<Vec<(String, f64)>> 
     }
 }
 
-/// Coefficients of joints by name.
+/// Reads a table of coefficients by joint name.
 pub(crate) fn coefficients(record: &Record<'_>, key: &str) -> Option<Vec<(String, f64)>> {
     let table = record.table(key)?;
     let each = table.entries.iter().map(|(joint, value)| {
@@ -110,7 +110,7 @@ pub(crate) fn coefficients(record: &Record<'_>, key: &str) -> Option<Vec<(String
     each.collect::<Vec<_>>().into_iter().collect()
 }
 
-/// Adds the axis of a spinning rotor.
+/// Reads the axis of a spinning rotor and adds it to the specification.
 fn with_axis(
     record: &Record<'_>,
     spec: DriveTrainSpec,
@@ -147,7 +147,8 @@ fn spec(
     let lead = record.quantity("lead");
     match lead {
         Some(lead) => spec = spec.lead(lead),
-        // Without the invalid lead, the joint may wrongly seem not to fit.
+        // If the lead is invalid, an apparent conflict with the joint type may be only a
+        // consequence.
         None if record.value("lead").is_some() => return None,
         None => {}
     }

@@ -17,7 +17,7 @@ struct Actuator {
     /// Name of the joint, followed by that of the degree of freedom if the joint has several
     /// actuators.
     name: String,
-    /// Name of the joint followed by that of the degree of freedom.
+    /// Name of the joint, always followed by that of the degree of freedom.
     long_name: String,
     translates: bool,
 }

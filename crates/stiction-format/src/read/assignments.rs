@@ -49,7 +49,7 @@ pub(crate) fn read(context: &Context<'_>) -> Table {
     table
 }
 
-/// Components of a dotted name.
+/// Splits a dotted name at its dots.
 fn segments(text: &str, key: &Span) -> Vec<Key> {
     split(text, key, '.')
         .into_iter()
@@ -154,7 +154,7 @@ fn split_outside(text: &str, range: &Span, separator: char) -> Option<Vec<Span>>
     (depth == 0 && quote.is_none()).then_some(parts)
 }
 
-/// Range without the white space at both of its ends.
+/// Range without white space at its ends.
 fn trimmed(text: &str, range: Span) -> Span {
     let content = text.get(range.clone()).unwrap_or_default();
     let start = range.start + content.len() - content.trim_start().len();

@@ -18,7 +18,7 @@ pub(crate) struct BodyDraft {
     pub(crate) inertia_span: Span,
 }
 
-/// A mesh of a body with the place of its name.
+/// Mesh of a body, with the place of its file name.
 pub(crate) struct VisualDraft {
     pub(crate) file: String,
     pub(crate) place: Place,

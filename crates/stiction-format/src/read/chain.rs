@@ -93,7 +93,7 @@ impl Text<'_> {
     }
 }
 
-/// Symbol of a joint without the asterisk of an actuator.
+/// Symbol of a joint, without the asterisk that marks it as actuated.
 fn symbol(word: &str) -> &str {
     word.trim_end_matches('*')
 }
@@ -266,7 +266,7 @@ fn are_different(context: &Context<'_>, bodies: &[Link]) -> bool {
     different
 }
 
-/// Words with their places.
+/// Splits a text at white space into words with their places.
 fn words(text: &str) -> Vec<Word<'_>> {
     let mut words: Vec<Span> = Vec::new();
     let mut inside = false;

@@ -123,8 +123,8 @@ impl<'a> Context<'a> {
         self.quantity_of(value, &[measure]).map(|(number, _)| number)
     }
 
-    /// Reads a number or an expression that has one of several measures; bare numbers and errors refer to the first.
-    /// Returns the value and the measure found.
+    /// Reads a number or an expression that may be of several kinds, such as a length or an angle.
+    /// Bare numbers and error messages refer to the first kind. Returns the value and its kind.
     pub(crate) fn quantity_of(
         &self,
         value: &Value,
@@ -300,7 +300,7 @@ impl<'a> Context<'a> {
         text
     }
 
-    /// Reads one of several words.
+    /// Reads a string that must be one of several words.
     pub(crate) fn choice(
         &self,
         value: &Value,
@@ -340,7 +340,7 @@ pub(crate) struct Record<'a> {
     pub(crate) context: &'a Context<'a>,
     pub(crate) table: &'a Table,
     fields: &'static [Field],
-    /// Description of the table for messages.
+    /// Description of the table in messages, such as "body `bob`".
     what: String,
 }
 
@@ -439,12 +439,12 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// Reads a quantity.
+    /// Reads the quantity under a key.
     pub(crate) fn quantity(&self, key: &str) -> Option<f64> {
         self.context.quantity(self.value(key)?, self.measure(key))
     }
 
-    /// Reads three quantities.
+    /// Reads the list of three quantities under a key.
     pub(crate) fn vector(&self, key: &str) -> Option<Vec3<f64>> {
         self.context.vector(self.value(key)?, self.measure(key))
     }
@@ -456,7 +456,7 @@ impl<'a> Record<'a> {
         pieces.join(" ")
     }
 
-    /// Reads a string.
+    /// Reads the string under a key.
     pub(crate) fn text(&self, key: &str) -> Option<&'a str> {
         let what = match fields::find(self.fields, key).map(|field| field.shape) {
             Some(Shape::Name) => "a quoted name",
@@ -498,7 +498,7 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// Tables of a key, by name.
+    /// Tables in the table under a key, each with its name.
     pub(crate) fn tables(&self, key: &str) -> Vec<(&'a crate::document::Key, &'a Table)> {
         let Some(value) = self.value(key) else { return Vec::new() };
         let Some(table) = self.sub_table(value, key) else { return Vec::new() };
@@ -508,7 +508,7 @@ impl<'a> Record<'a> {
         table.entries.iter().filter_map(each).collect()
     }
 
-    /// Table of a key.
+    /// Table under a key.
     pub(crate) fn table(&self, key: &str) -> Option<&'a Table> {
         self.sub_table(self.value(key)?, key)
     }

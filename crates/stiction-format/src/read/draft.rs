@@ -13,15 +13,17 @@ use std::sync::Arc;
 /// Reading with changes gives the same model as [`read`](crate::read) of the text with these changes.
 #[derive(Clone, Debug)]
 pub struct Draft {
-    /// The text without changes.
+    /// Text of the model without changes.
     source: Source,
-    /// Changes that belong to the text itself; they are applied before those of a reading.
+    /// Changes that belong to the text itself; they are applied before those passed to
+    /// [`Self::read`].
     changes: Vec<String>,
     document: Document,
 }
 
 impl Draft {
-    /// Parses a text. Its own changes ([`Source::with_changes`]) are applied before those of each reading.
+    /// Parses a text. Its own changes ([`Source::with_changes`]) are applied before those passed to
+    /// [`Self::read`].
     ///
     /// # Errors
     /// All syntax errors, each with its place.

@@ -13,7 +13,7 @@ use crate::model_file::Drives;
 use crate::source::{Place, Source, Span};
 use std::sync::Arc;
 
-/// Reads efforts by names of actuators.
+/// Reads a table of efforts, whose keys are names of actuators.
 pub(crate) fn read(
     context: &Context<'_>,
     (names, actuators): (&Names, &Actuators),

@@ -207,8 +207,8 @@ pub(crate) fn about(axis: Vec3<f64>, angle: f64) -> Mat3<f64> {
     Mat3::rotation(axis, angle)
 }
 
-/// Frame of a joint with z along `axis` (a unit vector). By default the smallest rotation that
-/// takes z to the axis takes x to the frame's x; for the axis -z it is the half turn about y.
+/// Frame of a joint with z along `axis`, a unit vector. By default, x is rotated by the smallest
+/// rotation that maps z to the axis; for the axis -z, this is the half turn about y.
 pub(crate) fn frame(axis: Vec3<f64>, x: Option<Vec3<f64>>) -> Mat3<f64> {
     let x = x.unwrap_or_else(|| {
         let Vec3 { x, y, z } = axis;

@@ -311,7 +311,7 @@ impl Reader<'_> {
         found
     }
 
-    /// Reads the ranges.
+    /// Reads the ranges of the joint's coordinates.
     fn ranges(&self) -> Vec<JointRange> {
         let Some(value) = self.record.value("range") else { return Vec::new() };
         let dofs = match self.joint_type.has_scalar_coordinates() {
@@ -369,7 +369,7 @@ impl Reader<'_> {
         Some(JointRange { of, limits: (least?, greatest?) })
     }
 
-    /// Reads the start coordinates.
+    /// Reads the initial guesses of the joint's coordinates.
     fn start(&self) -> Option<Vec<f64>> {
         let value = self.record.value("start")?;
         match self.joint_type {

@@ -96,8 +96,8 @@ fn read_group(context: &Context<'_>, table: &Table, all: &mut Expansion) {
     }
 }
 
-/// Patterns of the names of joints and bodies by their names in the chain: each text before and after
-/// the leg's name, and the place of the pattern.
+/// Patterns of the names of joints and bodies, by the names in the chain. Each pattern consists of
+/// the text before the leg's name, the text after it, and its place.
 type Patterns<'a> = HashMap<&'a str, (&'a str, &'a str, Span)>;
 
 fn patterns<'a>(context: &Context<'_>, names: Option<&'a Value>, chain: &'a Chain) -> Patterns<'a> {
@@ -138,7 +138,7 @@ fn patterns<'a>(context: &Context<'_>, names: Option<&'a Value>, chain: &'a Chai
     patterns
 }
 
-/// Positions of the legs, and a flag that is true if all are valid.
+/// Placements of the legs, and a flag that is true if all of them are valid.
 fn placements<'a>(context: &'a Context<'a>, record: &Record<'a>) -> (Vec<Placement<'a>>, bool) {
     let mut placements = Vec::new();
     let mut count = 1;

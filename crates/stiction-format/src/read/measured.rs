@@ -16,7 +16,7 @@ use std::cell::RefCell;
 use std::sync::Arc;
 use stiction_core::kinematics::Coordinate;
 
-/// Parameters and coordinates as names in an expression.
+/// Scope of an expression whose names are parameters and measured coordinates.
 struct Measurable<'a> {
     parameters: &'a Parameters,
     names: &'a Names,

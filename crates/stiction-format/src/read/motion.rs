@@ -243,7 +243,8 @@ pub(super) struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// Coordinates in the table; in addition to a file or waypoints, only orders of angles are allowed.
+    /// Reads the coordinates in the table. If the motion has a file or waypoints, the table may
+    /// contain only rotation orders.
     fn coordinates(
         &mut self,
         table: &Table,
@@ -258,7 +259,7 @@ impl Reader<'_> {
             }
             let path = match leaf.value {
                 Some(_) => leaf.path.clone(),
-                // An empty table still counts as a name.
+                // An empty table is reported under a name, too.
                 None => format!("{}.x", leaf.path),
             };
             match resolve(self.names, &path) {

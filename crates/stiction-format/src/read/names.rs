@@ -34,7 +34,7 @@ impl Names {
         names
     }
 
-    /// Names in a mechanism.
+    /// Collects the names of a mechanism.
     pub(crate) fn of(mechanism: &Mechanism) -> Self {
         Self::new(
             mechanism.bodies().iter().skip(1).map(|body| body.name.as_str()),
@@ -58,17 +58,17 @@ impl Names {
         self.lost_legs && number.is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()))
     }
 
-    /// The body with this name.
+    /// Returns the body with this name.
     pub(crate) fn body(&self, name: &str) -> Option<BodyId> {
         self.bodies.get(name).copied()
     }
 
-    /// The joint with this name.
+    /// Returns the joint with this name, and its type.
     pub(crate) fn joint(&self, name: &str) -> Option<(JointId, Option<JointType>)> {
         self.joints.get(name).copied()
     }
 
-    /// All moving bodies, sorted.
+    /// Names of all moving bodies, sorted.
     pub(crate) fn body_names(&self) -> Vec<&str> {
         let mut names: Vec<_> =
             self.bodies.keys().map(String::as_str).filter(|name| *name != GROUND_NAME).collect();
@@ -76,7 +76,7 @@ impl Names {
         names
     }
 
-    /// All joints, sorted.
+    /// Names of all joints, sorted.
     pub(crate) fn joint_names(&self) -> Vec<&str> {
         let mut names: Vec<_> = self.joints.keys().map(String::as_str).collect();
         names.sort_unstable();

@@ -64,7 +64,7 @@ fn check_name(context: &Context<'_>, name: &str, span: &Span) {
     );
 }
 
-/// Similar name that is valid and not in use.
+/// Suggests a similar name that is valid and not in use.
 fn possible(name: &str, context: &Context<'_>) -> String {
     let allowed = |c: char| if c.is_alphanumeric() || c == '_' { c } else { '_' };
     let mut near: String = name.chars().map(allowed).collect();
@@ -91,7 +91,7 @@ fn define(context: &Context<'_>, value: &Value) -> Option<Definition> {
     }
 }
 
-/// Order of evaluation, and cyclic definitions.
+/// Order in which definitions are evaluated, and cycles of definitions.
 struct Order {
     sorted: Vec<usize>,
     cycles: Vec<Vec<usize>>,

@@ -12,14 +12,14 @@ use stiction_core::joint::JointType;
 use stiction_core::kinematics::{AngleOrder, Coordinate};
 use stiction_core::mechanism::{BodyId, JointId};
 
-/// A value in nested tables with its full name.
+/// Value in nested tables, with its full name.
 pub(crate) struct Leaf<'a> {
     pub(crate) path: String,
-    /// Last key of the path.
+    /// Place of the last key of the path.
     pub(crate) key: Span,
-    /// Range of the key before the last; of the last key if the path has only one.
+    /// Range of the second-last key of the path, or of the last key if the path has only one.
     pub(crate) owner: Span,
-    /// The value; `None` for an empty table.
+    /// Value of the key; `None` for an empty table.
     pub(crate) value: Option<&'a Value>,
 }
 
@@ -63,7 +63,7 @@ pub(crate) fn leaves<'a>(table: &'a Table, own: &[Field]) -> Vec<Leaf<'a>> {
     all
 }
 
-/// The object that a path names.
+/// Object that a path names.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Meaning<'a> {
     /// Coordinate of a body, with its key such as `x`.
@@ -105,7 +105,7 @@ impl Unresolved {
     }
 }
 
-/// Resolves a path.
+/// Finds the object that a path names.
 pub(crate) fn resolve<'a>(names: &Names, path: &'a str) -> Result<Meaning<'a>, Unresolved> {
     let split = path.rsplit_once('.');
     let body = split.and_then(|(body, key)| Some(Meaning::Body(names.body(body)?, key)));

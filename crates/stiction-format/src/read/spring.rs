@@ -15,7 +15,7 @@ use stiction_core::spatial::Vec3;
 /// Spring or bushing as read, with the places of its values in the text.
 pub(crate) struct SpringDraft {
     pub(crate) name: String,
-    /// `None` if its bodies, ends or values are invalid.
+    /// Specification of the spring or bushing; `None` if its bodies, ends or values are invalid.
     pub(crate) spec: Option<AnySpring>,
     pub(crate) spans: SpringSpans,
 }
@@ -133,7 +133,7 @@ fn refuse(record: &Record<'_>, kind: &str, keys: &[&[&str]]) {
     }
 }
 
-/// The two bodies and the points on them.
+/// Reads the two bodies and the points on them.
 fn ends(record: &Record<'_>, key: &Key) -> Option<SpringSpec> {
     let (from, to) = (record.text("from")?, record.text("to")?);
     let end = |key: &str| match record.value(key) {
@@ -168,7 +168,8 @@ fn needs_a_force(record: &Record<'_>) {
     }
 }
 
-/// Measure of a linear-or-angular value of a spring between points.
+/// Kind of the value of a key for a spring between points: the linear one of a linear-or-angular
+/// key.
 fn linear(key: &str) -> Measure {
     match key {
         "stiffness" => Measure::Stiffness,
@@ -229,7 +230,7 @@ fn on_joint(record: &Record<'_>, key: &Key, joints: &[JointDraft]) -> Option<Joi
     Some(spec.preload(preload?).damping(damping?))
 }
 
-/// Degree of freedom with this name, `joint` or `joint.dof`.
+/// Finds the degree of freedom named `joint` or `joint.dof`.
 fn dof(joints: &[JointDraft], name: &str) -> Option<&'static Dof> {
     joints.iter().find_map(|joint| match joint.joint_type?.dofs() {
         [only] if joint.name == name => Some(only),

@@ -27,7 +27,7 @@ use timing::Timing;
 pub(super) struct Waypoints {
     pub(super) coordinates: Vec<(Coordinate, Signal)>,
     pub(super) duration: f64,
-    /// Description of motion laws and times of arrival.
+    /// Description of the motion laws and the times of arrival, in words.
     pub(super) description: String,
 }
 
@@ -186,7 +186,7 @@ fn channels(reader: &Reader<'_>, tables: &[&Table]) -> Option<Vec<Channel>> {
     (fine && !channels.is_empty()).then_some(channels)
 }
 
-/// Repeats the last of the values until there are `count` of them.
+/// Repeats the last value until the list has `count` values.
 fn keep<T: Clone>(values: &mut Vec<T>, count: usize) {
     if let Some(last) = values.last().cloned()
         && values.len() < count

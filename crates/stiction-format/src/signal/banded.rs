@@ -5,12 +5,12 @@
 pub(super) struct Banded {
     size: usize,
     band: usize,
-    /// Entries by rows, each of `2 band + 1` entries.
+    /// Entries row by row, `2 band + 1` per row.
     entries: Vec<f64>,
 }
 
 impl Banded {
-    /// The zero matrix.
+    /// Creates a zero matrix.
     pub(super) fn new(size: usize, band: usize) -> Self {
         Self { size, band, entries: vec![0.0; size * (2 * band + 1)] }
     }
@@ -40,7 +40,7 @@ impl Banded {
         }
     }
 
-    /// Product with a vector.
+    /// Product of the matrix with a vector.
     pub(super) fn times(&self, x: &[f64]) -> Vec<f64> {
         let row = |row: usize| {
             let columns = row.saturating_sub(self.band)..(row + self.band + 1).min(self.size);
@@ -70,7 +70,7 @@ impl Banded {
     }
 }
 
-/// A factored matrix.
+/// LU factors of a banded matrix.
 pub(super) struct Factored(Banded);
 
 impl Factored {

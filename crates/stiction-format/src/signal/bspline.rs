@@ -7,11 +7,13 @@ pub(super) const ORDER: usize = 6;
 
 /// A nondecreasing sequence of knots; the first and the last occur six times.
 pub(super) trait Knots {
-    /// Knot with this index.
+    /// Returns the knot with this index.
     fn at(&self, index: usize) -> f64;
 
-    /// Values at `t` of the B-splines of order `K`, beginning with number `first + 6 - K`, that are nonzero in the
-    /// interval in which the nonzero B-splines of order six begin with `first` (Cox and de Boor).
+    /// Values at `t` of the `K` B-splines of order `K` that are nonzero in one interval between
+    /// knots (Cox and de Boor). `first` is the index of the first B-spline of order six that is
+    /// nonzero in this interval; the first returned value belongs to the B-spline of order `K` with
+    /// index `first + 6 - K`.
     fn splines<const K: usize>(&self, first: usize, t: f64) -> [f64; K] {
         let mut values = [0.0; K];
         // The interval begins at knot `first + 5`.
@@ -42,8 +44,8 @@ pub(super) trait Knots {
         }
     }
 
-    /// Value and first and second derivative at `t` of the spline with the coefficients `c` from
-    /// number `first` on, in the interval where the nonzero B-splines begin with `first`.
+    /// Value, first and second derivative at `t` of a spline, in the interval where the nonzero
+    /// B-splines begin with index `first`. `c` are the coefficients of these B-splines.
     fn target(&self, mut c: [f64; ORDER], first: usize, t: f64) -> Target<f64> {
         let value = dot(&c, &self.splines::<ORDER>(first, t));
         self.differentiate(&mut c, first, ORDER);
@@ -54,7 +56,7 @@ pub(super) trait Knots {
     }
 }
 
-/// The coefficients of the B-splines that can be nonzero in the interval of number `first`.
+/// Coefficients of the B-splines that can be nonzero in an interval, beginning with index `first`.
 pub(super) fn local(coefficients: &[f64], first: usize) -> [f64; ORDER] {
     std::array::from_fn(|k| coefficients.get(first + k).copied().unwrap_or(f64::NAN))
 }

@@ -25,7 +25,7 @@ impl Interpolation {
         }
     }
 
-    /// Description of the interpolation for this number of samples.
+    /// Describes the interpolation in words for this number of samples.
     pub(crate) fn describe(self, count: usize) -> String {
         match self {
             Self::Spline(given) => given.describe(count),
@@ -94,12 +94,12 @@ impl Curve {
         }
     }
 
-    /// Tests if a long spline needed one global solution.
+    /// Tests if the spline of a long recording was solved as a whole instead of window by window.
     pub(crate) fn is_global(&self) -> bool {
         matches!(self, Self::Spline(spline) if spline.is_global())
     }
 
-    /// Time of the first sample after `t`, s; `None` after the last.
+    /// Time of the first sample after `t`, s; `None` if no sample follows.
     pub(crate) fn after(&self, t: f64) -> Option<f64> {
         let times = match self {
             Self::Spline(spline) => spline.times(),
@@ -108,7 +108,7 @@ impl Curve {
         first_after(times, t)
     }
 
-    /// Value at `t`; at a sample exactly the value of the sample.
+    /// Evaluates the function at `t`, s. At a sample, the value is exactly that of the sample.
     pub(crate) fn at(&self, t: f64) -> Target<f64> {
         match self {
             Self::Spline(spline) => spline.at(t),

@@ -14,14 +14,14 @@ use stiction_core::kinematics::Target;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Given {
     Values,
-    /// Values and rates.
+    /// Values and rates are given.
     Rates,
-    /// Values, rates and accelerations.
+    /// Values, rates and accelerations are given.
     Accelerations,
 }
 
 impl Given {
-    /// Description of the interpolation.
+    /// Describes the interpolation in words for this number of samples.
     pub(crate) fn describe(self, count: usize) -> String {
         match (self, count) {
             (Self::Values, 0..=6) => format!(
@@ -48,7 +48,7 @@ impl Given {
     }
 }
 
-/// The samples of one coordinate.
+/// Values of one coordinate at the samples, with the derivatives that are given.
 #[derive(Clone, Debug)]
 pub(crate) struct Samples {
     values: Vec<f64>,
@@ -57,7 +57,8 @@ pub(crate) struct Samples {
 }
 
 impl Samples {
-    /// Values, rates and accelerations in this order, as far as they are given.
+    /// Creates the samples from columns: the values, then the rates and the accelerations if they
+    /// are given.
     pub(crate) fn new(columns: impl IntoIterator<Item = Vec<f64>>) -> Self {
         let mut columns = columns.into_iter();
         Self {
@@ -115,12 +116,13 @@ impl Samples {
 pub(crate) struct Spline {
     times: Arc<[f64]>,
     knots: Vec<Target<f64>>,
-    /// True if windows disagreed and the spline was solved globally.
+    /// True if the solutions of neighbouring windows disagreed, so that the spline was solved as a
+    /// whole.
     is_global: bool,
 }
 
 impl Spline {
-    /// Spline through `samples` at two or more strictly increasing `times`.
+    /// Creates the spline through `samples` at two or more strictly increasing `times`.
     pub(crate) fn new(times: &Arc<[f64]>, samples: Samples) -> Self {
         let part =
             |list: &[f64], window: Range<usize>| list.get(window).unwrap_or_default().to_vec();
@@ -138,12 +140,12 @@ impl Spline {
         Self { times: Arc::clone(times), knots, is_global }
     }
 
-    /// The spline with these values, rates and accelerations.
+    /// Creates the spline with the given values, rates and accelerations at `times`.
     pub(crate) fn of_knots(times: &Arc<[f64]>, knots: Vec<Target<f64>>) -> Self {
         Self { times: Arc::clone(times), knots, is_global: false }
     }
 
-    /// Tests if a long spline needed one global solution.
+    /// Tests if a long spline was solved as a whole instead of window by window.
     pub(crate) fn is_global(&self) -> bool {
         self.is_global
     }
@@ -158,7 +160,7 @@ impl Spline {
         &self.times
     }
 
-    /// Value at `t`; at a sample exactly the value of the sample.
+    /// Evaluates the spline at `t`, s. At a sample, the value is exactly that of the sample.
     pub(crate) fn at(&self, t: f64) -> Target<f64> {
         let last = self.times.len().saturating_sub(2);
         let i = self.times.partition_point(|&time| time <= t).saturating_sub(1).min(last);

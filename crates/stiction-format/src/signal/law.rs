@@ -30,7 +30,7 @@ impl Law {
     const ALL: [Self; 5] =
         [Self::Quintic, Self::Cycloid, Self::ModifiedSine, Self::Trapezoid, Self::SCurve];
 
-    /// The law of this name.
+    /// Returns the law with this name.
     pub(crate) fn from_name(name: &str) -> Option<Self> {
         let index = Self::NAMES.iter().position(|known| *known == name)?;
         Self::ALL.get(index).copied()
@@ -42,7 +42,7 @@ impl Law {
         index.and_then(|index| Self::NAMES.get(index)).copied().unwrap_or_default()
     }
 
-    /// Description of the limits without which no shortest duration exists.
+    /// Limits, in words, that the law needs for a shortest duration to exist.
     pub(crate) fn needs(self) -> &'static str {
         match self {
             Self::Quintic | Self::Cycloid | Self::ModifiedSine => "a limit",
@@ -51,7 +51,8 @@ impl Law {
         }
     }
 
-    /// Peaks of the derivatives of a smooth law over unit distance and unit duration.
+    /// Peak speed, acceleration and jerk of a smooth law for a move over unit distance in unit
+    /// time; `None` for a law with phases.
     fn unit_peaks(self) -> Option<Limits> {
         use std::f64::consts::{PI, TAU};
         match self {
@@ -89,8 +90,8 @@ struct Piece {
 }
 
 impl Profile {
-    /// The fastest move over unit distance within limits; `None` if the law has no shortest duration
-    /// under these limits.
+    /// Creates the fastest move over unit distance within limits; `None` if the law has no shortest
+    /// duration under these limits.
     pub(crate) fn fastest(law: Law, limits: Limits) -> Option<Self> {
         let [speed, acceleration, jerk] = limits;
         if let Some([v, a, j]) = law.unit_peaks() {
@@ -122,8 +123,8 @@ impl Profile {
         Some(Self::s_curve(step, hold, cruise))
     }
 
-    /// A trapezoid or s-curve of unit duration: `ramp` is the duration of the acceleration, up to 0.5, and `step`
-    /// that of each jerk phase as a fraction of `ramp`, up to 0.5.
+    /// Creates a trapezoid or s-curve of unit duration. `ramp` is the duration of the acceleration,
+    /// up to 0.5, and `step` that of each jerk phase as a fraction of `ramp`, up to 0.5.
     pub(crate) fn of_phases(law: Law, ramp: f64, step: f64) -> Self {
         let cruise = 1.0 - 2.0 * ramp;
         match law {
@@ -154,7 +155,7 @@ impl Profile {
         Self { duration, ..self }
     }
 
-    /// A move of given duration, without limits.
+    /// Creates a move of given duration, without limits.
     pub(crate) fn lasting(law: Law, duration: f64) -> Self {
         let profile = match law {
             Law::Trapezoid => Self::trapezoid(1.0, 1.0),
@@ -192,7 +193,7 @@ impl Profile {
         ])
     }
 
-    /// A profile from phases with their durations, initial accelerations, and jerks.
+    /// Creates a profile from the duration, initial acceleration and jerk of each phase.
     fn of_accelerations(phases: &[(f64, f64, f64)]) -> Self {
         let duration: f64 = phases.iter().map(|(time, ..)| time).sum();
         let (mut pieces, mut begin, mut position, mut speed) = (Vec::new(), 0.0, 0.0, 0.0);
@@ -208,7 +209,8 @@ impl Profile {
         Self { duration, shape: Shape::Pieces(pieces) }
     }
 
-    /// Position between 0 and 1 and its first and second derivatives at a time, s, after the begin.
+    /// Position between 0 and 1 and its first and second derivatives at a time, s, after the
+    /// beginning.
     pub(crate) fn at(&self, time: f64) -> [f64; 3] {
         if time <= 0.0 {
             return [0.0; 3];
@@ -248,7 +250,8 @@ impl Profile {
         [s, v * rate, a * rate * rate, j * rate * rate * rate]
     }
 
-    /// State of the profile at unit duration, evaluated by the formula of one phase.
+    /// Position and its first three derivatives at the fraction `x` of a move of unit duration,
+    /// evaluated by the formula of one phase.
     fn unit(&self, phase: usize, x: f64) -> [f64; 4] {
         use std::f64::consts::{PI, TAU};
         match &self.shape {
@@ -284,7 +287,7 @@ impl Profile {
         }
     }
 
-    /// Times within the move, s, between which a few samples resolve it.
+    /// Times, s, that divide the move into intervals in each of which a few samples are enough.
     pub(crate) fn knots(&self) -> Vec<f64> {
         match &self.shape {
             Shape::Smooth(_) => (1..4).map(|k| self.duration * f64::from(k) / 4.0).collect(),

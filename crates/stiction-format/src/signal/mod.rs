@@ -40,7 +40,7 @@ enum Shape {
     Constant(f64),
     Formula(Arc<Written>),
     Curve(Arc<Curve>),
-    /// Curve of a recording that is read in pieces, by its index.
+    /// Curve, given by its index, of a recording that is read in pieces.
     Recorded(Arc<Recorded>, usize),
     /// A coordinate that moves through waypoints.
     Course(Arc<Course>),
@@ -53,14 +53,14 @@ enum Shape {
 struct Written {
     formula: Formula,
     source: Arc<Source>,
-    /// Place of the whole value.
+    /// Place of the whole value in the text.
     value: Span,
     /// Byte offset of the formula's text in the source; `None` if the text contains escapes.
     start: Option<usize>,
 }
 
 impl Signal {
-    /// A constant.
+    /// Creates a signal with a constant value.
     pub fn constant(value: f64) -> Self {
         Self { shape: Shape::Constant(value) }
     }
@@ -87,7 +87,7 @@ impl Signal {
         Self { shape: Shape::Course(Arc::new(course)) }
     }
 
-    /// The components of the rotation vector.
+    /// Creates the signals of the three components of the rotation vector.
     pub(crate) fn turning(turning: Turning) -> [Self; 3] {
         let turning = Arc::new(turning);
         [0, 1, 2].map(|axis| Self { shape: Shape::Turning(Arc::clone(&turning), axis) })
@@ -117,8 +117,9 @@ impl Signal {
         }
     }
 
-    /// Time, s, up to which a few samples from `t` (s) on resolve the signal. It lies before the next ramp or kink,
-    /// within the period of a sine, before its next peak, or at the next sample.
+    /// Returns a time, s, after `t` (s) such that a few samples between both times resolve the
+    /// signal. It lies before the next ramp or kink, within the period of a sine, before its next
+    /// peak, or at the next sample.
     pub fn resolved_until(&self, t: f64) -> f64 {
         match &self.shape {
             Shape::Constant(_) => f64::INFINITY,
@@ -130,7 +131,7 @@ impl Signal {
         }
     }
 
-    /// Value, if it is constant.
+    /// Value of a constant signal; `None` for any other signal.
     pub fn as_constant(&self) -> Option<f64> {
         match self.shape {
             Shape::Constant(value) => Some(value),
@@ -138,7 +139,7 @@ impl Signal {
         }
     }
 
-    /// Diagnostic if the value or a derivative at time `t` (s) is not finite.
+    /// Returns a diagnostic if the value or a derivative at time `t` (s) is not finite.
     pub fn fault_at(&self, t: f64) -> Option<Diagnostic> {
         self.checked_at(t).err()
     }

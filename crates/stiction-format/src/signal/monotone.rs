@@ -7,7 +7,7 @@
 use std::sync::Arc;
 use stiction_core::kinematics::Target;
 
-/// Description of the interpolation.
+/// Description of the interpolation in words.
 pub(crate) const DESCRIPTION: &str = "cubic between neighbouring samples, without overshoot (Fritsch and Butland); constant before the first and after the last sample";
 
 /// Values and slopes at all samples. Each slope depends only on the sample and its two neighbours.
@@ -55,7 +55,7 @@ impl Monotone {
         &self.times
     }
 
-    /// Value at `t`; at a sample exactly the value of the sample.
+    /// Evaluates the function at `t`, s. At a sample, the value is exactly that of the sample.
     pub(crate) fn at(&self, t: f64) -> Target<f64> {
         let still = |value: f64| Target { value, rate: 0.0, acceleration: 0.0 };
         let after = self.times.partition_point(|&time| time <= t);

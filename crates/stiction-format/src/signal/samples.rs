@@ -3,7 +3,7 @@
 use crate::signal::recorded::Recorded;
 use std::sync::Arc;
 
-/// First of the increasing `times` after `t`; `None` if there is none.
+/// Returns the first time after `t` in the increasing list `times`; `None` if no time follows.
 pub(crate) fn first_after(times: &[f64], t: f64) -> Option<f64> {
     times.get(times.partition_point(|&time| time <= t)).copied()
 }
@@ -48,7 +48,7 @@ impl SampleTimes {
         }
     }
 
-    /// Time of the first sample after `t`, s; `None` after the last.
+    /// Time of the first sample after `t`, s; `None` if no sample follows.
     pub fn after(&self, t: f64) -> Option<f64> {
         match &self.0 {
             Kind::Listed(list) => first_after(list, t),

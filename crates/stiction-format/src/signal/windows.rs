@@ -21,7 +21,7 @@ const LONG: usize = 2 * CORE;
 /// times, and a few unequal steps about a hundred times.
 const ROUNDINGS: f64 = 256.0;
 
-/// A window of a recording.
+/// Range of consecutive samples of a recording whose spline is solved at once.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Window {
     /// Core samples, whose knots this window determines.

@@ -22,7 +22,7 @@ fn a_key_a_part_and_a_parameter_can_be_changed() {
     let longer = changed("five-bar", &["crank = 220 mm"]).unwrap();
     let com = longer.mechanism.bodies()[1].com;
     assert_eq!(com.x, 0.11);
-    // A later change of the same value wins.
+    // A later change of the same value takes precedence.
     assert_eq!(mass(&changed("five-bar", &["tool.mass=1", "tool.mass=2"]).unwrap(), "tool"), 2.0);
 }
 
@@ -70,7 +70,8 @@ fn a_defective_change_is_shown() {
     }
 }
 
-/// A part of legs has the name of the chain, with or without `legs`; other names are refused with those that exist.
+/// A part of the legs is addressed by its name in the chain, with or without `legs`. Other names
+/// are refused, with a list of the existing names.
 #[test]
 fn parts_of_legs_are_named_as_in_the_chain() {
     for change in ["legs.tube.mass=2kg", "tube.mass=2kg", "legs.bodies.tube.mass=2kg"] {
@@ -88,12 +89,12 @@ fn parts_of_legs_are_named_as_in_the_chain() {
         let message = changed("gough", &[change]).unwrap_err();
         assert!(message.contains(says), "{change}: {message}");
     }
-    // The name of a parameter leads no further; the parts of similar names do.
+    // The path cannot continue below a parameter; the message suggests parts with similar names.
     let message = changed("delta", &["arm_mass.com=2kg"]).unwrap_err();
     assert!(message.contains("`arm_mass` is a value, which has no keys"), "{message}");
 }
 
-/// A misspelt gearing is refused, not added.
+/// A misspelt name of a gearing is refused and does not add a gearing.
 #[test]
 fn gearings_are_changed_by_name() {
     let text = "gravity = [0, 0, 0]\n[bodies.a]\n[bodies.b]\n\
@@ -122,7 +123,7 @@ fn a_part_of_one_leg_can_be_changed() {
     assert_eq!(masses("leg2.rod.mass=3kg").len(), 3);
     let both = changed("3rps", &["leg1.rod.mass=3", "leg1.rod.mass=4", "leg3.rod.mass=5"]).unwrap();
     assert_eq!([1, 2, 3].map(|leg| mass(&both, &format!("leg{leg}.rod"))), [4.0, 2.07, 5.0]);
-    // Values beside the changed one are those of all legs.
+    // Unchanged values of the changed table are those of all legs.
     let model = changed("3rps", &["joints.leg3.P.friction.mu=0.3"]).unwrap();
     let law = |joint: &str| {
         let id = model.mechanism.joint_id(joint).unwrap();

@@ -18,7 +18,8 @@ fn all_models_are_read_without_warnings() {
     }
 }
 
-/// Slips that leave the text valid: an inertia ten times too large, masses in g, an inertia in kg mm^2.
+/// Mistakes that leave the text valid are reported as warnings: an inertia ten times too large,
+/// masses in g, an inertia in kg mm^2.
 #[test]
 fn unlikely_inertias_and_masses_are_doubted() {
     for (name, change, says) in [
@@ -112,7 +113,7 @@ mod reference {
         }
     }
 
-    /// Power balance along all motions, under all loads, with and without friction.
+    /// Checks the power balance along all motions, under all loads, with and without friction.
     #[test]
     fn the_five_bar_balances_power() {
         let mut model = model("five-bar");
@@ -125,7 +126,8 @@ mod reference {
                     for friction in [FrictionMode::Off, FrictionMode::Converged] {
                         let drives = drives(&model, load, friction, t);
                         assert_eq!(drives.len(), 2);
-                        // Scale: two kilograms at a fifth of a metre and some multiples of gravity.
+                        // Efforts are of the order of two kilograms at a fifth of a metre, times
+                        // some multiples of gravity.
                         assert!(drives.iter().all(|drive| drive.abs() < 20.0), "{motion} {t}");
                     }
                 }
@@ -219,7 +221,7 @@ mod andrews {
         };
         let expected = [14222.4439199541, -10666.8329399656, 0.0, 0.0, 0.0, 0.0, 0.0];
         for (name, expected) in NAMES.iter().zip(expected) {
-            // Printed with fifteen digits: tolerance of half a unit in the last.
+            // The reference has fifteen digits: the tolerance is half a unit of the last digit.
             assert!((about_z(name) - expected).abs() <= 1e-10, "{name}: {}", about_z(name));
         }
 
@@ -235,13 +237,13 @@ mod andrews {
         for (name, [x, y]) in expected {
             let joint = model.mechanism.joint_id(name).unwrap();
             let (force, _) = forces.reactions[joint.0];
-            // Fifteen digits again; the scale is the spring force of 99 N.
+            // The reference has fifteen digits, relative to the spring force of 99 N.
             assert!((force.x - x).abs() <= 1e-13, "{name}: {force:?}");
             assert!((force.y - y).abs() <= 1e-13, "{name}: {force:?}");
         }
     }
 
-    /// The loops have the benchmark's geometry far from the start, too.
+    /// The loops also have the benchmark's geometry far from the start.
     #[test]
     fn passes_through_its_last_position() {
         let model = model();

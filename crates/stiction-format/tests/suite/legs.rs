@@ -1,4 +1,4 @@
-//! Legs are a short form of bodies and joints.
+//! Groups of legs are equivalent to bodies and joints that are written individually.
 
 use stiction_core::mechanism::{Mechanism, MechanismBuilder};
 use stiction_core::spatial::Vec3;
@@ -9,7 +9,7 @@ fn model(text: &str) -> ModelFile {
         .unwrap_or_else(|diagnostics| panic!("{diagnostics}"))
 }
 
-/// Largest difference of all numbers; asserts that everything else is equal.
+/// Largest difference of all numbers of two mechanisms; asserts that everything else is equal.
 fn difference(a: &Mechanism, b: &Mechanism) -> f64 {
     let mut largest = 0.0f64;
     let mut compare = |a: f64, b: f64| largest = largest.max((a - b).abs());
@@ -122,7 +122,7 @@ turn = {{ xyz = ["20 deg", 0, "-({angle})"] }}
         ));
     }
     let by_hand = model(&format!("{by_hand}\n[parameters]\na3 = \"-30 deg\"\n"));
-    // Rounding of a few products of sines and cosines.
+    // The tolerance covers the rounding of a few products of sines and cosines.
     assert!(difference(&legs.mechanism, &by_hand.mechanism) < 1e-15 * 4.0);
 
     assert_eq!(legs.legs.len(), 3);
@@ -335,7 +335,7 @@ inertia = [0.1, 0.2, 0.3]
     for (a, b) in a.bodies().iter().zip(b.bodies()) {
         if a.name == "leg2.link1" {
             assert_eq!((a.mass, b.mass), (2.0, 5.0));
-            // A tensor is replaced as a whole; other values remain.
+            // A tensor is replaced as a whole; all other values remain.
             assert_eq!((b.inertia.at(0, 0), b.inertia.at(2, 2), b.com), (1.0, 1.0, a.com));
         } else {
             assert_eq!(a, b);
@@ -346,7 +346,7 @@ inertia = [0.1, 0.2, 0.3]
         match a.name.as_str() {
             "leg2.R" => {
                 assert_ne!(a.start, b.start);
-                // The other friction keys are those of the group.
+                // All other friction keys are those of the group.
                 assert_eq!(law(b), law(a).replace("0.1", "0.3"));
             }
             "leg2.P" => {
@@ -358,7 +358,8 @@ inertia = [0.1, 0.2, 0.3]
     }
 }
 
-/// Springs of legs: names of the chain, points on the ends turned with the leg, and values of one leg.
+/// Springs of legs: names of parts in the chain, points on the end bodies that are rotated with the
+/// leg, and individual values of one leg.
 #[test]
 fn springs_of_legs_are_those_written_by_hand() {
     let robot = |springs: &str, more: &str| {
@@ -379,7 +380,7 @@ fn springs_of_legs_are_those_written_by_hand() {
     assert_eq!([springs[0].stiffness, springs[1].stiffness], [200.0, 300.0]);
     for (spring, at) in springs.iter().zip([[0.4, 0.1, 0.0], [-0.1, 0.4, 0.0]]) {
         assert!((spring.points[0] + -Vec3::from(at)).norm() < 1e-16, "{:?}", spring.points);
-        // A body of the leg has its own frame.
+        // A body of the leg has its own frame, so the point is not rotated.
         assert_eq!(spring.points[1], Vec3::new(0.1, 0.0, 0.2));
         let body = &short.mechanism.bodies()[spring.ends[1].0].name;
         assert_eq!(*body, format!("{}.arm", &spring.name[..4]));
@@ -400,7 +401,7 @@ fn springs_of_legs_are_those_written_by_hand() {
     assert!(said.to_string().contains("`Q`"), "{said}");
 }
 
-/// `names` gives parts other names than the leg's name, a dot and the name in the chain.
+/// With `names`, parts can have names other than the leg's name, a dot and the name in the chain.
 #[test]
 fn parts_of_legs_can_have_other_names() {
     let text = |names: &str| {

@@ -1,4 +1,4 @@
-//! Tests of the crate in one binary, which is linked once.
+//! All integration tests of this crate in one binary, which is linked only once.
 
 mod changes;
 mod gallery;

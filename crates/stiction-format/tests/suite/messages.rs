@@ -127,7 +127,7 @@ fn coloured_messages_differ_only_in_colour() {
     assert_eq!(plain, diagnostics.render(false));
 }
 
-/// Slips of units that are plausible as text: each is named, and nothing else is.
+/// Wrong units that are plausible as text: each is reported, without further messages.
 #[test]
 fn slips_of_units_are_named() {
     let five_bar = stiction_format::gallery::get("five-bar").unwrap();

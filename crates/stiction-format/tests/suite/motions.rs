@@ -98,7 +98,7 @@ motion = "all"
     assert_eq!(model.default_load, None);
 }
 
-/// Angles are named by axis if that is unique, and always by number.
+/// Angles are addressed by their axis if it is unique, and always by their number.
 #[test]
 fn orders_of_angles() {
     let model = model(
@@ -148,7 +148,7 @@ fn recordings_are_interpolated() {
         assert!((targets[2].value - (t * 100.0).to_radians()).abs() < 1e-15);
     }
     assert_eq!(motion.at(0.2).next().unwrap().value, 0.04);
-    // The same content as a file of its own.
+    // A file with the same content gives the same motion.
     let source = Source::new("motion.csv", RECORDING);
     let again = model.read_motion(&source, &no_files).unwrap();
     assert_eq!(again.samples, motion.samples);

@@ -1,4 +1,5 @@
-//! Quality of recordings: clean ones cause no alarm, wrong ones are named; dialects of CSV.
+//! Quality checks of recordings: clean recordings cause no warning, defects are reported. Dialects
+//! of CSV.
 
 use std::fmt::Write as _;
 use stiction_format::{Contents, Diagnostics, ModelFile, Motion, Source, read};
@@ -53,7 +54,7 @@ impl Random {
         (self.unit() * count as f64) as usize
     }
 
-    /// A normal deviate of unit variance, nearly.
+    /// Approximately normal random number of unit variance.
     fn normal(&mut self) -> f64 {
         (0..12).map(|_| self.unit()).sum::<f64>() - 6.0
     }
@@ -197,13 +198,13 @@ fn sampling(random: &mut Random) -> (f64, usize) {
     (rates[random.below(rates.len())], 300 + random.below(1500))
 }
 
-/// A program that writes the fewest digits that read back as the same number writes `1` for a position at rest;
-/// its other numbers tell that it has the precision of all digits.
+/// A program that writes the shortest form of each number writes `1` for a position at rest; its
+/// other numbers show that it writes full precision.
 #[test]
 fn digits_that_a_program_leaves_out_are_known() {
     let mut text = "time [s],A [m]\n".to_owned();
     for k in 0..400 {
-        // At rest for half of the time, then a smooth start.
+        // At rest for half of the time, followed by a smooth start.
         let s = (f64::from(k) - 200.0).max(0.0) / 200.0;
         let _ =
             writeln!(text, "{},{}", 0.01 * f64::from(k), 1.0 + 0.3 * s.powi(5) * (3.0 - 2.0 * s));
@@ -214,7 +215,7 @@ fn digits_that_a_program_leaves_out_are_known() {
     assert!(found.warnings.is_empty(), "{}", found.warnings);
 }
 
-/// A coordinate that stays constant has no doubtful accelerations, whatever its digits.
+/// A constant coordinate has no suspicious accelerations, whatever the number of digits.
 #[test]
 fn a_constant_coordinate_causes_no_alarm() {
     let mut text = "time [s],A [m]\n".to_owned();
@@ -243,10 +244,11 @@ fn clean_recordings_cause_no_alarm() {
     assert!(alarms.is_empty(), "{} alarms\n{}", alarms.len(), alarms.concat());
 }
 
-/// Spoils a recording; the numbers are its largest speed, its largest acceleration and its time step.
+/// Function that adds a defect to a recording. The numbers are the largest speed, the largest
+/// acceleration and the time step of the recording.
 type Spoil = fn(&mut Vec<Sample>, &mut Random, [f64; 3]);
 
-/// Ways to spoil a recording.
+/// Defects of recordings.
 const SPOILS: [(&str, Spoil); 19] = [
     ("noise", |samples, random, [_, a, h]| {
         let sigma = random.log_between(0.02, 1.0) * a * h * h / 4.0;
@@ -335,8 +337,8 @@ fn accelerations(samples: &[Sample]) -> [f64; 2] {
     [all.iter().fold(0.0, |most, a| most.max(a.abs())), (squares / all.len() as f64).sqrt()]
 }
 
-/// Everything that changes the peak or the root mean square of the acceleration by over 5 % is named,
-/// and so are wrong rates.
+/// Checks that every defect which changes the peak or the root mean square of the acceleration by
+/// more than 5 % is reported, and that wrong rates are reported.
 #[test]
 fn spoilt_recordings_are_named() {
     let mut missed = Vec::new();
@@ -347,7 +349,7 @@ fn spoilt_recordings_are_named() {
             let mut samples = clean(random, rate, count);
             let peak = |order: usize| samples.iter().map(|s| s[order].abs()).fold(0.0, f64::max);
             let peaks = [peak(2), peak(3), 1.0 / rate];
-            // A recording that hardly moves has nothing to spoil.
+            // Defects have no effect on a recording that hardly moves.
             if peaks[1] == 0.0 {
                 continue;
             }
@@ -377,13 +379,13 @@ fn spoilt_recordings_are_named() {
             assert!(report.contains("help:"), "{report}");
         }
     }
-    // At ten samples a period, errors of some percent hide between neighbours that differ as much as
-    // they do: one or two in a thousand.
+    // At ten samples per period, neighbouring accelerations differ by some percent, which can hide
+    // errors of the same size: in one or two of a thousand cases.
     let most = 3 + cases() as usize * SPOILS.len() / 400;
     assert!(missed.len() <= most, "{}", missed.join("\n"));
 }
 
-/// The same numbers in all dialects.
+/// The same numbers in all dialects give the same motion.
 #[test]
 fn dialects_of_csv() {
     let plain = "time [s],A [mm]\n0,1.5\n0.5,2.25\n1,1.5\n";
@@ -408,10 +410,10 @@ fn dialects_of_csv() {
     }
 }
 
-/// A motion from a file with a stated rate or duration.
+/// A stated rate or duration that contradicts the time column of a file is reported.
 #[test]
 fn a_time_column_that_contradicts_what_is_stated() {
-    // 1001 samples at 1 kHz, the times in milliseconds under a header in seconds.
+    // 1001 samples at 1 kHz, with times in milliseconds under a header in seconds.
     let rows = |step: f64| {
         let row = |k: i32| format!("{},{}\n", f64::from(k) * step, 0.1 * f64::from(k * k) * 1e-6);
         "time [s],A [m]\n".to_owned() + &(0..=1000).map(row).collect::<String>()
@@ -449,7 +451,8 @@ fn ambiguous_files_are_refused() {
     }
 }
 
-/// Rates that contradict the positions beyond doubt are refused, with size and remedy.
+/// Rates that clearly contradict the positions are refused, with the size of the difference and a
+/// remedy.
 #[test]
 fn rates_that_contradict_positions() {
     let mut text = "time [s],A [m],d(A) [m/s]\n".to_owned();

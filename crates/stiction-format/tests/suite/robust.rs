@@ -1,4 +1,4 @@
-//! No input makes the reader panic or hang.
+//! No input causes a panic or an endless computation in the reader.
 
 use proptest::prelude::*;
 use std::time::{Duration, Instant};
@@ -98,7 +98,8 @@ fn line_ends_do_not_matter() {
     }
 }
 
-/// Time grows in proportion to the size; limits are a hundred times the expected time.
+/// The time is proportional to the size of the text; the limits are a hundred times the expected
+/// time.
 #[test]
 fn large_texts_are_read_or_refused_quickly() {
     let second = Duration::from_secs(10);
@@ -177,8 +178,8 @@ fn deep_expressions() {
     }
 }
 
-/// The number of legs is not a parameter, so that a short file makes a small robot; parameters that
-/// are used many times are evaluated once.
+/// The number of legs cannot be a parameter, so that a short file describes a small robot.
+/// Parameters that are used many times are evaluated once.
 #[test]
 fn short_texts_make_small_models() {
     let doubling: String =
@@ -217,7 +218,7 @@ proptest! {
         let _ = attempt(&String::from_utf8_lossy(&bytes));
     }
 
-    /// Words of the format in random order.
+    /// Random sequences of words of the format.
     #[test]
     fn random_words(words in prop::collection::vec(prop::sample::select(vec![
         "[", "]", "[[", "]]", "{", "}", "=", ".", ",", "\"", "'", "\n", "\n", "\n", " ", "#",
@@ -229,7 +230,7 @@ proptest! {
         let _ = attempt(&words.concat());
     }
 
-    /// A valid file with a few letters changed, removed or inserted.
+    /// A valid file in which a few characters are changed, removed or inserted.
     #[test]
     fn damaged_models(
         model in prop::sample::select(gallery::names().collect::<Vec<_>>()),
@@ -241,7 +242,7 @@ proptest! {
         let _ = attempt(&mutated(gallery::get(model).unwrap(), &edits));
     }
 
-    /// Assignments and recordings.
+    /// Random assignments and recordings.
     #[test]
     fn damaged_motions(
         text in "[A-Za-z0-9.;=,\\[\\]()\"'* \n#-]{0,60}",

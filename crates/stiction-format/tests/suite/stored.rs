@@ -1,4 +1,4 @@
-//! Recordings read in pieces equal those read as a whole.
+//! Recordings that are read in pieces equal recordings that are read as a whole.
 
 use std::fmt::Write;
 use std::sync::{Arc, Mutex};
@@ -23,7 +23,7 @@ axis = "x"
 actuated = true
 "#;
 
-/// A file that returns a few bytes at a time and can be changed by other threads.
+/// File that returns a few bytes at a time and whose content can be changed by other threads.
 #[derive(Debug)]
 struct Bytes(Mutex<Vec<u8>>);
 
@@ -56,12 +56,12 @@ fn drives(contents: Contents) -> Result<Drives, Diagnostics> {
     robot().parse_drives(&Source::new("--drives", "drives.csv"), &files)
 }
 
-/// Rough values, so that a missing sample is detected.
+/// Irregular values, so that a missing sample is detected.
 fn rough(k: usize) -> f64 {
     ((k * k) as f64 * 0.618).sin()
 }
 
-/// Step lengths of which neighbours differ by at most a factor of three.
+/// Lengths of time steps; neighbouring steps differ by at most a factor of three.
 fn uneven(k: usize) -> f64 {
     1e-3 * [1.0, 0.4, 1.2, 0.7][k % 4]
 }
@@ -135,7 +135,8 @@ fn assert_same(text: &str) {
     }
 }
 
-/// Sample counts around the minimum for a spline, for windows and for further windows.
+/// Checks sample counts around the minimum numbers for a spline, for windows and for further
+/// windows.
 #[test]
 fn pieces_equal_the_whole_to_the_last_bit() {
     for count in [2, 3, 6, 7, 8191, 8192, 8193, 12_287, 12_288, 20_001] {
@@ -155,8 +156,9 @@ fn ends_of_lines_comments_and_marks_do_not_matter() {
     assert_same(&format!("{text}\n\n# the end"));
 }
 
-/// Steps that shrink by a fifth from one to the next over the whole margin of the first window make
-/// samples beyond the margin matter: the spline is computed globally, and the description says so.
+/// Steps decrease by a fifth from one to the next over the whole margin of the first window, so
+/// that samples beyond the margin have an influence. The spline is solved as a whole, and the
+/// description says so.
 #[test]
 fn very_unequal_steps_are_solved_globally() {
     let steps = |k: usize| 1e-3 * 1.25_f64.powi(-(k as i32 - 4096).clamp(0, 96));
@@ -183,7 +185,7 @@ fn efforts_are_the_same() {
     }
 }
 
-/// Messages are equal, including places and excerpts.
+/// Asserts that the messages are equal, including places and excerpts; returns them.
 fn assert_same_complaint(text: &str) -> String {
     let whole = motion(text.into()).unwrap_err();
     let stored = motion(Contents::Stored(store(text))).unwrap_err();
@@ -222,7 +224,7 @@ fn defects_have_the_same_places() {
     assert_same_complaint(&with_row(&good.replace("[rad]", "[deg]"), 9000, "9, 1000, 1"));
 }
 
-/// A cell that is not a number is not also reported as a wrapped angle.
+/// A cell that is not a number is reported only once, not also as a wrapped angle.
 #[test]
 fn an_invalid_number_is_reported_once() {
     let good = recording(10, [0, 0], |_| 1e-3);
@@ -271,12 +273,12 @@ fn invalid_text_is_reported_with_its_place() {
     assert!(why(endless.as_bytes()).contains("line 1 has more than 1048576 bytes"));
 }
 
-/// A file that has changed when it is read again is refused.
+/// A file is refused if it has changed since it was first read.
 #[test]
 fn a_file_that_changes_is_refused() {
     let text = recording(20_000, [0, 0], uneven);
     let middle = text.match_indices('\n').nth(10_000).unwrap().0;
-    /// Overwrites bytes around the middle.
+    /// Function that overwrites bytes around the middle of a file.
     type Change = fn(&mut Vec<u8>, usize);
     let changes: [(&str, Change); 4] = [
         // A digit of a time in the middle, which remains a number.
@@ -318,7 +320,8 @@ fn appended_text_is_ignored() {
     }
 }
 
-/// Threads that use two recordings at different places, more of them than pieces are kept.
+/// Threads use two recordings at different places; the number of threads exceeds the number of kept
+/// pieces.
 #[test]
 fn threads_do_not_disturb_each_other() {
     let texts = [recording(60_000, [0, 0], uneven), recording(45_000, [1, 0], |_| 1e-3)];

@@ -75,7 +75,7 @@ fn defects_have_places() {
     insta::assert_snapshot!(all);
 }
 
-/// Reading a draft with changes gives the model that reading the changed text gives.
+/// Reading a draft with changes gives the same model as reading the changed text.
 #[test]
 fn drafts_read_as_texts_do() {
     let files = |_: &str| Err("no files".to_owned());

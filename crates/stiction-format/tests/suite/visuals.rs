@@ -1,4 +1,4 @@
-//! Meshes of bodies: what the model file says, what files are shown, and what imports keep.
+//! Meshes of bodies: keys in the model file, supported files, and imports.
 
 use stiction_core::spatial::Vec3;
 use stiction_format::{ImportOptions, Mesh, MeshFormat, ModelFile, Source, import, read};
@@ -36,7 +36,8 @@ fn meshes_have_scale_and_pose() {
     assert_eq!(second.scale, [1.0; 3]);
 }
 
-/// A mesh that cannot be shown is a warning with its place, once for each file; the model stays valid.
+/// A mesh that cannot be shown causes a warning with its place, once for each file; the model
+/// remains valid.
 #[test]
 fn meshes_that_cannot_be_shown_are_warned_of() {
     let mut model =
@@ -65,7 +66,7 @@ fn glb(json: &str) -> Vec<u8> {
     bytes
 }
 
-/// Contents that a page could not show, or never would finish with, are refused.
+/// Contents that a page could not show, or not in finite time, are refused.
 #[test]
 fn hostile_meshes_are_refused() {
     let asset = r#""asset": { "version": "2.0" }"#;
@@ -98,7 +99,7 @@ fn hostile_meshes_are_refused() {
             assert!(why.contains(reason), "{reason}: {why}");
         }
     }
-    // A second description, which a viewer would take.
+    // Viewers would use a second JSON chunk.
     let mut two = glb(&gltf("\"nodes\": []"));
     let second = two[12..].to_vec();
     two.extend(second);
@@ -115,7 +116,8 @@ fn hostile_meshes_are_refused() {
     assert!(large.contains("at most 8.4 MB are shown"), "{large}");
 }
 
-/// References to meshes whose files exist survive an import, with their scale and pose; others are left out.
+/// An import keeps references to meshes whose files exist, with their scale and pose, and omits all
+/// others.
 #[test]
 fn imports_keep_meshes() {
     let inertia = r#"<mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>"#;

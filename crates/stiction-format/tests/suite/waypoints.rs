@@ -20,7 +20,7 @@ fn motion_of(name: &str, text: &str) -> Result<Motion, String> {
         .map_err(|diagnostics| diagnostics.to_string())
 }
 
-/// A pick-and-place cycle: times follow from the limits of the tool's path.
+/// Durations of a pick-and-place cycle follow from the limits of the tool's path.
 #[test]
 fn durations_follow_from_limits() {
     let motion = motion(
@@ -34,7 +34,7 @@ fn durations_follow_from_limits() {
         ]"#,
     )
     .unwrap();
-    // 160 mm: 1/v + v/a per unit distance; 40 mm: a triangle of 2 sqrt(d/a).
+    // 160 mm take 1/v + v/a for a unit distance; 40 mm take 2 sqrt(d/a), without constant speed.
     let (first, second) = (0.16 + 0.1, 2.0 * (0.04f64 / 10.0).sqrt());
     assert!((motion.duration - (0.05 + first + second + 0.1)).abs() < 1e-15);
     let at = |t: f64| motion.at(t).collect::<Vec<_>>();
@@ -49,7 +49,7 @@ fn durations_follow_from_limits() {
     assert_eq!((end[0].value, end[1].value, end[1].rate), (0.08, 0.38, 0.0));
 }
 
-/// No limit is exceeded at any instant, and one of them is reached in every move.
+/// No limit is exceeded at any instant, and at least one limit is reached in every move.
 #[test]
 fn limits_hold_for_every_law() {
     for law in ["quintic", "cycloid", "modified-sine", "trapezoid", "s-curve"] {
@@ -67,7 +67,7 @@ fn limits_hold_for_every_law() {
             most[1] = most[1].max(both[0].acceleration.hypot(both[1].acceleration));
         }
         assert!(most[0] < 0.8 * (1.0 + 1e-12) && most[1] < 9.0 * (1.0 + 1e-12), "{law}: {most:?}");
-        // The fastest course is bounded by the speed, the acceleration or the jerk.
+        // The speed, the acceleration or the jerk limits the fastest move.
         let jerk_bound = matches!(law, "quintic" | "cycloid" | "modified-sine");
         let reached = most[0] > 0.8 * (1.0 - 1e-9) || most[1] > 9.0 * (1.0 - 1e-6);
         assert!(reached || jerk_bound, "{law}: {most:?}");
@@ -87,7 +87,7 @@ fn a_blend_rounds_the_corner() {
     };
     let blended = motion(&text("0.08")).unwrap();
     assert!((blended.duration - 0.32).abs() < 1e-15);
-    // At the beginning of the second move both coordinates begin to share.
+    // From the beginning of the second move on, both coordinates move.
     let corner: Vec<_> = blended.at(0.16).collect();
     assert!(corner[0].rate > 0.0 && corner[0].value < 0.05 && corner[1].value > 0.34);
     let end: Vec<_> = blended.at(0.32).collect();
@@ -96,7 +96,8 @@ fn a_blend_rounds_the_corner() {
     assert_eq!(motion(&text("0")).unwrap().duration, 0.4);
 }
 
-/// Between two orientations the body turns about a fixed axis: at half the way by half the angle.
+/// Between two orientations, the body rotates about a fixed axis: by half the angle at half the
+/// way.
 #[test]
 fn orientations_are_interpolated_on_the_rotation_group() {
     let motion = motion_of(
@@ -200,7 +201,7 @@ fn defects_are_explained() {
     }
 }
 
-/// An arm that turns and telescopes; its tool moves in the plane.
+/// An arm with a revolute and a prismatic joint, whose tool moves in a plane.
 const POLAR: &str = "
 gravity = [0, 0, -9.81]
 [bodies.arm]
@@ -234,8 +235,9 @@ fn polar(text: &str) -> Result<Motion, String> {
         .map_err(|diagnostics| diagnostics.to_string())
 }
 
-/// A tool passes the pivot at 0.3 m on a straight line of 0.4 m. Midway the line is across the arm, and the arm turns
-/// fastest: at a quintic's 1.875 of the mean speed, over 0.3 m.
+/// A tool passes the pivot at a distance of 0.3 m on a straight line of 0.4 m. At its middle, the
+/// line is perpendicular to the arm, and the arm rotates fastest: at 1.875 times the mean speed of
+/// a quintic, over 0.3 m.
 #[test]
 fn joint_limits_of_a_straight_line() {
     let motion = polar(
@@ -246,7 +248,8 @@ fn joint_limits_of_a_straight_line() {
     assert!((motion.duration - expected).abs() < 1e-9 * expected, "{}", motion.duration);
 }
 
-/// On a radial line the reach is the distance of the tool: both limits give the same move for every law.
+/// On a radial line, the length of the arm is the distance of the tool, so the limits of the joint
+/// and of the tool give the same move for every law.
 #[test]
 fn joint_limits_along_a_radius() {
     for law in ["quintic", "cycloid", "modified-sine", "trapezoid", "s-curve"] {
@@ -271,7 +274,7 @@ fn joint_limits_along_a_radius() {
     }
 }
 
-/// Motion of degrees of freedom of a gallery's robot that follows prescribed coordinates.
+/// Motion of a gallery robot's degrees of freedom along prescribed coordinates.
 struct Along<'a> {
     solver: InverseDynamics,
     motion: &'a Motion,
@@ -322,7 +325,8 @@ fn greatest(motion: &Motion, dofs: &[(JointId, usize)], count: u32) -> [f64; 3] 
     most
 }
 
-/// Greatest rate or acceleration, by golden-section search about the greatest sample of each degree of freedom.
+/// Greatest rate or acceleration, by golden-section search around the greatest sample of each
+/// degree of freedom.
 fn greatest_between(motion: &Motion, dofs: &[(JointId, usize)], of_rate: bool) -> f64 {
     const SAMPLES: u32 = 2_000;
     let mut most = 0.0_f64;
@@ -349,13 +353,14 @@ fn greatest_between(motion: &Motion, dofs: &[(JointId, usize)], of_rate: bool) -
     most
 }
 
-/// Ways of the platform of a hexapod.
+/// Waypoints of the platform of a hexapod.
 const WAYS: &str = "waypoints = [{ platform.x = 0, platform.y = 0, platform.z = 0.75,\n\
      platform.rotation = { axis = \"x\", angle = 0 } },\n\
      { platform.x = 0.1, platform.rotation = { axis = [1, 2, 0], angle = \"20 deg\" } },\n\
      { platform.z = 0.6 }]";
 
-/// Moves of a hexapod within limits of its legs: at no instant is a limit exceeded, and one is reached in each move.
+/// Moves of a hexapod with limits of its legs: no limit is exceeded at any instant, and one limit
+/// is reached in each move.
 #[test]
 fn legs_of_a_hexapod_keep_their_limits() {
     let model = model("gough");
@@ -371,7 +376,7 @@ fn legs_of_a_hexapod_keep_their_limits() {
         let ratios: Vec<f64> = most.iter().zip(limits).map(|(a, b)| a / b).collect();
         assert!(ratios[0] < 1.0 + 1e-9 && ratios[1] < 1.0 + 1e-9, "{law}: {ratios:?}");
         let jumps = law == "trapezoid";
-        // Differences of accelerations that were computed to about 1e-12 of 7 m/s^2.
+        // Differences of accelerations that are accurate to about 1e-12 of 7 m/s^2.
         assert!(jumps || ratios[2] < 1.0 + 1e-6, "{law}: {ratios:?}");
         let last = if jumps { 2 } else { 3 };
         let reached = ratios[..last].iter().fold(0.0_f64, |most, ratio| most.max(*ratio));
@@ -379,7 +384,8 @@ fn legs_of_a_hexapod_keep_their_limits() {
     }
 }
 
-/// Angles of passive joints have their greatest rates and accelerations anywhere, also beside the ends of pieces.
+/// Rates and accelerations of passive joints can be greatest anywhere, also near the ends of
+/// pieces.
 #[test]
 fn passive_joints_of_a_hexapod_keep_their_limits() {
     let model = model("gough");
@@ -402,8 +408,8 @@ fn passive_joints_of_a_hexapod_keep_their_limits() {
     }
 }
 
-/// Limits of the path of a body whose place follows from prescribed joints: an arm of 0.4 m that turns by 1.2 rad, with the
-/// speed of its tip; its acceleration has a radial part, too.
+/// Limits of the path of a body that follows from prescribed joints: the tip of an arm of 0.4 m
+/// that rotates by 1.2 rad has a limited speed; its acceleration also has a radial component.
 #[test]
 fn paths_of_bodies_that_follow_from_joints() {
     const ARM: &str = "gravity = [0, 0, 0]\n[bodies.arm]\n[joints.turn]\ntype = \"R\"\nfrom = \"ground\"\nto = \"arm\"\n\
@@ -431,15 +437,16 @@ fn paths_of_bodies_that_follow_from_joints() {
     assert!((most / 2.0 - 1.0).abs() < 1e-9, "{most}");
 }
 
-/// Limits of legs are reached by every law: the greatest speed and acceleration equal the limits to 1e-9, found between
-/// samples by search. A trapezoid's acceleration jumps, so that a search finds its greatest value only to one side.
+/// Limits of legs are reached by every law: the greatest speed and acceleration, found between
+/// samples by a search, equal the limits to 1e-9. The acceleration of a trapezoid jumps, so that a
+/// search finds its greatest value on one side only.
 #[test]
 fn legs_of_a_hexapod_reach_their_limits() {
     let model = model("gough");
     let legs: Vec<_> = model.mechanism.actuators().collect();
     for law in ["quintic", "cycloid", "modified-sine", "trapezoid", "s-curve"] {
         for of_rate in [true, false] {
-            // The other limits are far away, but a trapezoid and an s-curve need them.
+            // The other limits are far away; trapezoid and s-curve require them.
             let limits = match (law, of_rate) {
                 ("trapezoid", true) => "speed = 0.2, acceleration = 50",
                 ("s-curve", true) => "speed = 0.2, acceleration = 50, jerk = 9000",
@@ -456,7 +463,8 @@ fn legs_of_a_hexapod_reach_their_limits() {
     }
 }
 
-/// A blend that adds two moves to more than a limit is refused with the longest one that does not, if there is one.
+/// A blend during which the sum of two moves exceeds a limit is refused. The message states the
+/// longest possible blend, if there is one.
 #[test]
 fn a_blend_that_is_too_long_names_the_longest() {
     let text = |law: &str, limits: &str, blend: &str| {

@@ -107,7 +107,7 @@ pub(super) fn autocovariance(steps: &[&[usize]], residuals: &[DVector<f64>]) -> 
 /// that is truncated at the bounds. `at_bounds` lists the coordinates at their bounds, each with
 /// the distance by which the coordinate would exceed its bound if the bound did not exist.
 ///
-/// Treats the bounds one after the other; the variance along a bounded coordinate becomes the
+/// The bounds are applied one after the other; the variance along a bounded coordinate becomes the
 /// second moment about its bound.
 pub(super) fn bounded(
     mut covariance: DMatrix<f64>,

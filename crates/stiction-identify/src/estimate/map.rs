@@ -1,5 +1,5 @@
-//! Free coordinates of the estimation: one for each group of tied parameters and for each single parameter that is not
-//! held.
+//! Free coordinates of the estimation: one for each group of tied parameters, and one for each
+//! single parameter that is not held constant.
 
 use super::Problem;
 use nalgebra::{DMatrix, DVector};
@@ -8,9 +8,10 @@ use nalgebra::{DMatrix, DVector};
 /// most one coordinate, so one entry of `T` is stored for each.
 #[derive(Clone, Debug)]
 pub(crate) struct Map {
-    /// Values of held parameters; zero for all others.
+    /// Values of the parameters that are held constant; zero for all others.
     pub(crate) base: DVector<f64>,
-    /// Index of the coordinate on which each parameter depends, and its factor; `None` for held parameters.
+    /// Index of the coordinate on which each parameter depends, and its factor; `None` for a
+    /// parameter that is held constant.
     entries: Vec<Option<(usize, f64)>>,
     /// First parameter that depends on each coordinate.
     pub(crate) firsts: Vec<usize>,

@@ -91,8 +91,8 @@ impl Problem<'_> {
         DVector::from_fn(map.size(), |column, _| prior[map.firsts[column]] / map.factor(column))
     }
 
-    /// Values for the computation of divergences. Held parameters of a body get the values of its
-    /// prior, whose pseudo-inertia is positive definite even for a thin body.
+    /// Values for the computation of divergences. Parameters of a body that are held constant get
+    /// the values of its prior, whose pseudo-inertia is positive definite even for a thin body.
     fn thickened(&self, values: &DVector<f64>, priors: &[BodyPrior]) -> DVector<f64> {
         let mut thick = values.clone();
         for body in priors {

@@ -28,7 +28,7 @@ pub struct Options {
     /// Radius of gyration that is added to the priors of thin bodies, so that their pseudo-inertias are positive
     /// definite, m.
     pub radius: f64,
-    /// True for each parameter that keeps its prior value.
+    /// Flag for each parameter, true if the parameter keeps its prior value.
     pub held: Vec<bool>,
     /// Groups of indices of parameters that have one common value.
     pub tied: Vec<Vec<usize>>,
@@ -39,11 +39,11 @@ pub struct Options {
 /// Regression problem: rows of all fitted logs, and the priors.
 #[derive(Clone, Debug)]
 pub struct Problem<'a> {
-    /// The parameters.
+    /// Parameters of the regression.
     pub parameters: &'a [Parameter],
     /// Rows of each log.
     pub blocks: &'a [Block],
-    /// Settings.
+    /// Settings of the estimation.
     pub options: &'a Options,
 }
 
@@ -243,9 +243,9 @@ impl Problem<'_> {
         Problem { options: &options, ..self.clone() }.solve_with(false)
     }
 
-    /// Values from which the unknowns are measured. The known efforts contain the inertias of the
-    /// model, so the unknown inertial parameters are differences from the model; all other values
-    /// are zero.
+    /// Reference values of all parameters: the unknowns of the fit are differences from them. The
+    /// known efforts contain the inertias of the model, so the reference values of inertial
+    /// parameters are those of the model; all others are zero.
     fn shift(&self) -> DVector<f64> {
         let each = self.parameters.iter().map(|p| if p.body().is_some() { p.prior } else { 0.0 });
         DVector::from_iterator(self.parameters.len(), each)
@@ -306,7 +306,8 @@ impl Problem<'_> {
                 let best = (0..all.len())
                     .min_by(|&a, &b| mean(&all[a].1).total_cmp(&mean(&all[b].1)))
                     .unwrap_or(0);
-                // The differences of the same pieces decide, not the scatter between pieces.
+                // The strengths are compared piece by piece, so that the scatter between pieces has
+                // no influence.
                 let is_as_good = |k: usize| {
                     let d: Vec<f64> =
                         all[k].1.iter().zip(&all[best].1).map(|(a, b)| a - b).collect();

@@ -27,8 +27,8 @@ fn rank_of(mechanism: &Mechanism, choice: Choice) -> BaseParameters {
     base
 }
 
-/// Planar 2R arm: zz of both links reduced, two first moments of each; gravity adds no combination but
-/// separates the first moments of link 1 from its inertia.
+/// Planar 2R arm: the reduced moment zz of both links and two first moments of each. Gravity adds
+/// no combination, but it separates the first moments of link 1 from its inertia.
 #[test]
 fn planar_2r_has_six_or_four() {
     let rows = [(0.0, 0.4, 0.0), (0.0, 0.3, 0.0)];
@@ -36,8 +36,8 @@ fn planar_2r_has_six_or_four() {
     assert_eq!(rank(&serial(&rows, Vec3::new(0.0, 0.0, -9.81))).rank(), 4);
 }
 
-/// PUMA 560: 36 inertial base parameters, and 40 with the inertias of its motors, of which those of the
-/// first two axes join the inertias of links (Gautier, Khalil 1990).
+/// PUMA 560: 36 inertial base parameters without motors, and 40 with the inertias of its motors, of
+/// which those of the first two axes are combined with inertias of links (Gautier, Khalil 1990).
 #[test]
 fn puma_560_has_36_and_40() {
     use std::f64::consts::FRAC_PI_2 as Q;
@@ -55,10 +55,10 @@ fn puma_560_has_36_and_40() {
     assert_eq!(rank_of(&serial_with_motors(&rows, gravity), at_motors).rank(), 40);
 }
 
-/// Robots of the gallery whose efforts do not follow from a motion: singular ones.
+/// Gallery robots whose efforts do not follow from a motion, because they are singular.
 const WITHOUT_EFFORTS: [&str; 3] = ["3upu-singular", "griffis-duffy", "zhang2018"];
 
-/// Matrix of columns at random motions about the first position of the default motion.
+/// Matrix of columns for random motions near the first configuration of the default motion.
 fn columns(name: &str, seed: u64) -> Option<(DMatrix<f64>, Vec<Parameter>)> {
     let model = gallery_model(name);
     let (solver, home) = gallery_solver(&model);
@@ -69,8 +69,9 @@ fn columns(name: &str, seed: u64) -> Option<(DMatrix<f64>, Vec<Parameter>)> {
     let mut all = Vec::new();
     // Several rows for each parameter.
     let count = 4 * parameters.len() / home.len() + 20;
-    // One coordinate goes round, and back where it cannot go on: the columns are smooth functions of the position, so that a
-    // short arc hardly distinguishes their combinations (singular values of 1e-13 on half a radian, of 1e-5 on a turn).
+    // A single coordinate moves through a full turn, or back where it cannot continue. The columns
+    // are smooth functions of the configuration, so a short arc hardly distinguishes their
+    // combinations (singular values of 1e-13 for half a radian, of 1e-5 for a full turn).
     let (mut turned, mut step) = (home[0], std::f64::consts::TAU / (4 * count) as f64);
     for _ in 0..8 * count {
         let [mut q, v, a] = random_motion(&mut random, &home, size);
@@ -83,7 +84,7 @@ fn columns(name: &str, seed: u64) -> Option<(DMatrix<f64>, Vec<Parameter>)> {
             turned -= step;
             step = -step;
         }
-        // Of one coordinate a quarter of the positions of a turn.
+        // For a single coordinate, only about half of the configurations are used.
         if home.len() > 1 || random.number() > 0.5 {
             all.extend(found.ok());
         }
@@ -95,8 +96,8 @@ fn columns(name: &str, seed: u64) -> Option<(DMatrix<f64>, Vec<Parameter>)> {
     Some((stacked(&all), parameters))
 }
 
-/// The combinations span the row space of the columns at other random motions, found by singular value
-/// decomposition, for every robot of the gallery.
+/// For every gallery robot, the combinations span the row space of the columns at other random
+/// motions, which is found by singular value decomposition.
 #[test]
 fn every_gallery_robot_against_singular_values() {
     let (mut refused, mut apart) = (Vec::new(), Vec::new());
@@ -111,7 +112,7 @@ fn every_gallery_robot_against_singular_values() {
         let largest = norms.iter().copied().fold(0.0, f64::max);
         let mut scaled = other.clone();
         for (mut column, norm) in scaled.column_iter_mut().zip(&norms) {
-            // A column of round-off has no effect.
+            // A column of round-off errors has no effect.
             column.scale_mut(if *norm > 1e-10 * largest { norm.recip() } else { 0.0 });
         }
         let svd = Svd::new(&scaled.qr().r());
@@ -122,7 +123,7 @@ fn every_gallery_robot_against_singular_values() {
             continue;
         }
         let mut worst = 0.0_f64;
-        // Every combination, as a row over scaled parameters, lies in the row space.
+        // Every combination, written as a row over scaled parameters, lies in the row space.
         for combination in &base.combinations {
             let mut row = DVector::zeros(parameters.len());
             row[combination.leader] = norms[combination.leader].recip();
@@ -138,8 +139,9 @@ fn every_gallery_robot_against_singular_values() {
             }
             worst = worst.max(outside.norm());
         }
-        // The sine of the angle; two spaces of one dimension with each row of one in the other are one.
-        // Loops are closed to 1e-12, which the condition of the columns multiplies.
+        // Sine of the angle to the row space. If two spaces have the same dimension and each row of
+        // one lies in the other, they are equal. Loops are closed to 1e-12, which the condition
+        // number of the columns multiplies.
         let condition = values[0] / values[expected - 1];
         if worst >= 1e-8 {
             apart.push(format!("{name}: {worst:e}, condition {condition:e}"));

@@ -48,7 +48,8 @@ fn arm() -> (Vec<Parameter>, Vec<DMatrix<f64>>) {
     (regressor.parameters().to_vec(), all)
 }
 
-/// A physical truth that differs from the model by some ten percent, with friction that the model lacks.
+/// Physical parameters that differ from the model by about ten percent, with friction that the
+/// model lacks.
 fn truth(parameters: &[Parameter]) -> Vec<f64> {
     let mut random = Random::new(5);
     let mut values: Vec<f64> = parameters.iter().map(|p| p.prior).collect();
@@ -106,13 +107,13 @@ fn options(count: usize) -> Options {
     }
 }
 
-/// Nearly normal numbers: sums of twelve uniform ones.
+/// Generates approximately normal random numbers, as sums of twelve uniform numbers.
 fn normal(seed: u64) -> impl FnMut() -> f64 {
     let mut random = Random::new(seed.wrapping_mul(0x9e37_79b9) + 1);
     move || (0..12).map(|_| 0.5 * random.number()).sum()
 }
 
-/// The true value lies within 1.96 standard deviations in 95 % of cases: over ten seeds and all
+/// In 95 % of cases, the true value lies within 1.96 standard deviations: over ten seeds and all
 /// parameters that are well determined, with noise of two percent of the efforts.
 #[test]
 fn intervals_contain_the_truth() {
@@ -158,7 +159,8 @@ fn outliers_lose_their_weight() {
     let found = Problem { parameters: &parameters, blocks: &blocks, options: &options }.solve();
     for (k, p) in parameters.iter().enumerate() {
         if matches!(p.kind, Kind::DriveCoulomb(_) | Kind::DriveViscous(_)) {
-            // Unweighted, 30 N m in every 20th row are 1.5 N m on average.
+            // Without robust weights, errors of 30 N m in every 20th row would be 1.5 N m on
+            // average.
             assert!((found.values[k] - truth[k]).abs() < 0.1, "{}: {}", p.name, found.values[k]);
         }
     }
@@ -189,7 +191,8 @@ fn poor_data_leave_the_model_physical() {
     }
 }
 
-/// Held parameters keep their values, tied ones are equal, and both leave the others free.
+/// Parameters that are held constant keep their values, tied parameters are equal, and all others
+/// remain free.
 #[test]
 fn held_and_tied_parameters() {
     let (parameters, columns) = arm();
@@ -211,7 +214,8 @@ fn held_and_tied_parameters() {
     }
 }
 
-/// A rod without thickness has no definite pseudo-inertia. With all else held, its one free parameter is found.
+/// The pseudo-inertia of a rod without thickness is not positive definite. If all other parameters
+/// are held constant, its single free parameter is found.
 #[test]
 fn one_parameter_of_a_thin_rod() {
     let (mut parameters, columns) = arm();
@@ -236,8 +240,9 @@ fn one_parameter_of_a_thin_rod() {
     assert!(error.abs() < 4.0 * sigma && sigma < 0.02 * truth[moment], "{error:e} {sigma:e}");
 }
 
-/// A column that the regression lacks: its value, standard deviation and the changes of all parameters are those of a
-/// fit with that column, and left-out parts of the data gain by it. A column that is not missing gains nothing.
+/// Tests a column that the regression lacks. Its value, its standard deviation and the changes of
+/// all parameters agree with a fit that includes the column, and the prediction of left-out data
+/// improves. A column that is not missing improves nothing.
 #[test]
 fn a_missing_column_is_found() {
     let (parameters, columns) = arm();
@@ -287,8 +292,9 @@ fn a_missing_column_is_found() {
     }
 }
 
-/// Efforts at rest bound friction and weight from one side each: with dwells near the limits, a friction that the rows do
-/// not show is at least what held the arm, and dwells well within the limits change nothing.
+/// Each effort at rest bounds a combination of friction and weight from one side. Dwells near the
+/// limits raise a friction that the rows do not determine to at least the value that held the arm;
+/// dwells well within the limits change nothing.
 #[test]
 fn dwells_bound_the_estimate() {
     let kind = |k: usize| if k == 0 { Kind::DriveCoulomb(0) } else { Kind::Offset(0) };
@@ -303,7 +309,7 @@ fn dwells_bound_the_estimate() {
         .collect();
     let options = Options { strength: Some(1.0), ..options(2) };
     let mut random = normal(5);
-    // Rows that contain the second parameter only, 0.2 N m.
+    // Rows that depend on the second parameter only, 0.2 N m.
     let right = DVector::from_fn(200, |_, _| 0.2 + 0.01 * random());
     let rows = Rows {
         matrix: DMatrix::from_fn(200, 2, |_, k| if k == 1 { 1.0 } else { 0.0 }),
@@ -325,7 +331,8 @@ fn dwells_bound_the_estimate() {
     let free = solved(Vec::new());
     let inside = solved(vec![[-0.1, 0.5], [0.1, 0.2]]);
     assert_eq!(free.values, inside.values);
-    // 2.2 N m above and 1.6 N m below the weight: friction of 2 N m at least, less two standard deviations of 0.01 N m.
+    // Efforts of 2.2 N m above and 1.6 N m below the weight: friction is at least 2 N m, minus two
+    // standard deviations of 0.01 N m.
     for bounds in [[1.9, 2.2], [-1.8, 0.0]] {
         let held = solved(vec![bounds]);
         assert!((held.values[0] - 1.98).abs() < 0.01, "{bounds:?}: {:?}", held.values);
@@ -334,8 +341,8 @@ fn dwells_bound_the_estimate() {
     }
 }
 
-/// Columns as their own instruments are least squares; columns with errors, half as large as themselves, bias least squares,
-/// and true columns as instruments remove this bias.
+/// Columns that are their own instruments give least squares. Errors of the columns, half as large
+/// as the columns, bias least squares; the exact columns as instruments remove this bias.
 #[test]
 fn instruments_remove_the_errors_of_columns() {
     let (parameters, columns) = arm();
@@ -355,7 +362,7 @@ fn instruments_remove_the_errors_of_columns() {
         let change = (own.values[k] - plain.values[k]).abs();
         assert!(change <= 1e-6 * plain.sigmas[k], "{}: {change}", parameters[k].name);
     }
-    // Errors of the viscous columns, which are rates.
+    // Errors in the viscous columns, which are rates.
     let viscous: Vec<usize> = (0..parameters.len())
         .filter(|&k| matches!(parameters[k].kind, Kind::DriveViscous(_)))
         .collect();
@@ -379,7 +386,8 @@ fn instruments_remove_the_errors_of_columns() {
     }
 }
 
-/// A value beyond its bound stops there; a bound that contains the estimate changes nothing.
+/// A value beyond its bound is set to the bound; a bound that contains the estimate changes
+/// nothing.
 #[test]
 fn bounds_hold() {
     let (parameters, columns) = arm();
@@ -392,7 +400,7 @@ fn bounds_hold() {
     };
     let k = parameters.iter().position(|p| matches!(p.kind, Kind::DriveCoulomb(_))).unwrap();
     let free = found(Vec::new());
-    // The truth is 0.8 N m.
+    // The true value is 0.8 N m.
     assert_eq!(found(vec![(k, [0.5, 1.5])]).values, free.values);
     let [above, below] = [[1.0, 2.0], [0.2, 0.6]].map(|bounds| found(vec![(k, bounds)]));
     // Bounds are scaled to free coordinates and back.
@@ -401,7 +409,7 @@ fn bounds_hold() {
     assert!(above.sigmas[k] < free.sigmas[k], "{} {}", above.sigmas[k], free.sigmas[k]);
 }
 
-/// Rows in which the motion of the instruments rests are no samples.
+/// Rows in which the motion of the instruments rests do not count as samples.
 #[test]
 fn rows_without_instruments_are_no_samples() {
     let (parameters, columns) = arm();
@@ -418,6 +426,6 @@ fn rows_without_instruments_are_no_samples() {
     let found = Problem { parameters: &parameters, blocks: &blocks, options: &options }.solve();
     let used = 3 * (columns.len() / 2);
     assert_eq!(found.samples as usize, used);
-    // Left-out parts are predicted about as well as the fit.
+    // Left-out data are predicted about as well as fitted data.
     assert!((0.9..1.6).contains(&found.left_out_ratio), "{}", found.left_out_ratio);
 }

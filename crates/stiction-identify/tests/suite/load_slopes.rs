@@ -1,10 +1,11 @@
-//! Derivatives of normal loads against differences of solutions.
+//! Derivatives of normal loads compared with differences of solutions.
 
 use super::robots::*;
 use stiction_core::random::Random;
 use stiction_identify::{DIRECTIONS, Kind, LoadSlopes};
 
-/// Derivatives with respect to all friction and inertia of each model of the gallery that has a coefficient of friction.
+/// Checks derivatives with respect to all friction and inertia parameters of each gallery model
+/// that has a friction coefficient.
 #[test]
 fn derivatives_of_loads_are_those_of_differences() {
     let mut tried = 0;
@@ -14,7 +15,8 @@ fn derivatives_of_loads_are_those_of_differences() {
             continue;
         }
         let mut random = Random::new(17);
-        // Load-independent friction needs a preload, which a law without coefficient cannot carry.
+        // Load-independent friction is represented by a preload, which a law without friction
+        // coefficient cannot carry.
         let values: Vec<f64> = parameters
             .iter()
             .map(|p| match p.kind {
@@ -61,8 +63,9 @@ fn derivatives_of_loads_are_those_of_differences() {
                 let [a, b, c, d] = [1.0, -1.0, 2.0, -2.0].map(|part| changed(part * step));
                 for (i, found) in found.iter().enumerate() {
                     let expected = (8.0 * (a[i] - b[i]) - (c[i] - d[i])) / (12.0 * step);
-                    // Differences of fourth order; round-off of the loads and preloads over the step, of laws without
-                    // coefficient 10^9 times their friction.
+                    // Fourth-order differences. Their round-off is that of loads and preloads
+                    // divided by the step; preloads of laws without coefficient are 10^9 times
+                    // their friction.
                     let preload = engine.interfaces[i].load.preload;
                     let round_off = 1e-12 * (largest + preload) / step;
                     let error = (found[direction] - expected).abs();

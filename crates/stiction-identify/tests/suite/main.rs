@@ -1,4 +1,4 @@
-//! Tests of identification against the engine and against numbers from the literature.
+//! Tests of identification against inverse dynamics and against numbers from the literature.
 #![allow(missing_docs)]
 
 mod base;

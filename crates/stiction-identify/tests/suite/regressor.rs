@@ -1,4 +1,4 @@
-//! Columns against the engine's inverse dynamics with changed parameters.
+//! Columns of the regression compared with inverse dynamics for changed parameters.
 
 use super::robots::*;
 use nalgebra::DVector;
@@ -7,8 +7,8 @@ use stiction_core::dynamics::Status;
 use stiction_core::random::Random;
 use stiction_identify::{Choice, Kind, Parameter, Regressor, Rest, applied, catalogue};
 
-/// Efforts of the engine with changed inertia and friction equal the linear form, for every model
-/// of the gallery whose motion its actuators determine.
+/// Efforts of inverse dynamics with changed inertia and friction equal the linear form, for every
+/// gallery model whose motion is determined by its actuators.
 #[test]
 fn columns_agree_with_inverse_dynamics_of_changed_parameters() {
     let mut tried = 0;
@@ -22,7 +22,7 @@ fn columns_agree_with_inverse_dynamics_of_changed_parameters() {
                 Kind::Moment(..) => p.prior + 0.01 * p.scale * random.number(),
                 Kind::Inertia(_, entry) if entry >= 3 => p.prior,
                 Kind::Coulomb(_) => p.prior + 0.02,
-                // Friction that does not depend on the load remains.
+                // Load-independent friction remains.
                 Kind::Mu(0) => 0.0,
                 _ => p.prior * (1.05 + 0.04 * random.number()),
             })
@@ -38,18 +38,20 @@ fn columns_agree_with_inverse_dynamics_of_changed_parameters() {
             let mut expected = columns.known.clone();
             for (k, p) in parameters.iter().enumerate() {
                 let value = if p.body().is_some() { changed[k] - priors[k] } else { changed[k] };
-                // The Coulomb column states the friction of the preload itself.
+                // The Coulomb column already contains the friction of the preload.
                 let load = match p.kind {
                     Kind::Mu(i) => solved.loads[i],
                     _ => 1.0,
                 };
-                // Actuated joints without friction have columns that the engine does not know.
+                // Columns of actuated joints without friction interfaces have no counterpart in
+                // inverse dynamics.
                 if !matches!(p.kind, Kind::DriveCoulomb(_) | Kind::DriveViscous(_)) {
                     expected += columns.matrix.column(k) * (value * load);
                 }
             }
             let found = DVector::from_column_slice(data.efforts());
-            // Both solve the same equations; round-off of ill-conditioned positions remains.
+            // Both methods solve the same equations; round-off errors of ill-conditioned
+            // configurations remain.
             let error = (&found - &expected).norm();
             assert!(error < 1e-8 * (1.0 + found.norm()), "{name}: {found} {expected}");
             done += 1;
@@ -75,7 +77,7 @@ fn friction_at_rest_is_marked() {
     assert_eq!(noisy.rest, [Rest::Uncertain; 2]);
 }
 
-/// Friction of an actuator belongs to the motor only if its efforts were measured there.
+/// Friction of an actuator is assigned to the motor only if its efforts were measured at the motor.
 #[test]
 fn friction_measured_at_joints_is_not_that_of_motors() {
     let mechanism = serial_with_motors(&[(0.0, 0.4, 0.0)], Vec3::zero());
@@ -89,7 +91,7 @@ fn friction_measured_at_joints_is_not_that_of_motors() {
         let found = applied(&mechanism, &parameters, &values, at_motors);
         let motor = found.drive_trains()[0].motor_friction.constant;
         let joint: f64 = found.joints()[0].friction.iter().map(|f| f.law.mu * f.load.preload).sum();
-        // The ratio of the gear is 50.
+        // The gear ratio is 50.
         let expected = if at_motors { (3.0 / 50.0, 0.0) } else { (0.0, 3.0) };
         assert!((motor - expected.0).abs() < 1e-12, "{motor}");
         assert!((joint - expected.1).abs() < 1e-12, "{joint}");
@@ -107,7 +109,8 @@ fn unreachable_positions_are_refused() {
     assert_eq!(chain.actuators().count(), 2);
 }
 
-/// A position far from the last one is reached in the assembly mode of a stored state near it; a jump misses that mode.
+/// A configuration far from the last one is reached in the assembly mode of a stored state near it;
+/// a direct jump does not reach this mode.
 #[test]
 fn a_stored_state_keeps_the_assembly_mode() {
     let model = gallery_model("five-bar");
@@ -120,7 +123,7 @@ fn a_stored_state_keeps_the_assembly_mode() {
         status.map(|()| regressor.bodies().pose.clone())
     };
     let start = regressor.state().clone();
-    // By small steps along a line of the tool.
+    // Moves in small steps along a line of the tool.
     let mut expected = Vec::new();
     for k in 0..=150 {
         expected = poses_at(&mut regressor, f64::from(k) / 150.0).unwrap();
@@ -134,6 +137,6 @@ fn a_stored_state_keeps_the_assembly_mode() {
     regressor.start_from(&start);
     assert!(away(&mut regressor) > 0.1, "the jump finds the same mode");
     regressor.start_from(&state);
-    // Loops are closed to 1e-12 of the length of the robot.
+    // Loops are closed to 1e-12 of the robot's length.
     assert!(away(&mut regressor) < 1e-11);
 }

@@ -19,7 +19,7 @@ pub(crate) fn serial(rows: &[(f64, f64, f64)], gravity: Vec3<f64>) -> Mechanism 
     serial_builder(rows, gravity).build().unwrap()
 }
 
-/// The same with a motor at each joint.
+/// Serial chain as in [`serial`], with a motor at each joint.
 pub(crate) fn serial_with_motors(rows: &[(f64, f64, f64)], gravity: Vec3<f64>) -> Mechanism {
     let mut builder = serial_builder(rows, gravity);
     for k in 1..=rows.len() {
@@ -36,7 +36,7 @@ fn serial_builder(rows: &[(f64, f64, f64)], gravity: Vec3<f64>) -> MechanismBuil
     for (k, &(d, a, alpha)) in rows.iter().enumerate() {
         let name = format!("link{}", k + 1);
         let from = if k == 0 { "ground".to_owned() } else { format!("link{k}") };
-        // A general mass distribution of points, so that it is physical.
+        // A general mass distribution of points, which makes the inertia physical.
         let spread = Mat3::diagonal(Vec3::new(0.05, 0.06, 0.07)) + {
             let v = random.vector();
             Mat3::from_columns(v * v.x, v * v.y, v * v.z) * -0.01
@@ -74,7 +74,7 @@ pub(crate) fn solver(
         .unwrap()
 }
 
-/// The solver of a model of the gallery at the first instant of its default motion.
+/// Solver of a gallery model at the first instant of its default motion.
 pub(crate) fn gallery_solver(model: &ModelFile) -> (InverseDynamics, Vec<f64>) {
     let name = model.default_motion.clone().unwrap_or_else(|| model.motions[0].0.clone());
     let motion = model.motion(&name).unwrap();
@@ -90,9 +90,10 @@ pub(crate) fn gallery_solver(model: &ModelFile) -> (InverseDynamics, Vec<f64>) {
     (solver.unwrap(), targets.iter().map(|target| target.value).collect())
 }
 
-/// Name, home and regressor with all parameters of every model of the gallery whose motion its actuators determine, without
-/// bodies that spin freely: their accelerations depend on their inertia, so that efforts are not linear in it and loads have
-/// no difference quotients.
+/// Name, home coordinates and regressor with all parameters of every gallery model whose motion is
+/// determined by its actuators, except models with freely spinning bodies. The accelerations of
+/// such bodies depend on their inertia, so that efforts are not linear in it and difference
+/// quotients of loads do not exist.
 pub(crate) fn gallery_regressors() -> impl Iterator<Item = (&'static str, Vec<f64>, Regressor)> {
     gallery::names().filter_map(|name| {
         let model = gallery_model(name);

@@ -1,8 +1,9 @@
-//! Events between two rows are not missed.
+//! Events between two rows of the table.
 
 use crate::program::{Folder, column};
 
-/// Positions and references count full turns between two rows: 20 rad/s, one row per second.
+/// Positions and references count full turns between two rows: the joint rotates at 20 rad/s, with
+/// one row per second.
 #[test]
 fn turns_between_rows_count() {
     let folder = Folder::new("forward-spin");
@@ -64,8 +65,9 @@ fn pushed(folder: &Folder, mu: &str, drive: &str, step: &str) -> (f64, String) {
     (*rates.last().unwrap(), folder.read("events.csv"))
 }
 
-/// Inputs shorter than a step of a steady mechanism are resolved, independent of the rows: a push
-/// of 1000 N for 0.6 ms, including ramps of 0.2 ms on either side (0.6 N s in total).
+/// Inputs shorter than the integration steps of a mechanism that hardly changes its motion are
+/// resolved, independently of the rows: a force pulse of 1000 N lasts 0.6 ms, including ramps of
+/// 0.2 ms on both sides (0.6 N s in total).
 #[test]
 fn a_short_push_is_not_missed() {
     let folder = Folder::new("forward-push");
@@ -78,8 +80,9 @@ fn a_short_push_is_not_missed() {
     }
 }
 
-/// A force that oscillates 50 times per second is zero at every row and still exceeds friction in
-/// between; a force that exceeds it by 1e-4 for a moment starts the slip at that moment.
+/// A force that oscillates 50 times per second is zero at every row and exceeds the static friction
+/// limit in between. A force that exceeds this limit by a fraction of 1e-4 for a short time starts
+/// slip at that time.
 #[test]
 fn oscillating_forces_between_rows_start_slip() {
     let folder = Folder::new("forward-swing");
@@ -100,17 +103,18 @@ fn oscillating_forces_between_rows_start_slip() {
         let both = "friction = { mu = 0.2, mu_static = 0.5 }";
         let (_, events) = pushed(&folder, both, "5.0005 N*sin(2*pi*t)", step);
         let at = begins(&events);
-        // Slip starts at a relative excess of 1e-9 over the limit: near a peak this delays it by
-        // 1e-9/(2 pi cos).
+        // Slip starts at a relative excess of 1e-9 over the static friction limit, which delays
+        // slip near a peak by 1e-9/(2 pi cos).
         let forgiven = 1e-9 / (std::f64::consts::TAU * (1.0 - (5.0 / 5.0005_f64).powi(2)).sqrt());
         assert!((at - first).abs() < 1.1 * forgiven, "{step}: {at} {first}");
-        // Once per half turn.
+        // The block slides once in each half period.
         assert_eq!(events.matches("slides").count(), 4, "{step}: {events}");
     }
 }
 
-/// A robot whose legs jam, so that time steps follow event-driven ones, comes to rest between two rows. Over each
-/// step positions are the integral of the rates: rows do not hold joints that stick at the end of their step only.
+/// The legs of a robot jam, so that time stepping replaces the event-driven method, and the robot
+/// comes to rest between two rows. In every step, positions are the integral of the rates, even if
+/// joints begin to stick at the end of the step.
 #[test]
 fn rows_close_the_loops_before_joints_stick() {
     let folder = Folder::new("forward-jamming");
@@ -141,13 +145,13 @@ fn rows_close_the_loops_before_joints_stick() {
     let (length, rate) = ("leg1.P.position [m]", "leg1.P.rate [m/s]");
     let (length, rate) = (column(&table, length), column(&table, rate));
     for k in 1..time.len() {
-        // A jump at 0.2748 s, where the legs jam, is within a row.
+        // The rates jump at 0.2748 s, within a row, where the legs jam.
         if (0.27..0.28).contains(&time[k]) {
             continue;
         }
         let step = time[k] - time[k - 1];
         let moved = length[k] - length[k - 1] - 0.5 * step * (rate[k] + rate[k - 1]);
-        // The rate bends where joints begin to stick or slip, by at most some tens of m/s^2.
+        // Accelerations jump where joints begin to stick or slip, by at most some tens of m/s^2.
         assert!(moved.abs() < 1e-5, "{}: {moved:e}", time[k]);
     }
 }

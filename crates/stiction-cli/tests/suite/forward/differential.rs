@@ -43,8 +43,9 @@ pitch = "0.9 rad*sin(2*pi*t/1 s)"
 roll = "1.4 rad*cos(2*pi*t/2 s)"
 "#;
 
-/// Controllers with and without a model of the robot, the torques of inverse dynamics, a linear model: each names the
-/// friction interfaces of both motors, and none of the shafts that the simulation adds.
+/// Checks simulations with controllers with and without a model of the robot, with torques from
+/// inverse dynamics, and a linear model. Each lists the friction interfaces of both motors, but
+/// none of the shafts that the simulation adds.
 #[test]
 fn motors_of_several_joints_with_friction_are_simulated() {
     let folder = Folder::new("forward-differential");
@@ -69,7 +70,8 @@ fn motors_of_several_joints_with_friction_are_simulated() {
         assert!(column(&energy, "error [J]").iter().all(|error| error.abs() < 1e-8 * turnover));
         assert!(*column(&energy, "left.motor.dissipated [J]").last().unwrap() > 0.1);
     }
-    // The torques of inverse dynamics cause the accelerations of the motion; later they are held between samples.
+    // The torques of inverse dynamics initially cause the accelerations of the motion; later they
+    // differ, because they are constant between samples.
     let table = folder.read("out/forward.csv");
     let expected = -1.4 * std::f64::consts::PI.powi(2);
     let first = |name: &str| column(&table, name)[0];
@@ -78,7 +80,8 @@ fn motors_of_several_joints_with_friction_are_simulated() {
     let model = folder.stiction(&["linearize", "wrist.toml", "--at", "0.3", "--json"]);
     let model = json(model.succeeds());
     assert_eq!(model["states"].as_array().unwrap().len(), 4, "{model}");
-    // With the pitch locked, the motors turn against each other and share the friction of the roll.
+    // With the pitch locked, both motors rotate in opposite directions and share the friction of
+    // the roll.
     let said = folder.stiction(&["forward", "wrist.toml", "--hold", "pitch", "-o", "locked"]);
     assert!(said.succeeds().contains("locked: pitch"), "{}", said.out);
     let energy = folder.read("locked/energy.csv");

@@ -1,4 +1,4 @@
-//! Inputs of a run: a start, efforts, prescribed and locked joints.
+//! Inputs of a run: initial state, efforts, prescribed and locked joints.
 
 use crate::program::models::slope;
 use crate::program::{Folder, column};
@@ -13,7 +13,7 @@ fn the_start_may_be_partial() {
     let table = folder.read("forward.csv");
     assert!((column(&table, "A.position [rad]")[0] - 40_f64.to_radians()).abs() < 1e-12);
     assert!((column(&table, "A.rate [rad/s]")[0] - 2.0).abs() < 1e-12);
-    // One leg of three is given: the others have their start values.
+    // The position of one leg is given; the other two legs have their start values.
     let run =
         ["forward", "--from", "leg1.P = 590 mm", "--drives", "none", "--until", "0.01", "-o", "."];
     folder.stiction(&run).succeeds();
@@ -22,7 +22,8 @@ fn the_start_may_be_partial() {
     assert_eq!(column(&table, "leg2.P.rate [m/s]")[0], 0.0);
 }
 
-/// Positions and rates apart, of one coordinate or of two; whole turns are kept and change nothing else.
+/// Checks positions and rates that are given separately, of one coordinate or of two. Full turns
+/// are kept and have no other effect.
 #[test]
 fn rates_may_be_given_apart() {
     let folder = Folder::new("forward-rates");
@@ -36,7 +37,7 @@ fn rates_may_be_given_apart() {
     let whole = begin("A = -60 deg + 2 rad/s*t");
     let same = [
         "A = -60 deg; d(A) = 2 rad/s".to_owned(),
-        // The position of one coordinate, the rate of another.
+        // Position of one coordinate, and rate of another.
         format!("A = -60 deg; d(B) = {} rad/s", whole[3]),
         format!("d(B) = {} rad/s; A = -60 deg + 5 rad/s*t; d(A) = 2 rad/s", whole[3]),
     ];
@@ -52,7 +53,7 @@ fn rates_may_be_given_apart() {
     }
 }
 
-/// The efforts of one run are the input of the next.
+/// The efforts in the table of one run can be the input of the next run.
 #[test]
 fn drives_can_come_from_a_file() {
     let folder = Folder::new("forward-drives");
@@ -61,7 +62,8 @@ fn drives_can_come_from_a_file() {
     let run = ["forward", "slope.toml", "--drives", "push.csv", "--from", "rest", "-o", "."];
     folder.stiction(&run).succeeds();
     let table = folder.read("forward.csv");
-    // From 10 N, which just holds it, to 30 N within a second: x''' = 20/2 m/s^3.
+    // The effort rises from 10 N, which just holds the block, to 30 N within one second: x''' =
+    // 20/2 m/s^3.
     for (t, s) in column(&table, "time [s]").iter().zip(column(&table, "slope.position [m]")) {
         assert!((s - 10.0 * t.powi(3) / 6.0).abs() < 1e-10, "{t}: {s}");
     }
@@ -71,7 +73,7 @@ fn drives_can_come_from_a_file() {
         .succeeds();
 }
 
-/// Recorded efforts are not defined at later times.
+/// Recorded efforts are undefined after their last sample.
 #[test]
 fn recorded_efforts_end_with_their_recording() {
     let folder = Folder::new("forward-record");
@@ -102,7 +104,7 @@ fn joints_can_be_prescribed_and_locked() {
     let (position, wanted) = (get("leg2.P.position [m]"), get("leg2.P.reference [m]"));
     assert!(position.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-12));
     assert!(get("leg3.P.drive [N]").iter().all(|drive| *drive == 20.0));
-    // A joint without an actuator: the lock exerts an effort.
+    // A joint without an actuator is locked, so the lock exerts an effort.
     let run = [
         "forward",
         "four-bar",
@@ -122,7 +124,7 @@ fn joints_can_be_prescribed_and_locked() {
     assert!(column(&table, "B.drive [N m]").iter().any(|effort| effort.abs() > 0.1));
 }
 
-/// A single DOF of a joint with two is selected by name.
+/// One of the two degrees of freedom of a joint can be locked by its name.
 #[test]
 fn a_lock_of_one_of_two_dofs_is_named() {
     let folder = Folder::new("forward-which");
@@ -134,7 +136,8 @@ fn a_lock_of_one_of_two_dofs_is_named() {
     assert!(folder.read("forward.csv").contains(",leg2.U.second.drive [N m],"));
 }
 
-/// A motion that begins beyond half a turn keeps its turns; a joint locked twice is locked once.
+/// A motion that begins beyond half a turn keeps its full turns. A joint that is named twice is
+/// locked once.
 #[test]
 fn angles_continue_with_their_turns() {
     let folder = Folder::new("forward-turns");
@@ -153,7 +156,7 @@ fn angles_continue_with_their_turns() {
     let places = column(&table, "A.position [rad]");
     let wanted = column(&table, "A.reference [rad]");
     assert!((places[0] - 7.0).abs() < 1e-12);
-    // They differ only by the closure of the loop.
+    // The values differ only by the closure error of the loop.
     assert!(places.iter().zip(&wanted).all(|(place, wanted)| (place - wanted).abs() < 1e-12));
     folder
         .stiction(&["forward", "four-bar", "--hold", "A,A", "--until", "0.01", "--drives", "none"])
@@ -203,7 +206,7 @@ fn unprescribed_coordinates_are_free() {
     assert!(column(&table, "rail.drive [N]").iter().all(|drive| (drive - 12.0).abs() < 1e-9));
     let (at, wanted) = (column(&table, "rail.position [m]"), column(&table, "rail.reference [m]"));
     assert!(at.iter().zip(wanted).all(|(at, wanted)| (at - wanted).abs() < 1e-12));
-    // The pivot has no reference.
+    // The pivot has no reference position.
     assert!(!table.contains("pivot.reference"));
     // A controller with given gains needs no further input.
     let alone = model.replace("axis = \"z\"\n        actuated = true", "axis = \"z\"");

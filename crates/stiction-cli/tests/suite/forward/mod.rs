@@ -47,7 +47,7 @@ fn the_files_are_complete() {
     expected.sort_unstable();
     assert_eq!(inner.files(), expected);
 
-    // The tracking error in space is that of the position in the same table.
+    // The tracking error of the path is consistent with the position of the body in the same table.
     let bodies = inner.read("bodies.csv");
     let of = |name: &str| column(&bodies, &format!("platform.{name}"));
     let axes = ["x", "y", "z"]
@@ -70,7 +70,7 @@ fn the_files_are_complete() {
     assert_eq!((times.len(), times[0], times[20]), (21, 0.0, 0.2));
     let (position, wanted) =
         (column(&forward, "leg1.P.position [m]"), column(&forward, "leg1.P.reference [m]"));
-    // It follows the motion, except for the effect of friction.
+    // The actuator follows the motion, except for the effect of friction.
     assert!(position.iter().zip(&wanted).all(|(a, b)| (a - b).abs() < 1e-3 && *a > 0.5));
     assert!(column(&forward, "closure [m]").iter().all(|x| *x < 1e-12));
     assert_eq!(column(&forward, "leg2.R.rate [rad/s]").len(), 21);

@@ -1,10 +1,10 @@
-//! Simulated motions against closed forms and inverse dynamics.
+//! Simulated motions compared with closed forms and inverse dynamics.
 
 use crate::program::models::slope;
 use crate::program::{Folder, column, json};
 
-/// Closed form of a block on a slope, released at rest: s = g (sin a - mu cos a) t^2/2 downwards,
-/// or it sticks.
+/// Compares with the closed form for a block on a slope, released at rest: the block slides
+/// downwards by s = g (sin a - mu cos a) t^2/2, or it sticks.
 #[test]
 fn a_block_slides_or_sticks() {
     let folder = Folder::new("forward-slope");
@@ -15,12 +15,13 @@ fn a_block_slides_or_sticks() {
     let table = folder.read("forward.csv");
     let acceleration = -10.0 * (0.5 - 0.2 * 0.75_f64.sqrt());
     for (t, s) in column(&table, "time [s]").iter().zip(column(&table, "slope.position [m]")) {
-        // A parabola: steps of any size are exact.
+        // The position is a quadratic function of time, which integration steps of any size
+        // reproduce exactly.
         assert!((s - 0.5 * acceleration * t * t).abs() < 1e-12, "{t}: {s}");
     }
     let energy = folder.read("energy.csv");
     let dissipated = column(&energy, "slope.dissipated [J]")[200];
-    // mu N s = 0.2 * 20 N cos 30 deg * 6.5359 m
+    // Friction work mu N s = 0.2 * 20 N cos 30 deg * 6.5359 m.
     let expected = 0.2 * 20.0 * 0.75_f64.sqrt() * -2.0 * acceleration;
     assert!((dissipated - expected).abs() < 1e-9, "{dissipated} {expected}");
 
@@ -34,8 +35,8 @@ fn a_block_slides_or_sticks() {
     assert_eq!(json(&folder.read("summary.json"))["friction"]["slope"]["sticks"], 2.0);
 }
 
-/// The efforts that inverse dynamics computes for a simulated motion, read from its files, are
-/// those of the simulation. Forward and inverse dynamics share neither unknowns nor elimination.
+/// Inverse dynamics of a simulated motion, read from the simulation's files, yields the efforts of
+/// the simulation. Forward and inverse dynamics share neither unknowns nor elimination.
 #[test]
 fn inverse_dynamics_of_a_simulation_returns_its_efforts() {
     let folder = Folder::new("forward-inverse");
@@ -71,8 +72,8 @@ fn inverse_dynamics_of_a_simulation_returns_its_efforts() {
             let (found, given) = (column(&found, name), column(&given, name));
             assert!(found.len() == count && count > 20);
             for (row, (found, given)) in found.iter().zip(&given).enumerate() {
-                // Rounding, magnified near a singular position: the remaining index is 0.015 at the
-                // end.
+                // Rounding errors are magnified near a singular position: the singularity index is
+                // 0.015 at the end.
                 assert!(
                     resting[row] || (found - given).abs() < 1e-9,
                     "{model} {row}: {found} {given}"
@@ -83,8 +84,8 @@ fn inverse_dynamics_of_a_simulation_returns_its_efforts() {
     }
 }
 
-/// Rods between two balls have little inertia about their own axes, which causes too many events
-/// for the event-driven method; the simulation continues by time stepping.
+/// Rods between two ball joints have little inertia about their own axes, which causes too many
+/// events for the event-driven method; the simulation continues by time stepping.
 #[test]
 fn a_delta_robot_continues_by_time_stepping() {
     let folder = Folder::new("forward-delta");
@@ -97,7 +98,7 @@ fn a_delta_robot_continues_by_time_stepping() {
     let steps = summary["method"]["time_stepping"].as_f64().unwrap();
     let events = summary["method"]["event_driven"].as_f64().unwrap();
     assert!(steps > 0.0 && (steps + events - 0.02).abs() < 1e-12, "{steps} {events}");
-    // Balls slide from here on.
+    // The ball joints slide from here on.
     assert!(summary["energy"]["interfaces"].as_f64().unwrap() > 0.0);
 }
 
@@ -125,8 +126,8 @@ fn the_method_can_be_chosen() {
         let summary = json(&inner.read("summary.json"));
         let passed = summary["method"][method.replace('-', "_")].as_f64().unwrap();
         assert!((passed - 0.5).abs() < 1e-12);
-        // g (sin - mu cos) t^2 / 2, downwards; steps with mid-step velocities are exact for a
-        // parabola.
+        // The displacement is g (sin - mu cos) t^2 / 2 downwards; time stepping with mid-step
+        // velocities is exact for a quadratic function.
         let (sin, cos) = 30_f64.to_radians().sin_cos();
         let expected = -0.5 * 10.0 * (sin - 0.3 * cos) * 0.25;
         let found = *column(&inner.read("forward.csv"), "slope.position [m]").last().unwrap();
@@ -134,8 +135,8 @@ fn the_method_can_be_chosen() {
     }
 }
 
-/// A start with position and rate apart, `x = 0.2 + 0.3 t - 5 t^2` without friction on a slope of 30
-/// degrees; a rate alone starts at the model's position.
+/// Checks an initial state whose position and rate are given separately: `x = 0.2 + 0.3 t - 5 t^2`
+/// without friction on a slope of 30 degrees. With a rate alone, the position is that of the model.
 #[test]
 fn a_start_names_positions_and_rates() {
     let folder = Folder::new("forward-from-rates");
@@ -156,7 +157,7 @@ fn a_start_names_positions_and_rates() {
     }
 }
 
-/// Limits of file sizes, full devices and small stacks: the program says what it could not do.
+/// File size limits, full devices and small stacks cause messages that state what failed.
 #[cfg(target_os = "linux")]
 #[test]
 fn limits_of_the_system_are_said() {

@@ -1,4 +1,4 @@
-//! Singular positions, and results that are independent of the rows.
+//! Passage through singular positions, and independence of the results from the rows.
 
 use crate::program::{Folder, column, json};
 
@@ -6,8 +6,8 @@ use crate::program::{Folder, column, json};
 const COLLAPSE: [&str; 10] =
     ["forward", "3rps", "--drives", "none", "--from", "rest", "--friction", "off", "-o", "."];
 
-/// Reference: MuJoCo 4.0, RK4, hardened connects, time steps of 0.1 ms and 0.025 ms, which differ
-/// by 1e-4 and 2e-5 m from the limit.
+/// Compares with MuJoCo 4.0 (RK4, hardened connects). Its results with time steps of 0.1 ms and
+/// 0.025 ms differ from the limit by 1e-4 m and 2e-5 m.
 #[test]
 fn a_platform_falls_through_singular_positions() {
     for step in ["0.1", "0.01", "0.0031"] {
@@ -24,7 +24,7 @@ fn a_platform_falls_through_singular_positions() {
     }
 }
 
-/// Common rows of runs with other `--step` and `--until` are the same, digit by digit.
+/// Rows at the same instants in runs with different `--step` and `--until` agree in all digits.
 #[test]
 fn rows_do_not_influence_the_motion() {
     let friction: &[&str] =

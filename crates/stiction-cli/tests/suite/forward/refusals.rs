@@ -115,13 +115,13 @@ fn a_start_without_solution_writes_no_row() {
     assert!(!folder.files().iter().any(|name| name == "forward.csv"), "{:?}", folder.files());
 }
 
-/// Friction grows with the normal loads that it causes until no acceleration satisfies the laws:
-/// earlier results are kept.
+/// Friction grows with the normal loads that it causes, until no acceleration satisfies the
+/// friction laws. Rows before that instant are kept.
 #[test]
 fn results_before_a_jam_are_kept() {
     let folder = Folder::new("forward-jam");
-    // Event-driven: some interfaces stick, and the automatic method continues until all of them
-    // slide.
+    // With the event-driven method, some interfaces stick; the automatic method continues until all
+    // of them slide.
     let run = [
         "forward",
         "3upu",

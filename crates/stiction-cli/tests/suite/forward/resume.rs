@@ -21,7 +21,7 @@ fn interrupt(child: &std::process::Child) {
     assert!(signal(child, "-INT"));
 }
 
-/// Sends a signal; returns `false` if the program has ended before.
+/// Sends a signal; returns `false` if the program has already ended.
 #[cfg(unix)]
 fn signal(child: &std::process::Child, signal: &str) -> bool {
     use std::process::{Command, Stdio};
@@ -30,7 +30,7 @@ fn signal(child: &std::process::Child, signal: &str) -> bool {
     kill.status().unwrap().success()
 }
 
-/// Ctrl-C keeps complete files up to that instant and sets the exit code.
+/// After Ctrl-C, files are complete up to that instant, and the exit code reports the interruption.
 #[cfg(unix)]
 #[test]
 fn ctrl_c_keeps_finished_rows() {
@@ -61,7 +61,8 @@ fn five_bar_with_a_part() -> String {
     format!("{before}[[loads.payload.payload]]\nfrom = \"0.3 s\"\nuntil = \"0.62 s\"\n{part}")
 }
 
-/// Twelve parallelograms in a row: redundant constraints, and enough DOFs for sparse solutions.
+/// Twelve parallelograms in a row: redundant constraints, and enough degrees of freedom for sparse
+/// solutions.
 #[cfg(unix)]
 fn row_of_parallelograms() -> String {
     const COUNT: usize = 12;
@@ -85,7 +86,8 @@ fn row_of_parallelograms() -> String {
     text
 }
 
-/// A part that is picked up and placed: the energy balance closes, and the impact is an event.
+/// A part is picked up and placed: the energy balance closes, and the impact is reported as an
+/// event.
 #[test]
 fn a_part_is_picked_up_and_placed() {
     let folder = Folder::new("forward-payload");
@@ -101,8 +103,9 @@ fn a_part_is_picked_up_and_placed() {
     assert!(column(&energy, "error [J]").iter().all(|error| error.abs() < 1e-9 * largest));
 }
 
-/// An interrupted or killed run resumes to the same bytes as an uninterrupted one for all inputs:
-/// efforts, controllers with models of their own, prescribed motions, and both methods.
+/// A run that was interrupted or killed resumes to files identical to those of an uninterrupted
+/// run, for all inputs: efforts, controllers with their own models, prescribed motions, and both
+/// methods.
 #[cfg(unix)]
 #[test]
 fn a_resumed_run_has_the_bytes_of_an_uninterrupted_one() {
@@ -112,7 +115,7 @@ fn a_resumed_run_has_the_bytes_of_an_uninterrupted_one() {
         &["row.toml", "--drives", torque, "--from", "rest", "--step", "0.001", "--until", "0.4"],
         // A part is picked up and placed.
         &["pick.toml", "--controller", "pd", "--step", "0.002"],
-        // The integral part of a continuous controller, its saturation, and a stop condition.
+        // A continuous controller with integral term and saturation, and a stop condition.
         &["four-bar", "--controller", pid, "--step", "0.0002", "--stop", "t > 0.97 s"],
         &["four-bar", "--drives", "A = 2 N m*abs(cos(3*A))", "--step", "0.0002"],
         &["four-bar", "--drives", "A = 2 N m*sin(9*t)", "--from", "rest", "--step", "0.002"],
@@ -153,8 +156,8 @@ fn a_resumed_run_has_the_bytes_of_an_uninterrupted_one() {
     }
 }
 
-/// Two hundred interruptions at random instants, some of them of runs that resume, by SIGINT,
-/// SIGTERM and SIGKILL. `cargo test -p stiction-cli -- --ignored two_hundred`
+/// Two hundred interruptions at random instants, also of resumed runs, by SIGINT, SIGTERM and
+/// SIGKILL. Run by `cargo test -p stiction-cli -- --ignored two_hundred`.
 #[cfg(unix)]
 #[test]
 #[ignore = "takes minutes"]

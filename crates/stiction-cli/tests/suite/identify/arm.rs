@@ -1,4 +1,4 @@
-//! A single axis: dwells, and efforts of the wrong sign.
+//! Identification of a single axis: dwells, bounds, and efforts of the wrong sign.
 
 use super::{axis, normal, parameter};
 use crate::program::{Folder, json};
@@ -8,9 +8,9 @@ use std::fmt::Write as _;
 const COULOMB: f64 = 2.0;
 const VISCOUS: f64 = 0.5;
 
-/// Moves of one second and one radian, forth and back, with dwells of one second between them. In a dwell the
-/// controller lets the arm creep by less than the noise of the encoder, and the effort is anywhere within the
-/// limits of friction.
+/// Moves of one second and one radian, forward and backward, with dwells of one second between
+/// them. During a dwell, the controller lets the arm creep by less than the noise of the encoder,
+/// and the effort can have any value within the limits of static friction.
 fn log(seed: u64, sign: f64) -> String {
     let (mut noise, step) = (normal(seed), 2e-3);
     let mut text = "time [s],axis [rad],axis.effort [N m]\n".to_owned();
@@ -26,7 +26,7 @@ fn log(seed: u64, sign: f64) -> String {
             0.02 * acceleration + COULOMB * forth + VISCOUS * rate
         } else {
             angle += 3e-4 * (2.0 * t).sin();
-            // Each dwell holds another effort.
+            // The effort differs between dwells.
             0.9 * COULOMB * (7.0 * period).sin()
         };
         let angle = angle + 2e-4 * noise();
@@ -41,7 +41,8 @@ fn identified(folder: &Folder, logs: &[&str], more: &[&str]) -> Value {
     json(folder.stiction(&run).succeeds())
 }
 
-/// Friction at rest only has limits: dwells are recognised by the noise of the positions, left out and counted.
+/// Friction at rest is only bounded: dwells are recognised from the noise of the positions,
+/// excluded and counted.
 #[test]
 fn dwells_are_left_out() {
     let folder = Folder::new("identify-dwells");
@@ -51,7 +52,8 @@ fn dwells_are_left_out() {
     for (name, truth) in [("axis.coulomb", COULOMB), ("axis.viscous", VISCOUS)] {
         let found = parameter(&result, name);
         let (value, sigma) = (found["value"].as_f64().unwrap(), found["sigma"].as_f64().unwrap());
-        // Filtered steps of friction at both ends of each move are left out with the dwells.
+        // The filter smooths the steps of friction at both ends of each move; these rows are
+        // excluded, too.
         assert!((value - truth).abs() < 3.0 * sigma, "{name}: {value} +- {sigma}");
         assert!(sigma < 0.05 * truth, "{name}: {value} +- {sigma}");
     }
@@ -59,7 +61,8 @@ fn dwells_are_left_out() {
     assert!(cautions.contains("because a joint is at rest there"), "{cautions}");
 }
 
-/// Friction shows a wrong sign where the model has no friction to compare with, in logs for prediction, too.
+/// Efforts of the wrong sign are detected although the model has no friction, also in logs for
+/// prediction.
 #[test]
 fn wrong_signs_without_friction_in_the_model() {
     let folder = Folder::new("identify-sign-arm");
@@ -77,14 +80,15 @@ fn wrong_signs_without_friction_in_the_model() {
     assert_ne!(predicted["verdict"], "failed", "{cautions}");
 }
 
-/// The arm with friction held at the truth: dwells that hold more than this friction contradict the fit, as with a brake, and
-/// are named; those within the limits are not. A dwell that exceeds an uncertain friction raises it.
+/// Checks that dwells whose efforts exceed the static friction limit, as with a brake, are
+/// reported, and that dwells within the limit are not.
 #[test]
 fn dwells_bound_friction() {
     let folder = Folder::new("identify-bounds");
     folder.write("arm.toml", &axis(0.02));
     let text = "an effort lies beyond the static friction limits";
-    // Efforts of dwells, 1.8 N m at most, times three; one in two exceeds 2 N m by far.
+    // The efforts during dwells, at most 1.8 N m, are multiplied by three; half of them clearly
+    // exceed 2 N m.
     let good = log(1, 1.0);
     let rows = good.lines().map(|line| {
         let cells: Vec<&str> = line.split(',').collect();
@@ -100,7 +104,7 @@ fn dwells_bound_friction() {
     folder.write("good.csv", &good);
     let cautions = identified(&folder, &["good.csv"], &[])["cautions"].to_string();
     assert!(!cautions.contains(text), "{cautions}");
-    // A formula may have any value at rest, so that dwells set no limits: they are counted.
+    // The value of a formula at rest is unknown, so dwells set no limits and are only counted.
     folder.write("term.toml", "[terms]\nspring = \"axis = 0.1 N m*sin(axis)\"\n");
     let open = identified(&folder, &["good.csv"], &["--options", "term.toml"]);
     let cautions = open["cautions"].to_string();
@@ -110,11 +114,11 @@ fn dwells_bound_friction() {
     assert!(cautions.contains(text) && cautions.contains("dwells are left out"), "{cautions}");
     let found = parameter(&result, "axis.coulomb");
     let (value, sigma) = (found["value"].as_f64().unwrap(), found["sigma"].as_f64().unwrap());
-    // The moves decide.
+    // The moves determine the value.
     assert!((value - COULOMB).abs() < 3.0 * sigma.max(0.01), "{value} +- {sigma}");
 }
 
-/// A bound that the log contradicts holds, and is named.
+/// A bound that contradicts the log is respected and reported.
 #[test]
 fn bounds_hold_and_are_named() {
     let folder = Folder::new("identify-bounds");

@@ -1,5 +1,5 @@
-//! Standard deviations against the errors that they describe: repeated logs of known robots, with other noise and
-//! another wrong model each time.
+//! Compares standard deviations with actual errors, over repeated logs of known robots. The noise
+//! and the errors of the initial model differ between repetitions.
 
 use super::{columns, normal};
 use crate::program::{Folder, json};
@@ -7,24 +7,26 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-/// A robot whose logs are repeated.
+/// Robot for which logs are simulated repeatedly.
 struct Robot {
     /// Name of a built-in model, or the text of a model.
     model: &'static str,
-    /// Changes of its text: friction of all kinds in all joints, because a value at its bound is no interior one.
+    /// Replacements in the text of the model. They give all joints all kinds of friction, because
+    /// standard deviations of values at their bounds are not those of interior values.
     changes: &'static [[&'static str; 2]],
-    /// Options beside those of the logs.
+    /// Options in addition to those of the logs.
     options: &'static str,
     /// Motions without and with the payload.
     motions: [&'static str; 2],
     payload: &'static str,
     actuators: &'static [&'static str],
-    /// Units of positions and efforts.
+    /// Unit of the positions and unit of the efforts.
     units: [&'static str; 2],
-    /// Standard deviation of the efforts, and the step of the encoders in SI units.
+    /// Standard deviation of the efforts, and resolution of the encoders, SI units.
     noise: [f64; 2],
     filter: &'static str,
-    /// Values of the model that are wrong, with the standard deviation of their relative errors.
+    /// Keys of wrong values in the initial model, each with the true value and the standard
+    /// deviation of the relative error.
     wrong: &'static [(&'static str, f64, f64)],
 }
 
@@ -125,7 +127,7 @@ const ROBOTS: [Robot; 4] = [
             "friction = { mu = \"mu_ball\", radius = \"ball\" }",
             "friction = { mu = \"mu_ball\", radius = \"ball\", preload = \"20 N\", viscous = \"200 N s/m\" }",
         ]],
-        // Twelve balls of one kind.
+        // The twelve ball joints are equal.
         options: "tie = [[\"*.S*.mu\"], [\"*.S*.coulomb\"], [\"*.S*.viscous\"]]\n",
         motions: [
             "platform.x = 90 mm*sin(5.1*t) + 40 mm*sin(12.7*t + 1); \
@@ -149,7 +151,7 @@ const ROBOTS: [Robot; 4] = [
     },
 ];
 
-/// Result for one parameter over all seeds.
+/// Errors and standard deviations of one parameter over all seeds.
 #[derive(Default)]
 struct Errors {
     errors: Vec<f64>,
@@ -157,14 +159,14 @@ struct Errors {
 }
 
 impl Errors {
-    /// Part of the intervals of 95 % that contain the truth.
+    /// Fraction of the 95 % confidence intervals that contain the true value.
     fn coverage(&self) -> f64 {
         let is_inside = |(e, s): &(&f64, &f64)| e.abs() < 1.96 * **s;
         let inside = self.errors.iter().zip(&self.sigmas).filter(is_inside).count();
         inside as f64 / self.errors.len() as f64
     }
 
-    /// Median of the standard deviations over the scatter of the errors.
+    /// Ratio of the median standard deviation to the scatter of the errors.
     fn ratio(&self) -> f64 {
         let count = self.errors.len() as f64;
         let mean = self.errors.iter().sum::<f64>() / count;
@@ -176,7 +178,7 @@ impl Errors {
 }
 
 impl Robot {
-    /// Exact tables of both motions: time, positions, efforts.
+    /// Exact tables of both motions, with the columns time, positions and efforts.
     fn tables(&self, folder: &Folder) -> [Vec<Vec<f64>>; 2] {
         let mut text = match self.model.contains('\n') {
             true => self.model.to_owned(),
@@ -206,7 +208,7 @@ impl Robot {
         })
     }
 
-    /// Writes a log of a table, with noise of this size relative to [`Self::noise`].
+    /// Converts a table to the text of a log, with noise from `noise` scaled by [`Self::noise`].
     fn log(&self, table: &[Vec<f64>], noise: &mut dyn FnMut() -> f64) -> String {
         let count = self.actuators.len();
         let mut text = "time [s]".to_owned();
@@ -217,7 +219,7 @@ impl Robot {
         for row in table {
             write!(text, "\n{}", row[0]).unwrap();
             for (k, x) in row[1..].iter().enumerate() {
-                // The efforts have quanta of half a standard deviation.
+                // The efforts are quantised in steps of half a standard deviation.
                 let (value, quantum) = match k < count {
                     true => (*x, step),
                     false => (x + effort * noise(), 0.5 * effort),
@@ -236,8 +238,8 @@ impl Robot {
         json(folder.stiction(&run).succeeds())
     }
 
-    /// Errors of the parameters that count as identified in nine of ten seeds: whether others do depends on their own
-    /// errors.
+    /// Errors of the parameters that count as identified for nine of ten seeds. Other parameters
+    /// are excluded, because their verdict depends on their own errors.
     fn errors(&self, name: &str, seeds: u64) -> BTreeMap<String, Errors> {
         let folder = Folder::new(name);
         let [light, heavy] = self.tables(&folder);
@@ -255,7 +257,7 @@ impl Robot {
             folder.write("light.csv", &self.log(&light, &mut noise));
             folder.write("heavy.csv", &self.log(&heavy, &mut noise));
             if truth.is_empty() {
-                // The values of the right model.
+                // Identifies with the true model to obtain the true values.
                 for p in self.identified(&folder, &[])["parameters"].as_array().unwrap() {
                     truth.insert(
                         p["name"].as_str().unwrap().to_owned(),
@@ -264,7 +266,7 @@ impl Robot {
                 }
             }
             let wrong = self.wrong.iter().map(|(key, value, error)| {
-                // Quantities that others are computed from need their unit.
+                // Parameters that are used in other formulas need their unit.
                 let unit = if key.ends_with("_mass") { " kg" } else { "" };
                 format!("{key}={}{unit}", value * (1.0 + error * noise()).max(0.2))
             });
@@ -296,13 +298,14 @@ fn mean(values: impl Iterator<Item = f64> + Clone) -> f64 {
     values.clone().sum::<f64>() / values.count() as f64
 }
 
-/// Ten seeds: intervals of 95 % contain the truth, and standard deviations are as large as the scatter.
+/// Checks with ten seeds that 95 % intervals contain the truth, and that standard deviations are as
+/// large as the scatter of the errors.
 fn ten_seeds(index: usize, name: &str) {
     let all = ROBOTS[index].errors(&format!("identify-coverage-{name}"), 10);
     let coverage = mean(all.values().map(Errors::coverage));
     // Errors of one log are correlated, so the mean over parameters scatters by up to the 7 % of one parameter.
     assert!(coverage > 0.82, "{name}: {coverage}");
-    // The scatter of ten errors is known to a quarter.
+    // The scatter of ten errors is known to about 25 %.
     let ratio = mean(all.values().map(Errors::ratio));
     assert!((0.65..1.6).contains(&ratio), "{name}: {ratio}");
 }
@@ -327,12 +330,12 @@ fn intervals_of_a_delta() {
     ten_seeds(3, "delta");
 }
 
-/// Number of seeds of the audit; the bounds of the project are those of this number.
+/// Number of seeds of the full audit, to which the project's bounds apply.
 const SEEDS: u64 = 200;
 
-/// Two hundred seeds: the bounds of the project for each parameter. `STICTION_SEEDS` sets a smaller number, and
-/// `STICTION_ROBOTS` a list such as `five-bar,delta`; figures of fewer seeds scatter too much for the bounds and are
-/// only printed.
+/// Checks the project's bounds for each parameter with two hundred seeds. `STICTION_SEEDS` sets a
+/// smaller number of seeds, and `STICTION_ROBOTS` a list of robots such as `five-bar,delta`.
+/// Results of fewer seeds scatter too much for the bounds and are only printed.
 #[test]
 #[ignore = "takes many minutes: cargo xtask audit coverage"]
 fn two_hundred_seeds_of_four_robots() {

@@ -1,17 +1,18 @@
-//! Logs with gaps, a slow beginning, and models whose efforts have another sign than the measured ones.
+//! Identification from logs with gaps, with a slow beginning, in wrong units, and with models that
+//! are wrong or incomplete.
 
 use super::{Folder, columns, json, log, normal, parameter};
 use std::fmt::Write as _;
 
-/// Keeps the rows of a log for which a time suits.
+/// Keeps the rows of a log for whose time `keep` returns true.
 fn rows_at(text: &str, keep: impl Fn(f64) -> bool) -> String {
     let time = |line: &str| line.split(',').next().unwrap().parse::<f64>();
     let kept = text.lines().filter(|line| time(line).map_or(true, &keep));
     kept.collect::<Vec<_>>().join("\n")
 }
 
-/// Missing samples are not interpolated: the robot moves far in the gaps, and the fit is as good as
-/// without them.
+/// Checks that gaps are reported and not interpolated: the robot moves far during the gaps, and the
+/// fit is as good as without them.
 #[test]
 fn gaps_are_named_and_not_interpolated() {
     let folder = Folder::new("identify-gaps");
@@ -42,7 +43,8 @@ fn gaps_are_named_and_not_interpolated() {
     }
 }
 
-/// The suggested cut-off suits the whole motion, also if it stands still for the first 20 000 rows.
+/// The suggested cut-off frequency suits the whole motion, even if the robot stands still for the
+/// first 20 000 rows.
 #[test]
 fn a_slow_beginning_does_not_set_the_filter() {
     let folder = Folder::new("identify-slow");
@@ -107,7 +109,8 @@ fn pendulum_log(folder: &Folder, sign: f64) -> String {
     text
 }
 
-/// A model whose mass is on the wrong side of the axis is no wrong sign of the efforts: friction opposes the motion.
+/// A centre of mass on the wrong side of the axis is not mistaken for efforts of the wrong sign,
+/// because friction still opposes the motion.
 #[test]
 fn a_wrong_centre_of_mass_is_no_wrong_sign() {
     let folder = Folder::new("identify-side");
@@ -123,7 +126,8 @@ fn a_wrong_centre_of_mass_is_no_wrong_sign() {
     assert_eq!(result["verdict"], "identified", "{cautions}");
     let error = result["predictions"][0]["error_percent"]["hinge"].as_f64().unwrap();
     assert!(error < 2.0, "{error}");
-    // The same efforts with the wrong sign: certain with the right model, and suspected with the wrong one.
+    // With reversed efforts, the wrong sign is certain with the right model, and suspected with the
+    // wrong model.
     let result = run("true.toml", "reverse.csv");
     let cautions = result["cautions"].to_string();
     assert!(cautions.contains("wrong sign on hinge"), "{cautions}");
@@ -134,7 +138,8 @@ fn a_wrong_centre_of_mass_is_no_wrong_sign() {
     assert_ne!(result["verdict"], "identified");
 }
 
-/// A strong pull to a wrong model must not take its own error for noise: nearly exact data decide, with any prior.
+/// A strong prior at a wrong model must not make its own error count as noise: nearly exact data
+/// determine the values for any strength of the prior.
 #[test]
 fn a_wrong_model_does_not_hold_the_values() {
     let folder = Folder::new("identify-prior");
@@ -154,7 +159,7 @@ fn a_wrong_model_does_not_hold_the_values() {
     }
 }
 
-/// Efforts in millinewton metres that are declared as newton metres are named.
+/// Efforts in mN m that are declared as N m are reported.
 #[test]
 fn a_wrong_unit_of_efforts_is_named() {
     let folder = Folder::new("identify-unit");
@@ -163,8 +168,9 @@ fn a_wrong_unit_of_efforts_is_named() {
     assert!(said.succeeds().contains("times those of the model: check their unit"), "{}", said.out);
 }
 
-/// A log of another engine (Pinocchio, see `validation/identify_log.py`), with CAD data that are wrong by 20 % and friction that
-/// is wrong by half: the truth lies within the intervals, and the efforts are reproduced to their noise.
+/// Log from another engine (Pinocchio, see `validation/identify_log.py`), identified with CAD data
+/// that are wrong by 20 % and friction that is wrong by half. The true values lie within the
+/// intervals, and the predicted efforts agree with the log up to noise.
 #[test]
 fn a_log_of_another_engine_with_a_wrong_prior() {
     let folder = Folder::new("identify-pinocchio");
@@ -203,7 +209,7 @@ fn a_log_of_another_engine_with_a_wrong_prior() {
     for (name, truth) in truth {
         let found = parameter(&result, name);
         let [value, sigma] = ["value", "sigma"].map(|key| found[key].as_f64().unwrap());
-        // Eight intervals of 99.9 %.
+        // Eight intervals, each of 99.9 %.
         assert!((value - truth).abs() < 3.3 * sigma, "{name}: {value} +- {sigma}");
         identified += usize::from(found["verdict"] == "identified");
     }
@@ -214,14 +220,14 @@ fn a_log_of_another_engine_with_a_wrong_prior() {
     }
 }
 
-/// Compliance that the model lacks: a motor behind a spring, with its encoder at the motor. The link swings about the measured
-/// angle by its weight and inertia; the verdict notices.
+/// Checks that compliance which the model lacks is reported: the motor with its encoder drives the
+/// link through a spring, so the weight and inertia of the link deflect it from the measured angle.
 #[test]
 fn compliance_that_the_model_lacks_is_noticed() {
     let folder = Folder::new("identify-compliance");
     folder.write("model.toml", &pendulum(-0.2));
-    // Link angle q, motor angle q + effort/k, with the effort of the stiff pendulum, 1.2 N m/rad: the spring gives way by
-    // a tenth of the motion and more.
+    // The link angle is q and the motor angle is q + effort/k, with the effort of a rigid pendulum.
+    // The spring deflects by at least a tenth of the motion.
     let mut noise = normal(5);
     let mut text = "time [s],hinge [rad],M.motor_torque [N m]\n".to_owned();
     let (stiffness, tau) = (12.0, std::f64::consts::TAU);
@@ -231,7 +237,8 @@ fn compliance_that_the_model_lacks_is_noticed() {
         let sum = |f: fn(f64, f64) -> f64| waves.map(|(a, w)| a * f(w, w * t)).iter().sum::<f64>();
         let (q, a) = (sum(|_, p| p.sin()), sum(|w, p| -w * w * p.sin()));
         let v = sum(|w, p| w * p.cos());
-        // Without friction the spring carries weight and inertia of the link; friction is the motor's.
+        // The spring carries the weight and inertia of the link without friction; the friction is
+        // that of the motor.
         let spring = 0.1 * a + 0.4 * 9.81 * q.cos();
         let motor = q + spring / stiffness;
         let effort = spring + 0.6 * v.signum() + 0.4 * v;

@@ -1,19 +1,21 @@
-//! Instrumental variables against the bias that noise of the measured motion causes.
+//! Instrumental variables remove the bias that is caused by noise in the measured motion.
 
 use super::{axis, normal, parameter};
 use crate::program::{Folder, json};
 use serde_json::Value;
 use std::fmt::Write as _;
 
-/// The arm is lighter than its model.
+/// True inertia of the arm, which is less than that of its model.
 const INERTIA: f64 = 0.02;
 const COULOMB: f64 = 0.2;
 const VISCOUS: f64 = 0.05;
-/// Standard deviation of the encoder, rad. Filtered at 40 Hz, its noise has accelerations of 11 rad/s^2, those of the
-/// motion are 46 rad/s^2: least squares finds an inertia that is too small by 5 %.
+/// Standard deviation of the encoder, rad. Filtered at 40 Hz, the noise causes accelerations of 11
+/// rad/s^2, compared with 46 rad/s^2 of the motion: least squares then underestimates the inertia
+/// by 5 %.
 const NOISE: f64 = 1e-3;
 
-/// A log with commanded and measured positions; the arm follows later and by less.
+/// Log with commanded and measured positions; the measured motion has a delay and a smaller
+/// amplitude.
 fn log(seed: u64) -> String {
     let mut noise = normal(seed);
     let mut text = "time [s],axis.reference [rad],axis [rad],axis.effort [N m]\n".to_owned();
@@ -41,15 +43,16 @@ fn identified(folder: &Folder, estimator: &str) -> Value {
     json(folder.stiction(&run).succeeds())
 }
 
-/// Error of the inertia in standard deviations, and that standard deviation relative to the inertia.
+/// Error of the inertia in standard deviations, and the standard deviation relative to the inertia.
 fn error(result: &Value) -> [f64; 2] {
     let found = parameter(result, "arm.izz");
     let [value, sigma] = ["value", "sigma"].map(|key| found[key].as_f64().unwrap());
     [(value - INERTIA) / sigma, sigma / INERTIA]
 }
 
-/// Noise of the accelerations biases least squares by more than three standard deviations in each of five logs; the
-/// errors of instrumental variables have no common sign, and the size that their standard deviations say.
+/// Noise of the accelerations biases least squares by more than three standard deviations in each
+/// of five logs. The errors of instrumental variables have no common sign and agree with their
+/// standard deviations.
 #[test]
 fn instruments_remove_the_bias_of_noise() {
     let folder = Folder::new("identify-instruments");
@@ -63,7 +66,8 @@ fn instruments_remove_the_bias_of_noise() {
         assert_eq!(result["estimator"], "instrumental-variables");
         let [unbiased, sigma] = error(&result);
         assert!(unbiased.abs() < 3.0, "seed {seed}: {unbiased} standard deviations of {sigma}");
-        // Not by large standard deviations: below a third of the bias of least squares.
+        // The standard deviation is not large either: it is below a third of the bias of least
+        // squares.
         assert!(sigma < 0.017, "seed {seed}: {sigma}");
         all.push(unbiased);
         for (name, truth) in [("axis.coulomb", COULOMB), ("axis.viscous", VISCOUS)] {
@@ -73,11 +77,11 @@ fn instruments_remove_the_bias_of_noise() {
         }
     }
     let mean = all.iter().sum::<f64>() / 5.0;
-    // Three standard errors of the mean of five.
+    // Three standard errors of the mean of five values.
     assert!(mean.abs() < 3.0 / 5.0_f64.sqrt(), "{all:?}");
 }
 
-/// Without a commanded motion there are no instruments, and the message says which column they are in.
+/// Without a commanded motion there are no instruments; the message names the missing column.
 #[test]
 fn instruments_need_a_commanded_motion() {
     let folder = Folder::new("identify-without-instruments");

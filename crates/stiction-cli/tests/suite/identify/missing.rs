@@ -1,5 +1,6 @@
-//! Logs with something that the model or its options lack: offsets, delays, spikes, other laws of friction. Efforts come
-//! from the textbook's equation of a pendulum, written here, not from the program.
+//! Identification from logs with effects that the model or the options lack: offsets, delays,
+//! spikes, other friction laws. The efforts come from the textbook equation of a pendulum, which is
+//! written here and independent of the program.
 
 use super::{Folder, json, normal, parameter};
 use serde_json::Value;
@@ -10,7 +11,7 @@ const MODEL: &str = "gravity = [0, 0, -9.81]\n[bodies.bar]\nmass = 2\ncom = [-0.
     inertia = [0.02, 0.02, 0.02]\n[joints.hinge]\ntype = \"R\"\nfrom = \"ground\"\nto = \"bar\"\n\
     axis = \"y\"\nactuated = true\n[actuators.M]\njoint = \"hinge\"\n\
     motor_friction = { constant = 0.6, viscous = 0.4 }\n";
-/// Mass times distance of the centre, inertia about the hinge, and friction.
+/// Product of mass and centre of mass, kg m.
 const MOMENT: f64 = -0.4;
 const INERTIA: f64 = 0.02 + 2.0 * 0.2 * 0.2;
 const COULOMB: f64 = 0.6;
@@ -18,7 +19,7 @@ const VISCOUS: f64 = 0.4;
 const STEP: f64 = 5e-3;
 const ROWS: u32 = 2400;
 
-/// Angle, rate and acceleration.
+/// Angle, rate and acceleration at a time, s.
 fn motion(t: f64) -> [f64; 3] {
     let sum = |f: &dyn Fn(f64, f64) -> f64| f(0.5, 0.7 * TAU) + f(0.3, 0.31 * TAU);
     [
@@ -33,7 +34,7 @@ fn effort(t: f64) -> f64 {
     INERTIA * a - MOMENT * 9.81 * q.cos() + COULOMB * v.signum() + VISCOUS * v
 }
 
-/// A log of efforts at times, with noise.
+/// Log of the motion with the given efforts and noise.
 fn log(seed: u64, effort: impl Fn(f64) -> f64) -> String {
     let mut noise = normal(seed);
     let mut text = "time [s],hinge [rad],M.motor_torque [N m]\n".to_owned();
@@ -72,7 +73,7 @@ fn is_empty(result: &Value, key: &str) -> bool {
     result[key].as_array().unwrap().is_empty()
 }
 
-/// Clean logs get no caution at all.
+/// Logs without defects cause no cautions.
 #[test]
 fn clean_logs_are_complete() {
     let folder = Folder::new("identify-clean");
@@ -85,8 +86,9 @@ fn clean_logs_are_complete() {
     }
 }
 
-/// A constant error of the effort takes up gravity: it is named with its size and its key, and no parameter that it
-/// changes counts as identified. With the key the truth is found.
+/// A constant error of the effort biases the estimated gravity moment: the error is reported with
+/// its value and the option that corrects it, and no parameter that it changes counts as
+/// identified. With this option, the true values are found.
 #[test]
 fn a_constant_error_of_the_effort_is_named() {
     let folder = Folder::new("identify-offset");
@@ -108,7 +110,8 @@ fn a_constant_error_of_the_effort_is_named() {
     assert_eq!(parameter(&mended, "bar.mx")["verdict"], "identified");
 }
 
-/// Delays of several samples and of parts of one are found, said and taken back; left as they are, they are named.
+/// Delays of several samples and of fractions of a sample are found, reported and corrected. Delays
+/// that an option leaves uncorrected are reported.
 #[test]
 fn a_delay_of_the_effort_is_taken_back() {
     let folder = Folder::new("identify-delay");
@@ -117,7 +120,8 @@ fn a_delay_of_the_effort_is_taken_back() {
         let result = identified(&folder, &log, "");
         let found = &result["delays"][0];
         let (value, sigma) = (number(found, "value"), number(found, "sigma"));
-        // Reversals of friction lie between samples, each is known to a part of one: the standard deviation contains it.
+        // Reversals of friction lie between samples, and each is known to a fraction of a sample;
+        // the standard deviation includes this uncertainty.
         assert!((value - delay).abs() < 3.0 * sigma && sigma < 0.8e-3, "{delay}: {found:#}");
         assert!(result["cautions"].to_string().contains("`delay = 0`"), "{delay}");
         for (name, truth) in [("hinge.viscous", VISCOUS), ("hinge.coulomb", COULOMB)] {
@@ -136,7 +140,8 @@ fn a_delay_of_the_effort_is_taken_back() {
     assert!(is_empty(&result, "missing"), "{:#}", result["missing"]);
 }
 
-/// One sample in a hundred is far off: these are named and replaced, and the values are those without them.
+/// Large errors in one of a hundred samples are reported and replaced, and do not change the
+/// values.
 #[test]
 fn spikes_are_named_and_replaced() {
     let folder = Folder::new("identify-spikes");
@@ -164,11 +169,12 @@ fn spikes_are_named_and_replaced() {
     assert_eq!(result["verdict"], "identified", "{cautions}");
 }
 
-/// A filter near the frequency of the motion removes part of it: the inertia is too large by the stated bias.
+/// A filter with a cut-off frequency near that of the motion removes part of the motion: the
+/// estimated inertia is too large, and the reported bias agrees with the error.
 #[test]
 fn a_filter_that_is_too_low_is_named() {
     let folder = Folder::new("identify-low");
-    // 3 Hz, and a slow motion.
+    // Motion with a component of 3 Hz and a slow component.
     let motion = |t: f64| {
         let (fast, slow) = (3.0 * TAU, 0.4 * TAU);
         [
@@ -194,7 +200,7 @@ fn a_filter_that_is_too_low_is_named() {
                 .succeeds(),
         )
     };
-    // The inertia and the rotor act alike.
+    // The inertias of body and rotor have the same effect.
     let inertia = |result: &Value| {
         let all = result["combinations"].as_array().unwrap();
         let own = all.iter().find(|c| c["name"].as_str().unwrap().contains("bar.iyy")).unwrap();
@@ -203,7 +209,8 @@ fn a_filter_that_is_too_low_is_named() {
     let low = run("3.6 Hz");
     let [error, bias, sigma] = inertia(&low);
     assert!(error > 0.05 * INERTIA && error > sigma, "{error} {sigma}");
-    // The amplitude at 3 Hz is 1/(1 + 0.414 (3/3.6)^8) = 0.91; the estimate is of first order in the loss.
+    // The amplitude at 3 Hz is 1/(1 + 0.414 (3/3.6)^8) = 0.91; the reported bias is accurate to
+    // first order in the lost amplitude.
     assert!((bias / error - 1.0).abs() < 0.3, "{bias} {error}");
     let cautions = low["cautions"].to_string();
     assert!(cautions.contains("the filter removes part of the motion"), "{cautions}");
@@ -211,7 +218,7 @@ fn a_filter_that_is_too_low_is_named() {
     assert!(error.abs() < 4.0 * sigma && bias.abs() < sigma, "{error} {bias} {sigma}");
 }
 
-/// Time stamps of a busy computer: their scatter is named, and does not count as a delay.
+/// Irregular time stamps, as of a busy computer, are reported and not mistaken for a delay.
 #[test]
 fn jitter_of_time_stamps_is_named() {
     let folder = Folder::new("identify-jitter");
@@ -230,7 +237,7 @@ fn jitter_of_time_stamps_is_named() {
     assert!(is_empty(&result, "delays"), "{:#}", result["delays"]);
 }
 
-/// Friction that the model's law lacks is named by what it is.
+/// Friction effects that the model's law lacks are recognised and reported.
 #[test]
 fn other_laws_of_friction_are_named() {
     let folder = Folder::new("identify-laws");
@@ -258,7 +265,8 @@ fn other_laws_of_friction_are_named() {
     }
 }
 
-/// Angles in degrees and times in milliseconds that are declared as radians and seconds.
+/// Angles in degrees that are declared as radians, and times in milliseconds that are declared as
+/// seconds, are reported.
 #[test]
 fn missing_units_of_positions_and_times_are_named() {
     let folder = Folder::new("identify-units");

@@ -1,4 +1,5 @@
-//! Drives by screws: tables of steady motions, recorders' files, and what one payload cannot tell.
+//! Identification of screw drives: tables of steady motions, files of recorders, and parameters
+//! that one payload cannot separate.
 
 use super::parameter;
 use crate::program::{Folder, json};
@@ -9,7 +10,7 @@ use std::path::{Path, PathBuf};
 const MODEL: &str = include_str!("lead_screw.toml");
 const OPTIONS: &str = include_str!("lead_screw_options.toml");
 
-/// Measured data of three drives (see its README).
+/// Folder with measured data of three drives (see its README); `None` if it is absent.
 fn shared_data() -> Option<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/screw_drives");
     folder.join("drive1_steady.csv").exists().then_some(folder)
@@ -19,7 +20,7 @@ fn number(value: &Value, key: &str) -> f64 {
     value[key].as_f64().unwrap()
 }
 
-/// True if the pair of parameters is confounded, with a second payload as the cure.
+/// Tests if the result reports a pair of parameters as confounded and suggests a second payload.
 fn needs_payload(result: &Value, a: &str, b: &str) -> bool {
     let cures = result["cures"].as_array().unwrap();
     cures.iter().any(|cure| {
@@ -42,8 +43,8 @@ fn steady(folder: &Folder, logs: &[(&str, &str)], more: &str) -> Value {
     json(folder.stiction(&run).succeeds())
 }
 
-/// Table of steady motions of the screw by the textbook's torques `F r tan(l + r')` to raise a load and
-/// `F r tan(r' - l)` to lower it, with friction of the support and noise.
+/// Table of steady motions of the screw, with the textbook torques `F r tan(l + r')` to raise a
+/// load and `F r tan(r' - l)` to lower it, friction of the support, and noise.
 fn textbook(mass: f64, mu: f64, support: (f64, f64), seed: u64) -> String {
     let (radius, lead): (f64, f64) = (5.5e-3, 2e-3);
     let slope = (lead / (std::f64::consts::TAU * radius)).atan();
@@ -67,8 +68,8 @@ fn textbook(mass: f64, mu: f64, support: (f64, f64), seed: u64) -> String {
     text
 }
 
-/// Two payloads separate the thread's coefficient from the friction of the support; one does not, and the
-/// result says so.
+/// Two payloads separate the friction coefficient of the thread from the friction of the support.
+/// One payload does not, which the result reports.
 #[test]
 fn two_payloads_separate_a_thread_from_its_support() {
     let folder = Folder::new("identify-screw");
@@ -90,9 +91,10 @@ fn two_payloads_separate_a_thread_from_its_support() {
     }
 }
 
-/// Measured drives: one payload leaves the coefficient of the thread open (a condition of 2e7 on drive 2) or
-/// uncertain (40 on drive 1), and determines the asymmetry: 0.717 mN m on drive 1, 0.236 on drive 2, twice the
-/// offsets of the data's README.
+/// Measured drives: with one payload, the coefficient of the thread is undetermined on drive 2
+/// (condition number 2e7) and uncertain on drive 1 (condition number 40). The asymmetry is
+/// determined: 0.717 mN m on drive 1 and 0.236 mN m on drive 2, twice the offsets in the data's
+/// README.
 #[test]
 fn measured_screws_need_a_second_payload() {
     let Some(data) = shared_data() else {
@@ -112,21 +114,23 @@ fn measured_screws_need_a_second_payload() {
         let cautions = result["cautions"].to_string();
         assert!(cautions.contains(words) && cautions.contains("log a second one"), "{cautions}");
         assert!(needs_payload(&result, "thread.mu", "motor.coulomb"), "{:#}", result["cures"]);
-        // Drive 2 needs less asymmetry than its weight gives, which no coefficient explains.
+        // The asymmetry of drive 2 is smaller than that of its weight, which no friction
+        // coefficient explains.
         let is_lacking = cautions.contains("a constant error of the effort");
         assert_eq!((is_lacking, &result["verdict"]), (drive == 2, &Value::from("fits only")));
         let found = &result["asymmetries"][0];
-        // The table's offset is that of least squares without weights; rows are weighted here.
+        // The README's offset comes from unweighted least squares; here, rows are weighted.
         let (value, sigma) = (number(found, "value"), number(found, "sigma"));
         assert!((value.abs() / asymmetry - 1.0).abs() < 0.02, "drive {drive}: {value}");
         assert!(sigma > 0.0 && sigma < 0.1 * asymmetry, "drive {drive}: {sigma}");
-        // Weight alone: 2 m g lead / (2 pi).
+        // Asymmetry due to weight alone: 2 m g lead / (2 pi).
         let weight = 2.0 * 0.096 * 9.81 * 2e-3 / std::f64::consts::TAU;
         assert!((number(found, "frictionless").abs() / weight - 1.0).abs() < 1e-6);
     }
 }
 
-/// Recorded files with lines above the header, and rows that somebody has edited: these are named.
+/// Rows that were edited by hand in recorder files, which have lines above the header, are
+/// reported.
 #[test]
 fn edited_rows_of_a_recorder_are_named() {
     let Some(data) = shared_data() else {

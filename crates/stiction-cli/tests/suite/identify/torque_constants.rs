@@ -1,4 +1,4 @@
-//! Torque constants that the model lacks, from logged currents.
+//! Estimation of torque constants that the model lacks, from logged currents.
 
 use super::{MOTION, columns, normal, parameter};
 use crate::program::{Folder, json};
@@ -11,7 +11,7 @@ const TRUTH: [(&str, f64); 2] = [("left", 0.08), ("right", 0.11)];
 const NOISE: f64 = 0.01;
 const HEAVY: &str = "filter = \"15 Hz\"\n[[logs]]\nfile = \"heavy.csv\"\nload = \"payload\"\n";
 
-/// The five-bar with geared motors; without torque constants for those that are not `known`.
+/// Model of the five-bar with geared motors. Only the motors in `known` have torque constants.
 fn model(folder: &Folder, known: &[&str]) -> String {
     let mut text = folder.stiction(&["models", "five-bar"]).succeeds().to_owned();
     for (name, constant) in TRUTH {
@@ -29,7 +29,8 @@ fn model(folder: &Folder, known: &[&str]) -> String {
     text
 }
 
-/// Writes `true.toml`, `model.toml` without torque constants, and logs of currents without and with a payload.
+/// Writes `true.toml`, `model.toml` without torque constants, and logs of currents without and with
+/// a payload.
 fn logs(folder: &Folder, seed: u64) {
     folder.write("true.toml", &model(folder, &["left", "right"]));
     folder.write("model.toml", &model(folder, &[]));
@@ -68,7 +69,8 @@ fn check(result: &Value, name: &str, truth: f64, verdict: &str) -> f64 {
     sigma / value
 }
 
-/// A payload of known mass in one of two logs decides the scale; masses of the model that are wrong do not shift it.
+/// A payload of known mass in one of two logs determines the scale of the torque constants. Wrong
+/// masses in the model do not bias it.
 #[test]
 fn a_known_payload_decides_the_scale() {
     let folder = Folder::new("identify-torque-constants");
@@ -81,16 +83,16 @@ fn a_known_payload_decides_the_scale() {
         let relative = check(&result, name, truth, "identified");
         assert!(relative < 0.03, "{name}: {relative}");
     }
-    // Friction in N m, although only currents were measured.
+    // Friction is in N m, although only currents were measured.
     for (name, truth) in [("left_elbow.mu", 0.08), ("tip.mu", 0.08)] {
         let found = parameter(&result, name);
         let [value, sigma] = ["value", "sigma"].map(|key| found[key].as_f64().unwrap());
         assert!((value - truth).abs() < 3.0 * sigma, "{name}: {value} +- {sigma}");
     }
-    // The model that is written has them.
+    // The written model contains the torque constants.
     let model = folder.read("found/identified.toml");
     assert_eq!(model.matches("\ntorque_constant = ").count(), 2, "{model}");
-    // Its efforts in the table are those of the joints, in N m.
+    // The efforts in the table are those of the joints, in N m.
     let efforts = columns(
         &folder
             .read("found/efforts.csv")
@@ -106,7 +108,8 @@ fn a_known_payload_decides_the_scale() {
     assert!(error < 0.03_f64.powi(2) * size, "{}", (error / size).sqrt());
 }
 
-/// A current of the wrong sign has no positive torque constant: the fit fails, and the motor is named.
+/// A current of the wrong sign would need a negative torque constant: the fit fails, and the motor
+/// is reported.
 #[test]
 fn a_current_of_the_wrong_sign_is_named() {
     let folder = Folder::new("identify-torque-constant-sign");
@@ -120,7 +123,8 @@ fn a_current_of_the_wrong_sign_is_named() {
     assert!(cautions.contains("efforts have the wrong sign on left_motor"), "{cautions}");
 }
 
-/// One motor with a known constant decides that of the other one, through the bodies that both move.
+/// The known torque constant of one motor determines that of the other motor, because both move the
+/// same bodies.
 #[test]
 fn a_known_motor_decides_the_scale_of_the_other() {
     let folder = Folder::new("identify-torque-constant");
@@ -132,8 +136,9 @@ fn a_known_motor_decides_the_scale_of_the_other() {
     assert!(relative < 0.05, "{relative}");
 }
 
-/// Without any known quantity the scale is unknown: that is refused, in words, unless the inertias of the model are held
-/// or have a stated weight.
+/// Without any known quantity, the scale of the torque constants is undetermined. The fit is
+/// refused with a message, unless the inertias of the model are held constant or the strength of
+/// the prior is stated.
 #[test]
 fn a_scale_without_reference_is_refused() {
     let folder = Folder::new("identify-torque-constant-refused");
@@ -148,17 +153,18 @@ fn a_scale_without_reference_is_refused() {
         "prior = 100",
     ];
     said.fails(2, &texts);
-    // The same payload in all logs is only another tool.
+    // The same payload in all logs acts like a different tool.
     folder.write("options.toml", HEAVY);
     let run = ["identify", "model.toml", "heavy.csv", "--options", "options.toml"];
     folder.stiction(&run).fails(2, &["cannot be determined"]);
     let run = ["identify", "model.toml", "light.csv"];
-    // Inertias of the model that are right, held.
+    // Correct inertias of the model, held constant.
     let held = identified(&folder, "filter = \"15 Hz\"\nestimate = \"friction\"\n", &run);
     for (name, truth) in TRUTH {
         assert!(check(&held, name, truth, "identified") < 0.01);
     }
-    // A stated weight: the values are as uncertain as the inertias of the model, which are a tenth too large here.
+    // With a stated strength of the prior, the values are as uncertain as the inertias of the
+    // model, which are ten percent too large here.
     let wrong = [
         "bodies.tool.mass=0.55",
         "bodies.left_crank.mass=0.385",

@@ -1,4 +1,4 @@
-//! The program, started as by a user.
+//! Runs the program as a user does.
 #![allow(dead_code, reason = "each test uses its part")]
 
 pub(crate) mod models;

@@ -13,7 +13,7 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Names of the browser's program.
+/// Names of the browser's executable.
 const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
 /// Time limit of a browser run; a page of a few hundred kilobytes takes one or two seconds.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -31,7 +31,8 @@ pub(crate) fn look_at(name: &str, html: &str) {
     judge_page(name, html, None);
 }
 
-/// The same for a page with a moving robot, which may run this script and no other.
+/// Fails if the browser finds a defect in a page with an animated robot, which may run only the
+/// given script.
 #[track_caller]
 pub(crate) fn look_at_with_script(name: &str, html: &str, script: &str) {
     judge_page(name, html, Some(script));
@@ -104,7 +105,7 @@ impl Browser {
         let text = |path: &Path| String::from_utf8_lossy(&fs::read(path).unwrap()).into_owned();
         let log = text(&err);
         assert!(status.success(), "the browser failed, {status}: {command:?}\n{log}");
-        // Its other lines are about itself and the machine.
+        // All other lines of the log are about the browser and the machine.
         let console = log.lines().filter(|line| line.contains(":CONSOLE")).map(str::to_owned);
         (text(&out), console.collect())
     }
@@ -124,7 +125,7 @@ impl Browser {
         }
         let frames = frames(&WIDTHS, 800, html);
         let measure = folder.join("measure.html");
-        // The policy of the frame applies in it, too.
+        // The content security policy of the page also applies to the frame.
         let source = script.map_or(String::new(), stiction_draw::page::source_of);
         let text = include_str!("measure.html")
             .replace("'nonce-measure'", &format!("'nonce-measure' {source}"));
@@ -147,7 +148,7 @@ impl Browser {
 
         let page = folder.join("page.html");
         fs::write(&page, html).unwrap();
-        // Its windows are never as narrow as a phone.
+        // Browser windows are never as narrow as a phone, so the page is shown in a frame.
         let phone = folder.join("phone.html");
         let head = "<!DOCTYPE html><meta charset=\"utf-8\"/><meta name=\"color-scheme\" \
                     content=\"light dark\"/><style>body{margin:0}iframe{display:block;border:0}</style>";
@@ -183,7 +184,7 @@ fn scheme(is_dark: bool) -> &'static str {
     }
 }
 
-/// The page in frames of these widths.
+/// Page that shows the given page in frames of these widths.
 fn frames(widths: &[u32], height: u64, html: &str) -> String {
     let inner = html.replace('&', "&amp;").replace('"', "&quot;");
     let frame = |width: &u32| {
@@ -238,7 +239,7 @@ fn judge(values: &Value) -> Vec<String> {
     defects
 }
 
-/// Complaint about a file of the wrong type or size.
+/// Message about a file of the wrong type or size; `None` for a valid file.
 fn misfit(file: &Path, begin: &[u8]) -> Option<String> {
     let bytes = fs::read(file).unwrap_or_default();
     let size = bytes.len() as u64;

@@ -1,4 +1,5 @@
-//! A page in headless Chromium as a person uses it: real keys and clicks, by the browser's debugging pipe.
+//! A page in headless Chromium, operated as by a person: with real key presses and clicks, through
+//! the browser's debugging pipe.
 
 use super::{Browser, PATIENCE};
 use serde_json::{Value, json};
@@ -17,9 +18,9 @@ pub(crate) struct Person {
     answers: Receiver<Value>,
     last: u64,
     session: String,
-    /// The address of the page's file.
+    /// Address of the page's file.
     pub(crate) address: String,
-    /// Messages on the console, and requests.
+    /// Messages on the console, and network requests.
     pub(crate) noise: Vec<String>,
 }
 
@@ -41,7 +42,7 @@ impl Browser {
         let pipes = ["to", "from"].map(|name| folder.join(name));
         let made = Command::new("mkfifo").args(&pipes).status().unwrap();
         assert!(made.success(), "no pipes");
-        // Opened for both directions, so that neither side waits for the other.
+        // The pipe is opened for both directions, so that neither side waits for the other.
         let both = |path: &Path| OpenOptions::new().read(true).write(true).open(path).unwrap();
         let (to, mut from) = (both(&pipes[0]), both(&pipes[1]));
         let child = Command::new("sh")

@@ -74,7 +74,7 @@ pub(crate) const LEG_ACTUATOR: &[Field] = &[
     ),
 ];
 
-/// Keys of a drive train.
+/// Keys of the table of a drive train.
 pub(crate) const ACTUATOR: &[Field] = &joined::<13>(
     &[
         field(

@@ -61,7 +61,7 @@ pub(crate) const CHANNEL: &[&str] = &["kp", "kd", "ki", "tracking", "resolution"
 /// Types of controllers.
 const CONTROL_TYPES: &[&str] = &["pd", "pid", "computed-torque"];
 
-/// Motion for which computed torque compensates friction.
+/// Motion at which a computed-torque controller evaluates friction for its compensation.
 const FEED_MODES: &[&str] = &["off", "reference", "measured"];
 
 /// Sources of the measured rates.

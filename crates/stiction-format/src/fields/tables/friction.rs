@@ -142,7 +142,7 @@ const SMOOTHING: Field = field(
      smoothing^2) - smoothing replaces |x|. By default 0, no smoothing.",
 );
 
-/// Friction laws by name.
+/// Names of the friction laws.
 const FRICTION_LAWS: &[&str] = &["coulomb", "stribeck", "exponential", "dahl", "lugre"];
 
 /// Keys whose values can differ for backward sliding.

@@ -7,7 +7,7 @@ use crate::fields::Shape::{
 };
 use crate::fields::{Field, field, joined, required};
 
-/// Joint types by symbol.
+/// Symbols of the joint types.
 pub(crate) const JOINT_TYPES: &[&str] = &["R", "P", "H", "C", "U", "S", "E", "fixed", "free"];
 
 const AT: Field =

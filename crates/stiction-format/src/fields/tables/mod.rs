@@ -153,10 +153,10 @@ pub(crate) const DEFAULT: &[Field] = &[
     ),
 ];
 
-/// Friction modes by name.
+/// Names of the friction modes.
 pub(crate) const FRICTION_MODES: &[&str] = &["on", "off", "one-pass"];
 
-/// Coordinate axes by name.
+/// Names of the coordinate axes.
 pub(crate) const AXES: &[&str] = &["x", "y", "z", "-x", "-y", "-z"];
 
 /// The entries of an inertia tensor, with row and column.

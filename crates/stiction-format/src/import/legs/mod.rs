@@ -14,10 +14,10 @@ use names::Pattern;
 use std::collections::{HashMap, HashSet};
 use stiction_core::joint::JointType;
 
-/// Longest chain, joints: limits the time of the search.
+/// Maximum number of joints in a chain; it limits the time of the search.
 const LONGEST: usize = 30;
 
-/// Equal legs.
+/// Group of equal legs.
 #[derive(Clone, Debug)]
 pub(super) struct Group {
     pub(super) from: usize,
@@ -40,7 +40,7 @@ pub(super) struct Leg {
 /// A joint or body of the chain.
 #[derive(Clone, Debug)]
 pub(super) struct Part {
-    /// Name in the chain.
+    /// Name of the part in the chain.
     pub(super) key: String,
     /// Pattern of the names in the model, with `{}` for the leg's name.
     pub(super) pattern: String,
@@ -74,7 +74,8 @@ pub(super) fn find(robot: &Description) -> Vec<Group> {
             by_kinds.entry((walk.from, walk.to, kinds)).or_default().push(walk);
         }
     }
-    // A chain may belong to several classes, because several words of its names may be that of the leg.
+    // A chain may belong to several classes, because several words of its names may be the leg's
+    // name.
     let mut alike: HashMap<_, Vec<(Walk, Pattern)>> = HashMap::new();
     for walk in by_kinds.into_values().filter(|walks| walks.len() > 1).flatten() {
         let joints = walk.joints.iter().map(|&joint| robot.joints[joint].name.as_str());
@@ -89,7 +90,8 @@ pub(super) fn find(robot: &Description) -> Vec<Group> {
     }
     let mut classes: Vec<Vec<(Walk, Pattern)>> =
         alike.into_values().filter(|class| class.len() > 1).collect();
-    // Prefers groups with many parts, then longer names of legs; the first joint makes the order definite.
+    // Prefers groups with many parts, then longer names of legs; the first joint makes the order
+    // unique.
     classes.sort_by_key(|class| {
         let parts = (class.len() - 1) * class[0].0.joints.len();
         let letters: usize = class.iter().map(|(_, pattern)| pattern.leg.len()).sum();

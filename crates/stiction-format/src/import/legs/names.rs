@@ -31,8 +31,9 @@ fn words(name: &str) -> (Vec<usize>, Vec<usize>) {
     (begins, ends)
 }
 
-/// Patterns with every sequence of words that all names contain; where a name contains it several times, with its
-/// first and its last occurrence.
+/// Finds the sequences of words that occur in all names, and returns for each of them the names
+/// with `{}` in its place. If a name contains a sequence several times, there are two patterns: one
+/// for its first and one for its last occurrence.
 pub(super) fn patterns(names: &[&str]) -> Vec<Pattern> {
     let Some(first) = names.first() else { return Vec::new() };
     let all: Vec<(Vec<usize>, Vec<usize>)> = names.iter().map(|name| words(name)).collect();
@@ -68,7 +69,7 @@ pub(super) fn patterns(names: &[&str]) -> Vec<Pattern> {
     patterns
 }
 
-/// The pattern without the leg's name and the separators beside it.
+/// Removes the leg's name and adjacent separators from a pattern.
 pub(super) fn bare(pattern: &str) -> String {
     let (before, after) = pattern.split_once("{}").unwrap_or((pattern, ""));
     let is_separator = |c: char| !c.is_alphanumeric();

@@ -1,4 +1,5 @@
-//! Places of equal legs: rotations about an axis, and the joints of each leg as they are without its rotation.
+//! Placements of equal legs: a rotation about an axis for each leg, and the leg's joints without
+//! this rotation.
 
 use super::super::description::{Description, Joint};
 use super::super::text::has_axes;
@@ -12,7 +13,7 @@ const SAME: f64 = 5e-13;
 /// Difference of an entry of a rotation from 0 or 1 that is attributed to rounding.
 const WHOLE: f64 = 4e-15;
 
-/// A way to place the legs of a group.
+/// Axis and angles that place the legs of a group.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::import) struct Placement {
     pub(in crate::import) axis: Vec3<f64>,
@@ -20,7 +21,8 @@ pub(in crate::import) struct Placement {
     pub(in crate::import) angles: Vec<f64>,
 }
 
-/// Placements to choose from: without rotations, and with rotations that may take the legs into each other.
+/// Possible placements: one without rotations, and those whose rotations may map one leg to
+/// another.
 pub(in crate::import) fn candidates(robot: &Description, group: &Group) -> Vec<Placement> {
     let ends = |of_leg: fn(&[&Joint]) -> Option<Vec3<f64>>| -> Option<Vec<Vec3<f64>>> {
         let vector = |leg: &super::Leg| {
@@ -63,8 +65,8 @@ pub(in crate::import) fn candidates(robot: &Description, group: &Group) -> Vec<P
     found
 }
 
-/// Angles of vectors about an axis, from a direction that belongs to the axis; `None` if a vector is parallel to the
-/// axis.
+/// Angles of vectors about an axis, measured from a reference direction that depends only on the
+/// axis; `None` if a vector is parallel to the axis.
 fn angles(axis: Vec3<f64>, vectors: &[Vec3<f64>]) -> Option<Vec<f64>> {
     let x = match axis.to_array() {
         [0.0, 0.0, _] => Vec3::unit(0),
@@ -80,7 +82,8 @@ fn angles(axis: Vec3<f64>, vectors: &[Vec3<f64>]) -> Option<Vec<f64>> {
     vectors.iter().map(angle).collect()
 }
 
-/// The angle between -180 and 180 degrees, without rounding of its degrees.
+/// The angle, rad, reduced to the range from -180 to 180 degrees. Rounding errors of an angle that
+/// has at most four decimals in degrees are removed.
 fn short(angle: f64) -> f64 {
     let degrees = angle.to_degrees();
     let degrees = degrees - 360.0 * ((degrees + 180.0 - 1e-9) / 360.0).floor();
@@ -89,7 +92,8 @@ fn short(angle: f64) -> f64 {
     if degrees == 0.0 { 0.0 } else { degrees.to_radians() }
 }
 
-/// Joints of each leg without its rotation; numbers that differ from those of the first leg by rounding are equal.
+/// Joints of each leg without its rotation. Numbers that differ from those of the first leg only by
+/// rounding are replaced by the numbers of the first leg.
 pub(in crate::import) fn unrotated(
     robot: &Description,
     group: &Group,
@@ -113,7 +117,8 @@ pub(in crate::import) fn unrotated(
     legs
 }
 
-/// The joint with frames in the rotated frames of its bodies, as the reader of legs expects them.
+/// The joint with its frames expressed in the rotated frames of its bodies, as the reader of legs
+/// expects.
 fn unrotated_joint(joint: &Joint, [from, to]: [Pose<f64>; 2]) -> Joint {
     let mut own = joint.clone();
     let (mut j, mut k) = (joint.frame_j.rotation, joint.frame_k.rotation);
@@ -136,7 +141,7 @@ fn unrotated_joint(joint: &Joint, [from, to]: [Pose<f64>; 2]) -> Joint {
             k = k * j.transpose();
             j = Mat3::identity();
         }
-        // The frames only matter for the start, unless they are those of a range.
+        // Without a range, the frames matter only for the initial coordinates.
         JointType::Spherical if joint.range.is_none() => {
             let start = own.start.map_or(Mat3::identity(), |start| start.rotation);
             let rotation = snapped(j * start * k.transpose());
@@ -150,20 +155,20 @@ fn unrotated_joint(joint: &Joint, [from, to]: [Pose<f64>; 2]) -> Joint {
         | JointType::Prismatic
         | JointType::Helical
         | JointType::Cylindrical => {
-            // The direction of x is that of the reader.
+            // The x direction is the one that the reader of model files chooses by default.
             let again = frame(snapped(j).columns[2], None);
             k = k * j.transpose() * again;
             j = again;
         }
     }
     own.frame_j.rotation = snapped(j);
-    // The written rotation is that between the bodies.
+    // The model file contains the rotation between the two bodies.
     let turn = snapped(own.frame_j.rotation * k.transpose());
     own.frame_k.rotation = turn.transpose() * own.frame_j.rotation;
     own
 }
 
-/// The rotation with entries of 0 and 1 instead of those that differ by rounding.
+/// Replaces entries of a rotation by 0, 1 or -1 if they differ from it only by rounding.
 fn snapped(rotation: Mat3<f64>) -> Mat3<f64> {
     let entry = |value: f64| {
         let whole = value.round();
@@ -174,13 +179,13 @@ fn snapped(rotation: Mat3<f64>) -> Mat3<f64> {
     Mat3::from_columns(x, y, z)
 }
 
-/// The point without coordinates that are rounding errors of the others.
+/// Sets coordinates of a point to zero if they are rounding errors relative to the others.
 fn snapped_point(point: Vec3<f64>) -> Vec3<f64> {
     let limit = WHOLE * point.norm();
     Vec3::from(point.to_array().map(|x| if x.abs() <= limit { 0.0 } else { x }))
 }
 
-/// Takes numbers of the first leg that differ from those of this leg only by rounding.
+/// Replaces numbers of a leg by those of the first leg if they differ only by rounding.
 fn take_rounding(own: &mut Joint, first: &Joint) {
     let near = |a: Vec3<f64>, b: Vec3<f64>| (a + -b).norm() <= SAME * b.norm();
     let alike =

@@ -10,7 +10,7 @@ use stiction_core::mechanism::{
 };
 use stiction_core::spatial::{Mat3, Quaternion, Vec3};
 
-/// Greatest relative difference of numbers.
+/// Greatest relative difference of numbers that count as equal.
 const TOLERANCE: f64 = 1e-12;
 
 /// Tests if both models contain the same parts with the same names and numbers, in any order. Joint frames may differ by
@@ -23,13 +23,13 @@ pub(in crate::import) fn is_same(a: &ModelFile, b: &ModelFile) -> bool {
         && a.motions.len() == b.motions.len()
 }
 
-/// Indices in the second mechanism of the parts of the first.
+/// Index in the second mechanism of each body and joint of the first.
 struct Map {
     bodies: Vec<usize>,
     joints: Vec<usize>,
 }
 
-/// Indices in the other list of the names of a list; `None` unless both lists contain the same names.
+/// For each name of `own`, its index in `other`; `None` unless both lists contain the same names.
 fn indices(own: &[&str], other: &[&str]) -> Option<Vec<usize>> {
     let known: HashMap<&str, usize> =
         other.iter().enumerate().map(|(index, name)| (*name, index)).collect();
@@ -37,7 +37,7 @@ fn indices(own: &[&str], other: &[&str]) -> Option<Vec<usize>> {
     found.filter(|_| own.len() == other.len())
 }
 
-/// Parts after `map`, in the order of their names.
+/// Applies `map` to copies of the parts, and sorts them by name.
 fn mapped<T: Clone>(parts: &[T], map: impl FnMut(&mut T), name: fn(&T) -> &String) -> Vec<T> {
     let mut parts = parts.to_vec();
     parts.iter_mut().for_each(map);
@@ -55,7 +55,7 @@ impl Map {
         Some(Self { bodies: bodies?, joints: joints? })
     }
 
-    /// Maps every part to itself.
+    /// Creates the map of a mechanism to itself.
     fn identity(of: &Mechanism) -> Self {
         let (bodies, joints) = (of.bodies().len(), of.joints().len());
         Self { bodies: (0..bodies).collect(), joints: (0..joints).collect() }
@@ -94,7 +94,8 @@ impl Map {
             && (a.gravity(), a.base()) == (b.gravity(), b.base())
     }
 
-    /// Springs and bushings with the indices of the other mechanism, in the order of their names.
+    /// Springs and bushings, sorted by name, with the body and joint indices of the other
+    /// mechanism.
     fn connections(&self, of: &Mechanism) -> (Vec<Spring>, Vec<JointSpring>, Vec<Bushing>) {
         let ends = |ends: [BodyId; 2]| ends.map(|id| self.body(id));
         (
@@ -104,7 +105,7 @@ impl Map {
         )
     }
 
-    /// Drive trains and gearings with the indices of the other mechanism, in the order of their names.
+    /// Drive trains and gearings, sorted by name, with the joint indices of the other mechanism.
     fn drives(&self, of: &Mechanism) -> (Vec<DriveTrain>, Vec<Gearing>) {
         let train = |own: &mut DriveTrain| {
             self.dofs(&mut own.dofs);
@@ -171,7 +172,7 @@ fn has_same_axes(a: &Joint, b: &Joint) -> bool {
     }
 }
 
-/// Compares the initial guesses; those of balls as rotations of the bodies.
+/// Compares the initial guesses; those of spherical joints as relative rotations of the bodies.
 fn has_same_start(a: &Joint, b: &Joint) -> bool {
     if a.joint_type == JointType::Spherical {
         let turn = |joint: &Joint| {

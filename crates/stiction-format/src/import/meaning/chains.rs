@@ -102,7 +102,7 @@ impl<'a> Chain<'a> {
         (point + -self.frames[index].position).cross(self.axis(index)).norm()
     }
 
-    /// The point where two axes meet.
+    /// Point where the axes of two joints meet; `None` if they do not meet.
     fn crossing(&self, a: usize, b: usize, size: f64) -> Option<Vec3<f64>> {
         let (u, v) = (self.axis(a), self.axis(b));
         let between = self.frames[b].position + -self.frames[a].position;
@@ -176,7 +176,7 @@ fn replaced(robot: &Description, chain: &[usize], size: f64) -> Option<(Joint, V
     Some((joint, chain.to_vec()))
 }
 
-/// Three axes through one point: a ball joint.
+/// Merges three hinges whose axes meet in one point to a ball joint.
 fn ball(parts: &Chain<'_>, size: f64) -> Option<Joint> {
     let point = parts.crossing(0, 1, size)?;
     let meets = parts.distance(2, point) <= SAME * size;
@@ -186,7 +186,7 @@ fn ball(parts: &Chain<'_>, size: f64) -> Option<Joint> {
     }
     let frame = Pose::at(point);
     let mut joint = parts.joint(Spherical, frame, Vec::new());
-    // Rotation across the ball at the position of the file.
+    // Relative rotation of the ball joint in the file's configuration.
     let across =
         parts.joints.iter().zip(&parts.frames).fold(Pose::identity(), |at, (own, frame)| {
             at * *frame * own.across() * frame.inverse()
@@ -196,7 +196,7 @@ fn ball(parts: &Chain<'_>, size: f64) -> Option<Joint> {
     Some(joint)
 }
 
-/// Two perpendicular axes through one point: a universal joint.
+/// Merges two hinges whose axes are perpendicular and meet in one point to a universal joint.
 fn cross(parts: &Chain<'_>, size: f64) -> Option<Joint> {
     let (first, second) = (parts.axis(0), parts.axis(1));
     if !are_perpendicular(first, second) {
@@ -207,7 +207,7 @@ fn cross(parts: &Chain<'_>, size: f64) -> Option<Joint> {
     Some(parts.joint(Universal, frame, vec![parts.dof(0), parts.dof(1)]))
 }
 
-/// Two hinges about one axis: a single hinge, whose angle is their sum.
+/// Merges two hinges about the same axis to a single hinge, whose angle is the sum of both angles.
 fn pin(parts: &Chain<'_>, size: f64) -> Option<Joint> {
     let same = are_parallel(parts.axis(0), parts.axis(1))
         && parts.distance(0, parts.frames[1].position) <= SAME * size;
@@ -220,7 +220,7 @@ fn pin(parts: &Chain<'_>, size: f64) -> Option<Joint> {
     Some(parts.joint(Revolute, parts.frames[0], vec![dof]))
 }
 
-/// A hinge and a slide along the hinge axis: a cylindrical joint.
+/// Merges a hinge and a slide along its axis to a cylindrical joint.
 fn sleeve(parts: &Chain<'_>) -> Option<Joint> {
     let hinge = usize::from(parts.kinds()[0] != Revolute);
     let slide = 1 - hinge;
@@ -232,7 +232,7 @@ fn sleeve(parts: &Chain<'_>) -> Option<Joint> {
     Some(parts.joint(Cylindrical, parts.frames[hinge], vec![parts.dof(hinge), along]))
 }
 
-/// Two slides and a hinge about their normal: a planar joint.
+/// Merges two slides and a hinge about their common normal to a planar joint.
 fn plate(parts: &Chain<'_>) -> Option<Joint> {
     let (x, y, z) = (parts.axis(0), parts.axis(1), parts.axis(2));
     let is_plane = are_perpendicular(x, y) && are_perpendicular(x, z) && are_perpendicular(y, z);
@@ -285,12 +285,13 @@ mod tests {
     use super::super::super::rotation::z_to;
     use super::*;
 
-    /// Frame with z along a direction, at a point.
+    /// Creates a frame at a point, with z along a direction.
     fn along(axis: Vec3<f64>, position: Vec3<f64>) -> Pose<f64> {
         Pose { rotation: z_to(axis), position }
     }
 
-    /// A chain with the given joints, axes and points on the axes, at the coordinates 0.3, 0.5, 0.7.
+    /// Creates a chain with the given joints, axes and points on the axes, at the coordinates 0.3,
+    /// 0.5, 0.7.
     fn chain(parts: &[(JointType, Vec3<f64>, Vec3<f64>)]) -> Description {
         let mut robot = Description::new("URDF", "test", Vec3::zero());
         for (k, (kind, axis, point)) in parts.iter().enumerate() {

@@ -35,7 +35,8 @@ pub(super) fn merge(context: &Context<'_>, robot: &mut Description) {
     }
 }
 
-/// Point closures between the bodies of the closure `index`; this closure is the first.
+/// Indices of all point closures between the same two bodies as the closure `index`, which is the
+/// first of them.
 fn same_bodies(robot: &Description, index: usize) -> Vec<usize> {
     let own = &robot.joints[index];
     let is_same = |other: &Joint| {

@@ -55,7 +55,7 @@ fn join_parts(robot: &mut Description) {
     }
 }
 
-/// A weld between a body and a part of it; returns the indices of all three.
+/// Finds a weld between a body and a part of it; returns the indices of all three.
 fn next_part(robot: &Description) -> Option<(usize, usize, usize)> {
     let is_part = |part: usize, body: usize| {
         let name = robot.bodies[part].name.rsplit_once('@');
@@ -69,7 +69,8 @@ fn next_part(robot: &Description) -> Option<(usize, usize, usize)> {
     })
 }
 
-/// Moves everything on a body to another one, in which the body has this pose.
+/// Moves all joints and springs of `body` to the body `target`; `place` is the pose of `body` in
+/// `target`.
 fn move_to(robot: &mut Description, body: usize, (target, place): (usize, Pose<f64>)) {
     for joint in &mut robot.joints {
         if joint.from == body {

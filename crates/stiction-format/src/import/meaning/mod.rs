@@ -18,7 +18,8 @@ use stiction_core::spatial::Vec3;
 /// the size of the robot). Files have at least nine digits.
 const SAME: f64 = 1e-8;
 
-/// Simplifies a description.
+/// Replaces joints that the format expresses indirectly, such as a ball joint written as three
+/// hinges.
 pub(super) fn simplify(context: &Context<'_>, robot: &mut Description) {
     chains::merge(context, robot);
     closures::merge(context, robot);

@@ -1,8 +1,9 @@
 //! Replaces point closures in chains that move in a plane by hinges.
 //!
-//! If all hinges between the two bodies along the tree are parallel, and all slides perpendicular to them, the bodies
-//! rotate relative to each other about this direction only, in every position. One of the three equations of the
-//! closure is then redundant, and the closure is a hinge about the same direction.
+//! If all hinges between the two bodies along the tree are parallel, and all slides perpendicular
+//! to them, the bodies rotate relative to each other about this direction only, in every
+//! configuration. One of the three equations of the closure is then redundant, and the closure is a
+//! hinge about the same direction.
 
 use super::super::context::Context;
 use super::super::description::{Description, Joint};
@@ -72,7 +73,8 @@ fn plane(robot: &Description, closure: &Joint) -> Option<(Vec3<f64>, Pose<f64>)>
     slides.iter().all(|slide| are_perpendicular(*slide, normal)).then_some((normal, at))
 }
 
-/// Joints of the spanning tree from one body to another, each with its direction.
+/// Joints of the spanning tree on the path from one body to another. The flag is true for a joint
+/// that is traversed from its predecessor to its successor.
 fn path(robot: &Description, (from, to): (usize, usize)) -> Option<Vec<(usize, bool)>> {
     let mut reached: Vec<Option<(usize, bool)>> = vec![None; robot.bodies.len()];
     let mut open = vec![from];

@@ -22,7 +22,7 @@ struct Item<'a> {
 struct Pending<'a> {
     element: &'a Element,
     parent: usize,
-    /// Pose in the parent body of the frame that contains the body.
+    /// Pose in the parent body of the frame that encloses this body's element.
     frame: Pose<f64>,
     class: Option<&'a str>,
 }

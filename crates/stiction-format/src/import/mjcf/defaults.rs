@@ -82,7 +82,7 @@ pub(super) fn include(context: &Context<'_>, root: &mut Element) -> Option<()> {
     Some(())
 }
 
-/// Default attributes of one class.
+/// Default attributes of one class of elements.
 #[derive(Debug, Default)]
 struct Class {
     parent: Option<String>,

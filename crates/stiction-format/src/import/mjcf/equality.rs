@@ -86,7 +86,7 @@ impl Reader<'_, '_> {
         Some(([first, second], None))
     }
 
-    /// Pose of the second body in the first, at the position of the file.
+    /// Pose of the second body in the first, in the file's configuration.
     fn between(&self, [first, second]: [usize; 2]) -> Pose<f64> {
         self.poses[first].inverse() * self.poses[second]
     }
@@ -104,7 +104,7 @@ impl Reader<'_, '_> {
         };
         let mut joint = Joint::new(name, JointType::Spherical, (ends[0], ends[1]));
         joint.frame_j = Pose::at(one);
-        // Both frames have the same axes at the position of the file.
+        // Both frames have the same axes in the file's configuration.
         joint.frame_k = Pose { position: two, rotation: self.between(ends).rotation.transpose() };
         joint.closes = true;
         joint.place = Some(element.place());
@@ -147,7 +147,7 @@ impl Reader<'_, '_> {
         Some([coefficients[0], coefficients[1]])
     }
 
-    /// Coordinate of a joint at the position of the file.
+    /// Coordinate of a joint in the file's configuration.
     fn reference(&self, joint: usize) -> Option<f64> {
         match self.robot.joints[joint].dofs.as_slice() {
             [dof] => Some(dof.position),
@@ -173,7 +173,7 @@ impl Reader<'_, '_> {
         if let Some(second) = find("tendon2") {
             terms.extend(second.joints.iter().map(|&(joint, part)| (joint, -factor * part)));
         }
-        // The equation couples deviations from the position of the file.
+        // The equation couples deviations from the file's configuration.
         let mut sum = constant;
         for &(joint, part) in &terms {
             sum += part * self.reference(joint)?;
@@ -192,7 +192,7 @@ impl Reader<'_, '_> {
             None => None,
         };
         let [constant, factor] = self.linear(element, second.is_some())?;
-        // The equation couples deviations from the position of the file.
+        // The equation couples deviations from the file's configuration.
         let mut terms = vec![(first, 0, 1.0)];
         let mut constant = constant + self.reference(first)?;
         if let Some(second) = second {

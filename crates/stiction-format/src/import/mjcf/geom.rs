@@ -9,7 +9,7 @@ use super::mesh::{Fitted, Lost};
 use crate::diagnostic::quoted;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// Default density, kg/m³.
+/// Default density of geoms, kg/m³.
 const DENSITY: f64 = 1000.0;
 
 impl Reader<'_, '_> {
@@ -81,7 +81,7 @@ impl Reader<'_, '_> {
         solid.scaled(factor).placed(self.pose_of(geom))
     }
 
-    /// Ends of a geom that is given by its axis.
+    /// Computes both ends of a geom that is given by its axis.
     fn ends_of(&self, geom: &Element) -> Option<[Vec3<f64>; 2]> {
         let [a, b, c, d, e, f] = geom.numbers::<6>(self.context, "fromto")?;
         Some([Vec3::new(a, b, c), Vec3::new(d, e, f)])
@@ -118,7 +118,7 @@ impl Reader<'_, '_> {
         (element, frame): (&Element, Pose<f64>),
         class: Option<&str>,
     ) -> Option<VisualMesh> {
-        // By default they show these groups.
+        // By default, viewers show geoms of the groups up to this one.
         const SHOWN: f64 = 2.0;
         if element.tag != "geom" {
             return None;

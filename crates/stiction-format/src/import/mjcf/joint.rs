@@ -9,9 +9,11 @@ use stiction_core::joint::JointType;
 use stiction_core::spatial::{Pose, Vec3};
 
 impl Reader<'_, '_> {
-    /// Reads the joints of a body and returns their indices; the last joint does not yet have a successor.
+    /// Reads the joints of a body and returns their indices; the last joint does not yet have a
+    /// successor.
     ///
-    /// The joints of one body act in series; their positions and axes refer to the body in the position of the file.
+    /// The joints of one body act in series; their positions and axes refer to the body in the
+    /// file's configuration.
     pub(super) fn read_joints(
         &mut self,
         joints: &[(Element, Pose<f64>)],
@@ -128,7 +130,8 @@ impl Reader<'_, '_> {
         Some(joint)
     }
 
-    /// First number of a key; newer files may contain polynomials here. Zero for a part that the file disables.
+    /// Reads the first number of an attribute, which newer files may extend to a polynomial; zero
+    /// if the file disables this part of the mechanics.
     fn first(&self, element: &Element, key: &str) -> f64 {
         if !self.settings.has(part_of(key)) {
             return 0.0;
@@ -178,7 +181,7 @@ impl Reader<'_, '_> {
     }
 }
 
-/// Part of the mechanics to which a property of a joint or tendon belongs, as flags of a file name it.
+/// Converts the name of a property of a joint or tendon to the name of the flag that disables it.
 pub(super) fn part_of(key: &str) -> &str {
     match key {
         "stiffness" => "spring",

@@ -22,14 +22,15 @@ pub(super) struct Meshes {
 pub(super) struct Lost {
     pub(super) why: String,
     pub(super) cure: &'static str,
-    /// The file of a mesh is absent, as in published robots without their meshes.
+    /// True if the file of the mesh is absent, as in robots that are published without their
+    /// meshes.
     pub(super) is_absent: bool,
 }
 
-/// Cure for a mesh of which MuJoCo takes the convex hull, or that it makes.
+/// Remedy for a mesh whose convex hull MuJoCo uses, or which MuJoCo generates.
 const SAVE: &str = "write the triangles by `face`, or give the body an <inertial>: MuJoCo computes it and writes it \
                     (<compiler saveinertial=\"true\"/>, mj_saveLastXML)";
-/// Cure for a mesh that cannot be read.
+/// Remedy for a mesh that cannot be read.
 const REPLACE: &str = "put the mesh there (its path is relative to the robot file and to `meshdir`), or give the body \
                        an <inertial>";
 
@@ -193,11 +194,12 @@ impl Reader<'_, '_> {
         Ok(Mesh::new(&triangles, mass))
     }
 
-    /// Notes that a mesh has more, or less, mass than it encloses; `ratio` of both.
+    /// Adds a remark if the mass of a mesh by MuJoCo's default rule differs from that of its
+    /// enclosed volume; `ratio` is the former divided by the latter.
     fn note_overcount(&self, mesh: &Element, ratio: f64) {
-        // Below it, the mesh itself is less exact.
+        // Smaller relative differences are below the accuracy of the mesh itself.
         const NOTABLE: f64 = 0.01;
-        // Beyond it, what the faces enclose is no measure of the body.
+        // Above this ratio, the enclosed volume says nothing about the body.
         const MEANINGLESS: f64 = 10.0;
         if !(ratio.is_finite() && ratio <= MEANINGLESS) {
             let message = "the faces of the mesh enclose hardly any volume (holes, or mixed orientations): its mass \

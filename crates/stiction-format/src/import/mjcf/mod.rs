@@ -30,9 +30,9 @@ pub(super) struct Reader<'a, 'c> {
     settings: Settings,
     defaults: Defaults,
     robot: Description,
-    /// Pose of each body in the world at the position of the file.
+    /// Pose of each body in the world in the file's configuration.
     poses: Vec<Pose<f64>>,
-    /// For each body, whether it is fixed to the world.
+    /// Flag for each body, true if it is fixed to the world.
     fixed: Vec<bool>,
     /// Bodies by their names in the file.
     bodies: HashMap<String, usize>,
@@ -45,10 +45,10 @@ pub(super) struct Reader<'a, 'c> {
     meshes: mesh::Meshes,
 }
 
-/// Elements that generate bodies.
+/// Elements that generate bodies; the import does not support them.
 const GENERATORS: [&str; 5] = ["replicate", "composite", "flexcomp", "flex", "attach"];
 
-/// Reads a robot.
+/// Reads a robot from the root element of an MJCF file; `None` after an error.
 pub(super) fn read(context: &Context<'_>, root: &Element) -> Option<Description> {
     let mut root = root.clone();
     defaults::include(context, &mut root)?;

@@ -6,7 +6,7 @@ use super::super::xml::Element;
 use crate::diagnostic::quoted;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// Condition for computing inertias from geoms.
+/// Setting that determines for which bodies inertias are computed from geoms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum FromGeoms {
     Always,
@@ -28,19 +28,19 @@ pub(super) struct Settings {
     pub(super) least_inertia: f64,
     pub(super) total_mass: Option<f64>,
     pub(super) mesh_folder: String,
-    /// Meshes have the mass of the solid that they enclose, unless they state another rule.
+    /// True if meshes have the mass of the solid that they enclose, unless they state another rule.
     pub(super) exact_meshes: bool,
-    /// Shapes in place of meshes are fitted to the boxes around these.
+    /// True if simple shapes that replace meshes are fitted to the bounding boxes of these meshes.
     pub(super) fit_aabb: bool,
     pub(super) strip_path: bool,
     pub(super) gravity: Vec3<f64>,
-    /// The file disables gravity.
+    /// True if the file disables gravity.
     is_weightless: bool,
     /// Parts of the mechanics that the file disables, by the names of `flag`.
     disabled: Vec<&'static str>,
 }
 
-/// Parts of the mechanics that a file may disable, with those that contain them.
+/// Parts of the mechanics that a file may disable, each with the larger groups that include it.
 const PARTS: [(&str, &[&str]); 5] = [
     ("equality", &["constraint"]),
     ("limit", &["constraint"]),
@@ -206,7 +206,7 @@ impl Settings {
         Pose { position: Vec3::from(position), rotation: self.orientation(context, element) }
     }
 
-    /// Path of a mesh file.
+    /// Path of a mesh file, in the folder of meshes that the settings name.
     pub(super) fn mesh_path(&self, file: &str) -> String {
         let file = match self.strip_path {
             true => file.rsplit(['/', '\\']).next().unwrap_or(file),

@@ -23,7 +23,7 @@ pub(super) struct Fixed {
     place: Place,
 }
 
-/// Fixed tendons by name.
+/// All fixed tendons by name.
 pub(super) type Tendons = HashMap<String, Fixed>;
 
 impl Reader<'_, '_> {

@@ -15,8 +15,8 @@ struct Frame {
     /// Full name of the frame to which `pose` is relative; `None` for the world.
     base: Option<String>,
     pose: Pose<f64>,
-    /// Name of the frame in the model that the model's pose places; `None` for the model's own
-    /// frame.
+    /// For a model, the name of the frame in the model to which the model's pose applies; `None` if
+    /// the pose applies to the model's own frame.
     placement: Option<String>,
     /// Full name of the frame or link to which the frame is attached.
     carrier: Option<String>,

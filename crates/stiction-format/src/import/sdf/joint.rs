@@ -189,7 +189,8 @@ impl Reader<'_, '_> {
         Some(self.frames.pose(&frame).rotation * direction)
     }
 
-    /// Limits, damping, friction and spring of an axis; its greatest effort, N or N m, and rate, m/s or rad/s.
+    /// Reads limits, damping, friction and spring of an axis, and its greatest effort, N or N m,
+    /// and rate, m/s or rad/s.
     fn coordinate(&self, axis: &Element) -> (Coordinate, [Option<f64>; 2]) {
         let context = self.context;
         let mut coordinate = Coordinate {

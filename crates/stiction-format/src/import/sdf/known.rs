@@ -3,7 +3,7 @@
 
 use super::super::unread::{ANY, Known, known};
 
-/// The file from its root to its models.
+/// Known content of the file from its root to its models.
 pub(super) const ROOT: &[Known] = &[
     known("sdf", "version", "world model light"),
     known(
@@ -19,7 +19,7 @@ pub(super) const ROOT: &[Known] = &[
     known("include", "merge placement_frame", "uri name pose static placement_frame plugin"),
 ];
 
-/// A model, or the world with joints and frames of its own.
+/// Known content of a model, and of the world with its own joints and frames.
 pub(super) const MODEL: &[Known] = &[
     known("world", "name", "joint frame"),
     known(

@@ -12,10 +12,10 @@ use crate::diagnostic::quoted;
 use crate::triangles;
 use stiction_core::spatial::{Mat3, Vec3};
 
-/// Cure for a link whose mass cannot be computed from its shapes.
+/// Remedy for a link whose mass cannot be computed from its shapes.
 const WRITE_MASS: &str = "write the numbers in <inertial> instead of auto=\"true\"";
 
-/// Default density, kg/m³.
+/// Default density of collision shapes, kg/m³.
 const DENSITY: f64 = 1000.0;
 
 impl Reader<'_, '_> {

@@ -41,7 +41,7 @@ pub(super) struct Reader<'a, 'c> {
     rates: HashMap<usize, f64>,
 }
 
-/// Reads a robot.
+/// Reads a robot from the root element of an SDF file; `None` after an error.
 pub(super) fn read(context: &Context<'_>, root: &Element) -> Option<Description> {
     let found = models::read(context, root)?;
     let gravity = root.child("world").and_then(|world| world.child("gravity"));

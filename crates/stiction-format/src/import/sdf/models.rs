@@ -7,7 +7,7 @@ use crate::diagnostic::quoted;
 /// Greatest number of models; it limits files that include each other.
 const MOST: usize = 1000;
 
-/// A model.
+/// SDF model, or the world with its own joints and frames.
 #[derive(Debug)]
 pub(super) struct Model {
     pub(super) element: Element,
@@ -165,7 +165,7 @@ fn is_scenery(context: &Context<'_>, element: &Element) -> bool {
     is_scenery
 }
 
-/// A model of the file, or the model of an included file.
+/// Creates the entry for a model of the file, or for the model of an included file.
 fn pending(context: &Context<'_>, element: &Element, outer: Outer) -> Option<Pending> {
     let (outer, version, alone, held) = outer;
     if element.tag == "model" {

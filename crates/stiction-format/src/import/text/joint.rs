@@ -10,8 +10,8 @@ use stiction_core::spatial::Mat3;
 
 /// Nominal pin radius, m, for damping given as a moment per angular rate; its value cancels.
 const RADIUS: f64 = 0.01;
-/// Friction coefficient written for constant friction, which a preload produces; so small that the
-/// joint load adds nothing noticeable.
+/// Friction coefficient written for constant friction, which is modelled by a preload. The
+/// coefficient is so small that the friction due to the joint's own load is negligible.
 const SMALL: f64 = 1e-6;
 
 pub(super) fn write(

@@ -14,7 +14,8 @@ use stiction_core::spatial::Vec3;
 /// Greatest number of lines of the imported file in the comment of a table.
 const MOST_LINES: usize = 12;
 
-/// Properties that equal legs have in common, as text: everything but places, frames and meshes.
+/// Formats the properties that equal legs have in common as text: everything except places, frames
+/// and meshes.
 pub(in crate::import) fn properties(
     robot: &Description,
     joints: &[usize],
@@ -34,7 +35,7 @@ pub(in crate::import) fn properties(
     out
 }
 
-/// Lines of a joint that are the same in all legs.
+/// Formats the lines of a joint that are the same in all legs.
 fn of_joint(robot: &Description, index: usize) -> String {
     let context = silent();
     let mut out = String::new();
@@ -51,7 +52,7 @@ fn of_joint(robot: &Description, index: usize) -> String {
     out
 }
 
-/// A context without files whose remarks are not read: the joints have been written before.
+/// Creates a context without files. Its remarks are ignored: they repeat those of earlier texts.
 fn silent() -> Context<'static> {
     Context::new(&|_| Err(String::new()), false)
 }
@@ -63,13 +64,13 @@ fn is_marked(robot: &Description, index: usize) -> bool {
     robot.joints[index].dofs.len() == 1 && !out.is_empty()
 }
 
-/// Joints whose motors are written with their legs.
+/// Indices of the joints whose motors are written with their legs.
 pub(super) fn driven(robot: &Description, groups: &[Group]) -> HashSet<usize> {
     let joints = groups.iter().flat_map(|group| &group.legs).flat_map(|leg| &leg.joints);
     joints.copied().filter(|joint| motor::of_leg(robot, *joint).is_some()).collect()
 }
 
-/// Writes all groups.
+/// Writes the tables of all groups of legs.
 pub(super) fn write(out: &mut String, robot: &Description, groups: &[Group], in_loops: &[bool]) {
     let mut count = 0;
     for group in groups {
@@ -77,14 +78,14 @@ pub(super) fn write(out: &mut String, robot: &Description, groups: &[Group], in_
         let writer = Writer { robot, group, in_loops, header, count };
         let texts = candidates(robot, group);
         let texts = texts.iter().map(|placement| writer.group(placement));
-        // The tidiest placement is that with the shortest text.
+        // Of all placements, the one with the shortest text is chosen.
         let shortest = texts.min_by_key(|text| (text.lines().count(), text.chars().count()));
         *out += &shortest.unwrap_or_default();
         count += group.legs.len();
     }
 }
 
-/// A key of a leg with its value.
+/// Key and value of a leg's property.
 type Entry = (String, String);
 
 struct Writer<'a> {
@@ -92,7 +93,7 @@ struct Writer<'a> {
     group: &'a Group,
     in_loops: &'a [bool],
     header: &'static str,
-    /// Number of legs in the groups before.
+    /// Number of legs in all previous groups.
     count: usize,
 }
 
@@ -167,7 +168,7 @@ impl Writer<'_> {
         out
     }
 
-    /// The chain with its bodies: `R cylinder P* rod S`.
+    /// Formats the chain with its bodies, such as `R cylinder P* rod S`.
     fn chain(&self) -> String {
         let first = &self.group.legs[0];
         let mut words = Vec::new();
@@ -179,7 +180,7 @@ impl Writer<'_> {
         words.join(" ")
     }
 
-    /// Names that parts do not have by default.
+    /// Writes the names of parts that differ from the default names.
     fn names(&self, out: &mut String) {
         let parts = self.group.joints.iter().chain(&self.group.bodies);
         let names: Vec<String> = parts
@@ -191,7 +192,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Values that may differ between legs.
+    /// Keys and values that may differ between legs.
     fn entries(&self, joints: &[Joint], bodies: &[usize]) -> Vec<Entry> {
         let last = joints.len() - 1;
         let mut entries = vec![
@@ -208,7 +209,8 @@ impl Writer<'_> {
             }
             let mut lines = String::new();
             joint::frames(&mut lines, &own);
-            // Equal legs are equal parts of loops, of which another joint of each is the last.
+            // A joint is in a loop either in all legs or in none, although the joint that closes
+            // the loop may differ.
             joint::start(&mut lines, &own, self.in_loops[self.group.legs[0].joints[index]]);
             entries.extend(lines.lines().filter_map(|line| {
                 let (name, value) = line.split_once(" = ")?;
@@ -223,7 +225,7 @@ impl Writer<'_> {
         entries
     }
 
-    /// Tables of joints, motors, springs and bodies.
+    /// Writes the tables of joints, motors, springs and bodies of a group.
     fn parts(&self, out: &mut String, shared: &[&Entry]) {
         let Self { robot, group, .. } = self;
         let first = &group.legs[0];
@@ -260,7 +262,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Lines of a part that all legs have.
+    /// Formats the lines of a part that are the same in all legs.
     fn shared(&self, kind: &str, part: &Part, shared: &[&Entry]) -> String {
         let prefix = format!("{kind}.{}.", key(&part.key));
         let own =
@@ -268,7 +270,8 @@ impl Writer<'_> {
         own.map(|(key, value)| format!("{key} = {value}\n")).collect()
     }
 
-    /// Header of a table with the lines of the imported file, one for each leg.
+    /// Writes the header of a table, with a comment that lists the line of the part in the imported
+    /// file for each leg.
     fn table<'p>(
         &self,
         out: &mut String,
@@ -296,7 +299,8 @@ impl Writer<'_> {
         };
     }
 
-    /// Comments of the part in all legs: those that differ only in the leg's name once.
+    /// Comments of a part in all legs. Comments that differ only in the leg's name are written
+    /// once.
     fn remarks<'c>(&self, all: impl Iterator<Item = Option<&'c str>>) -> String {
         let mut known: Vec<(String, &str, Vec<&str>)> = Vec::new();
         let mut count = 0;

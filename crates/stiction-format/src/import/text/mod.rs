@@ -22,7 +22,7 @@ use stiction_core::spatial::Vec3;
 /// Longest line of a comment, characters.
 const WIDTH: usize = 100;
 
-/// Coordinate with its value in the motion that fixes the position of the robot.
+/// Coordinate with its value in the motion that fixes the robot's configuration.
 #[derive(Clone, Debug)]
 pub(super) struct Held {
     /// Name of the coordinate, as in motions.
@@ -38,7 +38,8 @@ pub(super) struct Draft<'a> {
     pub(super) file: &'a str,
     /// Remarks, written at the top of the text.
     pub(super) notes: &'a [Note],
-    /// Coordinates that fix the position of the robot; `None` for a text from which only the mechanism is read.
+    /// Coordinates that fix the robot's configuration; `None` for a text from which only the
+    /// mechanism is read.
     pub(super) motion: Option<Vec<Held>>,
     /// Parts that are written as equal legs.
     pub(super) legs: &'a [Group],
@@ -108,7 +109,7 @@ pub(super) fn write(context: &Context<'_>, robot: &Description, draft: &Draft<'_
     out
 }
 
-/// Header of a table, followed by a comment with its line number in the imported file.
+/// Formats the header of a table, followed by a comment with its line number in the imported file.
 fn line(place: Option<&Place>, header: &str) -> String {
     match place {
         Some(place) => format!("{header:<35} # {}", place.line_column().0),
@@ -137,13 +138,13 @@ fn mass_properties(out: &mut String, body: &Body) {
     }
 }
 
-/// List of the meshes of a body, if there are any.
+/// Formats the list of a body's meshes; `None` for a body without meshes.
 fn visuals(body: &Body) -> Option<String> {
     let meshes = body.visuals.iter().map(|visual| format!("    {},\n", mesh(visual)));
     (!body.visuals.is_empty()).then(|| format!("[\n{}]", meshes.collect::<String>()))
 }
 
-/// Table of a mesh on one line.
+/// Formats the table of a mesh on one line.
 fn mesh(visual: &VisualMesh) -> String {
     let VisualMesh { file, scale, pose } = visual;
     let mut table = format!("{{ mesh = {}", text(file));
@@ -169,18 +170,18 @@ fn entries(out: &mut String, table: &toml::Table) {
     }
 }
 
-/// Key of a table, quoted where TOML requires it.
+/// Formats the key of a table, with quotes where TOML requires them.
 fn key(name: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     if name.chars().all(plain) { name.to_owned() } else { text(name) }
 }
 
-/// A key of a motion: parts of a name with dots are quoted together.
+/// Formats a key of a motion; a name with dots is quoted as a whole.
 fn coordinate(name: &str) -> String {
     key(name)
 }
 
-/// A text in quotes.
+/// Puts a text in quotes, as a TOML string.
 fn text(text: &str) -> String {
     toml::Value::from(text).to_string()
 }

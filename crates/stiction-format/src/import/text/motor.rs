@@ -41,8 +41,8 @@ fn motors(robot: &Description, joint: usize, dof: usize) -> impl Iterator<Item =
     robot.motors.iter().filter(move |motor| (motor.joint, motor.dof) == (joint, dof))
 }
 
-/// Keys of the table of the only motor of a joint with one degree of freedom, without that of the joint; `None` unless the
-/// motor has the name of the joint.
+/// Formats the keys of a joint's only motor for the table of a leg, without the key of the joint;
+/// `None` unless the joint has one degree of freedom and the motor has the name of the joint.
 pub(super) fn of_leg(robot: &Description, joint: usize) -> Option<String> {
     let own = &robot.joints[joint];
     if own.dofs.len() != 1 || own.kind.dofs().len() != 1 {
@@ -92,7 +92,7 @@ pub(super) fn place(robot: &Description, joint: usize) -> Option<&Place> {
     }
 }
 
-/// Direct motor of a coordinate for which the file has none.
+/// Direct motor for a coordinate that has no motor in the file.
 fn plain(robot: &Description, joint: usize, dof: usize) -> Motor {
     let own = &robot.joints[joint];
     Motor {

@@ -46,13 +46,13 @@ pub(super) fn shifted(value: f64, power: i32) -> String {
     if rest.is_empty() { format!("{sign}{whole}") } else { format!("{sign}{whole}.{rest}") }
 }
 
-/// A quantity in quotes; zero as a plain number.
+/// Formats a quantity in quotes; zero becomes a plain number.
 pub(super) fn quantity(value: f64, unit: &str) -> String {
     let value = rounded(value, 0.0);
     if value == 0.0 { "0".to_owned() } else { format!("\"{} {unit}\"", shifted(value, 0)) }
 }
 
-/// A length in mm, or in m from 100 m.
+/// Formats a length in mm, or in m if it is at least 100 m.
 pub(super) fn length(value: f64) -> String {
     // Robots of about a metre have no lengths below 1e-15 m.
     let value = rounded(value, 1.0);
@@ -63,13 +63,13 @@ pub(super) fn length(value: f64) -> String {
     }
 }
 
-/// A vector of lengths.
+/// Formats a vector as a list of lengths.
 pub(super) fn lengths(v: Vec3<f64>) -> String {
     let [x, y, z] = v.to_array().map(length);
     format!("[{x}, {y}, {z}]")
 }
 
-/// An angle in degrees if that number is short, else in rad.
+/// Formats an angle in degrees if that number is short, else in rad.
 pub(super) fn angle(value: f64) -> String {
     let degrees = rounded_degrees(value);
     match (value, degrees) {
@@ -80,14 +80,14 @@ pub(super) fn angle(value: f64) -> String {
     }
 }
 
-/// The angle in degrees if it has at most four decimals.
+/// Angle in degrees, if it has at most four decimals; else `None`.
 fn rounded_degrees(value: f64) -> Option<f64> {
     let degrees = value.to_degrees();
     let short = (degrees * 1e4).round() / 1e4;
     ((short.to_radians() - value).abs() <= ROUNDING * value.abs().max(1.0)).then_some(short)
 }
 
-/// An initial guess, as a quantity with few digits.
+/// Formats an initial guess as a quantity with few digits.
 pub(super) fn guess(value: f64, is_angle: bool) -> String {
     match is_angle {
         true => format!("\"{} deg\"", shifted(decimals(value.to_degrees(), 1e8), 0)),
@@ -100,7 +100,7 @@ fn decimals(value: f64, ten: f64) -> f64 {
     if rounded == 0.0 { 0.0 } else { rounded }
 }
 
-/// Direction: the name of an axis, or a vector.
+/// Formats a direction as the name of a coordinate axis, or as a vector.
 pub(super) fn axis(v: Vec3<f64>) -> String {
     let v = v.to_array().map(|x| rounded(x, 1.0));
     for (k, name) in ["x", "y", "z"].into_iter().enumerate() {
@@ -113,7 +113,7 @@ pub(super) fn axis(v: Vec3<f64>) -> String {
     format!("[{x}, {y}, {z}]")
 }
 
-/// Inertia: three moments, or all entries of the tensor.
+/// Formats an inertia as three principal moments, or as all entries of the tensor.
 pub(super) fn inertia(tensor: Mat3<f64>) -> String {
     let scale = (0..3).map(|k| tensor.at(k, k).abs()).fold(0.0, f64::max);
     let entry = |i: usize, j: usize| {
@@ -143,7 +143,8 @@ fn distance(a: Mat3<f64>, b: Mat3<f64>) -> f64 {
     (0..9).map(|k| (a.at(k / 3, k % 3) - b.at(k / 3, k % 3)).abs()).fold(0.0, f64::max)
 }
 
-/// Rotation as an axis with an angle, or as three angles in whole degrees about z, y and x.
+/// Formats a rotation as an axis with an angle, or as three angles in whole degrees about z, y and
+/// x.
 pub(super) fn rotation(rotation: Mat3<f64>) -> String {
     let vector = rotation.rotation_vector();
     let turn = vector.norm();

@@ -8,8 +8,8 @@ use super::{entries, key, line, text};
 use std::collections::HashSet;
 use std::fmt::Write;
 
-/// Springs of equal legs: their names in the chain with their keys, and their names in the model. Every leg has them, with the
-/// names of springs of legs.
+/// Springs that all legs of a group have, under the default names of springs of legs. Returns the
+/// name in the chain and the keys of each spring, and the names of all these springs in the model.
 pub(super) fn of_legs(
     robot: &Description,
     group: &Group,
@@ -37,7 +37,7 @@ pub(super) fn of_legs(
 
 static NONE: Vec<(String, String)> = Vec::new();
 
-/// Springs on coordinates of joints of a leg that have default names.
+/// Springs on joint coordinates of a leg that have default names.
 fn on_joints_of(robot: &Description, group: &Group, leg: &Leg) -> Vec<(String, String)> {
     let mut springs = Vec::new();
     for (&index, part) in leg.joints.iter().zip(&group.joints) {
@@ -115,13 +115,13 @@ fn tables_of(robot: &Description, group: &Group, leg: &Leg) -> Vec<(String, Stri
     robot.spring_tables.iter().filter_map(spring).collect()
 }
 
-/// Tests if another spring than that on the joint has its name.
+/// Tests if a spring other than the one on the joint has this name.
 fn is_used(robot: &Description, name: &str) -> bool {
     robot.spring_tables.iter().any(|(known, _)| known == name)
         || robot.springs.iter().any(|spring| spring.name == name)
 }
 
-/// Keys of the spring on a coordinate besides its joint.
+/// Formats the keys of the spring on a coordinate, without the key of its joint.
 fn on_joint(joint: &Joint, dof: usize) -> Option<String> {
     let [stiffness, rest] = joint.dofs[dof].spring?;
     let (unit, rest) = match is_angle(joint.kind, dof) {
@@ -131,7 +131,7 @@ fn on_joint(joint: &Joint, dof: usize) -> Option<String> {
     Some(format!("stiffness = {}\nrest = {rest}\n", quantity(stiffness, unit)))
 }
 
-/// Writes all springs but those of equal legs.
+/// Writes the tables of all springs except those of equal legs.
 pub(super) fn write(out: &mut String, robot: &Description, groups: &[Group]) {
     let in_legs: HashSet<String> =
         groups.iter().flat_map(|group| of_legs(robot, group).1).collect();

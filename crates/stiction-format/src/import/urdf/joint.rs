@@ -12,7 +12,7 @@ use stiction_core::spatial::{Mat3, Pose, Vec3};
 /// Limits of this size and above count as absent; the format requires limits for some joints.
 pub(super) const UNLIMITED: f64 = 1e9;
 
-/// Types of joints in the file.
+/// Joint types by their names in the file.
 const TYPES: [(&str, JointType); 7] = [
     ("revolute", JointType::Revolute),
     ("continuous", JointType::Revolute),
@@ -42,7 +42,7 @@ pub(super) fn read(context: &Context<'_>, tree: &Tree, element: &Element) -> Opt
     Some(joint)
 }
 
-/// The type of a joint.
+/// Returns the type of a joint; reports an unknown type.
 pub(super) fn kind_of(context: &Context<'_>, element: &Element) -> Option<JointType> {
     let word = element.required(context, "type")?;
     let found = TYPES.iter().find(|(known, _)| *known == word).map(|(_, kind)| *kind);
@@ -57,7 +57,7 @@ pub(super) fn kind_of(context: &Context<'_>, element: &Element) -> Option<JointT
     found
 }
 
-/// The body of a link named by a child element.
+/// Index of the body that belongs to the link named by a child element.
 pub(super) fn link(
     context: &Context<'_>,
     tree: &Tree,
@@ -82,7 +82,7 @@ pub(super) fn link(
     found
 }
 
-/// Frame with z along the axis, which is x by default.
+/// Creates a frame with z along the joint axis, which is x by default.
 pub(super) fn axis_frame(
     context: &Context<'_>,
     element: &Element,

@@ -24,11 +24,12 @@ const GRAVITY: f64 = -9.81;
 pub(super) struct Tree {
     /// Index of the body of each link.
     pub(super) links: HashMap<String, usize>,
-    /// Index of each joint.
+    /// Index of each joint by its name in the file.
     pub(super) joints: HashMap<String, usize>,
 }
 
-/// Reads a robot.
+/// Reads a robot from the root element of a URDF file and from the YAML file `companion`, if it
+/// exists; `None` after an error.
 pub(super) fn read(context: &Context<'_>, root: &Element, companion: &str) -> Option<Description> {
     refuse_xacro(context, root)?;
     let name = root.get("name").unwrap_or("robot");

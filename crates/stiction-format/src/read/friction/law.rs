@@ -5,8 +5,8 @@ use crate::diagnostic::Diagnostic;
 use crate::expression::Measure;
 use stiction_core::friction::{Bristles, Curve, Exponent, Law};
 
-/// Reads the law that the tables define, for a surface that slides by `arm` metres per radian; `None` for a guide.
-/// Contradictions are reported and ignored.
+/// Reads the law that the tables define. `arm` is the sliding distance of the surface in metres per
+/// radian, or `None` for a guide. Contradictions are reported and ignored.
 pub(super) fn read(layers: &Layers<'_>, arm: Option<f64>, notes: &mut Notes) -> Law {
     let given = |key| layers.given(key);
     let word = layers.word("law").unwrap_or_default();
@@ -59,7 +59,8 @@ fn viscous_of(
     Some(number)
 }
 
-/// Table of coefficients that applies; `None` if a more specific table contains `mu`.
+/// Finds the table of friction coefficients that applies; `None` if there is no table, or if a more
+/// specific layer contains `mu` instead.
 fn table_in_force<'a>(layers: &Layers<'a>, notes: &mut Notes) -> Option<Given<'a>> {
     let table = layers.given("table")?;
     let Some(mu) = layers.given("mu") else { return Some(table) };

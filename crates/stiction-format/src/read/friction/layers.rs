@@ -6,7 +6,8 @@ use crate::diagnostic::Diagnostic;
 use crate::document::Value;
 use crate::read::context::Record;
 
-/// Messages, and places already reported, because several friction interfaces share tables.
+/// Messages, and the places for which they were reported. Several friction interfaces share tables,
+/// and each message is reported once.
 pub(super) struct Notes {
     pub(super) spans: FrictionSpans,
     pub(super) reported: Vec<(usize, &'static str)>,

@@ -18,7 +18,7 @@ pub(crate) struct Place<'a> {
     pub(crate) joint_type: JointType,
     /// Pitch, m/rad; zero if the joint has none.
     pub(crate) pitch: f64,
-    /// Description of the joint for messages.
+    /// Description of the joint in messages.
     pub(crate) what: &'a str,
 }
 
@@ -170,7 +170,7 @@ fn applies(key: &str, shape: InterfaceShape, joint_type: JointType) -> bool {
     }
 }
 
-/// Reports keys without meaning at any of these interfaces.
+/// Reports keys that have no meaning for any of these interfaces.
 fn not_applicable(
     context: &Context<'_>,
     record: &Record<'_>,

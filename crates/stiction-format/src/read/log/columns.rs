@@ -69,7 +69,7 @@ impl Reader<'_> {
             (None, LogRole::Coordinate(coordinate)) if reference.is_some() => {
                 (LogRole::Reference(coordinate), measure)
             }
-            // Only positions are commanded.
+            // Commanded values are supported for positions only.
             (None, _) if reference.is_some() => return meaning,
             (None, role) => (role, measure),
             (Some(_), LogRole::Coordinate(coordinate)) => {

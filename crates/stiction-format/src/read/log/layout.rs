@@ -27,7 +27,7 @@ pub(super) fn with_separators(text: String) -> String {
         let (mut begins, mut is_quoted) = (true, false);
         for at in 0..bytes.len() {
             let is_blank = bytes[at] == b' ';
-            // A quote without its partner ends with its line.
+            // An unmatched quote ends at the end of its line.
             is_quoted = bytes[at] != b'\n' && (is_quoted ^ (bytes[at] == b'"'));
             let ends = bytes.get(at + 1).is_none_or(|next| [b' ', b'\r', b'\n'].contains(next));
             // The last of several blanks; those at the ends of a line are no separators.

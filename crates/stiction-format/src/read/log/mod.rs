@@ -20,7 +20,7 @@ use stiction_core::kinematics::Coordinate;
 /// Meaning of a column of a log.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LogRole {
-    /// Time.
+    /// Time of the row.
     Time,
     /// Position of a coordinate.
     Coordinate(Coordinate),
@@ -34,7 +34,7 @@ pub enum LogRole {
     MotorTorque(usize),
     /// Current of the motor of a drive train, by index.
     Current(usize),
-    /// Not used: an acceleration, or a column that is declared as unused.
+    /// The column is not used: it is an acceleration, or declared as unused.
     Unused,
 }
 
@@ -43,9 +43,9 @@ pub enum LogRole {
 pub struct LogColumn {
     /// Name as written in the log, without the unit.
     pub name: String,
-    /// Meaning of the values.
+    /// Meaning of the column.
     pub role: LogRole,
-    /// Values, SI units.
+    /// Values of the column, one per time, SI units.
     pub values: Vec<f64>,
 }
 
@@ -54,7 +54,7 @@ pub struct LogColumn {
 pub struct Rows {
     /// First omitted rows, each with its line and the reason.
     pub named: Vec<(usize, String)>,
-    /// Number of all omitted rows.
+    /// Total number of omitted rows.
     pub count: usize,
 }
 
@@ -63,11 +63,11 @@ pub struct Rows {
 pub struct Log {
     /// Times, s, increasing; for a table of steady motions, row numbers.
     pub times: Vec<f64>,
-    /// Line in the file for each time.
+    /// Line number in the file for each time.
     pub lines: Vec<usize>,
     /// All columns except the time.
     pub columns: Vec<LogColumn>,
-    /// Omitted rows.
+    /// Rows that were omitted because they are invalid.
     pub bad_rows: Rows,
     /// True for a table of steady motions: each row is a motion of constant rate, not an instant.
     pub is_steady: bool,
@@ -115,8 +115,8 @@ impl Rows {
 }
 
 impl Log {
-    /// Tests if the last accepted row has the wrong time rather than the row at `now`, s: without
-    /// the last row, `now` would follow after a regular step.
+    /// Tests if the time of the last accepted row is wrong rather than `now`, s, the time of the
+    /// present row: without the last row, `now` would follow after a regular step.
     fn has_jumped_before(&self, now: f64) -> bool {
         let [.., first, before, last] = self.times[..] else { return false };
         last > now && now > before && now - before <= JUMP * (before - first)
@@ -146,7 +146,7 @@ impl ModelFile {
             })?,
         };
         let source = Arc::new(Source::new(name, layout::with_separators(unify_line_ends(text))));
-        // Faults of names that the options give are shown there.
+        // Errors in names from an option are shown in the option's text.
         let names = format.header.join(",");
         let header = match names.is_empty() {
             true => Arc::clone(&source),
@@ -190,13 +190,14 @@ struct Reader<'a> {
 struct Meaning {
     name: String,
     role: LogRole,
-    /// Whole factor to SI units, and the number added before it.
+    /// Total conversion factor to SI units, and the number that is added before multiplication by
+    /// it.
     factor: f64,
     offset: f64,
 }
 
 impl Reader<'_> {
-    /// Place in the names of the columns.
+    /// Converts a range in the names of the columns to a place.
     fn place(&self, span: Span) -> Place {
         Place::new(self.header, span)
     }

@@ -9,11 +9,11 @@ pub(super) const SEARCHED: usize = 64;
 
 /// Header of a log.
 pub(super) struct Head {
-    /// Line of the names of columns.
+    /// Line that contains the names of the columns.
     pub(super) names: Span,
     /// Line of the units below the names, which some recorders write.
     pub(super) units: Option<Span>,
-    /// Separator of the columns.
+    /// Separator between columns.
     pub(super) delimiter: Delimiter,
     /// True if lines end with commas that a spreadsheet has added to a file that uses another separator.
     pub(super) has_commas: bool,
@@ -89,7 +89,7 @@ pub(super) fn none(text: &str, lines: &[Span], columns: usize) -> Option<Head> {
 }
 
 impl Head {
-    /// A line without the commas that a spreadsheet has added.
+    /// Range of a line without the commas that a spreadsheet has added.
     pub(super) fn content(&self, text: &str, line: &Span) -> Span {
         if self.has_commas { unpadded(text, line).0 } else { line.clone() }
     }

@@ -41,8 +41,8 @@ fn units_and_renamed_columns() {
     assert_eq!(found.columns[2].role, LogRole::Unused);
 }
 
-/// Lines of a recorder above the header, units below it, a time column without a name, and rows that were padded by a
-/// spreadsheet or edited by hand.
+/// Checks files with lines of a recorder above the header, units below it, a time column without a
+/// name, and rows that were padded by a spreadsheet or edited by hand.
 #[test]
 fn files_of_recorders() {
     let mut text = "Date:;2020-07-06 17:01:36,,\nMax. samples:;500,,\n;Velocity;Torque,,\n\
@@ -71,7 +71,7 @@ fn files_of_recorders() {
     assert!(why.contains("-1200,,was -8.9"), "{why}");
 }
 
-/// A table of steady motions has no time.
+/// Checks that a table of steady motions needs no time.
 #[test]
 fn steady_motions() {
     let text = "name,d(left_motor) [rpm],left_motor.effort\na,1,2\nb,-1,-2\nc,2,3\nd,-2,-3\n";
@@ -143,7 +143,7 @@ fn logs_without_a_header() {
     assert!(format!("{:?}", unknown.unwrap_err()).contains("left_motor"));
 }
 
-/// Dates and times of day, and a header in a comment.
+/// Checks dates and times of day, and a header in a comment.
 #[test]
 fn times_of_day() {
     let row = |k: i32| {

@@ -76,7 +76,7 @@ impl Cutoff {
     }
 }
 
-/// Description of the filter.
+/// Describes the filter in words.
 pub(super) fn describe(cutoff: f64) -> String {
     format!(
         "positions only, low-pass filtered: zero phase, {} Hz at -3 dB, as a Butterworth filter of \

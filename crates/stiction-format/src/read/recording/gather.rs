@@ -16,14 +16,14 @@ use crate::source::Source;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Maximum size of a recording whose spline is solved globally, bytes; the solution needs several
-/// times as much memory.
+/// Maximum size, bytes, of a recording whose spline is solved as a whole; the solution needs
+/// several times as much memory.
 const MAX_GLOBAL_BYTES: u64 = 1 << 30;
 
 /// Valid recording: its header, times and curves.
 pub(super) struct Recording {
     pub(super) header: Header,
-    /// The page that contains the header.
+    /// Page of the text that contains the header.
     pub(super) header_page: Arc<Source>,
     pub(super) samples: SampleTimes,
     pub(super) curves: Vec<RecordedCurve>,
@@ -34,14 +34,15 @@ pub(super) type ReadHeader<'a> = &'a dyn Fn(&str, Line, Delimiter, &mut Messages
 
 /// Curve through the samples of one coordinate or effort.
 pub(super) struct RecordedCurve {
-    /// Column of its values.
+    /// Index of the column with the values of the coordinate or effort.
     pub(super) column: usize,
     pub(super) interpolation: Interpolation,
     pub(super) signal: Signal,
     /// Findings about the quality of its samples; `None` for efforts.
     pub(super) findings: Option<Findings>,
     is_finite: bool,
-    /// True if the recording is long but its spline cannot be solved in parts.
+    /// True if the recording is long but its spline must be solved as a whole instead of window by
+    /// window.
     pub(super) is_global: bool,
 }
 
@@ -176,7 +177,7 @@ impl RecordedCurve {
 }
 
 impl Recording {
-    /// Tests if any coordinate is noisy.
+    /// Tests if any coordinate of the recording is noisy.
     pub(super) fn is_noisy(&self) -> bool {
         self.curves.iter().any(RecordedCurve::is_noisy)
     }
@@ -194,7 +195,7 @@ impl Recording {
 }
 
 /// Fits all curves to samples in memory. Returns the sample times, and for each curve its signal
-/// and two flags: the curve is finite, and it was solved globally.
+/// and two flags: the curve is finite, and it was solved as a whole.
 fn at_once(plan: &Plan, mut columns: Vec<Vec<f64>>) -> (SampleTimes, Vec<(Signal, bool, bool)>) {
     let mut take = |place: usize| columns.get_mut(place).map(std::mem::take).unwrap_or_default();
     let times: Arc<[f64]> = take(0).into();
@@ -207,8 +208,8 @@ fn at_once(plan: &Plan, mut columns: Vec<Vec<f64>>) -> (SampleTimes, Vec<(Signal
     (times.into(), curves)
 }
 
-/// Rejects a recording whose spline cannot be computed in parts and that is too large for a global solution. The page
-/// of `messages` must be that of the header.
+/// Rejects a recording whose spline must be solved as a whole and that is too large for this. The
+/// page of `messages` must be that of the header.
 fn refuse(header: &Header, messages: &mut Messages, end: u64) {
     let Some(time) = header.time.and_then(|index| header.columns.get(index)) else { return };
     let message = format!(

@@ -12,7 +12,7 @@ use crate::signal::recorded::lines::{Cells, Delimiter, Digits, Line};
 use crate::source::Span;
 use stiction_core::kinematics::Coordinate;
 
-/// Cure of two columns with one meaning.
+/// Remedy for two columns with the same meaning.
 const TWICE: &str = "remove one of the columns, or rename it if it has another meaning";
 
 /// Meaning of a column of a recording.
@@ -43,9 +43,9 @@ pub(super) struct Column {
     pub(super) digits: Digits,
 }
 
-/// All columns.
+/// Header of a recording: all columns, their separator, and the index of the time column.
 pub(super) struct Header {
-    /// Separator of the columns.
+    /// Separator between columns.
     pub(super) delimiter: Delimiter,
     pub(super) columns: Vec<Column>,
     /// Index of the time column.
@@ -53,7 +53,7 @@ pub(super) struct Header {
 }
 
 impl Header {
-    /// Reads the header.
+    /// Reads the header of a recorded motion.
     pub(super) fn read(
         text: &str,
         line: Line,
@@ -191,7 +191,7 @@ impl Header {
     }
 }
 
-/// The cells of a header.
+/// Splits a header line into its cells.
 fn header_cells(text: &str, line: &Line, delimiter: Delimiter) -> Vec<Span> {
     let count = Cells::new(delimiter).split(text, line.clone(), usize::MAX).len();
     // Some programs end each line with a separator, which gives an empty name.
@@ -276,7 +276,7 @@ fn read_column(
     column
 }
 
-/// The name within `d(...)` or `dd(...)`, and the order of the derivative.
+/// Splits `d(NAME)` or `dd(NAME)` into the name and the order of the derivative.
 fn derivative(label: &str) -> (&str, u8) {
     let within =
         |open: &str| label.strip_prefix(open)?.trim_start().strip_prefix('(')?.strip_suffix(')');

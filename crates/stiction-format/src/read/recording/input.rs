@@ -6,7 +6,7 @@ use crate::signal::recorded::lines::unify_line_ends;
 use crate::source::Source;
 use std::sync::Arc;
 
-/// A text in memory, or one that is read in pieces.
+/// Text of a recording, in memory or read in pieces.
 pub(crate) enum Input {
     Whole(Arc<Source>),
     Stored { store: Arc<dyn Store>, name: String },
@@ -22,7 +22,7 @@ impl Input {
         }
     }
 
-    /// Input from a source, whose whole text is in memory.
+    /// Creates the input from a source, whose whole text is in memory.
     pub(crate) fn of_source(source: &Source) -> Self {
         Self::new(&source.name, Contents::Whole(source.text.clone()))
     }

@@ -26,7 +26,7 @@ use header::{Header, Role};
 use messages::Messages;
 use report::Report;
 
-/// Name of a column for messages.
+/// Example of a column name in messages.
 const EXAMPLE: &str = "platform.x [mm]";
 /// Minimum number of samples of a spline.
 const MIN_SAMPLES: usize = 2;

@@ -40,7 +40,7 @@ impl<'a> Report<'a> {
         }
     }
 
-    /// Returns notes, warnings and errors.
+    /// Returns the collected notes, warnings and errors.
     pub(super) fn finish(self) -> (Vec<String>, Diagnostics, Diagnostics) {
         (self.notes, self.warnings, self.errors)
     }
@@ -285,7 +285,7 @@ fn describe_rest(rest: &Rest) -> String {
     format!("from {} to {} s", short(rest.from), short(rest.until))
 }
 
-/// Name of the column with a derivative of a coordinate.
+/// Name of the column for a derivative of a coordinate, such as `d(platform.x)`.
 fn derivative(name: &str, order: usize) -> String {
     match order {
         0 => name.to_owned(),
@@ -293,7 +293,7 @@ fn derivative(name: &str, order: usize) -> String {
     }
 }
 
-/// A number with four significant digits.
+/// Formats a number with four significant digits.
 pub(super) fn short(x: f64) -> String {
     if x == 0.0 || !x.is_finite() {
         return number(x);

@@ -10,7 +10,7 @@ use crate::source::Span;
 /// Largest number of lines whose digits are counted before the rows are read.
 const SURVEYED: usize = 100_000;
 
-/// Reads rows one after another and reports their errors.
+/// Reader of successive rows, which reports their errors.
 pub(super) struct Rows {
     header: Header,
     /// The previous row, in SI units.
@@ -49,7 +49,7 @@ impl Rows {
         self.header
     }
 
-    /// The last row, in SI units.
+    /// Numbers of the last row, in SI units.
     pub(super) fn row(&self) -> &[f64] {
         &self.row
     }
@@ -167,7 +167,7 @@ fn check_mark(
     messages.push_help("syntax", message, cell.clone(), label, Some(help.to_owned()));
 }
 
-/// Cure of a row without a number in a cell.
+/// Remedy for a row with a cell that is not a number.
 const WITHOUT_NUMBER: &str = "write the measured value, or remove the row";
 
 fn read_number(content: &str, cell: &Span, messages: &mut Messages) -> Option<f64> {

@@ -9,7 +9,7 @@ use crate::source::{Begin, Source};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Header of a recording, and messages about the recording.
+/// Result of a pass through a recording: its header, and the messages about it.
 pub(super) struct Scan {
     /// Columns, and the page that contains the header line; `None` if the header is invalid.
     pub(super) header: Option<(Header, Arc<Source>)>,

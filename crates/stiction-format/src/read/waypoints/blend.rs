@@ -63,7 +63,7 @@ impl Timing<'_> {
             Ok(None) => Some(()),
             Ok(Some(Excess { path, what, factor })) => {
                 let what = ["speed", "acceleration", "jerk"][what];
-                // A time of arrival would make the next move shorter with the blend.
+                // If a time of arrival is given, a shorter blend would also shorten the next move.
                 let arrives = |(key, _): &(Key, Value)| key.name == "at";
                 let fixed = self.tables.get(waypoint + 1)?.entries.iter().any(arrives);
                 let help = match self.longest((moves, start), waypoint, blend) {
@@ -97,7 +97,7 @@ impl Timing<'_> {
     /// even a very short blend exceeds a limit.
     ///
     /// # Errors
-    /// It is not known.
+    /// The mechanism cannot follow one of the blends that are tried.
     fn longest(
         &self,
         (moves, start): (&Arc<Moves>, f64),
@@ -131,7 +131,7 @@ impl Timing<'_> {
     /// First limit that is exceeded while the moves to and from a waypoint overlap.
     ///
     /// # Errors
-    /// The mechanism cannot follow there.
+    /// The mechanism cannot follow the motion during the overlap.
     fn excess(
         &self,
         (moves, start): (&Arc<Moves>, f64),

@@ -27,7 +27,7 @@ fn node(k: usize) -> f64 {
     0.5 * (1.0 - (PI * k as f64 / (NODES - 1) as f64).cos())
 }
 
-/// Barycentric weight of a node.
+/// Barycentric weight of Chebyshev node `k`.
 fn weight(k: usize) -> f64 {
     let sign = if k.is_multiple_of(2) { 1.0 } else { -1.0 };
     if k == 0 || k == NODES - 1 { 0.5 * sign } else { sign }
@@ -95,7 +95,7 @@ impl Curve {
         Ok(None)
     }
 
-    /// Tests if this curve agrees with a finer one at the arguments, the nodes of the finer one.
+    /// Tests if this curve agrees with the curve `fine` at `arguments`, the nodes of `fine`.
     fn agrees(&self, fine: &Self, arguments: &[f64]) -> bool {
         let size = |d: usize| {
             let each = fine.pieces.iter().flat_map(|piece| piece[d]);
@@ -111,7 +111,7 @@ impl Curve {
         })
     }
 
-    /// First three derivatives at `x`.
+    /// Evaluates the first three derivatives of the function at `x`.
     pub(super) fn at(&self, x: f64) -> [f64; 3] {
         let count = self.pieces.len();
         let place = (x - self.from) / (self.to - self.from) * count as f64;
@@ -126,7 +126,7 @@ impl Curve {
         rates.fold(0.0_f64, |most, rate| most.max(rate.abs())) * (self.to - self.from) > AT_REST
     }
 
-    /// Arguments at which pieces of the curve meet.
+    /// Arguments at which two pieces of the curve meet.
     pub(super) fn joints(&self) -> impl Iterator<Item = f64> + '_ {
         let width = (self.to - self.from) / self.pieces.len() as f64;
         (1..self.pieces.len()).map(move |k| self.from + width * k as f64)
@@ -202,7 +202,7 @@ pub(super) fn minimum(
 mod tests {
     use super::*;
 
-    /// Derivatives of a sine, checked against those at the nodes, and their largest values.
+    /// Compares the derivatives and the largest values of a sine with closed forms.
     #[test]
     fn curves_of_known_functions() {
         let sample = |at: &[f64]| -> Result<_, ()> {

@@ -48,12 +48,12 @@ pub(super) fn fastest(
     (duration > 0.0).then(|| profile.stretched(duration))
 }
 
-/// Magnitudes of vectors from their components.
+/// Computes the magnitudes of three vectors from their components.
 pub(super) fn magnitudes(components: impl Iterator<Item = [f64; 3]>) -> [f64; 3] {
     components.fold([0.0; 3], |sum: [f64; 3], each| [0, 1, 2].map(|k| sum[k].hypot(each[k])))
 }
 
-/// Shortest duration, s, within the limits for a move with these peaks when it lasts 1 s.
+/// Shortest duration, s, within the limits of a move that has these peaks if it lasts 1 s.
 fn duration(peaks: Limits, limits: Limits) -> f64 {
     let ratio = |d: usize| if limits[d].is_finite() { peaks[d] / limits[d] } else { 0.0 };
     ratio(0).max(ratio(1).sqrt()).max(ratio(2).cbrt())

@@ -13,7 +13,8 @@ use stiction_core::mechanism::JointId;
 /// Name that stands for all actuators.
 const ACTUATORS: &str = "actuators";
 
-/// A degree of freedom of a joint with its path and its measure.
+/// Degree of freedom of a joint: its full name, the joint with the index of the degree of freedom,
+/// and its kind of quantity.
 pub(super) type Named = (String, (JointId, usize), Measure);
 
 /// Degrees of freedom to which a limit of this name applies, all of the same measure; empty for an unknown name,

@@ -51,7 +51,8 @@ impl Followed {
     }
 }
 
-/// Components of a followed quantity in each move as functions of the completed fraction of the move.
+/// Components of a quantity computed by inverse kinematics, in each move, as functions of the
+/// completed fraction of the move.
 pub(super) struct FollowedPath {
     pub(super) of: Followed,
     pub(super) curves: Vec<Vec<Curve>>,

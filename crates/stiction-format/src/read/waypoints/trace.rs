@@ -52,14 +52,14 @@ impl Goals {
         scalars.chain(self.turnings.iter().flat_map(|(_, turn)| turn.along(k, state))).collect()
     }
 
-    /// Targets at a time, s.
+    /// Targets of the prescribed coordinates at a time, s.
     fn at(&self, t: f64) -> Vec<Target<f64>> {
         let scalars = self.courses.iter().map(|(_, course)| course.at(t));
         scalars.chain(self.turnings.iter().flat_map(|(_, turning)| turning.at(t))).collect()
     }
 }
 
-/// The mechanism at the first waypoint.
+/// Assembles the mechanism at the first waypoint.
 fn first(reader: &Reader<'_>, goals: &Goals) -> Option<Result<InverseDynamics, AssemblyError>> {
     let assembly = reader.assembly?;
     let (mechanism, poses) = (assembly.mechanism.clone(), assembly.initial_poses);
@@ -76,7 +76,7 @@ fn fit(
     interval: (f64, f64),
     targets: impl Fn(f64) -> Vec<Target<f64>>,
 ) -> Result<Option<Vec<Curve>>, AssemblyError> {
-    // The rates at the beginning are those within this interval.
+    // The rates at the beginning of the interval are those just after it.
     solver.move_to(&targets(interval.0))?;
     let begin = solver.clone();
     let go_to = |solver: &mut InverseDynamics, from: f64, to: f64| {
@@ -197,9 +197,10 @@ fn followed(limited: &Limited) -> Option<Followed> {
     }
 }
 
-/// Curves, as functions of time, of all limited quantities that follow from the coordinates, by interval and
-/// quantity, between instants, s, at which moves overlap; `None` if they are not smooth or the mechanism cannot
-/// follow.
+/// Computes curves, as functions of time, of all limited quantities that follow from the
+/// coordinates. `corners` are instants, s, at which overlapping moves begin, end or change their
+/// phase. Returns the components for each interval between corners and each quantity; `None` if
+/// they are not smooth or the mechanism cannot follow.
 pub(super) fn between(
     reader: &Reader<'_>,
     goals: &Goals,

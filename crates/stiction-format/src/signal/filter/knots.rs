@@ -8,7 +8,7 @@ use stiction_core::kinematics::Target;
 /// Half bandwidth of matrices over B-splines of order six.
 pub(super) const BAND: usize = ORDER - 1;
 
-/// Equal intervals from `start` to `end`; the knots at both ends occur six times.
+/// Equally spaced knots from `start` to `end`; the first and the last knot occur six times.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EqualKnots {
     pub(super) start: f64,

@@ -12,7 +12,7 @@ pub struct LowPass {
     ends: (f64, f64),
 }
 
-/// Filtered coordinate with its noise.
+/// Filtered coordinate, and standard deviations of its noise.
 #[derive(Clone, Debug)]
 pub struct Smooth {
     /// Value, rate and acceleration as functions of time; exactly at rest where the samples are consistent with rest.
@@ -58,8 +58,9 @@ impl LowPass {
         smooth.collect()
     }
 
-    /// Filters signals that `row` writes for each of `times`, and returns their values at other times, one row for
-    /// each of these. The memory needed does not depend on the number of samples.
+    /// Filters signals whose samples at `times` are written by `row`, and returns the values of the
+    /// filtered signals at other times, one row per time. The memory needed does not depend on the
+    /// number of samples.
     pub fn apply(
         &self,
         times: &[f64],

@@ -1,13 +1,15 @@
 //! Low-pass filter for recordings: a smoothing spline with a stated cut-off frequency.
 //!
-//! Among all quintic splines on equal knots, the filtered signal `f` minimises
-//! `∫ (f - y)^2 dt + λ ∫ (f'''')^2 dt`, with the first integral as a sum over the samples. Away from
-//! the ends this is a filter without phase shift whose amplitude is `1/(1 + λ ω^8)`, as that of
-//! a Butterworth filter of order four that is run forward and backward; `λ` is chosen so that this amplitude is
-//! `1/√2` (-3 dB) at the cut-off frequency, which is 0.896 times that of the single run. At the ends nothing is assumed about the signal beyond them: cubics pass unchanged,
+//! Among all quintic splines on equal knots, the filtered signal `f` minimises `∫ (f - y)^2 dt + λ
+//! ∫ (f'''')^2 dt`, with the first integral as a sum over the samples. Away from the ends this is a
+//! filter without phase shift whose amplitude is `1/(1 + λ ω^8)`, as that of a Butterworth filter
+//! of order four that is run forward and backward. `λ` is chosen so that this amplitude is `1/√2`
+//! (-3 dB) at the cut-off frequency, which is 0.896 times the cut-off frequency of the Butterworth
+//! filter run once. No assumption is made about the signal beyond its ends: cubics pass unchanged,
 //! so the ends do not ring. Derivatives are those of the spline and need no differences.
 //!
-//! An interval over which the samples fit a constant within their noise becomes exactly constant: see [`rest`].
+//! An interval over which the samples fit a constant within their noise becomes exactly constant:
+//! see [`rest`].
 
 mod knots;
 mod low_pass;
@@ -26,8 +28,8 @@ use super::{Curve, Given, Interpolation};
 use knots::{BAND, EqualKnots};
 use std::f64::consts::TAU;
 
-/// Knots per period of the cut-off frequency. Up to twice the cut-off frequency, the spline then has the same
-/// response as a smoothing spline with a knot at each sample.
+/// Knots per period of the cut-off frequency. Up to twice the cut-off frequency, the spline then
+/// has the same frequency response as a smoothing spline with a knot at each sample.
 const KNOTS_PER_PERIOD: f64 = 8.0;
 /// Maximum number of knots, for which the equations need about 500 MB.
 pub(crate) const MAX_KNOTS: f64 = 1.5e6;
@@ -37,7 +39,8 @@ pub(crate) const MIN_PERIODS: f64 = 1.0;
 pub(crate) const MAX_RATIO: f64 = 0.4;
 /// `λ` times the eighth power of the cut-off frequency (rad/s): the amplitude there is `1/√2`.
 const WEIGHT: f64 = std::f64::consts::SQRT_2 - 1.0;
-/// Maximum ratio of noise near the cut-off to white noise of the same third differences.
+/// Maximum ratio of the noise near the cut-off frequency to the white noise that has the same third
+/// differences.
 const MOST_COLOURED: f64 = 3.0;
 /// Number of standard deviations up to which a change of acceleration is explained by noise.
 const SMEARING_SIGMAS: f64 = 4.0;
@@ -46,14 +49,16 @@ const SMEARING_SIGMAS: f64 = 4.0;
 const STEP_DIFFERENCE: f64 = 0.1194;
 /// Product of the cut-off frequency and the time in which the filtered signal rises from 10 % to 90 % of a step.
 const RISE: f64 = 0.40;
-/// `∫ (u^2/(1 + WEIGHT u^8))^2 du` from 0 to infinity: the squared amplitude of the acceleration, where `u` is the
-/// ratio of frequency to cut-off frequency. In closed form `(3/64) π/sin(3π/8) WEIGHT^(-5/8)`.
+/// Integral of the squared amplitude of filtered accelerations, `∫ (u^2/(1 + WEIGHT u^8))^2 du`
+/// from 0 to infinity, where `u` is the ratio of frequency to cut-off frequency. In closed form
+/// `(3/64) π/sin(3π/8) WEIGHT^(-5/8)`.
 const ACCELERATION_AREA: f64 = 0.276_51;
 /// `∫ (1/(1 + WEIGHT u^8))^2 du` and `∫ (u/(1 + WEIGHT u^8))^2 du` from 0 to infinity, for value and rate. In
 /// closed form `(7/64) π/sin(π/8) WEIGHT^(-1/8)` and `(5/64) π/sin(3π/8) WEIGHT^(-3/8)`.
 const AREAS: [f64; 2] = [1.002_48, 0.369_71];
 
-/// Time over which the filter spreads a step, s: from 10 % to 90 % of its height.
+/// Rise time, s, of the filtered signal at a step, from 10 % to 90 % of the height of the step, for
+/// a cut-off frequency, Hz.
 pub(crate) fn rise_time(cutoff: f64) -> f64 {
     RISE / cutoff
 }
@@ -78,8 +83,8 @@ pub(crate) struct Filtered {
     /// Largest loss of acceleration by smoothing, beyond the noise: the difference from a filter with
     /// one and a half times the cut-off frequency. Zero if noise explains all of the difference.
     pub(crate) smearing: Peak,
-    /// Error of the acceleration at that time if it has a step there: half the height of the step, estimated from the
-    /// same difference.
+    /// Error of the acceleration at the time of `smearing` if the acceleration has a step there:
+    /// half the height of the step, estimated from the difference of the two filters.
     pub(crate) error_at_step: f64,
     /// Times at which the signal rests, s.
     pub(crate) rests: Vec<Rest>,
@@ -96,7 +101,7 @@ struct Equations {
     rights: Vec<Vec<f64>>,
     /// Weighted sum of squares of each signal.
     squares: Vec<f64>,
-    /// Sum of the weights, s.
+    /// Sum of the weights of all samples, s.
     weights: f64,
     count: usize,
 }
@@ -139,7 +144,8 @@ impl Equations {
         self.weights / self.count.max(1) as f64
     }
 
-    /// The matrix of the equations.
+    /// Computes the matrix of the least-squares equations, with the penalty on the fourth
+    /// derivative.
     fn matrix(&self) -> Banded {
         let mut matrix = self.gram.clone();
         self.knots.add_penalty(&mut matrix, WEIGHT / (TAU * self.cutoff).powi(8));
@@ -400,10 +406,10 @@ mod tests {
         }
     }
 
-    /// Reported smearing of a motion whose acceleration has a step. The step responses of two filters whose
-    /// cut-off frequencies have the ratio 1.5 differ by at most 0.1194 of the step, according to numerical
-    /// inversion of their frequency responses; four standard deviations of the noise are subtracted. At the
-    /// step of 4 the error is 2.
+    /// Checks the reported smearing of a motion whose acceleration has a step. The step responses
+    /// of two filters whose cut-off frequencies have the ratio 1.5 differ by at most 0.1194 of the
+    /// step, according to numerical inversion of their frequency responses; four standard
+    /// deviations of the noise are subtracted. At the step of 4 the error is 2.
     #[test]
     fn smearing_of_acceleration_steps_is_reported() {
         // Acceleration 2 for 1 s, then -2 for 1 s.

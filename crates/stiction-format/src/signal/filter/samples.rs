@@ -2,7 +2,7 @@
 
 use super::{Equations, MAX_RATIO, knots_needed};
 
-/// Ratio of the cut-off frequency of the filter used for comparison to that of the filter.
+/// Ratio of the cut-off frequency of the comparison filter to that of the main filter.
 const FINER: f64 = 1.5;
 
 /// Samples of several signals at the same times, accumulated in the equations of the filter.
@@ -74,7 +74,7 @@ impl Samples {
         self.last = Some((time, values, gap));
     }
 
-    /// Adds the last sample.
+    /// Completes the equations with the last sample.
     pub(crate) fn finish(mut self) -> Self {
         if let Some((time, values, gap)) = self.last.take() {
             self.take(time, &values, gap.unwrap_or(0.0));

@@ -1,4 +1,4 @@
-//! The cut-off frequency that fits a recording.
+//! Suggests a cut-off frequency for the filter of a recording.
 
 use super::{MAX_RATIO, MIN_PERIODS, Samples};
 
@@ -11,11 +11,11 @@ const FOR_ACCELERATIONS: f64 = 1.4;
 /// Steps per octave in the search.
 const PER_OCTAVE: f64 = 4.0;
 
-/// Suggests a cut-off frequency, Hz, for the filter of signals, each sampled at `times`, s: the least one that suits
-/// all signals. `None` for recordings that are too short.
+/// Suggests a cut-off frequency, Hz, for the filter of signals that are all sampled at `times`, s:
+/// the lowest frequency that suits all signals. `None` for recordings that are too short.
 ///
-/// For each signal, generalised cross-validation minimises the expected error of the filtered values at omitted
-/// samples, so that noise and the spectrum of the motion determine the result.
+/// For each signal, generalised cross-validation minimises the expected error of the filtered
+/// values at omitted samples, so that noise and the spectrum of the motion determine the result.
 pub(crate) fn suggest(times: &[f64], signals: &[Vec<f64>]) -> Option<f64> {
     let (&start, &end) = (times.first()?, times.last()?);
     let rate = (times.len() - 1) as f64 / (end - start);

@@ -1,6 +1,6 @@
 //! A histogram of magnitudes with logarithmic bins.
 
-/// Bins per octave.
+/// Number of bins per octave of the magnitude.
 const PER_OCTAVE: f64 = 4.0;
 /// Limit of the binary exponents: the bins cover magnitudes from `2^-RANGE` to `2^RANGE`.
 const RANGE: f64 = 256.0;
@@ -19,7 +19,7 @@ impl Default for Histogram {
 }
 
 impl Histogram {
-    /// Adds a magnitude.
+    /// Adds a magnitude to the histogram.
     pub(super) fn add(&mut self, size: f64) {
         let place = (size.max(f64::MIN_POSITIVE).log2() + RANGE).clamp(0.0, 2.0 * RANGE);
         let bin = (place * PER_OCTAVE) as usize;

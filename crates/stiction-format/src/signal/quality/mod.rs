@@ -5,15 +5,19 @@
 //! compares them with the accelerations of the motion and with the rounding of the written numbers.
 //!
 //! - Noise: residuals of interpolation through neighbouring samples ([`stencil`]). A smooth signal
-//!   leaves almost none; steps of the acceleration disturb only the residuals near them, so that
-//!   a low quantile does not see them. Noise that the written digits explain is rounding.
-//! - Outliers: accelerations by differences that lie outside all predictions from neighbours on both sides. A step
-//!   of the acceleration lies between the predictions, a wrong sample does not.
-//! - Rows in a wrong order: accelerations that become like those beside them if two values are exchanged.
-//! - Held values: each value of a moving signal stands several times, because the sensor is slower than the log.
+//!   leaves almost none. Steps of the acceleration increase only the residuals near them, so that a
+//!   low quantile of the residuals is unaffected. Noise that the written digits explain is
+//!   rounding.
+//! - Outliers: accelerations by differences that lie outside all predictions from neighbours on
+//!   both sides. A step of the acceleration lies between the predictions, a wrong sample does not.
+//! - Rows in a wrong order: accelerations that become like the neighbouring ones if two values are
+//!   exchanged.
+//! - Held values: each value of a moving signal is repeated several times, because the sensor is
+//!   slower than the log.
 //! - Contradictions: displacements that differ from the integrals of the recorded rates.
 //!
-//! Samples are analysed in blocks, so that the memory needed does not depend on the length of the recording.
+//! Samples are analysed in blocks, so that the memory needed does not depend on the length of the
+//! recording.
 
 mod histogram;
 mod order;
@@ -26,7 +30,7 @@ use order::{exchanged, held};
 use outliers::{excess, excess_at_end};
 use stencil::{Stencil, residuals};
 
-/// Samples per block.
+/// Number of samples per analysed block.
 const BLOCK: usize = 256;
 /// Samples needed on either side of an analysed sample.
 pub(crate) const MARGIN: usize = 8;
@@ -43,11 +47,11 @@ const NOISE_LIMIT: f64 = 0.014;
 const EXPLAINED: f64 = 6.0;
 /// Error of the acceleration, relative to its peak, above which an outlier is reported.
 const OUTLIER_LIMIT: f64 = 0.025;
-/// Factor by which outliers exceed the typical error of predictions in the recording.
+/// Minimum ratio of an outlier to the typical error of predictions in the recording.
 const OUTLIER_FACTOR: f64 = 5.0;
-/// Factor by which outliers exceed the standard deviation of noise and rounding.
+/// Minimum ratio of an outlier to the standard deviation of noise and rounding.
 const OUTLIER_SIGMAS: f64 = 8.0;
-/// Factor by which outliers exceed the standard deviation of the acceleration that noise causes.
+/// Minimum ratio of an outlier to the standard deviation of the acceleration that noise causes.
 const OUTLIER_NOISE: f64 = 4.0;
 /// Contradiction, relative to the root mean square of the derivative, above which it is reported: at a single sample,
 /// and for half of a block.
@@ -57,8 +61,7 @@ const CONTRADICTION_LIMIT: (f64, f64) = (0.02, 0.01);
 const END_LIMIT: f64 = 2.2;
 /// Error of the acceleration by rounded times, relative to its peak, above which it is reported.
 const TIME_LIMIT: f64 = 0.05;
-/// Least number of samples at which the coordinate moves for a contradiction in a block to be
-/// judged.
+/// Minimum number of samples in motion that a block needs for contradictions in it to be judged.
 const FEWEST_MOVING: usize = 24;
 /// Maximum number of stored outlier times.
 const MAX_OUTLIERS: usize = 64;
@@ -79,7 +82,7 @@ impl Peak {
     }
 }
 
-/// Noise of a column.
+/// Estimated noise of a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Noise {
     /// Order of the derivative in the column.
@@ -238,7 +241,7 @@ impl Quality {
         }
     }
 
-    /// Completes the test.
+    /// Completes the test and returns its findings.
     pub(crate) fn finish(mut self) -> Findings {
         if self.next < self.times.len() {
             self.block(self.next..self.times.len());
@@ -443,7 +446,7 @@ impl Quality {
         }
     }
 
-    /// Collects exchanged rows and held values.
+    /// Detects exchanged rows and held values in a range of samples.
     fn order_of_rows(&mut self, samples: std::ops::Range<usize>, found: &[Option<(f64, f64)>]) {
         let (t, y) = (&self.times, &self.columns[0]);
         for i in samples.clone() {
@@ -507,7 +510,7 @@ fn is_multiple(a: f64, b: f64) -> bool {
     ratio > 1.5 && (ratio - ratio.round()).abs() < 1e-6 * ratio
 }
 
-/// Mean of the cubic through four points over the middle interval.
+/// Mean value over the middle interval of the cubic through four points.
 fn mean_of_cubic(t: &[f64], v: &[f64]) -> f64 {
     let (&[t0, t1, t2, t3], &[v0, v1, v2, v3]) = (t, v) else { return f64::NAN };
     // Newton's form with nodes t1, t2, t0, t3; integrals of its products over [t1, t2].

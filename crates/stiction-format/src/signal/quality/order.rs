@@ -1,4 +1,5 @@
-//! Rows in a wrong order, and values that a slower sensor has held.
+//! Detects rows in a wrong order, and values that are repeated because a sensor is slower than the
+//! log.
 
 use std::ops::Range;
 
@@ -25,9 +26,10 @@ fn accelerations(t: &[f64], y: impl Fn(usize) -> f64, range: Range<usize>) -> Ve
     range.map(at).collect()
 }
 
-/// Error of the acceleration at sample `i` if its value and that of one of the next samples are exchanged: with the
-/// values exchanged back, the accelerations are like those beside them. `found` are the accelerations with the
-/// standard deviations of their rounding.
+/// Error of the acceleration at sample `i` if its value and that of one of the next samples are
+/// exchanged; `None` if they are not. Two values count as exchanged if exchanging them back makes
+/// the accelerations like the neighbouring ones. `found` are the accelerations with the standard
+/// deviations of their rounding.
 pub(super) fn exchanged(
     t: &[f64],
     y: &[f64],
@@ -61,9 +63,12 @@ pub(super) fn exchanged(
     })
 }
 
-/// Number of samples for which the values of a range are held, if most of them are: between changes in the same
-/// direction, each value stands equally often, and the changes differ. (Those of a coarse sensor are equal, and its
-/// values stand for different times.) `sigmas` are the standard deviations of rounding.
+/// Number of samples for which the values of a range are held, if most of them are: between changes
+/// in the same direction, each value is repeated equally often, and the changes differ in size.
+/// `sigmas` are the standard deviations of rounding.
+///
+/// Values that repeat because the sensor has a coarse resolution are not held values: their changes
+/// are equal, and they are repeated for different numbers of samples.
 pub(super) fn held(y: &[f64], sigmas: &[f64], samples: Range<usize>) -> Option<usize> {
     let (mut runs, mut single) = (0, 0);
     let (mut shortest, mut longest) = (usize::MAX, 0);

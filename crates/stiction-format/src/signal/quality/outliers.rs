@@ -36,8 +36,8 @@ pub(super) fn excess(times: &[f64], found: &[Option<(f64, f64)>], i: usize) -> O
     Some(least)
 }
 
-/// Distance of acceleration `i` near an end of the recording from the nearest extrapolation of those on its other side.
-/// `None` without enough neighbours.
+/// Distance of acceleration `i` near an end of the recording from the nearest extrapolation of the
+/// accelerations between it and the middle. `None` without enough neighbours.
 pub(super) fn excess_at_end(times: &[f64], found: &[Option<(f64, f64)>], i: usize) -> Option<f64> {
     let own = (*found.get(i)?)?.0;
     let is_first = i < found.len() / 2;

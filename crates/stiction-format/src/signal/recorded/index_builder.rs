@@ -11,10 +11,12 @@ use stiction_core::kinematics::Target;
 /// Builder of the index from the rows of a recording.
 pub(crate) struct IndexBuilder {
     layout: Layout,
-    /// Needed numbers of the rows of the next window; `lines` are the byte ranges of these rows.
+    /// Numbers that the curves need from the rows of the next window, by columns; `lines` are the
+    /// byte ranges of these rows.
     columns: Vec<Vec<f64>>,
     lines: Vec<Range<u64>>,
-    /// Index of the first of these rows; `begin` is that of the first core sample of the next window.
+    /// Index of the first row in `columns`; `begin` is the index of the first core sample of the
+    /// next window.
     first: usize,
     begin: usize,
     entries: Vec<WindowEntry>,
@@ -31,7 +33,7 @@ pub(crate) enum Indexed {
     /// The recording can be read in pieces. The flags, one for each curve, are true if all its
     /// knots are finite.
     Pieces(Arc<Recorded>, Vec<bool>),
-    /// The recording needs one global solution.
+    /// The spline of the recording must be solved as a whole.
     Global,
 }
 
@@ -68,7 +70,7 @@ impl IndexBuilder {
         }
     }
 
-    /// Completes the index.
+    /// Completes the index after the last row.
     pub(crate) fn finish(mut self, store: &Arc<dyn Store>, name: &str) -> Indexed {
         let count = self.count();
         let end = self.columns.first().and_then(|times| times.last()).copied();

@@ -12,12 +12,12 @@ pub(crate) struct Layout {
     pub(crate) delimiter: Delimiter,
     /// For each column of the file: its index among the needed numbers, if any, and its unit.
     pub(crate) columns: Vec<(Option<usize>, Scale)>,
-    /// Interpolation of each curve.
+    /// Interpolation of each curve between samples.
     pub(crate) interpolations: Vec<Interpolation>,
 }
 
 impl Layout {
-    /// Number of needed numbers in a row.
+    /// Number of values that the curves need from each row, including the time.
     pub(crate) fn width(&self) -> usize {
         1 + self.interpolations.iter().map(|interpolation| interpolation.columns()).sum::<usize>()
     }

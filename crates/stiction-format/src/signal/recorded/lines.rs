@@ -3,7 +3,7 @@
 use crate::source::{Source, Span};
 use csv_core::{ReadFieldResult, Reader, ReaderBuilder};
 
-/// The bytes of a line.
+/// Byte range of a line.
 pub(crate) type Line = Span;
 
 /// Replaces line ends that are a single carriage return by line feeds; all positions remain valid.
@@ -81,7 +81,7 @@ impl Delimiter {
         line.split(char::from(self.0))
     }
 
-    /// Tests for a comma.
+    /// Tests if the separator is a comma.
     pub(crate) fn is_comma(self) -> bool {
         self == Self::COMMA
     }

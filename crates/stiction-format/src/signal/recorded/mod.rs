@@ -29,7 +29,7 @@ use stiction_core::kinematics::Target;
 /// Number of recently used pieces that are kept in addition to the threads' caches.
 const KEPT: usize = 4;
 
-/// Identifier of a recording.
+/// Identifier of the next recording that is indexed.
 static NEXT: AtomicU64 = AtomicU64::new(0);
 
 /// Index of a recording, and its recently used pieces.
@@ -54,7 +54,7 @@ pub(crate) struct Recorded {
 struct WindowEntry {
     /// Time of the first sample in the core of the window, which excludes its margins, s.
     time: f64,
-    /// Knots of all curves at this sample.
+    /// Knots of all curves at the first sample in the core of the window.
     knots: Vec<Target<f64>>,
     /// Byte range of the lines of all samples of the window.
     bytes: Range<u64>,
@@ -110,7 +110,7 @@ impl Recorded {
         self.with(index, read).flatten().unwrap_or(f64::NAN)
     }
 
-    /// Time of the first sample after `t`, s; `None` after the last.
+    /// Time of the first sample after `t`, s; `None` if no sample follows.
     pub(crate) fn after(&self, t: f64) -> Option<f64> {
         self.with(self.window_at(t), |piece| first_after(&piece.times, t)).flatten()
     }

@@ -14,7 +14,7 @@ const LONGEST_LINE: usize = 1 << 20;
 pub(crate) struct Pages<'a> {
     store: &'a dyn Store,
     name: &'a str,
-    /// Position of the next page.
+    /// Position of the next page in the text.
     begin: Begin,
     /// Bytes read but not yet returned.
     rest: Vec<u8>,

@@ -8,16 +8,16 @@ use std::sync::Arc;
 /// Core samples of one window, and the first core sample of the next window.
 #[derive(Debug)]
 pub(super) struct Piece {
-    /// Identifies the recording and the window.
+    /// Identifier of the recording; `index` is that of the window.
     pub(super) owner: u64,
     pub(super) index: usize,
     /// Times of the samples, s.
     pub(super) times: Arc<[f64]>,
-    /// Curves between the samples.
+    /// Curves through the samples of the piece.
     pub(super) curves: Vec<Curve>,
 }
 
-/// Fingerprint of columns of numbers.
+/// Computes a fingerprint of the numbers in the columns of a window.
 pub(super) fn fingerprint(columns: &[Vec<f64>]) -> u64 {
     let mut hasher = DefaultHasher::new();
     for column in columns {

@@ -1,4 +1,4 @@
-//! Peculiarities of robot files that published packages contain, and that their programs accept.
+//! Peculiarities of robot files in published packages, which the programs for these files accept.
 
 use super::tree::{convert, mobility, model, refused, with_files};
 use stiction_core::joint::JointType;
@@ -28,7 +28,7 @@ fn undeclared_prefixes_and_fixed_followers_are_noted() {
     assert!(said.contains("r.urdf:8: <sensor:camera> has no counterpart"), "{said}");
     assert!(said.contains("r.urdf:9: <other:thing> has no counterpart"), "{said}");
     assert!(said.contains("r.urdf:7: a fixed joint cannot follow"), "{said}");
-    // Places of errors are those of the file, also behind the first element.
+    // Places of errors are correct, also behind the first element.
     let wrong = text.replace("<other:thing/>", "<other:thing></robot>");
     let said = refused("r.urdf", &wrong);
     assert!(said.contains("not well-formed XML") && said.contains("r.urdf:9:"), "{said}");
@@ -40,14 +40,14 @@ fn undeclared_prefixes_and_fixed_followers_are_noted() {
     convert("r.urdf", &with_comment);
 }
 
-/// An element with a prefix, declared or not, is none of the robot, whatever the rest of its name is.
+/// An element with a prefix, declared or not, is not part of the robot, whatever its local name is.
 #[test]
 fn elements_with_a_prefix_are_not_of_the_robot() {
     let tail = "<foo:link name='c'/><foo:joint name='l' type='fixed'><parent link='a'/><child link='c'/></foo:joint>";
     let declared =
         robot(tail, LINK).replacen("<robot name='r'", "<robot name='r' xmlns:foo='x'", 1);
     for text in [robot(tail, LINK), declared] {
-        // Nor is an attribute with a prefix.
+        // An attribute with a prefix is ignored, too.
         let text = text.replacen("type='continuous'", "foo:type='fixed' type='continuous'", 1);
         let imported = convert("r.urdf", &text);
         assert!(notes(&imported).contains("<foo:joint> has no counterpart"));
@@ -67,7 +67,7 @@ fn negative_moments_are_raised_or_refused() {
     let mechanism = model(&imported).mechanism;
     let body = &mechanism.bodies()[2];
     assert!(body.principal_moments()[0] >= 0.0 && body.principal_moments()[2] == 1.0);
-    // A size that no rounding explains does not matter beside the other masses of the robot.
+    // A negative moment beyond rounding errors is negligible beside the other masses of the robot.
     let small = LINK.replace("='1'", "='1e-12'").replace("ixx='1e-12'", "ixx='-1e-12'");
     let imported = convert("r.urdf", &robot("", &small));
     let said = notes(&imported);
@@ -84,7 +84,7 @@ fn parts_of_a_robot_are_named_as_such() {
     assert!(said.contains("no moving body"), "{said}");
 }
 
-/// Three joints of a planar body have its name in common.
+/// Three joints of a planar body are merged to one joint, whose name would be that of the body.
 #[test]
 fn a_joint_and_its_body_have_different_names() {
     let text = "<mujoco><worldbody><body name='ball'><joint name='ball_x' type='slide' axis='1 0 0'/>
@@ -111,7 +111,7 @@ fn the_range_of_a_tendon_with_one_joint_is_that_of_the_joint() {
     );
 }
 
-/// Balls whose second body is nearer to the ground, or the ground itself.
+/// Ball joints whose second body is nearer to the ground, or is the ground itself.
 #[test]
 fn only_bodies_that_hang_on_a_joint_are_held() {
     let link = |name: &str| {
@@ -138,7 +138,7 @@ fn only_bodies_that_hang_on_a_joint_are_held() {
     model(&imported);
 }
 
-/// A gearing in a table of the extension leaves one coordinate to hold.
+/// A gearing in an extension element leaves one coordinate to be fixed.
 #[test]
 fn a_gearing_in_a_table_couples_like_a_loop() {
     let link = |name: &str| format!("<link name='{name}'>{LINK}</link>");
@@ -162,7 +162,8 @@ fn a_gearing_in_a_table_couples_like_a_loop() {
     model(&imported);
 }
 
-/// The friction of a joint is found by the name that the joint has after merging, before a body's name changes it.
+/// Friction of a joint is assigned by the joint's name after merging, before the joint is renamed
+/// because a body has the same name.
 #[test]
 fn friction_of_a_renamed_joint_is_kept() {
     let text = "<mujoco><custom><text name='urn:stiction:1/friction/ball' data='mu = 0.1;;radius = 0.005'/></custom><worldbody><body name='ball'>
@@ -174,7 +175,8 @@ fn friction_of_a_renamed_joint_is_kept() {
     assert_eq!((joint.name.as_str(), joint.friction.is_empty()), ("ball_joint", false));
 }
 
-/// Tables of extension elements name joints and bodies as the file does, also where the model needs other names.
+/// Tables in extension elements refer to joints and bodies by the names in the file, also if the
+/// model needs other names.
 #[test]
 fn tables_follow_renamed_joints_and_bodies() {
     let text = robot(
@@ -188,7 +190,7 @@ fn tables_follow_renamed_joints_and_bodies() {
     let mechanism = model(&convert("r.urdf", &text)).mechanism;
     assert_eq!(mechanism.joints()[0].name, "the_hinge");
 
-    // A universal joint beside a body of its name.
+    // A universal joint and a body have the same name.
     let text = "<mujoco><custom><text name='urn:stiction:1/spring/coil' data='joint = \"uni.first\";;stiffness = \"3 N m/rad\";;rest = 0'/>
         <text name='urn:stiction:1/gearing/g' data='joints = { \"uni.first\" = 1, k = 2 }'/></custom><worldbody><body name='uni'>
         <joint name='uni_x' axis='1 0 0'/><joint name='uni_y' axis='0 1 0'/><geom size='.1'/><body name='v'><joint name='k'/>
@@ -231,7 +233,7 @@ fn joints_of_the_world_connect_models() {
     assert_eq!(names, ["x", "y", "A.j", "B.j"]);
     assert_eq!(joints[0].frame_j.position, Vec3::new(0.0, 0.0, 0.7));
     assert_eq!(mobility(&read), 3);
-    // A joint of the world names the only model, too.
+    // A joint of the world can also refer to a single model.
     let one = world(
         &include("A", "0 0 0 0 0 0"),
         "<joint name='y' type='fixed'><parent>world</parent><child>A::a</child></joint>",
@@ -239,8 +241,8 @@ fn joints_of_the_world_connect_models() {
     assert_eq!(mobility(&model(&one)), 1, "{}", one.text);
 }
 
-/// Every element and attribute that a reader does not know is named with its line; those with their default value, and
-/// those that do not matter, are not.
+/// Every element and attribute that a reader does not know is reported with its line. Elements and
+/// attributes with default values or without significance are not reported.
 #[test]
 fn nothing_is_left_out_in_silence() {
     let mjcf = "<mujoco><compiler alignfree='true' usethread='false'/><option timestep='1e-3' density='1.2' viscosity='0'
@@ -289,7 +291,7 @@ fn nothing_is_left_out_in_silence() {
     ] {
         assert!(said.contains(expected), "{expected}\n{said}");
     }
-    // The joint starts there.
+    // The coordinate is the initial value of the joint.
     assert!(imported.text.contains("\nj = \"28.64788976 deg\"\n"), "{}", imported.text);
     let urdf = robot("", LINK)
         .replace("<axis", "<limit effort='1' velocity='2' jerk='3'/><safety_controller/><axis")
@@ -333,7 +335,7 @@ fn flags_disable_parts_of_the_mechanics() {
     }
 }
 
-/// A wrong folder of packages is seen, also where a mesh is only shown.
+/// A wrong package folder is reported, also if the meshes are only shown.
 #[test]
 fn missing_meshes_are_named() {
     let shapes = "<visual><geometry><mesh filename='package://foo/m.dae'/></geometry></visual>
@@ -355,7 +357,7 @@ fn missing_meshes_are_named() {
     );
 }
 
-/// Shapes of SDF whose mass counts.
+/// Masses of shapes in SDF.
 #[test]
 fn masses_of_meshes_in_sdf_are_those_of_the_solid() {
     let text = |shape: &str| {
@@ -369,7 +371,7 @@ fn masses_of_meshes_in_sdf_are_those_of_the_solid() {
     let tetrahedron = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
     let imported = with_files("r.sdf", &mesh, &[("model://m/t.obj", tetrahedron)], false);
     let mass = model(&imported).mechanism.bodies()[1].mass;
-    // Density times the product of edges over 6.
+    // Density times the product of the edges divided by 6.
     assert!((mass - 2.0 * 24.0 / 6.0).abs() < 1e-12, "{mass}");
     for (shape, why) in [
         ("<mesh><uri>model://m/t.obj</uri></mesh>", "`model://m/t.obj` is unknown"),
@@ -380,7 +382,8 @@ fn masses_of_meshes_in_sdf_are_those_of_the_solid() {
     }
 }
 
-/// Exports to MJCF divide a body at a closure that is no ball; read again, it is one body.
+/// Exports to MJCF divide a body at a closure other than a ball joint; when read again, it is one
+/// body.
 #[test]
 fn parts_of_a_divided_body_are_joined() {
     let text = "<mujoco><worldbody><body name='a'><joint name='j' axis='0 1 0'/>

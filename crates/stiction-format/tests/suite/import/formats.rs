@@ -1,4 +1,4 @@
-//! One robot in three formats, and what each format says in its own way.
+//! The same robot in three formats, and the specific features of each format.
 
 use super::tree::{Tree, convert, mobility, model, with_files};
 use stiction_core::dynamics::{FrictionMode, InverseDynamics, Settings};
@@ -9,7 +9,7 @@ use stiction_core::spatial::Vec3;
 use stiction_format::{Imported, ModelFile};
 
 /// A four-bar in the xz plane: crank of 0.1 m at the origin, rocker of 0.12 m at x = 0.3 m, coupler
-/// with its own frame at the crank's tip. Its loop is closed by a ball in two of the formats.
+/// with its own frame at the crank's tip. In two of the formats, a ball joint closes the loop.
 const URDF: &str = r#"<?xml version="1.0"?>
 <robot name="bars">
   <link name="base"/>
@@ -103,7 +103,8 @@ fn one_robot_is_the_same_from_three_formats() {
             // Numbers of order 1, formed in different orders; degrees are rounded once more.
             assert!((found - expected).abs() < 1e-12, "{found} {expected}");
         }
-        // The inertia that SDF gives to links without one is rightly doubted.
+        // SDF assigns a default inertia to links without one, which is correctly reported as
+        // suspicious.
         let doubts: Vec<String> =
             model.warnings.iter().map(|warning| warning.to_json()["message"].to_string()).collect();
         let by_sdf = |doubt: &String| doubt.contains("the inertia of body `base`");
@@ -135,7 +136,7 @@ fn one_robot_is_the_same_from_three_formats() {
     }
 }
 
-/// The hinge instead of the ball changes neither efforts nor forces that statics determines.
+/// A hinge instead of the ball joint changes neither efforts nor statically determined reactions.
 #[test]
 fn literal_closures_give_the_same_efforts() {
     for (name, text) in [("bars.urdf", URDF), ("bars.xml", MJCF)] {
@@ -185,7 +186,7 @@ fn mjcf_joints_keyframes_and_classes() {
     let tree = Tree::new(mechanism, &["lift", "turn"], &[0.1, 0.5]);
     let of = |name: &str| mechanism.bodies().iter().position(|body| body.name == name).unwrap();
     let pose = tree.poses[of("a")];
-    // The position of the file is that of the reference values.
+    // The file is in the configuration of the reference values.
     assert!((pose.position + -Vec3::new(0.0, 0.0, 1.0)).norm() < 1e-15);
     let moved = Tree::new(mechanism, &["lift", "turn"], &[0.3, 0.9]).poses[of("a")];
     let (s, c) = 0.4_f64.sin_cos();
@@ -198,7 +199,7 @@ fn mjcf_joints_keyframes_and_classes() {
     assert_eq!(train.limits.peak, Some(4.0));
     let spring = &mechanism.springs()[0];
     assert_eq!((spring.stiffness, spring.damping), (100.0, 2.0));
-    // Relaxed in the position of the file, between (0.1, 0, 0) and (0.1, 0, 1).
+    // The spring is relaxed in the file's configuration, between (0.1, 0, 0) and (0.1, 0, 1).
     assert!((spring.free_length - 1.0).abs() < 1e-15);
     let lines: Vec<String> = imported.notes.iter().map(|note| note.line()).collect();
     assert!(lines.iter().any(|line| line.contains("keyframe `home`")), "{lines:#?}");
@@ -230,7 +231,7 @@ fn sdf_frames_models_and_types() {
     assert_eq!(cardan.ranges.len(), 1);
     let screw = &mechanism.joints()[joint(mechanism, "arm.screw").0];
     assert!((screw.pitch - 0.01 / std::f64::consts::TAU).abs() < 1e-18);
-    // Where the model is turned, two metres along its y are two metres along -x of the world.
+    // The model is rotated: two metres along its y axis are two metres along -x of the world.
     let cross = cardan.frame_j.position;
     let base = &mechanism.joints()[joint(mechanism, "hold").0];
     let point = base.frame_j.apply(base.frame_k.inverse().apply(cross));
@@ -249,7 +250,7 @@ fn what_floats_is_said() {
     assert!(imported.notes.iter().any(|note| note.message.contains("it floats")));
 }
 
-/// Notes list what the import leaves out, and worlds with scenery are read.
+/// Notes list omitted content, and worlds with scenery are accepted.
 #[test]
 fn what_is_left_out_is_listed() {
     let mjcf = "<mujoco><worldbody><body name='a' gravcomp='1'>
@@ -261,7 +262,7 @@ fn what_is_left_out_is_listed() {
     for word in ["gravcomp", "springdamper", "actuatorfrcrange", "`forcerange`"] {
         assert!(notes.iter().any(|note| note.contains(word)), "{word}: {notes:?}");
     }
-    // A spring without a reference is at rest at zero.
+    // A spring without a reference is relaxed at zero.
     let _: ModelFile = model(&imported);
     assert!(imported.text.contains("rest = 0\n"), "{}", imported.text);
 

@@ -6,14 +6,14 @@ use stiction_format::{Imported, ModelFile};
 
 const INERTIAL: &str = "<inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial>";
 
-/// Link of SDF.
+/// Text of an SDF link.
 fn sdf_link(name: &str) -> String {
     format!(
         "<link name='{name}'><inertial><mass>1</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>"
     )
 }
 
-/// Coefficients of a gearing by joint, and its offset, divided by the coefficient of `first`.
+/// Coefficients of a gearing by joint, and its constant, all divided by the coefficient of `first`.
 fn gearing(mechanism: &Mechanism, first: &str) -> (Vec<(String, f64)>, f64) {
     let [gearing] = mechanism.gearings() else { panic!("{:?}", mechanism.gearings()) };
     let name = |joint: usize| mechanism.joints()[joint].name.clone();
@@ -28,7 +28,7 @@ fn notes(imported: &Imported) -> String {
     imported.notes.iter().map(|note| note.line()).collect::<Vec<_>>().join("\n")
 }
 
-/// A slide that follows a hinge with 20 mm/rad and 5 mm at its zero, in three formats.
+/// A prismatic joint follows a hinge with 20 mm/rad and has the offset 5 mm, in three formats.
 #[test]
 fn a_mimic_is_a_gearing() {
     let urdf = format!(
@@ -37,7 +37,7 @@ fn a_mimic_is_a_gearing() {
          <joint name='push' type='prismatic'><parent link='base'/><child link='b'/>
          <limit lower='-1' upper='1' effort='3' velocity='1'/><mimic joint='turn' multiplier='0.02' offset='0.005'/></joint></robot>"
     );
-    // MuJoCo couples deviations from the references.
+    // MuJoCo couples deviations from the reference coordinates.
     let mjcf = "<mujoco><compiler angle='radian'/><worldbody>
          <body name='a'><joint name='turn' ref='0.5'/><geom size='0.1'/></body>
          <body name='b'><joint name='push' type='slide' ref='0.01'/><geom size='0.1'/></body></worldbody>
@@ -66,9 +66,9 @@ fn a_mimic_is_a_gearing() {
         );
         assert_eq!(mobility(&model), 1, "{name}");
         assert!(!notes(&imported).contains("left out"), "{name}: {}", notes(&imported));
-        // One coordinate holds the robot, where the other follows.
+        // One coordinate fixes the configuration, because the other joint follows.
         assert_eq!(model.motion("hold").unwrap().coordinates.len(), 1, "{}", imported.text);
-        // The joint that is followed stays at its place in the file.
+        // The leading joint keeps its coordinate of the file.
         let stays = match name {
             "r.urdf" => "turn = \"0 deg\"",
             "r.sdf" => "turn = \"17.18873385 deg\"",
@@ -83,7 +83,8 @@ const JOINTS: &str = "<worldbody><body name='a'><joint name='a'/><geom size='0.1
     <body name='b'><joint name='b'/><geom size='0.1'/></body>
     <body name='c'><joint name='c' type='slide'/><geom size='0.1'/></body></worldbody>";
 
-/// A tendon that is a sum of joints, held or coupled with another one, is a gearing; curved couplings are listed.
+/// A tendon that is a sum of joint coordinates, fixed or coupled with another tendon, is a gearing.
+/// Nonlinear couplings are reported.
 #[test]
 fn tendons_and_polynomials() {
     let text = format!(
@@ -104,7 +105,8 @@ fn tendons_and_polynomials() {
     assert!(notes.contains("p.xml:6: a coupling holds joint `b` at a value"), "{notes}");
 }
 
-/// Two motors over two joints are a differential; one over two coupled joints is one of the first; one alone is listed.
+/// Two motors that drive two joints together are a differential. One motor of two coupled joints
+/// becomes a motor of the first joint. One motor of two independent joints is reported.
 #[test]
 fn motors_of_several_joints() {
     let tendons = "<tendon><fixed name='sum' armature='0.09' frictionloss='0.6' damping='0.18'><joint joint='a' coef='1'/><joint joint='b' coef='1'/></fixed>
@@ -125,14 +127,14 @@ fn motors_of_several_joints() {
     assert!((friction.constant - 0.2).abs() < 1e-15 && (friction.viscous - 0.02).abs() < 1e-16);
     assert_eq!(first.limits.peak, Some(2.0));
     assert_eq!(both.mechanism.actuators().count(), 2);
-    // b turns twice as fast as a: the motor turns by 3 (a + b) = 9 a.
+    // Joint b rotates twice as fast as a: the motor rotates by 3 (a + b) = 9 a.
     let coupled = format!(
         "<equality><joint joint1='b' joint2='a' polycoef='0 2 0 0 0'/></equality><actuator>{one}</actuator>"
     );
     let (coupled, said) = robot(&coupled);
     let [train] = coupled.mechanism.drive_trains() else { panic!("one motor") };
     assert!((train.transmission() - 9.0).abs() < 1e-14 && train.only_dof().is_some());
-    // Of the tendon 0.09 (a + b)^2.
+    // The tendon's inertia of 0.09 acts at the coordinate a + b = 3 a.
     assert!((train.reflected_inertia() - 0.81).abs() < 1e-14, "{train:?}");
     assert!(said.contains("that are coupled by gearings"), "{said}");
     let (alone, said) = robot(&format!("<actuator>{one}</actuator>"));
@@ -140,7 +142,8 @@ fn motors_of_several_joints() {
     assert!(said.contains("but not each independently: it is left out"), "{said}");
 }
 
-/// A gearbox of SDF couples the hinges between its links and its reference body; without them it is refused.
+/// A gearbox of SDF couples the hinges between its links and its reference body; a gearbox without
+/// these hinges is refused.
 #[test]
 fn a_gearbox_is_a_gearing() {
     // The second hinge runs from the link to the base, and its axis is reversed: theta_2 = -(-k) = k.

@@ -1,10 +1,10 @@
-//! No file makes the import panic or hang, and every error has a place.
+//! No file causes a panic or an endless import, and every error has a place.
 
 use super::tree::convert;
 use proptest::prelude::*;
 use stiction_format::{Diagnostics, ImportOptions, Imported, Source, import};
 
-/// Imports a text whose further files are the text itself.
+/// Imports a text; all files that it names have the same text.
 fn attempt(text: &str) -> Result<Imported, Diagnostics> {
     let load = |_: &str| Ok(text.as_bytes().to_vec());
     let mut last = Err(Diagnostics::default());
@@ -98,7 +98,7 @@ fn hostile_files_are_refused_with_reasons() {
     }
 }
 
-/// Names that the model file does not allow are changed, and said.
+/// Names that the model file does not allow are changed and reported.
 #[test]
 fn odd_names_are_changed() {
     let text = "<mujoco><worldbody><body name='a b'><joint name='title'/><joint name='%' pos='1 0 0'/>\
@@ -165,7 +165,7 @@ proptest! {
         let _ = attempt(&format!("{open}{}{close}", parts.concat()));
     }
 
-    /// Files with one attribute or text changed.
+    /// Files in which one attribute or text is changed.
     #[test]
     fn damaged_files(at in 0..2000_usize, with in "[-0-9a-z. <>'\"/]{0,6}", length in 0..20_usize) {
         let text = "<robot name='r'><link name='a'/><link name='b'><inertial><mass value='1'/>\

@@ -1,4 +1,5 @@
-//! Equal legs of a robot file are written once, and the model is that of the file.
+//! Repeating legs of a robot file are written once, and the model has the same mechanism as the
+//! file.
 
 use super::tree::{convert, model, with_files};
 use stiction_core::mechanism::Mechanism;
@@ -7,13 +8,13 @@ use stiction_format::{Imported, ModelFile};
 
 /// Names of the parts of a leg, and values that differ between legs.
 struct Leg<'a> {
-    /// Names of two bodies and of a hinge, a slide and a ball.
+    /// Names of two bodies, a hinge, a prismatic joint and a ball joint.
     names: [&'a str; 5],
     angle: f64,
     mass: f64,
 }
 
-/// Robot whose legs turn about tangents of a circle, extend and carry a plate on balls.
+/// Robot whose legs rotate about tangents of a circle, extend, and carry a plate on ball joints.
 fn mjcf(legs: &[Leg<'_>], inside: &str, actuators: &str) -> String {
     let (mut bodies, mut closures, mut motors) = (String::new(), String::new(), String::new());
     for Leg { names: [lower, upper, hinge, slide, ball], angle, mass } in legs {
@@ -47,7 +48,8 @@ fn three(names: [[&str; 5]; 3]) -> Vec<Leg<'_>> {
     each.map(|(names, angle)| Leg { names, angle, mass: 2.0 }).collect()
 }
 
-/// Compares all numbers with those of the conversion without legs, by names; returns the model with legs.
+/// Compares all numbers with those of the conversion without legs, by name; returns the model with
+/// legs.
 fn same(imported: &Imported, file: &str, text: &str, files: &[(&str, &str)]) -> ModelFile {
     let (found, long) = (model(imported), model(&with_files(file, text, files, true)));
     assert!(long.legs.is_empty());
@@ -101,18 +103,18 @@ fn legs_of_an_mjcf_differ_by_a_rotation() {
     ] {
         assert!(imported.text.lines().any(|own| own == line), "{line}\n{}", imported.text);
     }
-    // Motors with the name of their joint are those of the legs.
+    // Motors with the name of their joint are written with the legs.
     let text = mjcf(&three(NAMES), "", "gear='5' forcerange='-9 9'");
     let imported = convert("rps.xml", &text);
     assert_eq!(same(&imported, "rps.xml", &text, &[]).mechanism.drive_trains().len(), 3);
     assert!(!imported.text.contains("[actuators"), "{}", imported.text);
-    // Springs have names of their own.
+    // Springs have their own names.
     let text = mjcf(&three(NAMES), "stiffness='3'", "");
     let found = same(&convert("rps.xml", &text), "rps.xml", &text, &[]);
     assert_eq!((found.legs.len(), found.mechanism.joint_springs().len()), (3, 3));
 }
 
-/// A URDF is a tree: the plate hangs on the first leg, and its frame is not in the middle.
+/// A URDF is a tree: the plate is attached to the first leg, and its frame is not at its centre.
 #[test]
 fn legs_of_a_urdf_have_their_own_tips() {
     let mut text = "<robot name='rps'><link name='base'/>".to_owned();
@@ -154,7 +156,7 @@ fn legs_of_a_urdf_have_their_own_tips() {
     assert!(imported.text.contains("angle = \"120 deg\"\ntip = [\"675 mm\""), "{}", imported.text);
 }
 
-/// A leg that differs is written on its own; the others are legs.
+/// A leg that differs is written separately; the other legs are combined.
 #[test]
 fn a_different_leg_is_not_merged() {
     for mass in [2.5, 2.0 * (1.0 + 1e-9)] {
@@ -179,7 +181,7 @@ fn a_different_leg_is_not_merged() {
 #[test]
 fn names_of_legs_are_those_of_the_file() {
     for (names, expected) in [
-        // Names as in model files need no patterns.
+        // Names of the same form as in model files need no patterns.
         (
             [
                 ["a.lower", "a.upper", "a.R", "a.P", "a.S"],
@@ -188,7 +190,7 @@ fn names_of_legs_are_those_of_the_file() {
             ],
             vec!["a", "b", "c"],
         ),
-        // The number of the leg after the part, and parts with numbers.
+        // The number of the leg follows the name of the part, and parts have numbers.
         (
             [
                 ["link1_1", "link2_1", "q1_1", "q2_1", "q3_1"],
@@ -197,7 +199,7 @@ fn names_of_legs_are_those_of_the_file() {
             ],
             vec!["1", "2", "3"],
         ),
-        // In the middle, with bodies named like types of joints.
+        // The number of the leg is in the middle of names, and bodies are named like joint types.
         (
             [
                 ["R leftX", "P leftX", "joint_left_a", "joint_left_b", "joint_left_c"],
@@ -206,7 +208,7 @@ fn names_of_legs_are_those_of_the_file() {
             ],
             vec!["left", "right", "rear"],
         ),
-        // Reserved words, quotes and braces are renamed before.
+        // Names with reserved words, quotes and braces are renamed first.
         (
             [
                 ["start\"1", "{}1", "{}é1", "ö\\1", "x::1"],
@@ -215,7 +217,7 @@ fn names_of_legs_are_those_of_the_file() {
             ],
             vec!["1", "2", "3"],
         ),
-        // No word is common to the parts of a leg.
+        // The names of the parts of a leg have no word in common.
         (
             [
                 ["b1", "b2", "j1", "j2", "j3"],

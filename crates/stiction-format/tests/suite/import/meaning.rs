@@ -1,4 +1,4 @@
-//! Mechanisms that imported files describe.
+//! Recognition of the mechanisms that imported files describe.
 
 use super::tree::{convert, mobility, model, with_files};
 use stiction_core::joint::JointType;
@@ -9,7 +9,8 @@ fn types(imported: &stiction_format::Imported) -> Vec<(String, JointType)> {
     joints.map(|joint| (joint.name.clone(), joint.joint_type)).collect()
 }
 
-/// Legs of ball joints, as hinges of bodies without mass, and two points that close one hinge.
+/// Ball joints of legs are written as hinges of massless bodies, and two point closures form one
+/// hinge.
 #[test]
 fn hinges_of_massless_bodies_are_balls() {
     let text = r#"<mujoco><worldbody>
@@ -34,7 +35,7 @@ fn hinges_of_massless_bodies_are_balls() {
     assert!(said("are replaced by a ball joint") && said("replaced by one hinge joint"));
 }
 
-/// Positions of a file that do not close are at a position nearby.
+/// If the loops of a file are open in its configuration, the nearest closed configuration is found.
 #[test]
 fn open_loops_are_closed_nearby() {
     let text = r#"<mujoco><compiler angle="radian"/><default><geom type="capsule" size="0.01"/><joint axis="0 -1 0"/></default>
@@ -55,7 +56,7 @@ fn open_loops_are_closed_nearby() {
     }
 }
 
-/// Frames that coincide, balls and universal joints, as the YAML convention says.
+/// Coincident frames, ball joints and universal joints by the YAML convention.
 #[test]
 fn yaml_files_close_loops_and_change_joints() {
     let link = |name: &str| {

@@ -1,4 +1,5 @@
-//! Imports of MJCF against MuJoCo: the expected numbers are those of MuJoCo 4.0.0 for the same text.
+//! Imports of MJCF compared with MuJoCo: the expected numbers are those of MuJoCo 4.0.0 for the
+//! same text.
 
 use super::tree::{convert, mobility, model, refused};
 use stiction_core::dynamics::{FrictionMode, InverseDynamics, Settings};
@@ -11,7 +12,8 @@ fn notes(imported: &Imported) -> String {
     imported.notes.iter().map(|note| note.line() + "\n").collect()
 }
 
-/// A body on a hinge about the y axis, with these elements around it and in it.
+/// Text of a body on a hinge about the y axis, with further elements before, inside and after the
+/// body.
 fn hinged(before: &str, inside: &str, after: &str) -> String {
     format!(
         "<mujoco>{before}<worldbody><site name='s0' pos='0 0 1'/><body name='a'><joint name='j' axis='0 1 0'/>\n{inside}\
@@ -19,7 +21,7 @@ fn hinged(before: &str, inside: &str, after: &str) -> String {
     )
 }
 
-/// Static effort of the first joint at this coordinate.
+/// Static effort of the first joint at a coordinate.
 fn effort(model: &ModelFile, value: f64) -> f64 {
     let coordinate = Coordinate::Joint { joint: JointId(0), dof: 0 };
     let target = Target { value, rate: 0.0, acceleration: 0.0 };
@@ -43,7 +45,7 @@ fn tendons_have_defaults() {
             "<tendon><spatial {class}><site site='s0'/><site site='s1'/></spatial></tendon>"
         );
         let text = hinged(&format!("<default>{default}</default>"), body, &tendon);
-        // qfrc_inverse at 0.5 rad.
+        // Value of `qfrc_inverse` at 0.5 rad.
         let found = effort(&model(&convert("r.xml", &text)), 0.5);
         assert!((found - 1.454_673_730_976_828).abs() < 1e-12, "{found}");
     }
@@ -53,7 +55,7 @@ fn tendons_have_defaults() {
 const MESH: &str =
     "<mesh name='q' vertex='0 0 0 .5 0 0 0 .7 0 0 0 1.1' face='0 2 1 0 1 3 0 3 2 1 2 3'/>";
 
-/// Mass, centre of mass, and the moments xx, yy, zz of the body of a geom.
+/// Mass, centre of mass, and moments xx, yy, zz of a body with one geom.
 fn properties(before: &str, geom: &str) -> [f64; 7] {
     let text = hinged(before, geom, "");
     let mechanism = model(&convert("r.xml", &text)).mechanism;
@@ -126,7 +128,7 @@ fn simple_shapes_are_fitted_to_meshes() {
         }
     }
     let asset = format!("<asset>{MESH}</asset>");
-    // Without a type, a sphere is fitted; `sdf` has the mass of the mesh.
+    // Without a type, MuJoCo fits a sphere; a geom of type `sdf` has the mass of the mesh.
     for (geom, mass) in [
         ("<geom mesh='q'/>", 64.091_868_649_593_5),
         ("<geom mesh='q' type='sdf'/>", 64.166_666_964_669_87),
@@ -147,7 +149,7 @@ fn shells_have_the_mass_of_their_surface() {
     assert!((mass - 1_580.869_717_126_927_8).abs() < 1e-9, "{mass}");
 }
 
-/// Meshes whose mass is unknown, on a moving body and on one that is fixed to the world.
+/// Meshes of unknown mass, on a moving body and on a body that is fixed to the world.
 #[test]
 fn bodies_do_not_lose_mass() {
     for (mesh, why) in [
@@ -168,7 +170,7 @@ fn bodies_do_not_lose_mass() {
             "{}",
             notes(&imported)
         );
-        // Masses that do not come from the mesh.
+        // Bodies whose mass does not come from the mesh.
         for body in [
             "<geom type='mesh' mesh='q'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>",
             "<geom type='mesh' mesh='q' density='0'/><geom size='.1'/>",
@@ -179,7 +181,7 @@ fn bodies_do_not_lose_mass() {
     }
 }
 
-/// Published robots are often without their meshes.
+/// Missing meshes cause a warning, because robots are often published without their meshes.
 #[test]
 fn mass_of_absent_meshes_is_warned_of() {
     let asset = "<asset><mesh name='q' file='nope.stl'/></asset>";
@@ -206,7 +208,7 @@ fn a_coupling_of_one_joint_locks_it() {
         let joints = read.mechanism.joints();
         let lock = joints.iter().find(|joint| joint.name == "k").unwrap();
         assert_eq!((lock.joint_type, mobility(&read)), (JointType::Fixed, 1));
-        // The coordinate of the file is the position of the file plus 0.1 rad.
+        // The joint is locked at its coordinate in the file's configuration plus 0.1 rad.
         let turned = (lock.frame_j * lock.frame_k.inverse()).rotation.rotation_vector();
         assert!((turned.y - 0.1).abs() < 1e-12, "{turned:?}");
     }
@@ -225,7 +227,7 @@ fn equalities_have_their_own_defaults() {
     assert_eq!(mobility(&model(&imported)), 2);
 }
 
-/// Peaks of motors, from the limits of force and of the control signal, at the joint.
+/// Effort limits at the joint, from the force limits and the control limits of motors.
 #[test]
 fn the_smaller_limit_of_a_motor_holds() {
     let peak = |actuator: &str| {

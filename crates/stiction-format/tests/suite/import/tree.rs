@@ -1,4 +1,5 @@
-//! An independent view of an imported robot: open chains of joints, their poses and mass matrix.
+//! Independent kinematics and dynamics of an imported robot: open chains of joints, their poses and
+//! their mass matrix.
 
 use nalgebra::{DMatrix, Matrix3};
 use std::collections::HashMap;
@@ -40,11 +41,11 @@ pub(super) fn model(imported: &Imported) -> ModelFile {
         .unwrap_or_else(|errors| panic!("{errors}\n{}", imported.text))
 }
 
-/// Open chains of the joints with these names and of fixed joints, at given coordinates.
+/// Open chains of fixed joints and of the joints with the given names, at given coordinates.
 pub(super) struct Tree {
     pub(super) poses: Vec<Pose<f64>>,
-    /// Twist of each body per rate of each coordinate: angular velocity, velocity of the origin of
-    /// the world.
+    /// Twist of each body per unit rate of each coordinate: angular velocity, and velocity of the
+    /// body point at the origin of the world.
     rates: Vec<Vec<(Vec3<f64>, Vec3<f64>)>>,
 }
 
@@ -114,7 +115,7 @@ impl Tree {
     }
 }
 
-/// Number of independent motions at the assembled position.
+/// Number of instantaneous degrees of freedom in the assembled configuration.
 pub(super) fn mobility(model: &ModelFile) -> usize {
     let locks = stiction_core::kinematics::locks(&model.mechanism, &model.initial_poses, &[], &[]);
     locks.unwrap().len()

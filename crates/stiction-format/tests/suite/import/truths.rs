@@ -1,5 +1,5 @@
-//! Files of other authors, against results of other programs. The files are not part of the project:
-//! without them the tests say so and pass.
+//! Files of other authors, compared with results of other programs. The files are not part of the
+//! project: if they are absent, the tests report this and pass.
 
 use super::tree::{Tree, mobility, model};
 use nalgebra::DMatrix;
@@ -10,7 +10,7 @@ use stiction_format::{ImportOptions, Imported, ModelFile, Source, import};
 
 fn folder(name: &str) -> Option<PathBuf> {
     let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/models").join(name);
-    // A worktree lies one level deeper.
+    // In a worktree, the folder is one level higher.
     let deeper =
         PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../../shared/models").join(name);
     let found = [root, deeper].into_iter().find(|folder| folder.exists());
@@ -70,7 +70,7 @@ fn joint<'a>(model: &'a ModelFile, name: &str) -> &'a stiction_core::mechanism::
     model.mechanism.joints().iter().find(|joint| joint.name == name).unwrap()
 }
 
-/// A URDF with its YAML file, by Pinocchio.
+/// A URDF with its YAML file, compared with Pinocchio.
 #[test]
 fn five_bar_agrees_with_pinocchio() {
     let found = case("gepetto_5bar_linkage", "robot.urdf", "truth_pinocchio.json");
@@ -104,13 +104,14 @@ fn five_bar_agrees_with_pinocchio() {
     assert!(between.position.norm() < 1e-9 && between.rotation.rotation_vector().norm() < 1e-9);
     assert_eq!(mobility(&model), truth["mobility"].as_u64().unwrap() as usize);
     assert_eq!(model.mechanism.actuators().count(), 2);
-    // With the motors held, one idle spin remains, which needs no coordinate.
+    // With the motors locked, one local (passive) degree of freedom remains, which needs no
+    // coordinate.
     assert_eq!(model.motion("hold").unwrap().coordinates.len(), 2);
     let notes: Vec<String> = imported.notes.iter().map(|note| note.line()).collect();
     assert!(notes.iter().any(|note| note.contains("error of units")), "{notes:#?}");
 }
 
-/// An MJCF with nested classes, closures and meshes that are missing, by MuJoCo.
+/// An MJCF with nested classes, closures and missing meshes, compared with MuJoCo.
 #[test]
 fn gripper_agrees_with_mujoco() {
     let found = case("menagerie_robotiq_2f85", "2f85.xml", "truth_mujoco.json");
@@ -125,7 +126,8 @@ fn gripper_agrees_with_mujoco() {
     for (k, joint) in joints.iter().enumerate() {
         expected[(k, k)] -= joint["armature"].as_f64().unwrap();
     }
-    // Relative to the matrix with armature, of which it is the small difference.
+    // The tolerance is relative to the matrix with armature, because the matrix is a small
+    // difference.
     let with = matrix(&truth["mass_matrix_with_armature"]).amax();
     let error = (tree.mass_matrix(&model.mechanism) - &expected).amax() / with;
     assert!(error < 1e-9, "{error:e}");
@@ -148,7 +150,7 @@ fn gripper_agrees_with_mujoco() {
         assert!((frame.rotation.columns[2] + -vector(&joint["axis"])).norm() < 1e-9);
         assert!((frame.position + -vector(&joint["anchor"])).norm() < 1e-9);
     }
-    // Springs of the passive joints: the effort at rest is that of MuJoCo.
+    // Springs of the passive joints: the effort at rest agrees with MuJoCo.
     let efforts = numbers(&truth["passive_force_at_rest"]);
     let springs = model.mechanism.joint_springs();
     assert_eq!(springs.len(), efforts.iter().filter(|effort| **effort != 0.0).count());
@@ -157,7 +159,8 @@ fn gripper_agrees_with_mujoco() {
         let index = names.iter().position(|known| known == name).unwrap();
         assert!((spring.stiffness * spring.rest - efforts[index]).abs() < 1e-12, "{name}");
     }
-    // Two hinges, a gearing, and the motor of both drivers, which the gearing couples.
+    // The robot has two hinges, a gearing, and a motor of both driving joints, which the gearing
+    // couples.
     assert_eq!(mobility(&model), truth["mobility"].as_u64().unwrap() as usize);
     let [gearing] = model.mechanism.gearings() else { panic!("one gearing") };
     assert_eq!((gearing.dofs.len(), gearing.offset), (2, 0.0));
@@ -173,7 +176,7 @@ fn gripper_agrees_with_mujoco() {
     }
 }
 
-/// An SDF with a loop, by hand.
+/// An SDF with a loop, compared with a solution by hand.
 #[test]
 fn four_bar_agrees_with_the_loop_by_hand() {
     let found = case("own_four_bar_sdf", "model.sdf", "truth.json");
