@@ -15,7 +15,7 @@ pub(crate) fn poses_in_world(
     bodies.pose.iter().map(move |pose| Pose { position: pose.position + origin, ..*pose })
 }
 
-/// Names of the columns of one body.
+/// Names of the columns that `bodies.csv` has for each body.
 const COLUMNS: [&str; 25] = [
     "x [m]",
     "y [m]",
@@ -44,7 +44,7 @@ const COLUMNS: [&str; 25] = [
     "mz [N m]",
 ];
 
-/// Writer of the rows of the table, without the column of time.
+/// Writer of the rows of `bodies.csv`, without the time column.
 #[derive(Clone, Debug)]
 pub(crate) struct BodyRow {
     /// Orientation of each body in the previous row. The quaternions `q` and `-q` are the same
@@ -54,10 +54,10 @@ pub(crate) struct BodyRow {
 }
 
 impl BodyRow {
-    /// Number of columns of one body.
+    /// Number of columns that `bodies.csv` has for each body.
     pub(crate) const WIDTH: usize = COLUMNS.len();
 
-    /// Reads the pose of a body in the world from its columns.
+    /// Reads the pose of a body in the world from the columns of that body in `bodies.csv`.
     pub(crate) fn pose(columns: &[f64]) -> Pose<f64> {
         Pose {
             position: Vec3::new(columns[0], columns[1], columns[2]),
@@ -80,14 +80,15 @@ impl BodyRow {
         Self { last: vec![first; mechanism.bodies().len() - 1], row: Vec::new() }
     }
 
-    /// Continues the orientations from this row, the last one of an interrupted run.
+    /// Sets the previous orientations from `row`, the last row of an interrupted run, so that the
+    /// signs of the quaternions continue from it.
     pub(crate) fn follow(&mut self, row: &[f64]) {
         for (last, numbers) in self.last.iter_mut().zip(row.chunks_exact(COLUMNS.len())) {
             *last = Quaternion::from_coordinates(&numbers[3..7]);
         }
     }
 
-    /// Names of all columns.
+    /// Returns the names of all columns of `bodies.csv` except time.
     pub(crate) fn header(mechanism: &Mechanism) -> impl Iterator<Item = String> + '_ {
         let bodies = &mechanism.bodies()[1..];
         bodies.iter().flat_map(|body| COLUMNS.map(|column| format!("{}.{column}", body.name)))
@@ -134,7 +135,7 @@ fn load_on(bodies: &Bodies<f64>, body: usize, loads: &[AppliedLoad<f64>]) -> [Ve
     [load.force, load.moment_about(bodies.pose[body].position)]
 }
 
-/// Returns `q` or `-q`, which are the same rotation: the one closer to `last`.
+/// Returns `q` or `-q`, whichever is closer to `last`; both represent the same rotation.
 fn nearer(q: Quaternion<f64>, last: Quaternion<f64>) -> Quaternion<f64> {
     let product = q.w * last.w + q.v.dot(last.v);
     if product < 0.0 { Quaternion { w: -q.w, v: -q.v } } else { q }

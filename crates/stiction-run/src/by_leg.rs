@@ -12,9 +12,9 @@ pub(crate) struct ByLeg {
     panel_names: Vec<String>,
     panel_of_interface: Vec<usize>,
     traces: Vec<JumpTrace>,
-    /// Time, s, and sliding velocity of each interface at the last point.
+    /// Time, s, and sliding velocity at the last plotted point of each interface.
     last: Vec<Option<(f64, f64)>>,
-    /// True for each interface that was at rest at the last point.
+    /// True for each interface that was at rest at its last plotted point.
     rested: Vec<bool>,
     count: usize,
 }
@@ -54,8 +54,8 @@ impl ByLeg {
         let crossings: Vec<Option<f64>> = crossings
             .map(|(last, (velocity, ..))| last.and_then(|last| reversal(last, (time, *velocity))))
             .collect();
-        // A jump of friction at one interface may make normal loads jump, and with them other
-        // friction forces.
+        // When the sliding direction of one interface reverses, its friction jumps. Normal loads,
+        // and with them the friction of the other interfaces, may jump at the same time.
         let first = crossings.iter().flatten().copied().reduce(f64::min);
         // Unknown friction of an interface that comes to rest makes all others unknown at this instant.
         let mut comes_to_rest = false;
@@ -70,7 +70,7 @@ impl ByLeg {
         }
     }
 
-    /// Returns true if there are no friction interfaces.
+    /// Returns true if the mechanism has no friction interfaces.
     pub(crate) fn is_empty(&self) -> bool {
         self.traces.is_empty()
     }

@@ -22,8 +22,8 @@ pub struct Headline {
     pub value: f64,
     /// Time at which the value occurs, s; `None` for a figure of the whole run.
     pub time: Option<f64>,
-    /// Magnitude of the terms whose sum is the value. A value far smaller than `scale` is a
-    /// rounding error.
+    /// Magnitude of the terms whose sum is `value`. A value far smaller than `scale` is a rounding
+    /// error.
     pub scale: f64,
     /// True if the least value is the worst, as for singularity indices; false if the greatest value is.
     pub least_is_worst: bool,
@@ -41,7 +41,7 @@ impl Headline {
         Self { name, unit, value, time, scale, least_is_worst: false }
     }
 
-    /// Value that readers are shown: zero if the exact value is a rounding error.
+    /// Returns the value as shown to readers: zero if the value is smaller than its rounding error.
     fn shown(&self) -> f64 {
         // Relative error after several thousand roundings of the terms.
         const ROUNDING: f64 = 1e-12;
@@ -95,25 +95,26 @@ pub(super) struct Row {
 }
 
 impl Row {
-    /// Headline figure of the first run that has one.
+    /// Returns the headline figure of the first run that has this figure.
     pub(super) fn headline(&self) -> &Headline {
         &self.headline
     }
 
-    /// The values of all runs as shown to readers; rounding errors are zero.
+    /// Returns the values of all runs as shown to readers, with rounding errors replaced by zero.
     pub(super) fn shown_values(&self) -> impl Iterator<Item = Option<f64>> {
         self.values.iter().map(|value| Some(value.as_ref()?.shown()))
     }
 
-    /// Worst value, with the index of its run.
+    /// Returns the worst value and the index of its run.
     pub(super) fn worst(&self) -> Option<(usize, &Headline)> {
         let known = self.values.iter().enumerate().filter_map(|(k, v)| Some((k, v.as_ref()?)));
         let sign = if self.headline.least_is_worst { -1.0 } else { 1.0 };
         known.reduce(|a, b| if sign * b.1.value > sign * a.1.value { b } else { a })
     }
 
-    /// Difference of the second run from the first, absolute and relative to the first run; the
-    /// relative difference is `None` if the value of the first run is a rounding error.
+    /// Returns the value of the second run minus that of the first: the absolute difference, and
+    /// the difference relative to the first run. The relative difference is `None` if the value of
+    /// the first run is a rounding error.
     pub(crate) fn difference(&self) -> Option<(f64, Option<f64>)> {
         // Fraction of the largest terms below which a value is a rounding error.
         const ROUNDING: f64 = 1e-9;
@@ -136,8 +137,8 @@ impl Comparison {
         self.rows.iter()
     }
 
-    /// Arranges the figures of several runs side by side; each run contributes the figures that
-    /// earlier runs lack, in its order.
+    /// Arranges the headline figures of several runs side by side. The figures of the first run
+    /// come first, followed by the figures of each further run that no earlier run has.
     pub fn new(runs: Vec<(String, Vec<Headline>)>) -> Self {
         let mut rows: Vec<Row> = Vec::new();
         let count = runs.len();
@@ -259,7 +260,7 @@ impl Comparison {
     }
 }
 
-/// Curves of the efforts of a run, drawn together with those of other runs.
+/// Curves of the efforts of one run, for a plot of several runs.
 #[derive(Clone, Debug)]
 pub struct EffortCurves {
     names: Vec<(String, &'static str)>,
@@ -327,7 +328,8 @@ mod tests {
         }
     }
 
-    /// Tests that no percentage is given if the reference value is only a rounding error.
+    /// Tests that no relative difference is computed if the reference value is only a rounding
+    /// error.
     #[test]
     fn rounding_errors_are_no_reference() {
         let work = |value: f64, scale: f64| {

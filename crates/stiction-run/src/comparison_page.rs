@@ -9,9 +9,10 @@ use stiction_draw::numbers::{number, percent};
 use stiction_draw::xml::escape;
 
 impl Comparison {
-    /// Writes the report of a comparison or an envelope: the figures of all runs, the moving robots of `reels` drawn
-    /// over each other, their efforts in one plot, and links to the reports of the runs. The report of a run is in a
-    /// folder with the label of the run.
+    /// Returns the HTML report of a comparison or an envelope. The report contains the figures of
+    /// all runs, the moving robots of `reels` drawn over each other, the efforts of all runs in one
+    /// plot, and links to the reports of the runs. The report of a run is in a folder with the
+    /// label of the run.
     pub fn report(
         &self,
         (title, about): (&str, &str),

@@ -40,9 +40,9 @@ pub struct Controllers {
     pub about: String,
     /// Headline figures as pairs of value and explanation.
     pub headlines: Vec<(String, String)>,
-    /// Actuators with the units of their positions and efforts.
+    /// Name of each actuator with the units of its position and effort.
     pub actuators: Vec<(String, &'static str, &'static str)>,
-    /// Bodies whose errors in space are known.
+    /// Bodies whose tracking errors in space are computed.
     pub tracked: Vec<Tracked>,
     /// Result of each controller.
     pub tracking: Vec<Tracking>,
@@ -50,7 +50,8 @@ pub struct Controllers {
     pub options: Value,
 }
 
-/// Writes the report: errors over time, all headline values, verdicts. `command` is the command line, if there is one.
+/// Returns the report as HTML: errors over time, headline values, verdicts. `command` is the
+/// command line that produced the results, if any.
 pub fn draw_report(model: &ModelFile, found: &Controllers, command: Option<&str>) -> String {
     let cards: Vec<String> =
         found.headlines.iter().map(|(big, small)| card(big, small, false)).collect();
@@ -113,7 +114,8 @@ fn errors(found: &Controllers) -> String {
     more + &plots
 }
 
-/// Paths of the tracked bodies under the drawn controllers beside their reference, and the errors over time.
+/// Returns plots of the paths of the tracked bodies with each drawn controller and in the
+/// reference, and plots of the tracking errors over time.
 fn in_space(found: &Controllers) -> String {
     let drawn = || found.tracking.iter().filter(|own| own.is_drawn).enumerate();
     let (mut bodies, mut followed) = (Vec::new(), Vec::new());

@@ -5,7 +5,8 @@ use stiction_core::mechanism::{JointId, Mechanism};
 /// A scalar degree of freedom of a joint.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Dof {
-    /// Name of the joint, followed by that of the degree of freedom if the joint has several.
+    /// Name of the joint. If the joint has several degrees of freedom, the name of the degree of
+    /// freedom follows.
     pub(crate) name: String,
     pub(crate) joint: JointId,
     /// Index of the degree of freedom in its joint.
@@ -45,12 +46,12 @@ pub(crate) fn actuated(dofs: &[Dof]) -> Vec<usize> {
 }
 
 impl Dof {
-    /// SI units of coordinate, rate and acceleration.
+    /// Returns the SI units of the coordinate, its rate and its acceleration.
     pub(crate) fn units(&self) -> [&'static str; 3] {
         if self.translates { ["m", "m/s", "m/s^2"] } else { ["rad", "rad/s", "rad/s^2"] }
     }
 
-    /// Names of the columns of coordinate, rate and acceleration.
+    /// Returns the column names of the coordinate, its rate and its acceleration.
     pub(crate) fn columns(&self) -> [String; 3] {
         let [position, rate, acceleration] = self.units();
         [("position", position), ("rate", rate), ("acceleration", acceleration)]

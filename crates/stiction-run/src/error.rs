@@ -13,17 +13,17 @@ pub type SinkError = Box<dyn std::error::Error + Send + Sync>;
 /// Description of a load that the mechanism cannot carry at singular poses of its motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Missing {
-    /// Error at the first sample in a singular pose.
+    /// Error at the first singular sample.
     pub first: InverseError,
-    /// Time of this first sample, s.
+    /// Time of the first singular sample, s.
     pub time: f64,
     /// Least and greatest magnitude, along the motion, of the force or moment that cannot be balanced.
     pub range: (f64, f64),
     /// Unit of `range`, N or N m.
     pub unit: &'static str,
-    /// Number of samples at which the load cannot be carried.
+    /// Number of samples at which the mechanism cannot carry the load.
     pub samples: usize,
-    /// Number of all samples of the run.
+    /// Total number of samples of the run.
     pub of: usize,
 }
 
@@ -37,7 +37,7 @@ pub enum Error {
     /// A signal, such as the formula of a motion or load, has no finite value at some time.
     #[error("{}", .0.message)]
     NotFinite(
-        /// Signal, time and cause.
+        /// Description of the signal, the time and the cause.
         Box<Diagnostic>,
     ),
     /// A stop condition cannot be evaluated in some state, for example because it contains the root of a negative
@@ -48,23 +48,23 @@ pub enum Error {
          state of the motion"
     )]
     NoCondition {
-        /// Text of the condition.
+        /// Text of the stop condition.
         condition: String,
-        /// Time, s.
+        /// Time at which the stop condition cannot be evaluated, s.
         time: f64,
     },
     /// The mechanism cannot be assembled at a pose of the motion.
     #[error("at t = {time} s: {error}")]
     Assembly {
-        /// Time, s.
+        /// Time at which the mechanism cannot be assembled, s.
         time: f64,
-        /// Cause.
+        /// Reason why the assembly failed.
         error: AssemblyError,
     },
     /// A payload is attached to a body with a local degree of freedom, such as a rod between two spherical joints.
     #[error("`{body}` carries a payload, but can spin freely about its own axis")]
     SpinningPayload {
-        /// Name of the body.
+        /// Name of the body that carries the payload.
         body: String,
     },
     /// A payload is picked up or placed during the job, but an operating point requires a constant
@@ -76,40 +76,40 @@ pub enum Error {
     Payload {
         /// Name of the body that carries the payload.
         body: String,
-        /// First instant of the payload, s.
+        /// Time at which the payload is picked up, s.
         from: f64,
-        /// Last instant of the payload, s.
+        /// Time at which the payload is placed, s.
         until: f64,
     },
-    /// Inverse dynamics has no solution.
+    /// Inverse dynamics has no solution at some time.
     #[error("at t = {time} s: {error}")]
     Forces {
-        /// Time, s.
+        /// Time at which inverse dynamics has no solution, s.
         time: f64,
-        /// Cause.
+        /// Reason why inverse dynamics has no solution.
         error: InverseError,
     },
     /// The mechanism cannot carry the load at singular poses.
     #[error("at t = {} s: {}", .0.time, .0.first)]
     CannotCarry(Box<Missing>),
-    /// The requested instant is outside the motion.
+    /// The requested time is outside the motion.
     #[error("the motion lasts from {start} s to {end} s: there is no position at t = {time:?} s")]
     NoSuchTime {
-        /// Requested instant, s.
+        /// Requested time, s.
         time: f64,
-        /// First instant of the motion, s.
+        /// Start of the motion, s.
         start: f64,
-        /// Last instant of the motion, s.
+        /// End of the motion, s.
         end: f64,
     },
-    /// Static friction is not computed at this instant, because the mechanism is singular, or
-    /// because constraints and actuators are both redundant.
+    /// Static friction is not computed at this time, because the mechanism is singular, or because
+    /// constraints and actuators are both redundant.
     #[error(
         "at t = {time} s the mechanism is singular, or both its constraints and its actuators are \
          redundant: static friction is not computed there"
     )]
     NoStaticFriction {
-        /// The instant, s.
+        /// Time without a result for static friction, s.
         time: f64,
     },
     /// A load is a formula of the measured state, which only simulations have.
@@ -130,7 +130,7 @@ pub enum Error {
     NoLoad {
         /// Description of the load.
         load: String,
-        /// Time, s.
+        /// Time at which the formula cannot be evaluated, s.
         time: f64,
     },
     /// The controller's model cannot be assembled at the measured position.
@@ -146,9 +146,9 @@ pub enum Error {
          these motors"
     )]
     SharedMotors {
-        /// Time, s.
+        /// Time at which the motors cannot exert the efforts, s.
         time: f64,
-        /// Names of the motors.
+        /// Names of the motors that share efforts.
         motors: String,
     },
     /// Motors with losses share the efforts of several joints, or one of their gears jams, so that
@@ -159,15 +159,15 @@ pub enum Error {
          depend on each other and have no separate intervals; with efficiencies of 1 they have"
     )]
     SharedHolding {
-        /// Names of the motors.
+        /// Names of the motors concerned.
         motors: String,
     },
     /// The controller failed during the simulation.
     #[error("at t = {time} s the controller cannot compute efforts: {error}")]
     ControllerAt {
-        /// Time, s.
+        /// Time at which the controller failed, s.
         time: f64,
-        /// Cause.
+        /// Error of the controller.
         error: Box<Error>,
     },
     /// Forward dynamics has no solution.
@@ -176,16 +176,16 @@ pub enum Error {
     /// An operating point has no linear model.
     #[error("there is no linear model: {0}")]
     NoLinearModel(
-        /// Reason.
+        /// Reason why the linear model does not exist.
         String,
     ),
     /// No static equilibrium is found.
     #[error("no static equilibrium is found: {0}")]
     NoEquilibrium(
-        /// Reason.
+        /// Reason why no equilibrium was found.
         String,
     ),
-    /// The checkpoint belongs to a simulation of another mechanism or job.
+    /// The checkpoint was written by a simulation of another mechanism or with other options.
     #[error("it does not belong to a simulation of this mechanism")]
     Checkpoint,
     /// A receiver of records failed, for example a table that cannot be written.
@@ -197,7 +197,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// Returns whether the input is unusable; false for a valid problem without a solution.
+    /// Returns true if the input is invalid, and false for a valid problem without a solution.
     pub fn is_bad_input(&self) -> bool {
         match self {
             Self::Instants(_)

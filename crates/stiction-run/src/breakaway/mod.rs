@@ -27,7 +27,8 @@ pub struct Findings {
     /// True if some efforts are statically indeterminate because there are more actuators than
     /// degrees of freedom.
     pub redundant_actuators: bool,
-    /// Poses of all bodies, the ground first, relative to the reference point of the kernel.
+    /// Poses of all bodies, the ground first, with positions relative to the reference point of the
+    /// inverse dynamics.
     poses: Vec<Pose<f64>>,
     /// State of the motor of each drive train, and what keeps the motor at rest with power off.
     motors: Vec<(Motor, PowerOff)>,
@@ -59,7 +60,7 @@ pub fn evaluate(job: &Job<'_>, time: Option<f64>) -> Result<Findings, Error> {
     let motion = job.motion;
     let (start, end) = (motion.start, motion.start + motion.duration);
     let time = time.unwrap_or(start);
-    // The last instant may differ by rounding.
+    // `time` may lie outside the motion by a rounding error.
     let slack = 1e-9 * motion.duration;
     if !(start - slack..=end + slack).contains(&time) {
         return Err(Error::NoSuchTime { time, start, end });

@@ -10,10 +10,10 @@ use stiction_draw::numbers::number;
 
 /// Largest number of friction interfaces that the text lists.
 const LISTED: usize = 6;
-/// Two numbers are printed as one if they differ by less than this fraction.
+/// Relative difference below which two numbers are printed as one.
 const SAME: f64 = 1e-6;
-/// Largest factor on the friction coefficients that is printed. Larger factors are dominated by
-/// rounding errors.
+/// Largest printed factor on the friction coefficients. Larger factors are dominated by rounding
+/// errors.
 const BEYOND: f64 = 1e6;
 
 /// Writes the results as plain text.
@@ -42,7 +42,7 @@ pub fn write_report(out: &mut impl Write, job: &Job<'_>, found: &Findings) -> fm
     write_motors(out, trains, found)
 }
 
-/// Writes the motor torques that hold the pose, and the means that hold it with power off.
+/// Writes the motor torques that hold the pose, and for each motor what holds it with power off.
 fn write_motors(out: &mut impl Write, trains: &[DriveTrain], found: &Findings) -> fmt::Result {
     if trains.is_empty() {
         return Ok(());

@@ -1,4 +1,4 @@
-//! Closest approaches of a motion to singular poses; they are located between samples.
+//! Closest approaches of a motion to singular poses, located between samples.
 
 use crate::Error;
 use crate::follower::Follower;
@@ -23,7 +23,7 @@ impl Kind {
     /// All kinds, in the order of output.
     pub const ALL: [Self; 3] = [Self::Actuation, Self::Constraint, Self::Leg];
 
-    /// Name of the kind in outputs.
+    /// Returns the name of this kind of singularity in outputs.
     pub fn word(self) -> &'static str {
         match self {
             Self::Actuation => "actuation",
@@ -43,7 +43,8 @@ pub struct Weakness {
     pub motion: String,
     /// Load that does work on this motion, so that the mechanism cannot carry it.
     pub load: String,
-    /// For legs: the motions that the body with the most joints can still perform.
+    /// Motions that the body with the most joints can still perform at a singularity of a leg;
+    /// `None` for other kinds of singularities.
     pub left: Option<String>,
 }
 
@@ -52,16 +53,16 @@ pub struct Weakness {
 pub struct Nearness {
     /// Least singularity index along the motion, located between samples.
     pub least: f64,
-    /// Time of the least index, s.
+    /// Time of the least singularity index, s.
     pub time: f64,
-    /// Least-constrained motion at that time.
+    /// Least-constrained motion at the time of the least singularity index.
     pub weakness: Option<Weakness>,
     /// Number of samples at which the pose is singular.
     pub singular_samples: usize,
     /// Times, s, at which the motion passes through or touches a singular pose, with the motion gained there. Times
     /// within a sequence of singular samples are not included.
     pub crossings: Vec<(f64, Weakness)>,
-    /// Number of further close approaches that were not examined because there were too many.
+    /// Number of further close approaches that were not examined, because at most [`REFINED`] are.
     pub not_searched: usize,
 }
 
@@ -75,7 +76,8 @@ const NEAR: f64 = 0.05;
 /// pose. The search stops before the singular pose itself, because the motion may be undetermined
 /// there.
 const CROSSED: f64 = 1e-7;
-/// Largest number of steps of a search; each step shortens the interval by the golden ratio.
+/// Largest number of steps of a search for a least index or a passage. A golden-section step
+/// shortens the interval by the golden ratio, a bisection step halves it.
 const STEPS: usize = 60;
 
 /// Mechanism and its singularity indices at a sample.
@@ -94,7 +96,7 @@ struct Found<'a> {
 
 /// Monitor of the singularity indices along a motion.
 pub(super) struct Watch<'a> {
-    /// Number of finite degrees of freedom that the design intends, including local rotations.
+    /// Finite mobility for which the mechanism is designed, including local degrees of freedom.
     mobility: usize,
     spins: usize,
     last: Option<Sample<'a>>,
@@ -142,7 +144,8 @@ impl<'a> Watch<'a> {
         passed
     }
 
-    /// Closest approach of each kind; `None` for legs if the mechanism has no legs.
+    /// Returns the closest approach to each kind of singularity; `None` for legs if the mechanism
+    /// has no legs.
     pub(super) fn finish(mut self) -> [Option<Nearness>; 3] {
         for kind in Kind::ALL {
             let solver = self.nearest[kind as usize].take();
@@ -166,8 +169,8 @@ impl<'a> Watch<'a> {
             return;
         }
         if least < SINGULAR {
-            // A single singular sample is a passage; in a sequence of them the motion stays
-            // singular.
+            // A single singular sample is a passage. In a sequence of singular samples, the motion
+            // stays singular.
             if before_it >= SINGULAR {
                 let (time, weakness) =
                     (last.follower.time(), self.weakness(&last.follower.solver, kind));
@@ -198,8 +201,9 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Locates a passage between the last two samples by bisection on the sign of the determinant. The sign is reliable
-    /// even where the index cannot be followed to zero.
+    /// Locates a passage through a singular pose between the last two samples by bisection on the
+    /// sign of the determinant. The sign remains reliable where rounding prevents the index from
+    /// reaching zero.
     fn pass(&mut self, now: &Sample<'a>) {
         let Some(Sample { follower: last, .. }) = &self.last else { return };
         let mut at_last = last.solver.clone();
@@ -269,8 +273,8 @@ impl<'a> Watch<'a> {
         let mut left = at(high - golden * (high - low))?;
         let mut right = at(low + golden * (high - low))?;
         for _ in 0..STEPS {
-            // At the singular pose the motion may be undetermined, so the search continues close to
-            // it.
+            // At the singular pose the motion may be undetermined; the search then ends close to
+            // that pose.
             let lower_half = left.2 < right.2;
             let next = match lower_half {
                 true => at(right.0 - golden * (right.0 - low)),
@@ -291,7 +295,8 @@ impl<'a> Watch<'a> {
                 break;
             }
         }
-        // At a passage the index is V-shaped with its tip between both ends.
+        // Near a passage the index is V-shaped, and the tip of the V lies between `left` and
+        // `right`.
         let both = left.2 + right.2;
         let passage =
             if both > 0.0 { (left.0 * right.2 + right.0 * left.2) / both } else { left.0 };

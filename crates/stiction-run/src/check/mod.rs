@@ -31,7 +31,7 @@ use stiction_core::statics::{Constraints, JointLoad};
 pub struct Findings {
     /// Degrees of freedom at the first pose of the motion.
     pub mobility: Mobility,
-    /// Names of the bodies that can rotate freely about their own axis.
+    /// Names of the bodies that can rotate freely about their own axes.
     pub idle_spins: Vec<String>,
     /// Number of actuated degrees of freedom.
     pub drives: usize,
@@ -45,14 +45,14 @@ pub struct Findings {
     pub undetermined: Vec<(String, Vec<&'static str>)>,
     /// True if the frictionless efforts are statically determinate along the whole motion.
     pub drives_unique: bool,
-    /// Closest approach to actuation singularities.
+    /// Closest approach of the motion to actuation singularities.
     pub actuation: Nearness,
-    /// Closest approach to constraint singularities.
+    /// Closest approach of the motion to constraint singularities.
     pub constraint: Nearness,
-    /// Closest approach to leg singularities, if the mechanism has legs.
+    /// Closest approach of the motion to leg singularities; `None` if the mechanism has no legs.
     pub leg: Option<Nearness>,
     /// Least and greatest actuation index of the finite motions, and the time of the least index,
-    /// s. `None` unless the mechanism has other motions that are possible to first order only.
+    /// s. `None` if all instantaneous motions of the mechanism are finite.
     pub actuation_of_motion: Option<(f64, f64, f64)>,
     /// Pairs of times, s, of neighbouring samples between which the motion passes an actuation singularity.
     pub passed: Vec<(f64, f64)>,
@@ -76,9 +76,10 @@ impl Findings {
         Kind::ALL.into_iter().zip(all).filter_map(|(kind, nearness)| Some((kind, nearness?)))
     }
 
-    /// True if every pose has a singularity of this kind, judged by random poses. `None` if these
-    /// poses are inconclusive (unclear singular values, undecided finite mobility, or a mechanism
-    /// that cannot move to other poses), and for singularities of legs, which are not examined.
+    /// Returns true if every pose has a singularity of this kind, judged by random poses. `None` if
+    /// the random poses are inconclusive: unclear singular values, undecided finite mobility, or a
+    /// mechanism that cannot move to other poses. `None` also for singularities of legs, which are
+    /// not examined.
     pub fn everywhere(&self, kind: Kind) -> Option<bool> {
         let Architecture { constraints, actuated, reach, .. } = &self.architecture;
         if *reach == 0.0 {
@@ -112,8 +113,8 @@ impl Findings {
     }
 }
 
-/// Number of degrees of freedom that the design intends: the finite mobility, or the generic
-/// instantaneous mobility if the finite one is undecided.
+/// Returns the number of degrees of freedom for which the mechanism is designed: the finite
+/// mobility, or the generic instantaneous mobility if the finite mobility is undecided.
 fn meant(mobility: &Mobility, architecture: &Architecture) -> usize {
     mobility.finite.decided().unwrap_or(architecture.constraints.open)
 }
@@ -213,7 +214,7 @@ fn examine_motion(
             weakness.left = along::left_at(&at_start, *time)?;
         }
     }
-    // A motion has at least one sample.
+    // Fallback for a motion without samples. Every motion has at least one, so it is never used.
     let never = Nearness {
         least: f64::INFINITY,
         time: start,

@@ -7,7 +7,7 @@ use stiction_core::mechanism::{BodyId, JointId, Mechanism};
 use stiction_core::spatial::Vec3;
 use stiction_draw::numbers::{fixed, number};
 
-/// Largest difference of positions that counts as a rounding error, mm or deg.
+/// Largest difference between two coordinates that counts as a rounding error, mm or deg.
 const ROUNDING: f64 = 1e-9;
 
 /// Range of a quantity along a motion.
@@ -49,9 +49,9 @@ pub struct Sizes {
     pub joints: Vec<Range>,
     /// Distance between the origins of the first and the last joint of each leg, m.
     pub legs: Vec<Range>,
-    /// Reach of each body at which legs end (of all bodies of a mechanism without legs): name, and
-    /// the corners, m, with the least and with the greatest coordinates of the smallest box
-    /// parallel to the world axes that contains its centre of mass along the motion.
+    /// Reach of each body at which legs end, or of all bodies if the mechanism has no legs. An
+    /// entry contains the name of the body and two opposite corners, m, of the smallest box
+    /// parallel to the world axes that contains the centre of mass of the body along the motion.
     pub reach: Vec<(String, Vec3<f64>, Vec3<f64>)>,
 }
 
@@ -155,7 +155,8 @@ impl Range {
         (self.least, self.greatest) = (self.least.min(value), self.greatest.max(value));
     }
 
-    /// Least value, greatest value and their difference as text, and the unit of these texts.
+    /// Returns the least value, the greatest value and their difference as texts, and the unit of
+    /// these texts.
     pub(super) fn in_words(&self) -> ([String; 3], &'static str) {
         let (scale, unit) = match self.unit {
             "rad" => (1f64.to_degrees(), "deg"),
@@ -221,8 +222,8 @@ fn joints_at(mechanism: &Mechanism, body: usize) -> usize {
     mechanism.joints().iter().filter(|j| at(j.predecessor) || at(j.successor)).count()
 }
 
-/// Finds the legs and returns the first and last joint of each. A leg is a chain of bodies with two joints each that
-/// connects the ground to a body with three or more joints.
+/// Finds the legs and returns the first and last joint of each leg. A leg is a chain of bodies with
+/// two joints each that connects the ground to a body with three or more joints.
 fn legs(mechanism: &Mechanism) -> Vec<(usize, usize)> {
     let joints = mechanism.joints();
     let mut legs = Vec::new();
@@ -249,8 +250,8 @@ fn legs(mechanism: &Mechanism) -> Vec<(usize, usize)> {
     legs
 }
 
-/// Name of a leg: the common part of the names of its first and last joint, such as `leg1` for
-/// `leg1.R` and `leg1.S`. If the names have no common part, both of them.
+/// Returns the name of a leg: the common part of the names of its first and last joint, such as
+/// `leg1` for `leg1.R` and `leg1.S`. If the names have no common part, returns both names.
 fn leg_name(first: &str, last: &str) -> String {
     match (first.rsplit_once('.'), last.rsplit_once('.')) {
         (Some((a, _)), Some((b, _))) if a == b => a.to_owned(),

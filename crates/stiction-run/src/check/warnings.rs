@@ -4,7 +4,7 @@ use super::{Findings, Kind};
 use crate::Job;
 use stiction_draw::numbers::number;
 
-/// Below this singularity index the forces can be a hundred times as large as the load, or larger.
+/// Singularity index below which the forces can be a hundred or more times as large as the load.
 const NEAR: f64 = 0.01;
 /// A rank decision is doubtful if a singular value of the loop constraints is below this fraction
 /// of the largest one.
@@ -111,7 +111,7 @@ pub(super) fn warnings(findings: &Findings, job: &Job<'_>) -> Vec<String> {
     warnings
 }
 
-/// Writes a count with its noun: `one actuator`, `3 actuators`.
+/// Returns a count with its noun: `one actuator`, `3 actuators`.
 fn several(count: usize, what: &str) -> String {
     let plural = if count == 1 { "" } else { "s" };
     let of = if what == "degree" { " of freedom" } else { "" };

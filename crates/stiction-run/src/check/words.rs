@@ -6,7 +6,8 @@ use crate::Job;
 use stiction_core::mobility::{Architecture, FiniteMotion, GenericRank};
 use stiction_draw::numbers::number;
 
-/// Describes the effect of a singular pose.
+/// Describes the motion that a mechanism gains at a singular pose, and the load that it cannot
+/// carry there.
 pub(super) fn gained(kind: Kind, weakness: &Weakness) -> String {
     let Weakness { body, motion, load, left } = weakness;
     let can_move = match kind {
@@ -53,7 +54,7 @@ pub(super) fn in_general(findings: &Findings) -> Vec<String> {
     kinds.into_iter().filter_map(sentence).collect()
 }
 
-/// Addition to the text of a finite mobility; empty unless only bounds on the mobility are known.
+/// Returns a note for a finite mobility that is decided to second order only; empty otherwise.
 pub(super) fn undecided(findings: &Findings) -> &'static str {
     match findings.mobility.finite.decided() {
         Some(_) => "",
@@ -72,7 +73,7 @@ pub(super) fn finite_motion(motion: &FiniteMotion) -> String {
     )
 }
 
-/// Names the axes of passive rotations: `an axis of its own`, `axes of their own`.
+/// Returns words for the axes of passive rotations: `an axis of its own`, `axes of their own`.
 pub(super) fn own_axes(count: usize) -> &'static str {
     if count == 1 { "an axis of its own" } else { "axes of their own" }
 }
@@ -99,7 +100,7 @@ pub(super) fn actuation_of_motion(findings: &Findings) -> Option<String> {
     })
 }
 
-/// Describes the play that joint clearance gives to motions blocked at second order.
+/// Describes the play due to joint clearance in motions that are blocked at second order.
 pub(super) fn play(job: &Job<'_>, findings: &Findings) -> Vec<String> {
     let mechanism = &job.model.mechanism;
     let each = findings.play().iter().map(|play| {
@@ -117,7 +118,7 @@ pub(super) fn play(job: &Job<'_>, findings: &Findings) -> Vec<String> {
     each.collect()
 }
 
-/// Order of magnitude of a number that may be zero.
+/// Formats the order of magnitude of a number, such as `3e-5`; zero becomes `0`.
 pub(super) fn power_of_ten(value: f64) -> String {
     if value == 0.0 { "0".to_owned() } else { format!("{value:.0e}") }
 }

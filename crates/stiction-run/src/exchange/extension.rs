@@ -6,8 +6,8 @@ use stiction_core::mechanism::Mechanism;
 use stiction_core::spatial::{Pose, Vec3};
 use stiction_format::ModelFile;
 
-/// Content of an extension element: kind of property, name of the joint, spring or other element that has it, and its
-/// text.
+/// Content of an extension element: kind of property, name of the joint, spring or other element
+/// with this property, and the property as text.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Entry {
     pub(super) kind: &'static str,
@@ -15,7 +15,8 @@ pub(super) struct Entry {
     pub(super) text: String,
 }
 
-/// Lists the friction of all joints, as far as a model file can express it; the texts are tables of a model file.
+/// Lists the friction of all joints, as far as a model file can express the friction, in the syntax
+/// of a model file.
 pub(super) fn frictions(mechanism: &Mechanism) -> Vec<Entry> {
     let table = |joint: &stiction_core::mechanism::Joint| {
         let table = friction::table(joint).ok().flatten()?;
@@ -25,13 +26,13 @@ pub(super) fn frictions(mechanism: &Mechanism) -> Vec<Entry> {
     mechanism.joints().iter().filter_map(table).collect()
 }
 
-/// The friction with which the model is computed unless another one is asked for.
+/// Returns the friction mode that the model selects by default.
 pub(super) fn default_friction(model: &ModelFile) -> Option<Entry> {
     let text = friction_word(model.default_friction?).to_owned();
     Some(Entry { kind: "default", name: "friction".to_owned(), text })
 }
 
-/// Lists the springs; the texts are tables of a model file.
+/// Lists the springs in the syntax of a model file.
 pub(super) fn springs(mechanism: &Mechanism) -> Vec<Entry> {
     let entry = |(name, table): (String, toml::Table)| Entry {
         kind: "spring",
@@ -41,7 +42,7 @@ pub(super) fn springs(mechanism: &Mechanism) -> Vec<Entry> {
     spring::tables(mechanism).into_iter().map(entry).collect()
 }
 
-/// Lists the springs that MJCF cannot express, or can express only without their preload or their
+/// Lists the springs that MJCF cannot express, or can express only without preload or without a
 /// range of lengths.
 pub(super) fn own_springs(mechanism: &Mechanism) -> Vec<Entry> {
     let plain = |name: &str| {
@@ -52,7 +53,7 @@ pub(super) fn own_springs(mechanism: &Mechanism) -> Vec<Entry> {
     springs(mechanism).into_iter().filter(|entry| !plain(&entry.name)).collect()
 }
 
-/// Lists bushings, motors, gearings, and ranges of joints; the texts are tables of a model file.
+/// Lists bushings, motors, gearings, and ranges of joints in the syntax of a model file.
 pub(super) fn others(mechanism: &Mechanism) -> Vec<Entry> {
     let entry = |kind: &'static str| {
         move |(name, table): (String, toml::Table)| Entry {
@@ -94,7 +95,8 @@ pub(super) fn tag(kind: &str) -> &'static str {
     }
 }
 
-/// Lists the predecessors of those joints whose direction is reversed in the file.
+/// Lists, for each of `joints`, the name of its predecessor. The direction of these joints is
+/// reversed in the file.
 pub(super) fn reversed(mechanism: &Mechanism, joints: impl Iterator<Item = usize>) -> Vec<Entry> {
     let entry = |index: usize| {
         let joint = &mechanism.joints()[index];
@@ -119,8 +121,8 @@ pub(super) fn coordinates(home: &super::Home<'_>) -> Vec<Entry> {
     joints.filter_map(entry).collect()
 }
 
-/// Composes notes on properties that the format cannot express: those that only extension elements contain, and those
-/// that are omitted.
+/// Composes notes on properties that the format cannot express: properties that only extension
+/// elements contain, and properties that are omitted.
 pub(super) fn notes(mechanism: &Mechanism) -> Vec<String> {
     let mut notes = Vec::new();
     let joints = mechanism.joints();
@@ -151,19 +153,19 @@ pub(super) fn notes(mechanism: &Mechanism) -> Vec<String> {
     notes
 }
 
-/// Roll, pitch and yaw of the orientation of a pose, rad.
+/// Returns the orientation of a pose as roll, pitch and yaw, rad.
 pub(super) fn angles(pose: Pose<f64>) -> [f64; 3] {
     let r = pose.rotation;
     let pitch = (-r.at(2, 0)).atan2(r.at(0, 0).hypot(r.at(1, 0)));
     let yaw = r.at(1, 0).atan2(r.at(0, 0));
-    // Roll of the rotation that remains after the yaw. This is exact even at a pitch of a quarter
-    // turn, where the yaw is arbitrary.
+    // The roll is computed from the rotation that remains after the yaw. The result is exact even
+    // at a pitch of a quarter turn, where the yaw is arbitrary.
     let (s, c) = yaw.sin_cos();
     let roll = (s * r.at(0, 2) - c * r.at(1, 2)).atan2(c * r.at(1, 1) - s * r.at(0, 1));
     [roll, pitch, yaw]
 }
 
-/// Position, m, and roll, pitch and yaw, rad, as SDF writes a pose.
+/// Returns a pose in the order of SDF: position, m, followed by roll, pitch and yaw, rad.
 pub(super) fn six(pose: Pose<f64>) -> [f64; 6] {
     let ([x, y, z], [roll, pitch, yaw]) = (pose.position.to_array(), angles(pose));
     [x, y, z, roll, pitch, yaw]

@@ -12,7 +12,7 @@ use stiction_core::mechanism::{
 };
 use stiction_core::spatial::{Mat3, Pose};
 
-/// Version of the format, increased when the meaning of a key changes.
+/// Version of the JSON format; it is increased when the meaning of a key changes.
 const VERSION: u32 = 1;
 
 /// Describes the assembled mechanism as a JSON object. A pose of two frames is the pose of the

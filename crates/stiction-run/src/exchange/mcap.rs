@@ -9,19 +9,20 @@ use std::io::{self, BufReader, BufWriter, Read, Seek, Write};
 use stiction_core::mechanism::Mechanism;
 use stiction_core::spatial::{Pose, Vec3};
 
-/// Topic of the joint states. [`stiction_format`] reads this topic if a log has several.
+/// Topic of the joint states. If an MCAP log has several topics with joint states,
+/// [`stiction_format`] reads this one.
 const JOINT_STATES: &str = "/joint_states";
 /// Topic of the skeleton.
 const SCENE: &str = "/scene";
 /// Frame of all poses.
 const WORLD: &str = "world";
-/// Endings of column names in `joints.csv` and `forward.csv`, each with the field of a joint state
-/// that receives the value.
+/// Endings of column names in `joints.csv` and `forward.csv`. Each ending is paired with the field
+/// of `foxglove.JointStates` that contains the values of the column.
 const FIELDS: [(&str, &str); 3] =
     [(".position", "position"), (".rate", "velocity"), (".acceleration", "acceleration")];
 /// Thickness of lines and diameter of balls in the skeleton, in characteristic lengths.
 const SIZES: [f64; 2] = [0.02, 0.06];
-/// Value of `type` of a line marker in which each pair of points is a segment.
+/// Value of the field `type` of a line marker in which each pair of points is a segment.
 const LINE_LIST: u8 = 2;
 
 /// Writes a run as an MCAP log.
@@ -81,7 +82,7 @@ pub fn mcap_of_csv(
     writer.into_inner().flush()
 }
 
-/// Time of a row in whole nanoseconds.
+/// Converts the time of a row, s, to whole nanoseconds.
 fn nanoseconds(time: f64) -> io::Result<u64> {
     // Times of tables are below 1e9 s, so the product is far below the largest integer.
     let nanoseconds = (time * 1e9).round();
@@ -102,16 +103,16 @@ fn number(row: &csv::StringRecord, column: usize) -> io::Result<f64> {
     cell.parse().map_err(|_| invalid(format!("`{cell}` in a table is not a number")))
 }
 
-/// Header of a column without its unit.
+/// Returns the header of a column without its unit.
 fn without_unit(header: &str) -> &str {
     header.split_once(" [").map_or(header, |(name, _)| name)
 }
 
-/// Columns of the tables by joint coordinate.
+/// Columns of the tables that contain the state of each joint coordinate.
 struct JointStates {
-    /// Name of each joint coordinate, and the columns of its [`FIELDS`].
+    /// Name of each joint coordinate, and the indices of the columns with its [`FIELDS`].
     coordinates: Vec<(String, [Option<usize>; 3])>,
-    /// Column of the effort of each joint coordinate with an actuator.
+    /// Index of the column with the effort of each joint coordinate; `None` without an actuator.
     efforts: Vec<Option<usize>>,
 }
 
@@ -170,9 +171,10 @@ impl JointStates {
 
 /// Skeleton of the robot: a line from the middle of each body to each of its joints, and a ball at each joint.
 struct Scene {
-    /// Name of each body and the origins of its joints in its frame, m; the ground first.
+    /// Name of each body, the ground first, and the origins of the joints of the body in its frame,
+    /// m.
     bodies: Vec<(String, Vec<Vec3<f64>>)>,
-    /// Frame of the ground in the world.
+    /// Pose of the ground in the world.
     base: Pose<f64>,
     /// Thickness of the lines and diameter of the balls, m.
     sizes: [f64; 2],
@@ -279,7 +281,7 @@ impl Scene {
     }
 }
 
-/// Identity quaternion: axes parallel to those of the world.
+/// Returns the identity quaternion: axes parallel to those of the world.
 fn upright() -> Value {
     json!({ "x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0 })
 }

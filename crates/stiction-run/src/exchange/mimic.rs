@@ -1,17 +1,18 @@
-//! Gearings of two joints in the form of URDF and SDF, in which the coordinate of one joint follows that of another.
+//! Gearings of two joints as mimic joints of URDF and SDF: the coordinate of one joint follows that
+//! of another joint.
 
 use stiction_core::joint::JointType;
 use stiction_core::mechanism::{GearedDof, JointRange, Mechanism, RangeOf};
 
-/// Joint that follows another joint (the leader): its coordinate is `multiplier` times that of the leader plus
-/// `offset`, m or rad.
+/// Mimic joint: its coordinate is `multiplier` times the coordinate of the leader plus `offset`, m
+/// or rad.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Mimic {
     /// Index of the gearing in the mechanism.
     pub(super) gearing: usize,
-    /// Index of the joint that follows.
+    /// Index of the mimic joint.
     pub(super) follower: usize,
-    /// Index of the leader of that joint.
+    /// Index of the joint that leads the mimic joint.
     pub(super) leader: usize,
     pub(super) multiplier: f64,
     pub(super) offset: f64,
@@ -54,8 +55,8 @@ pub(super) fn all(mechanism: &Mechanism) -> Vec<Mimic> {
     found
 }
 
-/// Range, largest effort and largest rate of a joint with one coordinate, in SI units; `None` if the model has no such
-/// limit.
+/// Returns range, largest effort and largest rate of a joint with one coordinate, in SI units;
+/// `None` for each limit that the model does not define.
 pub(super) fn limits(
     mechanism: &Mechanism,
     joint: usize,

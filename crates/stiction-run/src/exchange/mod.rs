@@ -37,14 +37,14 @@ use stiction_format::ModelFile;
 pub struct Home<'a> {
     /// The model.
     pub model: &'a ModelFile,
-    /// Pose of each body in the world, with closed loops.
+    /// Pose of each body in the world, with all loops closed.
     pub poses: Vec<Pose<f64>>,
-    /// Relative pose of each joint: frame K in frame J, `X_JK`.
+    /// Pose of frame K in frame J for each joint, `X_JK`.
     pub across: Vec<Pose<f64>>,
-    /// Coordinates of each joint's degrees of freedom, m or rad, angles within half a turn; `None`
-    /// for joints without scalar coordinates.
+    /// Coordinates of each joint's degrees of freedom, m or rad, with angles within half a turn;
+    /// `None` for the degrees of freedom of joints without scalar coordinates.
     pub coordinates: Vec<Vec<Option<f64>>>,
-    /// The mechanism, with these coordinates as the start positions of its joints.
+    /// Mechanism whose joints start at the home position.
     pub mechanism: Mechanism,
     /// Prescribed coordinates at the first instant of the motion, with their values, rates and accelerations.
     pub motion: Vec<(Coordinate, Target<f64>)>,

@@ -4,14 +4,15 @@ use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
-/// Memory for the columns that are converted in one pass over the table, bytes. A column that needs
-/// more is still converted as a whole.
+/// Memory, bytes, for the columns that are converted in one pass over the table. A single column
+/// that needs more memory is still converted as a whole.
 const MEMORY: usize = 64 << 20;
 
-/// Writes a table of numbers, given as CSV with all digits, as an NPZ archive.
+/// Converts a table of numbers, a CSV file with all digits, to an NPZ archive.
 ///
-/// The arrays are in the order of the columns and uncompressed. The memory use does not grow with
-/// the number of columns, because the table is read once for each group of columns that fits.
+/// The arrays are uncompressed and in the order of the columns. The memory use does not grow with
+/// the number of columns, because the table is read once for each group of columns that fits into
+/// the memory.
 ///
 /// # Errors
 /// Fails if a file cannot be read or written, or if a cell is not a number.
@@ -67,9 +68,10 @@ fn number(cell: &str) -> io::Result<f64> {
     })
 }
 
-/// Header of an NPY file, version 1.0, for a one-dimensional array of `count` little-endian doubles.
+/// Returns the header of an NPY file, version 1.0, for a one-dimensional array of `count`
+/// little-endian doubles.
 fn npy_header(count: usize) -> Vec<u8> {
-    /// Length of magic number, version and header length, bytes.
+    /// Length, bytes, of the magic number, the version and the header length of an NPY file.
     const PREFIX: usize = 10;
     const ALIGNED: usize = 64;
     let mut text = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({count},), }}");

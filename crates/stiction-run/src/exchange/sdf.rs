@@ -1,4 +1,5 @@
-//! Export to SDF: links in the home position, and all joints including those that close loops.
+//! Export to SDF: links in the home position, and all joints, including the joints that close
+//! loops.
 
 use super::extension::{self, Entry, six, tensor};
 use super::mimic::{self, Mimic};
@@ -13,7 +14,7 @@ use stiction_format::NAMESPACE;
 /// SDF model as text, with notes on properties that SDF cannot express.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sdf {
-    /// Text of the file.
+    /// Text of the SDF file.
     pub text: String,
     /// Notes on omitted or changed properties, one per line.
     pub notes: Vec<String>,
@@ -130,7 +131,7 @@ fn write_joint(xml: &mut Xml, home: &Home<'_>, index: usize, bodies: &[String], 
     let angle = home.coordinates[index].first().copied().flatten().unwrap_or(0.0);
     let axes: &[(&str, [f64; 3])] = match joint.joint_type {
         JointType::Spherical | JointType::Fixed => &[],
-        // Second axis in the home position.
+        // Second axis of a universal joint in the home position.
         JointType::Universal => {
             &[("axis", [0.0, 0.0, 1.0]), ("axis2", [angle.cos(), angle.sin(), 0.0])]
         }
@@ -161,7 +162,7 @@ fn write_joint(xml: &mut Xml, home: &Home<'_>, index: usize, bodies: &[String], 
             let leader = mechanism.joints()[mimic.leader].name.clone();
             xml.open("mimic", &[("joint", leader), ("axis", "axis".into())]);
             xml.text("multiplier", &[], &numbers(&[mimic.multiplier]));
-            // Both coordinates are zero at home, where the gearing holds.
+            // Both coordinates are zero in the home position, where the gearing is satisfied.
             xml.text("offset", &[], "0");
             xml.text("reference", &[], "0");
             xml.close();

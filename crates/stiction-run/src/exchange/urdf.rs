@@ -26,7 +26,7 @@ pub struct Urdf {
     pub notes: Vec<String>,
 }
 
-/// Content of the YAML file.
+/// Content of the YAML file that accompanies a URDF file.
 #[derive(Default)]
 struct Convention {
     closures: Vec<([String; 2], &'static str)>,
@@ -34,7 +34,7 @@ struct Convention {
     types: Vec<(String, &'static str)>,
 }
 
-/// Limit that readers treat as no limit.
+/// Limit, in SI units, written for a quantity without a limit.
 const WIDE: f64 = 1e9;
 
 struct Writer<'a> {
@@ -43,7 +43,7 @@ struct Writer<'a> {
     links: Names,
     bodies: Vec<String>,
     convention: Convention,
-    /// Joints whose direction is reversed in the file.
+    /// Indices of the joints whose direction is reversed in the file.
     reversed: Vec<usize>,
     mimics: Vec<Mimic>,
 }
@@ -82,8 +82,9 @@ pub fn urdf(home: &Home<'_>) -> Result<Urdf, Unfit> {
     Ok(Urdf { yaml: writer.convention.text(), text: writer.xml.finish(), notes })
 }
 
-/// Chooses the joints of the tree, from the ground outwards. The flag is true if the joint leads from its predecessor
-/// to its successor, false if it is reversed.
+/// Chooses the joints of the spanning tree, from the ground outwards. Returns their indices, each
+/// with a flag: true if the joint leads from its predecessor to its successor, false if it is
+/// reversed.
 fn tree(mechanism: &Mechanism) -> Vec<(usize, bool)> {
     let joints = mechanism.joints();
     // Loops are preferably closed at spherical and fixed joints, and not at joints with motors.
@@ -123,7 +124,7 @@ fn tree(mechanism: &Mechanism) -> Vec<(usize, bool)> {
     }
 }
 
-/// Rotation to a frame whose z axis is the old -z, for joints that are reversed.
+/// Returns the rotation to a frame whose z axis is the previous -z axis, for reversed joints.
 fn flipped() -> Pose<f64> {
     Pose {
         rotation: Mat3::from_columns(Vec3::unit(0), -Vec3::unit(1), -Vec3::unit(2)),
@@ -131,7 +132,8 @@ fn flipped() -> Pose<f64> {
     }
 }
 
-/// Rotation to a frame whose x and y axes are the old z and x: the axes of a CARDAN joint.
+/// Returns the rotation to a frame whose x and y axes are the previous z and x axes, as in a CARDAN
+/// joint.
 fn cardan() -> Pose<f64> {
     Pose {
         rotation: Mat3::from_columns(Vec3::unit(2), Vec3::unit(0), Vec3::unit(1)),
@@ -139,7 +141,8 @@ fn cardan() -> Pose<f64> {
     }
 }
 
-/// Rotation to a frame whose z and x axes are the old -x and -z, which exchanges the axes of a universal joint.
+/// Returns the rotation to a frame whose z and x axes are the previous -x and -z axes. The rotation
+/// exchanges the axes of a universal joint.
 fn exchanged() -> Pose<f64> {
     Pose {
         rotation: Mat3::from_columns(-Vec3::unit(2), -Vec3::unit(1), -Vec3::unit(0)),
@@ -286,7 +289,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Writes a joint that closes a loop, as two frames that must coincide.
+    /// Writes a joint that closes a loop as two frames that must coincide.
     fn closure(&mut self, index: usize) {
         let joint = &self.home.model.mechanism.joints()[index];
         let name = &joint.name;
@@ -297,7 +300,7 @@ impl Writer<'_> {
             JointType::Spherical => "3d",
             JointType::Fixed => "6d",
             _ => {
-                // The joint carries a link, which coincides with the frame on the successor.
+                // The joint carries a link that coincides with the joint frame on the successor.
                 let (word, axes) = self.word(joint, true);
                 self.motors(joint);
                 let between = self.links.take(&format!("{name}.frame"));
@@ -313,8 +316,9 @@ impl Writer<'_> {
         self.convention.closures.push(([first, second], kind));
     }
 
-    /// Adds a link without mass, fixed to the link `on`, which marks a frame of a loop closure, and returns its name.
-    /// Each closure has its own link, even if the frame equals that of `on`.
+    /// Adds a link without mass that marks a frame of a loop closure, and returns the name of the
+    /// link. The link is fixed to the link `on`. Each closure has its own link, even if its frame
+    /// equals that of `on`.
     fn frame(&mut self, name: &str, on: &str, place: Pose<f64>) -> String {
         let link = self.links.take(name);
         self.link(&link);

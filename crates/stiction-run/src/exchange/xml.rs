@@ -3,10 +3,10 @@
 use std::fmt::Write;
 use stiction_draw::xml::escape;
 
-/// Attributes of an element, in their order of output.
+/// Attributes of an XML element, in the order of output.
 pub(in crate::exchange) type Attributes<'a> = &'a [(&'static str, String)];
 
-/// XML text in progress, with its open elements.
+/// Partially written XML text with its open elements.
 #[derive(Debug, Default)]
 pub(in crate::exchange) struct Xml {
     text: String,

@@ -1,12 +1,13 @@
-//! Search for the motion with the most information: quasi-Newton ascents (BFGS) that stay within the limits, and random
-//! trials between the ascents.
+//! Search for the motion with the most information: quasi-Newton ascents (BFGS) that stay within
+//! the limits, and random trials between the ascents.
 //!
-//! Beyond a limit the objective is undefined, so a step that leads there is halved. Dry friction changes its sign
-//! between samples of the grid, so the objective jumps, and an ascent may stop at a jump. Random trials continue from
-//! there; their size adapts to their success.
+//! Beyond a limit the objective is undefined, so a step across a limit is halved. Dry friction
+//! changes its sign between samples of the grid, so the objective jumps, and an ascent may stop at
+//! a jump. Random trials continue from the point where an ascent stops; their size adapts to their
+//! success.
 //!
-//! Sources: Nocedal and Wright, *Numerical Optimization* (2006), algorithm 6.1 with backtracking; Rechenberg,
-//! *Evolutionsstrategie* (1973), the one-fifth rule.
+//! Sources: Nocedal and Wright, *Numerical Optimization* (2006), algorithm 6.1 with backtracking;
+//! Rechenberg, *Evolutionsstrategie* (1973), the one-fifth rule.
 
 use super::objective::{Objective, Sweep};
 use nalgebra::{DMatrix, DVector};
@@ -17,31 +18,33 @@ use stiction_core::random::Random;
 const SUFFICIENT: f64 = 1e-4;
 /// Number of halvings of a step after which the ascent ends.
 const HALVINGS: usize = 25;
-/// The ascent ends if a step increases the objective by less than this number times the number of
-/// base parameters.
+/// Increase of the objective, divided by the number of base parameters, below which the ascent
+/// ends.
 const SETTLED: f64 = 1e-4;
-/// Length of the first step, as a fraction of the largest coefficient.
+/// Length of the first step of an ascent, as a fraction of the largest coefficient.
 const FIRST: f64 = 0.1;
 
 /// Number of random trials after an ascent.
 const TRIALS: usize = 24;
-/// Number of steps that all random trials after an ascent together count as.
+/// Number of search steps that all random trials after an ascent together count as.
 const TRIALS_AS_STEPS: usize = 3;
 /// Size of the first random trial, as a fraction of the coefficients.
 const TRIED: f64 = 0.1;
-/// Factor on the size after a successful trial.
+/// Factor on the size of the random trials after a successful trial.
 const LARGER: f64 = 1.5;
-/// Factor on the size after a failed trial. The size stays constant if one trial in five succeeds.
+/// Factor on the size of the random trials after a failed trial. The size stays constant if one
+/// trial in five succeeds.
 const SMALLER: f64 = 0.9;
 
-/// Coefficients of a motion, with the sums over its period.
+/// Coefficients of a motion, and the sums over one period of this motion.
 pub(super) struct Point {
     pub(super) x: DVector<f64>,
     pub(super) sweep: Sweep,
 }
 
-/// Searches from a point inside the limits; `mu` is the weight of the barrier. Calls `go_on` before each of at most
-/// `steps` steps, and ends if it returns false.
+/// Searches for a maximum of the objective from a point inside the limits; `mu` is the weight of
+/// the barrier. The search calls `go_on` before each of at most `steps` steps, and ends if `go_on`
+/// returns false.
 pub(super) fn search(
     objective: &mut Objective,
     from: Point,
@@ -93,7 +96,7 @@ fn try_at_random(objective: &mut Objective, from: Point, mu: f64, random: &mut R
     now
 }
 
-/// Climbs from a point inside the limits by a quasi-Newton method.
+/// Maximises the objective from a point inside the limits by a quasi-Newton method.
 fn ascend(
     objective: &mut Objective,
     from: Point,

@@ -7,11 +7,12 @@ use stiction_core::kinematics::{AngleOrder, Bodies, Coordinate, Target};
 use stiction_core::mechanism::{JointId, Mechanism};
 use stiction_format::{ModelFile, did_you_mean};
 
-/// Coordinates of the designed motion, and the position (`centre`) at which each period begins and ends.
+/// Coordinates of the designed motion, and their values (`centre`) at the beginning and end of each
+/// period.
 pub(super) struct Chosen {
     pub(super) coordinates: Vec<Coordinate>,
     pub(super) names: Vec<String>,
-    /// True for angles, rad; false for lengths, m.
+    /// True for each coordinate that is an angle, rad; false for each length, m.
     pub(super) is_angle: Vec<bool>,
     pub(super) centre: Vec<f64>,
     pub(super) solver: InverseDynamics,
@@ -23,8 +24,8 @@ impl Chosen {
     }
 }
 
-/// Chooses the coordinates: those of the selected motion of the model, or those of its actuators. Assembles the
-/// mechanism at the first instant of that motion.
+/// Chooses the coordinates: those of the selected motion of the model, or those of its actuators.
+/// Assembles the mechanism at the first instant of the selected motion.
 pub(super) fn choose(model: &ModelFile, settings: &ExciteSettings) -> Result<Chosen, ExciteError> {
     let mechanism = &model.mechanism;
     let actuated: Vec<Coordinate> =
@@ -121,8 +122,8 @@ fn assembled(
     )
 }
 
-/// Assembles the mechanism with other prescribed coordinates near the position of a solver, and therefore in the same
-/// assembly mode.
+/// Assembles the mechanism with other prescribed coordinates near the configuration of `solver`,
+/// and therefore in the same assembly mode.
 fn assembled_near(
     model: &ModelFile,
     coordinates: &[Coordinate],
@@ -136,7 +137,7 @@ fn assembled_near(
     assembled(&model, coordinates, values)
 }
 
-/// Name of a coordinate, as in the columns of recorded motions.
+/// Returns the name of a coordinate as in the columns of recorded motions.
 fn name(mechanism: &Mechanism, coordinate: Coordinate) -> Result<String, ExciteError> {
     const AXES: [char; 3] = ['x', 'y', 'z'];
     let body = |body: stiction_core::mechanism::BodyId| &mechanism.bodies()[body.0].name;
@@ -159,7 +160,7 @@ fn name(mechanism: &Mechanism, coordinate: Coordinate) -> Result<String, ExciteE
     })
 }
 
-/// Coordinate of a joint's degree of freedom, m or rad; angles within half a turn.
+/// Returns the coordinate of a joint's degree of freedom, m or rad; angles are within half a turn.
 pub(super) fn dof_value(
     mechanism: &Mechanism,
     bodies: &Bodies<f64>,

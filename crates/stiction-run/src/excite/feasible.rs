@@ -1,4 +1,5 @@
-//! Motions within the limits: the random start of the search, and the final check between the samples.
+//! Motions within the limits: the random motion from which the search starts, and the final check
+//! between the samples.
 
 use super::ExciteError;
 use super::ascent::Point;
@@ -8,16 +9,17 @@ use super::probe::Probe;
 use nalgebra::DVector;
 use stiction_core::random::Random;
 
-/// Size of the random motion at the start, as a fraction of the largest size within all limits.
+/// Size of the initial random motion, as a fraction of the largest size within all limits.
 const START: f64 = 0.95;
 /// Smallest size of a random motion, as a fraction of the reach of the coordinates.
 const LEAST: f64 = 1e-3;
-/// Factor on a motion that exceeds a limit between the samples of the search.
+/// Factor by which a motion is reduced if it exceeds a limit between the samples of the search.
 const SHRINK: f64 = 0.99;
-/// Largest number of times that this factor is applied.
+/// Largest number of reductions by [`SHRINK`].
 const SHRINKS: usize = 100;
 
-/// Returns an error if the robot has no forces at the first position, or exceeds a limit there at rest.
+/// Returns an error if the robot at rest in the first position has no finite forces, or exceeds a
+/// limit.
 pub(super) fn refuse_at_rest(probe: &mut Probe, chosen: &Chosen) -> Result<(), ExciteError> {
     let rest = vec![0.0; chosen.centre.len()];
     let Some(reading) = probe.at([&chosen.centre, &rest, &rest], None) else {
@@ -58,7 +60,7 @@ pub(super) fn random_start(
         sweep.greatest.iter().all(|part| *part < 1.0).then_some(sweep)
     };
     let mut high = 1.0;
-    // Halving finds the order of magnitude, bisection the rest.
+    // Halving finds the order of magnitude; bisection then refines the value.
     while high >= LEAST && feasible(objective, high).is_none() {
         high *= 0.5;
     }

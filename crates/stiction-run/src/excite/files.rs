@@ -1,11 +1,12 @@
-//! Files of a design: the reference as a recorded motion, and the options for logs of this motion.
+//! Files of a designed motion: the reference as a recorded motion, and the options for logs of this
+//! motion.
 
 use super::result::Excitation;
 use std::fmt::Write as _;
 use stiction_draw::numbers::exact;
 
-/// Cut-off frequency of the filter as a multiple of the frequency of the highest harmonic. Efforts of friction and of
-/// squared rates contain higher harmonics than the motion.
+/// Cut-off frequency of the filter as a multiple of the frequency of the highest harmonic. Efforts
+/// of friction and of squared rates contain higher harmonics than the motion itself.
 const CUTOFF: f64 = 5.0;
 /// Largest cut-off frequency, as a fraction of the sampling rate.
 const SAMPLED: f64 = 0.1;
@@ -17,15 +18,15 @@ impl Excitation {
         table(&self.coordinates, self.reference.iter().map(|(time, motion)| (*time, motion)))
     }
 
-    /// Returns the reference in the coordinates of the actuators as CSV; `None` if these are the coordinates of the
-    /// design.
+    /// Returns the reference motion in the coordinates of the actuators as CSV; `None` if the
+    /// motion is designed in these coordinates.
     pub fn actuators_csv(&self) -> Option<String> {
         let actuators = self.actuators.as_ref()?;
         let times = self.reference.iter().map(|(time, _)| *time);
         Some(table(&actuators.names, times.zip(&actuators.rows)))
     }
 
-    /// Suggested cut-off frequency for the filter of the logs, Hz.
+    /// Returns a suitable cut-off frequency for the filter of the logs, Hz.
     pub fn cutoff(&self) -> f64 {
         let highest = self.frequency * self.coefficients.first().map_or(1, |c| c[0].len()) as f64;
         (CUTOFF * highest).min(SAMPLED / self.step)
@@ -43,7 +44,7 @@ impl Excitation {
             if friction_only {
                 text += "estimate = \"friction\"\n";
             }
-            // The key `estimate` already holds the inertias at the values of the model.
+            // The key `estimate` already fixes the inertias at the values of the model.
             let held: Vec<&String> = self
                 .held
                 .iter()
@@ -66,7 +67,8 @@ impl Excitation {
         text
     }
 
-    /// Names of the logs to record, each with the name of the load that the robot carries, if any.
+    /// Returns the names of the logs to record, each with the name of the load that the robot
+    /// carries, if any.
     pub fn logs(&self) -> Vec<(String, Option<&str>)> {
         match self.payloads.as_slice() {
             [] => vec![("log.csv".to_owned(), None)],

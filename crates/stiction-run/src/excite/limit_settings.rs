@@ -1,4 +1,4 @@
-//! Limits that options set, by names and patterns.
+//! Limits set by options, which select quantities by names and patterns.
 
 use super::ExciteError;
 use super::coordinates::{Chosen, dof_value};
@@ -8,8 +8,8 @@ use crate::names::{Names, listed};
 use stiction_core::mechanism::{JointId, Mechanism};
 use stiction_format::{Amount, did_you_mean, fits};
 
-/// Names of all moving quantities: first the coordinates of the motion, then the other degrees of
-/// freedom of joints.
+/// Returns all moving quantities with their names: first the coordinates of the motion, then the
+/// other degrees of freedom of joints. The flag is true for angles.
 fn moving(mechanism: &Mechanism, chosen: &Chosen) -> Vec<(String, Moving, bool)> {
     let mut all: Vec<(String, Moving, bool)> = (0..chosen.names.len())
         .map(|k| (chosen.names[k].clone(), Moving::Coordinate(k), chosen.is_angle[k]))
@@ -28,7 +28,7 @@ fn moving(mechanism: &Mechanism, chosen: &Chosen) -> Vec<(String, Moving, bool)>
     all
 }
 
-/// Adds the limits that an option sets; adds none if the option matches no name.
+/// Adds the limits that an option sets. Adds none if no name matches the pattern of the option.
 pub(super) fn add_setting(
     mechanism: &Mechanism,
     chosen: &Chosen,
@@ -117,7 +117,7 @@ pub(super) fn add_setting(
     Ok(())
 }
 
-/// Error for an option that matches no name.
+/// Returns the error for an option whose pattern matches no name.
 pub(super) fn unknown(
     mechanism: &Mechanism,
     chosen: &Chosen,

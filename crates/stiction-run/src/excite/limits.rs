@@ -22,21 +22,24 @@ pub(super) enum Moving {
 /// Quantity that a limit bounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Of {
-    /// Position relative to the middle of its range, which is given in rad or m.
+    /// Position relative to the middle of its range. The number is the middle of the range, rad or
+    /// m.
     Travel(Moving, f64),
     Speed(Moving),
     Acceleration(Moving),
     /// Effort of the actuator with this index.
     Effort(usize),
-    /// Tilt of a joint or length of a spring, relative to the middle of its range.
+    /// Tilt of a joint or length of a spring, relative to the middle of its range. The number is
+    /// the middle of the range, rad or m.
     Measured(Measured, f64),
     /// Speed of the motor of a drive train.
     MotorSpeed(usize),
-    /// Torque of the motor of a drive train.
+    /// Torque of the motor of a drive train, limited at every instant.
     MotorTorque(usize),
-    /// Rated torque of the motor of a drive train, which bounds the root mean square over a period.
+    /// Torque of the motor of a drive train, whose root mean square over a period is limited to the
+    /// rated torque.
     MotorRated(usize),
-    /// Singularity index; its bound is the least allowed value.
+    /// Actuation singularity index, for which the limit is the least allowed value.
     Singularity,
 }
 
@@ -49,16 +52,18 @@ pub(super) struct Limit {
     pub(super) of: Of,
 }
 
-/// Utilisation of a limit by a motion.
+/// Degree to which a motion uses a limit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Used {
     /// Name of the limited quantity, such as `leg1.P.speed`.
     pub name: String,
-    /// Largest allowed magnitude; for a range half its width; for the singularity index the least allowed value.
+    /// Largest allowed magnitude of the quantity. For a range it is half the width of the range;
+    /// for the singularity index it is the least allowed value.
     pub bound: f64,
     /// Unit of `bound`; empty for a singularity index.
     pub unit: &'static str,
-    /// Largest value of the quantity as a fraction of the limit. The limit holds if it is at most one.
+    /// Largest value of the quantity as a fraction of the limit. The motion satisfies the limit if
+    /// the fraction is at most one.
     pub part: f64,
 }
 
@@ -70,7 +75,7 @@ pub(super) struct Limits {
     cases: usize,
 }
 
-/// Motion and efforts at one instant.
+/// Motion and efforts of the robot at one instant.
 pub(super) struct Snapshot<'a> {
     pub(super) motion: [&'a [f64]; 3],
     pub(super) bodies: &'a Bodies<f64>,
@@ -78,7 +83,7 @@ pub(super) struct Snapshot<'a> {
     pub(super) parameters: &'a Parameters<f64>,
     /// Efforts of all actuators, for each payload.
     pub(super) efforts: &'a [Vec<f64>],
-    /// Singularity index of the actuation.
+    /// Singularity index of actuation.
     pub(super) index: f64,
 }
 
@@ -104,8 +109,8 @@ impl Limits {
                 let (low, high) = range.limits;
                 let (joint_id, middle) = (JointId(index), 0.5 * (low + high));
                 let own = Coordinate::Joint { joint: joint_id, dof };
-                // Coordinates count full turns, so the range is shifted to the turn of the first
-                // position.
+                // Coordinates count full turns, so the range is shifted by full turns to contain
+                // the first position.
                 let of = match chosen.coordinates.iter().position(|known| *known == own) {
                     Some(k) => {
                         let turns = match chosen.is_angle[k] {
@@ -141,7 +146,8 @@ impl Limits {
         Ok(limits)
     }
 
-    /// Adds the limit `least` on the singularity index, if it is positive.
+    /// Adds a limit on the singularity index, whose least allowed value is `least`; adds none if
+    /// `least` is not positive.
     pub(super) fn keep_from_singular(&mut self, least: f64) {
         if least > 0.0 {
             let name = "singularity index".to_owned();
@@ -149,7 +155,7 @@ impl Limits {
         }
     }
 
-    /// Returns the same limits for another number of payloads.
+    /// Returns a copy of these limits for another number of payloads.
     pub(super) fn with_payloads(&self, cases: usize) -> Self {
         Self { cases, ..self.clone() }
     }
@@ -161,7 +167,8 @@ impl Limits {
         })
     }
 
-    /// Returns an error if a coordinate has no range. Its information would grow with the amplitude without limit.
+    /// Returns an error if a coordinate has no range. Without a range, the information would
+    /// increase without bound with the amplitude.
     fn refuse_unbounded(&self, mechanism: &Mechanism, chosen: &Chosen) -> Result<(), ExciteError> {
         let bounded = |moving: Moving| self.travel_of(moving).next().is_some();
         let actuators = mechanism.actuators().all(|(joint, dof)| bounded(Moving::Dof(joint, dof)));
@@ -204,8 +211,8 @@ impl Limits {
         reach.fold(usual, f64::min)
     }
 
-    /// Writes the used fraction of each limit at an instant, with the sign of the quantity; for limits on efforts one
-    /// fraction for each payload.
+    /// Writes the used fraction of each limit at an instant to `out`, with the sign of the
+    /// quantity. A limit on an effort or on a motor torque has one fraction for each payload.
     pub(super) fn parts(&self, mechanism: &Mechanism, at: &Snapshot<'_>, out: &mut Vec<f64>) {
         out.clear();
         let motors = self.motors_at(mechanism, at);
@@ -237,7 +244,7 @@ impl Limits {
         }
     }
 
-    /// Motor torques with each payload, N m, and motor speed, rad/s, for every motor.
+    /// Returns the torques of every motor with each payload, N m, and its speed, rad/s.
     fn motors_at(&self, mechanism: &Mechanism, at: &Snapshot<'_>) -> Vec<(Vec<f64>, f64)> {
         let actuators: Vec<(JointId, usize)> = mechanism.actuators().collect();
         let motion = |actuator: usize| {
@@ -258,8 +265,8 @@ impl Limits {
         each.collect()
     }
 
-    /// Layout of the numbers that [`Self::parts`] writes: for each one the index of its limit, and
-    /// true if the limit bounds the root mean square only.
+    /// Returns the layout of the used fractions that [`Self::parts`] writes: the index of the limit
+    /// of each fraction, and true if only the root mean square of the fraction is limited.
     fn layout(&self) -> Vec<(usize, bool)> {
         let mut out = Vec::new();
         for (index, limit) in self.all.iter().enumerate() {
@@ -272,12 +279,14 @@ impl Limits {
         out
     }
 
-    /// Returns, for each number of [`Self::parts`], true if only its root mean square is limited.
+    /// Returns, for each used fraction of [`Self::parts`], true if only its root mean square is
+    /// limited.
     pub(super) fn rated(&self) -> Vec<bool> {
         self.layout().into_iter().map(|(_, rated)| rated).collect()
     }
 
-    /// Largest used fraction of every limit, from the largest magnitudes of the numbers of [`Self::parts`].
+    /// Returns the utilisation of every limit; `greatest` contains the largest magnitude of each
+    /// used fraction of [`Self::parts`].
     pub(super) fn used(&self, greatest: &[f64]) -> Vec<Used> {
         let mut all: Vec<Used> = self
             .all
@@ -305,7 +314,7 @@ impl Limits {
     }
 }
 
-/// Rate and acceleration of a quantity, SI units.
+/// Returns the rate and the acceleration of a quantity, in SI units.
 fn rate(moving: Moving, at: &Snapshot<'_>) -> [f64; 2] {
     match moving {
         Moving::Coordinate(k) => [at.motion[1][k], at.motion[2][k]],

@@ -1,5 +1,5 @@
-//! Section on degrees of freedom: three counts of them, the singular values that decide the counts,
-//! and the motions of each body.
+//! Section on degrees of freedom: three counts of degrees of freedom, the singular values that
+//! decide the counts, and the motions of each body.
 
 use crate::Job;
 use crate::check::{Findings, words};
@@ -51,8 +51,8 @@ pub(super) fn mobility(job: &Job<'_>, findings: &Findings) -> String {
     section("Degrees of freedom", &inner)
 }
 
-/// Note on the gap that decides the rank: the smallest singular value that counts as nonzero and
-/// the largest that counts as zero.
+/// Returns a note on the gap that decides the rank: the smallest singular value that counts as
+/// nonzero and the largest one that counts as zero.
 fn gap(findings: &Findings) -> String {
     let (Some(kept), dropped) = findings.mobility.gap else {
         return note(

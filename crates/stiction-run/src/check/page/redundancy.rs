@@ -6,7 +6,7 @@ use crate::report::html::{Column, folded, note, paragraph, section, table};
 use stiction_core::statics::JointLoad;
 use stiction_draw::numbers::number;
 
-/// Largest number of self-stresses listed.
+/// Largest number of self-stresses that the page lists.
 const LISTED: usize = 24;
 
 pub(super) fn redundancy(job: &Job<'_>, findings: &Findings) -> String {
@@ -40,7 +40,7 @@ pub(super) fn redundancy(job: &Job<'_>, findings: &Findings) -> String {
     section("Redundancy and uniqueness", &inner)
 }
 
-/// Names the first joints of a self-stress, and the number of the others.
+/// Returns the names of the first joints in a self-stress, and the number of its other joints.
 fn joints_of(job: &Job<'_>, stress: &[JointLoad]) -> String {
     let name = |load: &JointLoad| job.model.mechanism.joints()[load.joint.0].name.as_str();
     let few: Vec<&str> = stress.iter().take(6).map(name).collect();

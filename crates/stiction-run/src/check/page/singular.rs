@@ -5,7 +5,8 @@ use crate::check::{Findings, Kind, Nearness, words};
 use crate::report::html::{Column, note, paragraph, section, table};
 use stiction_draw::numbers::number;
 
-/// Largest number of passages listed.
+/// Largest number of passages through singular poses that the page lists for each kind of
+/// singularity.
 const LISTED: usize = 24;
 
 pub(super) fn singularities(job: &Job<'_>, findings: &Findings) -> String {
@@ -70,7 +71,7 @@ fn row(kind: Kind, nearness: &Nearness, samples: usize) -> Vec<String> {
     vec![kind.word().into(), distance, when, singular, held, meaning.into()]
 }
 
-/// Adds a capital letter at the beginning and a full stop at the end.
+/// Returns a sentence with a capital letter at the beginning and a full stop at the end.
 fn capitalised(sentence: &str) -> String {
     let mut letters = sentence.chars();
     let first = letters.next().map(|c| c.to_uppercase().to_string()).unwrap_or_default();

@@ -66,7 +66,8 @@ impl<'a> Writer<'a> {
         self.xml.close();
     }
 
-    /// Lists the gearings of more than two joints: name, and the MJCF joints with their coefficients.
+    /// Lists the gearings of more than two joints. An entry contains the name of the gearing, and
+    /// the MJCF joints with their coefficients.
     pub(super) fn summed_gearings(&self) -> Vec<(String, Vec<(String, f64)>)> {
         let gearings = self.home.model.mechanism.gearings().iter();
         let terms = |gearing: &Gearing| {
@@ -79,7 +80,8 @@ impl<'a> Writer<'a> {
         gearings.filter(|gearing| gearing.dofs.len() > 2).filter_map(terms).collect()
     }
 
-    /// Lists the motors of several joints, each with its MJCF joints and their coefficients.
+    /// Lists the motors that act on several joints, each with its MJCF joints and their
+    /// coefficients.
     fn motors_of_several(&self) -> Vec<(&'a DriveTrain, Vec<(String, f64)>)> {
         let trains = self.home.model.mechanism.drive_trains().iter();
         let terms = |train: &'a DriveTrain| {

@@ -7,8 +7,9 @@ use crate::exchange::xml::numbers;
 use stiction_core::joint::JointType;
 use stiction_core::mechanism::{GearedDof, Gearing};
 
-/// Stiffness of the equality constraints, which MuJoCo treats as soft: time constant, s, and damping ratio. It is among
-/// the stiffest values that MuJoCo's integrators can follow with the time step of the file.
+/// Stiffness of the equality constraints, which MuJoCo models as soft: time constant, s, and
+/// damping ratio. These values are among the stiffest that MuJoCo's integrators can follow with the
+/// time step of the file.
 const SOLREF: &str = "0.002 1";
 const SOLIMP: &str = "0.9999 0.9999 0.001 0.5 2";
 
@@ -44,7 +45,7 @@ impl Writer<'_> {
                 Closing::Weld | Closing::Part => "weld",
             };
             let [from, to] = sites.clone();
-            // The MJCF joint of the further part already has the name of the joint.
+            // The MJCF joint of the split body already has the name of the joint.
             let suffix = if closing == Closing::Part { ".weld" } else { "" };
             let name = joint_names.take(&format!("{}{suffix}", self.joint(joint).name));
             let mut attributes = vec![("name", name), ("site1", from), ("site2", to)];
@@ -86,8 +87,9 @@ impl Writer<'_> {
         self.xml.close();
     }
 
-    /// Name of a gearing of two joints, its MJCF joints, and the change of the first coordinate per change of the
-    /// second, both measured from the home pose. `None` for gearings of more joints, or of joints that close a loop.
+    /// Returns the name of a gearing of two joints, its MJCF joints, and the change of the first
+    /// coordinate per unit change of the second, both measured from the home pose. `None` for
+    /// gearings of more than two joints, or of joints that close a loop.
     pub(super) fn geared(&self, gearing: &Gearing) -> Option<(String, [String; 2], f64)> {
         let [first, second] = &gearing.dofs[..] else { return None };
         let joint = |dof: &GearedDof| Some(self.step_of(dof.joint, dof.dof)?.name.clone());

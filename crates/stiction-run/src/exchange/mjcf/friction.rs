@@ -1,4 +1,4 @@
-//! Friction of joints that the exported MJCF file contains: damping that does not depend on the
+//! Part of the joint friction that an MJCF file expresses: damping that does not depend on the
 //! load.
 
 use stiction_core::friction::{Curve, InterfaceShape, JointFriction, Law, Thread, interfaces_of};

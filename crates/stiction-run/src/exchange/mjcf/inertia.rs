@@ -4,18 +4,20 @@ use nalgebra::{Matrix3, SymmetricEigen};
 use stiction_core::mechanism::Body;
 use stiction_core::spatial::Mat3;
 
-/// Relative margin by which inertias satisfy MuJoCo's conditions, so that rounding does not make it
-/// reject the file. Each moment of inertia is at least this fraction of the sum of the largest
-/// moment and the mass times the squared characteristic length. The two smaller moments together
-/// exceed the largest one by at least this fraction of it.
+/// Relative margin by which exported inertias satisfy MuJoCo's conditions, so that MuJoCo does not
+/// reject the file because of rounding. Each moment of inertia is at least `SLACK` times the sum of
+/// the largest moment and the mass times the squared characteristic length. The sum of the two
+/// smaller moments exceeds the largest one by at least `SLACK` times the largest one.
 const SLACK: f64 = 1e-9;
 /// Least moment of inertia in the file, kg m^2; MuJoCo rejects moments below about 1e-14 kg m^2.
 const LEAST: f64 = 1e-13;
-/// A note is written if a moment of inertia changes by more than this fraction of the largest one.
+/// Relative change of a moment of inertia, as a fraction of the largest moment, above which a note
+/// is written.
 const NOTED: f64 = 1e-6;
 
-/// Inertia tensor for MuJoCo, kg m^2, and true if it differs noticeably from that of the body. The smallest principal
-/// moments are increased until all are positive and none exceeds the sum of the other two.
+/// Returns the inertia tensor for MuJoCo, kg m^2, and true if the tensor differs noticeably from
+/// that of the body. The smallest principal moments are increased until all moments are positive
+/// and none exceeds the sum of the other two.
 pub(super) fn accepted(body: &Body, length: f64, parts: usize) -> (Mat3<f64>, bool) {
     let eigen = SymmetricEigen::new(Matrix3::from(body.inertia));
     let given = eigen.eigenvalues;
@@ -23,8 +25,9 @@ pub(super) fn accepted(body: &Body, length: f64, parts: usize) -> (Mat3<f64>, bo
     let floor = (SLACK * (largest + body.mass * length * length)).max(LEAST * parts as f64);
     let mut moments = given.map(|moment| moment.max(floor));
     let top = moments.imax();
-    // Amount by which the sum of the two other moments is too small. Each of them is increased by
-    // half of it. The single moment of a planar model thus becomes the inertia of a lamina.
+    // Amount by which the sum of the two other moments is too small. Each of the two moments is
+    // increased by half of this amount. The single moment of a planar model then becomes the
+    // inertia of a lamina.
     let lacks = moments[top] * (2.0 + SLACK) - moments.sum();
     if lacks > 0.0 {
         for k in (0..3).filter(|k| *k != top) {

@@ -21,7 +21,7 @@ use writer::Writer;
 /// MuJoCo model as text, with notes on properties that MJCF cannot express.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mjcf {
-    /// Text of the file.
+    /// Text of the MJCF file.
     pub text: String,
     /// Notes on omitted or changed properties, one per line.
     pub notes: Vec<String>,
@@ -34,25 +34,25 @@ pub enum Unfit {
     /// A moving body has no mass.
     #[error("MuJoCo rejects moving bodies without mass, such as `{body}`")]
     Massless {
-        /// The body.
+        /// Name of the body without mass.
         body: String,
     },
-    /// A joint closes a loop, and neither of its bodies has mass. One of them would have to be split into two parts
-    /// with mass.
+    /// A joint closes a loop, and neither of the two bodies that it connects has mass. To close the
+    /// loop, one of them would have to be split into two parts with mass.
     #[error(
         "joint `{joint}` closes a loop, for which one of its bodies must be split, and neither \
          of them has mass"
     )]
     CannotClose {
-        /// The joint.
+        /// Name of the joint that closes the loop.
         joint: String,
     },
-    /// The format has no joint of this type.
+    /// The target format has no joint of this type.
     #[error("{format} has no joint like `{joint}`")]
     NoSuchJoint {
-        /// The joint.
+        /// Name of the joint that cannot be converted.
         joint: String,
-        /// Name of the format.
+        /// Name of the target format.
         format: &'static str,
     },
 }

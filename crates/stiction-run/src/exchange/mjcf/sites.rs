@@ -1,5 +1,6 @@
-//! Sites: frames fixed to bodies, at the ends of springs and at loop closures. A constraint between sites of both
-//! bodies does not depend on the position in which a program reads the file, nor on the locations of the joints.
+//! Sites: frames fixed to bodies, at the ends of springs and at loop closures. A constraint between
+//! two sites depends neither on the configuration in which another program reads the file, nor on
+//! the locations of the joints.
 
 use super::tree::{Closing, Part, Tree};
 use crate::exchange::names::Names;
@@ -11,8 +12,8 @@ use stiction_core::spatial::Pose;
 pub(super) struct Site {
     pub(super) name: String,
     pub(super) pose: Pose<f64>,
-    /// Joint of the further part to which the site is fixed, if the body is split; `None` for the first part of the
-    /// body.
+    /// Joint that carries the part of a split body to which the site is fixed; `None` for the first
+    /// part of the body.
     pub(super) part: Option<usize>,
 }
 
@@ -54,7 +55,7 @@ impl Sites {
                     place(0, j, joint.frame_j, None);
                     place(1, k, joint.frame_k, None);
                 }
-                // Both sites lie at the same point, on the two parts of one body.
+                // Both sites lie at the same point: one on each part of the split body.
                 Closing::Part => {
                     let reversed = |part: &&Part| part.joint == index && part.reversed;
                     let (body, pose) = match tree.parts.iter().find(reversed) {

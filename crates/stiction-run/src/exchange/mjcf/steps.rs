@@ -22,15 +22,16 @@ pub(super) struct Step {
     /// Degree of freedom of the mechanism's joint that this MJCF joint represents; for a ball the first of three.
     /// `None` for the advance of a screw, which follows from the angle.
     pub(super) dof: Option<usize>,
-    /// Position in the frame of the child, m.
+    /// Position of the MJCF joint in the frame of the child body, m.
     pub(super) position: Vec3<f64>,
-    /// Axis in the frame of the child; arbitrary for a ball.
+    /// Axis of the MJCF joint in the frame of the child body; arbitrary for a ball.
     pub(super) axis: Vec3<f64>,
-    /// Coordinate at the home position, rad or m; zero for a ball.
+    /// Coordinate of the MJCF joint at the home position, rad or m; zero for a ball.
     pub(super) home: f64,
 }
 
-/// Elementary joints that lead from frame J to frame K, in order: kind, axis, suffix and degree of freedom.
+/// Returns the MJCF joints that lead from frame J to frame K, in order. An entry contains the type,
+/// the index of the axis, the suffix of the name, and the degree of freedom.
 fn sequence(joint_type: JointType) -> &'static [(Kind, usize, &'static str, Option<usize>)] {
     use Kind::{Ball, Hinge, Slide};
     match joint_type {
@@ -53,14 +54,14 @@ fn sequence(joint_type: JointType) -> &'static [(Kind, usize, &'static str, Opti
     }
 }
 
-/// Lists the MJCF joints that replace a joint of the mechanism, in the order in which they move the child. The child is
-/// the successor of the joint, or the predecessor if `reversed`. The coordinates are those of the mechanism's joint in
-/// both cases.
+/// Lists the MJCF joints that replace a joint of the mechanism, in the order in which they move the
+/// child body. The child is the successor of the joint, or the predecessor if `reversed`. In both
+/// cases the coordinates are those of the mechanism's joint.
 ///
 /// The MJCF joints of one body act in sequence. Their positions and axes refer to the child in the
 /// reference position of the file, which is the home position. With `X_JK = A1(q1) A2(q2) ..`, the
-/// factors after step `i` relate the frame of this step to frame K. If the child is the
-/// predecessor, the sequence is reversed, and the factors before step `i` relate its frame to frame
+/// factors after step `i` relate the frame of step `i` to frame K. If the child is the predecessor,
+/// the sequence is reversed, and the factors before step `i` relate the frame of step `i` to frame
 /// J.
 pub(super) fn steps(home: &Home<'_>, index: usize, reversed: bool) -> Vec<Step> {
     let joint = &home.model.mechanism.joints()[index];
@@ -108,7 +109,7 @@ pub(super) fn steps(home: &Home<'_>, index: usize, reversed: bool) -> Vec<Step> 
     steps
 }
 
-/// Frame of the joint in its child body.
+/// Returns the frame of a joint that is fixed in its child body.
 fn child_frame(joint: &Joint, reversed: bool) -> Pose<f64> {
     if reversed { joint.frame_j } else { joint.frame_k }
 }

@@ -16,25 +16,25 @@ pub(super) struct Part {
     pub(super) depth: usize,
     /// True for a body connected to the world by a free joint, with six coordinates.
     pub(super) is_free: bool,
-    /// Joint that connects the part to its parent.
+    /// Index of the joint that connects this MJCF body to its parent.
     pub(super) joint: usize,
     /// True if the body is the predecessor of `joint`, so that the joint is reversed.
     pub(super) reversed: bool,
-    /// True for each further part of a split body, which is welded to the first part.
+    /// True for each part of a split body except the first, to which this part is welded.
     pub(super) is_further: bool,
 }
 
-/// Element that replaces a joint outside the tree.
+/// MJCF element that replaces a joint outside the spanning tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Closing {
-    /// Makes two points coincide.
+    /// Makes two points of different bodies coincide.
     Connect,
     /// Welds two bodies.
     Weld,
-    /// Splits a body. The joint carries a further part, which is welded to the first part of the
+    /// Splits a body. The joint carries the new part, which is welded to the first part of the
     /// body.
     Part,
-    /// No element: the joint transmits no force.
+    /// No element, because the joint transmits no force.
     Nothing,
 }
 
@@ -51,15 +51,16 @@ struct Hanging {
 pub(super) struct Tree {
     /// All MJCF bodies, parents before children, depth first.
     pub(super) parts: Vec<Part>,
-    /// Joints outside the tree, each with the element that replaces it.
+    /// Joints outside the spanning tree, each with the element that replaces it.
     pub(super) closings: Vec<(usize, Closing)>,
-    /// Number of MJCF bodies for each body of the mechanism.
+    /// Number of MJCF bodies that represent each body of the mechanism.
     pub(super) count: Vec<usize>,
 }
 
 impl Tree {
-    /// Chooses the tree and the loop closures. Loops are closed preferably at spherical joints, where three equations
-    /// between points suffice, then at fixed joints, and only then at other joints.
+    /// Chooses the spanning tree and the loop closures. Loops are preferably closed at spherical
+    /// joints, where three equations between points suffice, then at fixed joints, and otherwise at
+    /// joints of other types.
     pub(super) fn new(mechanism: &Mechanism) -> Result<Self, Unfit> {
         let joints = mechanism.joints();
         let mut order: Vec<usize> = (0..joints.len()).collect();
@@ -104,7 +105,7 @@ impl Tree {
     }
 }
 
-/// Rank of a joint: joints of lower rank enter the tree first.
+/// Returns the priority of a joint: joints of lower rank enter the spanning tree first.
 fn rank(mechanism: &Mechanism, joint: &Joint) -> (usize, Reverse<usize>) {
     let ends = [joint.predecessor, joint.successor].map(|end| has_mass(mechanism, end));
     let rank = match (closing_of(joint.joint_type), ends) {
@@ -132,7 +133,8 @@ fn has_mass(mechanism: &Mechanism, body: BodyId) -> bool {
     mechanism.bodies()[body.0].mass > 0.0
 }
 
-/// Orders the bodies depth first from the ground. It does not recurse, because chains may be long.
+/// Lists the bodies depth first from the ground. The function does not recurse, because chains may
+/// be long.
 fn depth_first(mechanism: &Mechanism, hanging: &[Vec<Hanging>]) -> Vec<Part> {
     let joints = mechanism.joints();
     let mut parts = Vec::new();

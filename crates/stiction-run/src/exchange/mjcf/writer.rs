@@ -10,7 +10,8 @@ use crate::exchange::xml::{Xml, numbers};
 use stiction_core::mechanism::{BodyId, GROUND_NAME, Joint};
 use stiction_core::spatial::{Pose, Quaternion};
 
-/// Time step of a simulation in the file, s: half the time constant of the equality constraints, as MuJoCo requires.
+/// Time step of a simulation, s, in the file: half the time constant of the equality constraints,
+/// as MuJoCo requires.
 const TIMESTEP: f64 = 0.001;
 
 /// State of the writer.
@@ -175,7 +176,8 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// Writes the sites of a body; `part` selects a further part of a split body by its joint.
+    /// Writes the sites of a body. If the body is split, `part` is the joint that carries the part;
+    /// `None` selects the first part.
     fn write_sites(&mut self, body: usize, part: Option<usize>) {
         for site in self.sites.of_body[body].iter().filter(|site| site.part == part) {
             let mut attributes = vec![("name", site.name.clone())];
@@ -185,7 +187,8 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// Attributes of a zero inertia, which is written explicitly because some programs require an inertia for every body.
+/// Returns the attributes of a zero inertia. The file contains them because some programs require
+/// an inertia for every body.
 fn massless() -> [(&'static str, String); 3] {
     let zeros = numbers(&[0.0; 3]);
     [("pos", zeros.clone()), ("mass", numbers(&[0.0])), ("diaginertia", zeros)]

@@ -33,7 +33,8 @@ pub(in crate::exchange) fn table(joint: &Joint) -> Result<Option<Table>, Unwrita
     Ok(Some(all))
 }
 
-/// Table of an interface without friction, in a joint whose other interfaces have friction.
+/// Returns the table of a frictionless interface. It is needed in a joint whose other interfaces
+/// have friction.
 fn frictionless(shape: InterfaceShape) -> Table {
     let mut table = Table::from_iter([("mu".to_owned(), Value::from(0.0))]);
     if shape.turns() {
@@ -94,15 +95,16 @@ fn law_table(law: &Law) -> Table {
     table
 }
 
-/// Table of the law for backward sliding; a missing key means the value for forward sliding. `None` if the file cannot
-/// express the difference.
+/// Returns the table of the law for backward sliding; a missing key means the value for forward
+/// sliding. `None` if a model file cannot express the difference.
 fn backward_table(forward: &Law, backward: &Law) -> Option<Table> {
     let shared = (forward.bristles, forward.regularisation);
     if shared != (backward.bristles, backward.regularisation) {
         return None;
     }
     let mut table = law_table(&Law { bristles: None, regularisation: None, ..backward.clone() });
-    // A constant law must override the static coefficient inherited from the forward law.
+    // For a constant backward law, the static coefficient inherited from the forward law must be
+    // overridden.
     let mut flat = |key: &str| table.insert(key.to_owned(), backward.mu.into());
     match (&forward.curve, &backward.curve) {
         (Curve::Static { .. } | Curve::Stribeck { .. }, Curve::Constant) => {
@@ -156,8 +158,8 @@ fn load(table: &mut Table, joint: &Joint, interface: &JointFriction) {
     };
 }
 
-/// Flank angle in an axial section of a thread, rad, as drawings give it, from the cosine of the angle normal to the
-/// thread: `tan normal = tan axial cos lead`.
+/// Computes the flank angle in the axial section of a thread, rad, as drawings specify it, from the
+/// cosine of the angle in the section normal to the thread: `tan normal = tan axial cos lead`.
 fn flank_angle(cosine: f64, pitch: f64, radius: f64) -> f64 {
     let lead = (pitch / radius).atan();
     (cosine.acos().tan() / lead.cos()).atan()

@@ -36,7 +36,7 @@ pub(super) fn table(mechanism: &Mechanism, joint: &Joint) -> Result<Table, Unwri
     if let Some(start) = start(joint) {
         put("start", start);
     }
-    // In the file, the z axes of a spherical joint are those of its bodies.
+    // In the file, the z axes of a spherical joint are those of the bodies that it connects.
     let is_tilted = joint.joint_type == JointType::Spherical
         && !joint.ranges.is_empty()
         && column(&axes, 2) != Vec3::new(0.0, 0.0, 1.0);
@@ -60,7 +60,8 @@ pub(super) fn table(mechanism: &Mechanism, joint: &Joint) -> Result<Table, Unwri
     Ok(table)
 }
 
-/// Ranges of a joint: that of its only degree of freedom, or a table of ranges by name.
+/// Returns the ranges of a joint: the range of its only degree of freedom, or a table of ranges by
+/// name.
 pub(in crate::exchange) fn range(joint: &Joint) -> Option<Value> {
     let pair = |range: &JointRange| -> Value {
         let (least, greatest) = range.limits;
@@ -89,8 +90,9 @@ fn column(matrix: &Mat3<f64>, j: usize) -> Vec3<f64> {
     Vec3::from(std::array::from_fn(|i| matrix.at(i, j)))
 }
 
-/// Start coordinates of a joint for the assembly. Spherical and free joints have no axes; they are
-/// written with rotated frames, to which their start coordinates refer.
+/// Returns the start coordinates of a joint for the assembly. The file gives no axes for spherical
+/// and free joints. Their frames in the file are therefore rotated, and the start coordinates refer
+/// to the rotated frames.
 fn start(joint: &Joint) -> Option<Value> {
     let axes = joint.frame_j.rotation;
     let turned = |x: &[f64]| axes * Quaternion::from_coordinates(x).rotation() * axes.transpose();

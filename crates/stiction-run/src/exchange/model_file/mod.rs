@@ -1,4 +1,5 @@
-//! Model file of a given mechanism: all legs are written out, and expressions are replaced by their values.
+//! Text of a model file for a given mechanism. All legs are written in full, and expressions are
+//! replaced by their values.
 
 pub(super) mod actuator;
 pub(super) mod friction;
@@ -13,14 +14,15 @@ use stiction_core::spatial::{Mat3, Pose, Vec3};
 use thiserror::Error;
 use toml::{Table, Value};
 
-/// Error: a model file cannot express this friction. It cannot occur for mechanisms that were read from a model file.
+/// Error: a model file cannot express this friction. The error cannot occur for mechanisms that
+/// were read from a model file.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error(
     "the backward friction of `{joint}` differs in kind from its forward friction, which a model \
      file cannot express"
 )]
 pub struct Unwritable {
-    /// Name of the joint.
+    /// Name of the joint whose friction cannot be expressed.
     pub joint: String,
 }
 
@@ -120,7 +122,7 @@ fn vector(v: Vec3<f64>) -> Value {
     Value::Array(v.to_array().map(Value::from).into())
 }
 
-/// Describes a rotation by axis and angle.
+/// Describes a rotation by its axis and angle.
 fn rotation(rotation: Mat3<f64>) -> Value {
     let turn = rotation.rotation_vector();
     let angle = turn.norm();
@@ -180,7 +182,8 @@ fn motion_table(mechanism: &Mechanism, motion: &[(Coordinate, Target<f64>)]) -> 
             "{value:?} {unit} + {rate:?} {unit}/s*t + {:?} {unit}/s^2*t^2",
             0.5 * acceleration
         );
-        // After a plus sign a minus would bind tighter than the unit, so `a + -b` becomes `a - b`.
+        // The model file cannot contain `a + -b`, because a minus after a plus sign would bind
+        // tighter than the unit; `a - b` is written instead.
         table.insert(name, text.replace("+ -", "- ").into());
     }
     table
