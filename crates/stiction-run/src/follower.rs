@@ -12,7 +12,7 @@ pub struct Follower<'a> {
     /// The mechanism at [`Self::time`].
     pub solver: InverseDynamics,
     time: f64,
-    /// Values of the motion at another instant.
+    /// Buffer for the values of the motion at the next instant.
     ahead: Vec<Target<f64>>,
 }
 
@@ -34,7 +34,7 @@ impl<'a> Follower<'a> {
         Ok(Self { motion, solver, time, ahead: targets })
     }
 
-    /// Reads the values of the motion at an instant, s, into [`Self::ahead`].
+    /// Reads the values of the motion at a time, s, into [`Self::ahead`].
     fn read(&mut self, time: f64) -> Result<(), Error> {
         self.ahead.clear();
         for signal in self.motion.signals() {
@@ -70,8 +70,9 @@ impl<'a> Follower<'a> {
         Ok(())
     }
 
-    /// Moves to another instant, s, at which the coordinates, rates and accelerations of the tree are known from an
-    /// earlier visit. Returns false, without a move, if they do not satisfy the constraints.
+    /// Moves the mechanism to another instant, s, at which the coordinates, rates and accelerations
+    /// of the spanning tree are known from an earlier visit. Returns false, without a move, if
+    /// these values do not satisfy the constraints.
     pub(crate) fn return_to(&mut self, time: f64, known: [&[f64]; 3]) -> bool {
         let finite = self.read(time).is_ok();
         let arrived = finite && self.solver.return_to(known, &self.ahead);
@@ -81,7 +82,8 @@ impl<'a> Follower<'a> {
         arrived
     }
 
-    /// Moves to another instant, s, in a single step. Returns false if the step is too long.
+    /// Moves the mechanism to another instant, s, in a single step. Returns false if the step is
+    /// too long.
     pub(crate) fn step_to(&mut self, time: f64) -> bool {
         self.ahead.clear();
         self.ahead.extend(self.motion.at(time));

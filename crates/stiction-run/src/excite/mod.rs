@@ -1,10 +1,11 @@
 //! Motions that excite parameters: periodic Fourier series within the limits of the robot, with the
 //! largest information about chosen parameters (D-optimal).
 //!
-//! [`ExciteSettings`] contain the options, and [`excite`] computes an [`Excitation`]. The excitation writes the
-//! reference motion, the options for [`crate::identify`], the summary and the JSON object.
+//! [`ExciteSettings`] contains the options, and [`excite`] computes an [`Excitation`]. The
+//! excitation provides the reference motion, the options for [`crate::identify`], the summary and
+//! the JSON object.
 //!
-//! Equations (X1) to (X4) of the book's theory.
+//! The theory is in equations (X1) to (X4) of the book.
 
 mod ascent;
 mod coordinates;

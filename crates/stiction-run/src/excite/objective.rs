@@ -1,6 +1,7 @@
-//! Objective of the search: the information of a motion and a barrier at its limits, with derivatives.
+//! Objective of the search: the information of a motion and a barrier at its limits, with
+//! derivatives.
 //!
-//! Equations (X2) and (X3) of the book's theory.
+//! The theory is in equations (X2) and (X3) of the book.
 
 use super::limits::Used;
 use super::probe::{Probe, Reading};
@@ -10,24 +11,25 @@ use stiction_core::kinematics::Target;
 use stiction_core::mechanism::{JointId, Mechanism};
 use stiction_core::spatial::Pose;
 
-/// The barrier acts above this used fraction of the limit on the singularity index.
+/// Used fraction of the limit on the singularity index above which the barrier acts.
 const NEAR: f64 = 0.5;
 /// Relative step of finite differences.
 const STEP: f64 = 1e-6;
-/// Bodies count as having returned to their first positions at the end of a period if their
-/// distance from them, in characteristic lengths, is below this value.
+/// Largest distance of a body from its initial position, in characteristic lengths, at which the
+/// body counts as having returned at the end of a period.
 const RETURNED: f64 = 1e-6;
 
-/// Sums over the instants of one period.
+/// Information, used fractions of limits, efforts and barrier of a motion, accumulated over the
+/// instants of one period.
 #[derive(Clone, Debug)]
 pub(super) struct Sweep {
     /// Information matrix of the parameters from the samples of one period, in units of the parameters' scales.
     pub(super) information: DMatrix<f64>,
-    /// Largest used fraction of each limit; for rated torques the root mean square.
+    /// Largest used fraction of each limit over the period; for rated torques the root mean square.
     pub(super) greatest: Vec<f64>,
     /// Root mean square of the effort of each actuator over the period and all payloads.
     pub(super) rms: Vec<f64>,
-    /// Mean over the instants of the barrier function of all limits.
+    /// Mean value of the barrier function of all limits over the period.
     barrier: f64,
 }
 
@@ -36,10 +38,11 @@ pub(super) struct Sweep {
 pub(super) struct Grid {
     factors: Vec<Factors>,
     pub(super) centre: Vec<f64>,
-    /// Displacement of each coordinate for coefficients of size one.
+    /// Displacement of each coordinate, rad or m, for a Fourier coefficient of one.
     pub(super) reach: Vec<f64>,
-    /// Number of instants between two evaluations of the singularity index; the instants between keep the earlier
-    /// value. The evaluation is the slowest part if statics is indeterminate.
+    /// Number of instants from one evaluation of the singularity index to the next. The instants
+    /// between two evaluations use the earlier value, because the evaluation is the slowest part if
+    /// the statics is indeterminate.
     stride: usize,
 }
 
@@ -60,8 +63,8 @@ impl Grid {
         self.factors.len()
     }
 
-    /// Positions, rates and accelerations of all coordinates at instant `k`. `x` contains the free coefficients of the
-    /// series of each coordinate in turn.
+    /// Returns the positions, rates and accelerations of all coordinates at instant `k`. `x`
+    /// contains the free coefficients of the Fourier series, coordinate by coordinate.
     pub(super) fn motion(&self, k: usize, x: &DVector<f64>) -> [Vec<f64>; 3] {
         let size = x.len() / self.centre.len();
         [0, 1, 2].map(|order| {
@@ -83,11 +86,12 @@ pub(super) struct Objective {
     home: Probe,
     poses: Vec<Pose<f64>>,
     pub(super) grid: Grid,
-    /// Weight of the rows of each actuator: the inverse of the standard deviation of its effort.
+    /// Weight of the regressor rows of each actuator: the inverse of the standard deviation of its
+    /// effort.
     pub(super) weights: Vec<f64>,
-    /// Columns of the chosen parameters in the regressor, with the parameters' scales.
+    /// Regressor columns of the chosen parameters, each with the scale of its parameter.
     pub(super) columns: Vec<(usize, f64)>,
-    /// Indices in `columns` of the parameters that each represent a base combination.
+    /// Indices in `columns` of the representative parameters, one for each base parameter.
     pub(super) leaders: Vec<usize>,
     rated: Vec<bool>,
 }
@@ -127,13 +131,13 @@ impl Objective {
         })
     }
 
-    /// The robot at the last instant of the last sweep.
+    /// Returns the evaluation of the robot at the most recent instant.
     pub(super) fn probe(&self) -> &Probe {
         &self.probe
     }
 
-    /// Evaluates all instants of a period in order and passes each to `each`. `None` if the robot cannot follow the
-    /// motion.
+    /// Evaluates the robot at all instants of a period in order, and calls `each` with the result
+    /// at each instant. `None` if the robot cannot follow the motion.
     pub(super) fn read(
         &mut self,
         grid: &Grid,
@@ -180,8 +184,8 @@ impl Objective {
         ])
     }
 
-    /// Rows of the regressor at an instant, for the chosen columns. They are scaled and weighted,
-    /// and zero for actuators on which friction at rest acts.
+    /// Returns the regressor rows at an instant for the chosen columns, scaled and weighted. The
+    /// rows are zero for actuators on which friction at rest acts.
     fn rows(weights: &[f64], columns: &[(usize, f64)], reading: &Reading) -> DMatrix<f64> {
         let actuators = weights.len();
         DMatrix::from_fn(reading.rows.nrows(), columns.len(), |row, column| {
@@ -239,13 +243,14 @@ impl Objective {
         self.sweep_on(&grid, x)
     }
 
-    /// Log-determinant of the information matrix of the base parameters.
+    /// Returns the log-determinant of the information matrix of the base parameters.
     pub(super) fn log_det(&self, sweep: &Sweep) -> Option<f64> {
         let own = leading(&sweep.information, &self.leaders);
         Some(2.0 * own.cholesky()?.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>())
     }
 
-    /// Objective with the weight `mu` of the barrier, and the sums over the period; `None` if a limit is exceeded.
+    /// Returns the objective with the weight `mu` of the barrier, and the sums over the period;
+    /// `None` if a limit is exceeded.
     pub(super) fn value(&mut self, x: &DVector<f64>, mu: f64) -> Option<(f64, Sweep)> {
         let sweep = self.sweep(x)?;
         if sweep.greatest.iter().any(|part| *part >= 1.0) {
@@ -314,13 +319,14 @@ impl Objective {
         (!failed && gradient.iter().all(|g| g.is_finite())).then_some(gradient)
     }
 
-    /// Utilisation of each limit.
+    /// Returns the utilisation of each limit over the period of `sweep`.
     pub(super) fn used(&self, sweep: &Sweep) -> Vec<Used> {
         self.probe.limits.used(&sweep.greatest)
     }
 }
 
-/// Ratio of rates to positions in the Fourier series, rad/s; it scales the steps of the finite differences.
+/// Returns the ratio of rates to positions in the Fourier series, rad/s, which scales the steps of
+/// the finite differences.
 fn grid_frequency(grid: &Grid) -> f64 {
     let size = |order: usize| {
         let all = grid.factors.iter().flat_map(|factors| factors[order].iter());
@@ -329,13 +335,14 @@ fn grid_frequency(grid: &Grid) -> f64 {
     size(1) / size(0)
 }
 
-/// Rows and columns of an information matrix for the parameters in `leaders`.
+/// Extracts the rows and columns of an information matrix for the parameters in `leaders`.
 pub(super) fn leading(information: &DMatrix<f64>, leaders: &[usize]) -> DMatrix<f64> {
     information.select_rows(leaders).select_columns(leaders)
 }
 
-/// Sum of `ln(1 - part^2)` over the limits that must hold at every instant, for used fractions `part`; minus infinity
-/// if a limit is exceeded. The last fraction is that of the singularity index, which contributes only near its limit.
+/// Returns the sum of `ln(1 - part^2)` over the limits that must hold at every instant, for used
+/// fractions `part`; minus infinity if a limit is exceeded. The last fraction is that of the
+/// singularity index, which contributes to the sum only near its limit.
 fn barrier(reading: &Reading, rated: &[bool]) -> f64 {
     let last = reading.parts.len().saturating_sub(1);
     let each = reading.parts.iter().zip(rated).enumerate().filter(|(_, (_, rated))| !**rated);

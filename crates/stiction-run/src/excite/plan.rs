@@ -11,7 +11,8 @@ use stiction_core::mechanism::Mechanism;
 use stiction_format::{ModelFile, did_you_mean, fits};
 use stiction_identify::Parameter;
 
-/// Standard deviation of an effort if `noise` is not given, as a fraction of its root mean square.
+/// Assumed standard deviation of a measured effort if `noise` is not set, as a fraction of the root
+/// mean square of the effort.
 const NOISE: f64 = 0.02;
 
 /// Returns the mechanism with each payload of the plan; a plan without payloads yields the mechanism alone.
@@ -82,7 +83,7 @@ pub(super) fn columns(
     Ok((0..parameters.len()).filter(|&k| is_wanted(&parameters[k])).collect())
 }
 
-/// Standard deviation of the effort of each actuator, N or N m.
+/// Returns the standard deviation of the measured effort of each actuator, N or N m.
 pub(super) fn noise_of(
     names: &Names,
     settings: &ExciteSettings,
@@ -109,8 +110,8 @@ pub(super) fn noise_of(
     each.collect()
 }
 
-/// Sets the scales of friction parameters that are zero in the model to the values that explain a
-/// tenth of the efforts.
+/// Sets the scale of each friction parameter whose value in the model is zero. With this value, the
+/// parameter would explain a tenth of the efforts.
 pub(super) fn scale_unknown(objective: &mut Objective, sweep: &Sweep) {
     let efforts: f64 = sweep.rms.iter().map(|rms| rms * rms).sum();
     let samples = objective.grid.len() as f64;

@@ -1,62 +1,66 @@
 //! Expected precision of parameters from logs of a motion, and parameters that these logs confound.
 //!
-//! Equation (X4) of the book's theory.
+//! The theory is in equation (X4) of the book.
 
 use super::objective::leading;
 use nalgebra::DMatrix;
 use stiction_identify::{BaseParameters, Kind, Parameter};
 
-/// Two parameters count as confounded above this correlation of their errors, as in identification.
+/// Correlation of the errors of two parameters above which they count as confounded, as in
+/// identification.
 const CONFOUNDED: f64 = 0.95;
 
-/// Parameter or combination of parameters, with its expected standard deviation.
+/// Parameter or linear combination of parameters, with its expected standard deviation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expected {
     /// Name of the parameter, or the combination in words.
     pub name: String,
     /// True for a single parameter, false for a combination.
     pub alone: bool,
-    /// Value in the model, SI units.
+    /// Value of the parameter or combination in the model, SI units.
     pub value: f64,
-    /// Expected standard deviation, SI units.
+    /// Expected standard deviation of the parameter or combination, SI units.
     pub sigma: f64,
-    /// SI unit.
+    /// SI unit of the parameter or combination.
     pub unit: &'static str,
 }
 
-/// Coefficient of friction and load-independent friction of one bearing, which logs with one payload may confound.
+/// Two friction parameters of one bearing that logs with a single payload may confound: the
+/// coefficient of friction and the load-independent friction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Confounded {
-    /// Name of the coefficient of friction.
+    /// Name of the parameter for the coefficient of friction.
     pub mu: String,
-    /// Name of the load-independent friction.
+    /// Name of the parameter for the load-independent friction.
     pub coulomb: String,
-    /// Correlation of the errors of both; -1 if only a combination of both is determined.
+    /// Correlation of the errors of the two parameters; -1 if only a combination of them is
+    /// determined.
     pub correlation: f64,
-    /// Payload of the model that is not in the plan and separates the two parameters best, with
-    /// their correlation if the motion is repeated with this payload.
+    /// Load of the model that is not in the plan and separates the two parameters best, with the
+    /// correlation of their errors if the motion is repeated with this payload.
     pub with: Option<(String, f64)>,
 }
 
 impl Confounded {
-    /// Returns whether logs of the plan confound the two.
+    /// Returns whether logs of the plan confound the two parameters.
     pub fn needs_payload(&self) -> bool {
         self.correlation.abs() > CONFOUNDED
     }
 
-    /// Returns whether repeating the motion with the suggested payload separates the two.
+    /// Returns whether repeating the motion with the suggested payload separates the two
+    /// parameters.
     pub fn is_cured(&self) -> bool {
         self.with.as_ref().is_some_and(|(_, correlation)| correlation.abs() <= CONFOUNDED)
     }
 }
 
-/// Covariance of the base parameters in units of their scales. `samples` is the number of log
-/// samples for each sample in the information matrix.
+/// Returns the covariance matrix of the base parameters in units of their scales. `samples` is the
+/// number of log samples for each sample in the information matrix.
 fn covariance(information: &DMatrix<f64>, leaders: &[usize], samples: f64) -> Option<DMatrix<f64>> {
     Some(leading(information, leaders).cholesky()?.inverse() / samples)
 }
 
-/// Expected standard deviations of all base parameters.
+/// Returns the expected standard deviations of all base parameters.
 pub(super) fn expected(
     information: &DMatrix<f64>,
     base: &BaseParameters,
@@ -87,7 +91,8 @@ pub(super) fn expected(
     Some(all.into_iter().map(|(_, expected)| expected).collect())
 }
 
-/// Correlation of the coefficient of friction with the load-independent friction, for each bearing.
+/// Returns, for each bearing, the correlation of the coefficient of friction with the
+/// load-independent friction.
 pub(super) fn pairs(
     information: &DMatrix<f64>,
     base: &BaseParameters,

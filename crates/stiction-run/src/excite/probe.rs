@@ -1,5 +1,5 @@
-//! Evaluation of the robot at one instant: rows of the regression with each payload, efforts, and used fractions of the
-//! limits.
+//! Evaluation of the robot at one instant: regressor rows with each payload, efforts, and used
+//! fractions of the limits.
 
 use super::coordinates::dof_value;
 use super::limits::{Limits, Snapshot};
@@ -12,7 +12,7 @@ use stiction_core::statics::newton_euler::NewtonEuler;
 use stiction_core::statics::{SingularityDistances, Statics};
 use stiction_identify::{Kind, Parameter, Regressor, Rest};
 
-/// Singularity index of the actuation.
+/// Evaluation of the actuation singularity index.
 #[derive(Clone, Debug)]
 pub(super) struct Index {
     fast: Option<SingularityDistances>,
@@ -27,8 +27,8 @@ impl Index {
         Self { fast, spins }
     }
 
-    /// Returns true if the evaluation of the indices takes no longer than the computation of
-    /// efforts.
+    /// Returns true if the evaluation of the singularity index takes no longer than the computation
+    /// of the efforts.
     pub(super) fn is_fast(&self) -> bool {
         self.fast.is_some()
     }
@@ -50,7 +50,7 @@ impl Index {
     }
 }
 
-/// Parameters and data for the forces with one payload.
+/// Parameters and buffers for the computation of forces with one payload.
 #[derive(Clone, Debug)]
 struct Case {
     engine: Parameters<f64>,
@@ -62,7 +62,7 @@ struct Case {
 pub(super) struct Probe {
     regressor: Regressor,
     cases: Vec<Case>,
-    /// Column and interface of each coefficient of friction.
+    /// Regressor column and friction interface of each coefficient of friction.
     mu: Vec<(usize, usize)>,
     /// Parameters of the mechanism without payload, for positions and joints.
     nominal: Parameters<f64>,
@@ -70,23 +70,25 @@ pub(super) struct Probe {
     index: Index,
 }
 
-/// Results at one instant.
+/// Result of an evaluation of the robot at one instant.
 #[derive(Clone, Debug)]
 pub(super) struct Reading {
-    /// Effort per unit of each parameter: a row for each actuator, payload by payload.
+    /// Regressor matrix: effort per unit of each parameter. There is one row for each actuator,
+    /// payload by payload.
     pub(super) rows: DMatrix<f64>,
-    /// True for each row on which friction at rest acts, so that the row carries no information.
+    /// True for each regressor row on which friction at rest acts, so that the row carries no
+    /// information.
     pub(super) resting: Vec<bool>,
-    /// Efforts of all actuators, for each payload.
+    /// Efforts of all actuators, N or N m, for each payload.
     pub(super) efforts: Vec<Vec<f64>>,
     /// Used fractions of all limits, see [`Limits::parts`].
     pub(super) parts: Vec<f64>,
-    /// Singularity index of the actuation.
+    /// Singularity index of actuation.
     pub(super) index: f64,
 }
 
 impl Probe {
-    /// Creates the evaluation; `loaded` are the mechanisms with each payload.
+    /// Creates the evaluation; `loaded` contains the mechanism with each payload.
     pub(super) fn new(
         regressor: Regressor,
         loaded: &[Mechanism],
@@ -110,7 +112,7 @@ impl Probe {
         Self { cases, mu, nominal, limits, index, regressor }
     }
 
-    /// Returns the same robot with other payloads.
+    /// Returns a copy of this evaluation for other payloads.
     pub(super) fn with_payloads(&self, loaded: &[Mechanism]) -> Self {
         let limits = self.limits.with_payloads(loaded.len());
         Self::new(self.regressor.clone(), loaded, limits, self.index.clone())
@@ -124,12 +126,12 @@ impl Probe {
         self.regressor.mechanism()
     }
 
-    /// Motion of all bodies at the last instant.
+    /// Returns the motion of all bodies at the instant evaluated last.
     pub(super) fn bodies(&self) -> &Bodies<f64> {
         self.regressor.bodies()
     }
 
-    /// Motion of a joint's degree of freedom at the last instant.
+    /// Returns the motion of a joint's degree of freedom at the instant evaluated last.
     pub(super) fn dof_at(&self, joint: JointId, dof: usize) -> Target<f64> {
         let bodies = self.bodies();
         let value = dof_value(self.mechanism(), bodies, joint, dof);
@@ -137,13 +139,14 @@ impl Probe {
         bodies.joint_motion(topology, &self.nominal, (joint.0, dof), value)
     }
 
-    /// Number of payloads, and number of actuators.
+    /// Returns the number of payloads and the number of actuators.
     pub(super) fn shape(&self) -> (usize, usize) {
         (self.cases.len(), self.mechanism().actuators().count())
     }
 
-    /// Evaluates a motion near that of the last instant; `None` if a force is not finite. `known_index`, if given,
-    /// replaces the evaluation of the singularity index, which depends on positions only.
+    /// Evaluates the robot in a motion near that of the previous evaluation; `None` if a force is
+    /// not finite. If `known_index` is given, it replaces the evaluation of the singularity index,
+    /// which depends on positions only.
     pub(super) fn at(&mut self, motion: [&[f64]; 3], known_index: Option<f64>) -> Option<Reading> {
         let [q, v, a] = motion;
         let columns = self.regressor.at(q, v, a).ok()?;

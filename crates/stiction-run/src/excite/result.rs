@@ -3,7 +3,7 @@
 use super::limits::Used;
 use super::precision::{Confounded, Expected};
 
-/// Quality of a motion for identification.
+/// Measures of the information about the parameters in a motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quality {
     /// Natural logarithm of the determinant of the information matrix. The base parameters are in
@@ -35,13 +35,13 @@ pub struct Excitation {
     pub seed: u64,
     /// Names of the loads with which the motion is repeated; empty for the robot alone.
     pub payloads: Vec<String>,
-    /// Quality of the random start.
+    /// Quality of the random motion from which the search starts.
     pub start: Quality,
-    /// Quality of the result.
+    /// Quality of the designed motion.
     pub quality: Quality,
     /// Number of steps of the search.
     pub steps: usize,
-    /// Utilisation of all limits by the motion, evaluated on the fine grid.
+    /// Utilisation of all limits by the motion, evaluated on the fine time grid of the final check.
     pub limits: Vec<Used>,
     /// Standard deviation of the measured effort of each actuator: name, value, unit.
     pub noise: Vec<(String, f64, &'static str)>,
@@ -51,7 +51,7 @@ pub struct Excitation {
     pub expected: Vec<Expected>,
     /// Names of the chosen parameters that have no effect on the efforts.
     pub without_effect: Vec<String>,
-    /// Pairs of friction parameters of one bearing, with their correlations.
+    /// Pairs of friction parameters of one bearing, with the correlations of their errors.
     pub pairs: Vec<Confounded>,
     /// Cautions to be read before the motion is used.
     pub cautions: Vec<String>,

@@ -20,12 +20,12 @@ use stiction_identify::{Choice, Kind, Parameter, Regressor};
 
 /// Number of instants per period of the highest harmonic during the search.
 const PER_PERIOD: usize = 16;
-/// Number of instants per period of the highest harmonic at which the singularity index is evaluated, if its
-/// evaluation is slow.
+/// Number of instants per period of the highest harmonic at which the singularity index is
+/// evaluated, if the evaluation of the index is slow.
 const INDICES: usize = 4;
-/// Factor by which the grid of the final check is finer than that of the search.
+/// Factor by which the time grid of the final check is finer than that of the search.
 const FINER: usize = 10;
-/// Number of random motions from which the search chooses its start.
+/// Number of random motions among which the search chooses its start.
 const STARTS: usize = 5;
 /// Weights of the barrier, divided by the number of base parameters; the search is repeated with
 /// each weight in turn.
@@ -120,8 +120,7 @@ pub fn excite(
         done += usize::from(!is_stopped);
         !is_stopped
     };
-    // Short searches start from several random motions; long searches continue from the best
-    // result.
+    // Short searches compare several random motions; long searches continue from the best result.
     let each = settings.iterations.div_ceil(BARRIER.len());
     let weight = |k: usize| BARRIER[k] * base.rank() as f64;
     let mut now = Point { x: begun.x.clone(), sweep: begun.sweep.clone() };

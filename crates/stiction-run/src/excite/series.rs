@@ -1,29 +1,31 @@
 //! Finite Fourier series whose periods begin and end at rest.
 //!
-//! Equation (X1) of the book's theory: `q(t) = c + sum a_k sin(k w t) + b_k (cos(k w t) - 1)` with `sum k a_k = 0` and
-//! `sum k^2 b_k = 0`, so that at the ends of a period the position is `c` and rate and acceleration vanish. The motion
-//! contains no frequency above the highest harmonic, and periods join smoothly.
+//! The theory is in equation (X1) of the book: `q(t) = c + sum a_k sin(k w t) + b_k (cos(k w t) -
+//! 1)` with `sum k a_k = 0` and `sum k^2 b_k = 0`. At the ends of a period the position is
+//! therefore `c`, and rate and acceleration vanish. The motion contains no frequency above the
+//! highest harmonic, and successive periods join smoothly.
 
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
-/// Series of one coordinate as a linear function of its free coefficients.
+/// Fourier series of one coordinate as a linear function of its free coefficients.
 #[derive(Clone, Debug)]
 pub(super) struct Series {
     /// Angular frequency of the first harmonic, rad/s.
     omega: f64,
-    /// Matrix from free coefficients to the coefficients `a` of sines; its columns are orthonormal.
+    /// Matrix from the free coefficients to the coefficients `a` of the sines; its columns are
+    /// orthonormal.
     sines: DMatrix<f64>,
-    /// Matrix from free coefficients to the coefficients `b` of cosines; its columns are
+    /// Matrix from the free coefficients to the coefficients `b` of the cosines; its columns are
     /// orthonormal.
     cosines: DMatrix<f64>,
 }
 
-/// Factors of the free coefficients in value, rate and acceleration at one time.
+/// Factors of the free coefficients in the position, rate and acceleration at one time.
 pub(super) type Factors = [DVector<f64>; 3];
 
 impl Series {
-    /// Creates the series for the frequency of the first harmonic, Hz, and at least two harmonics.
+    /// Creates a series with `frequency`, Hz, of the first harmonic and at least two harmonics.
     pub(super) fn new(frequency: f64, harmonics: usize) -> Self {
         let weights = |power: i32| {
             DVector::from_fn(harmonics, |k, _| ((k + 1) as f64).powi(power)).normalize()
@@ -40,7 +42,7 @@ impl Series {
         self.sines.ncols() + self.cosines.ncols()
     }
 
-    /// Returns the factors at a time, s.
+    /// Returns the factors of the free coefficients at a time, s.
     pub(super) fn factors(&self, time: f64) -> Factors {
         let count = self.sines.nrows();
         let derivative = |order: i32| {
@@ -60,7 +62,7 @@ impl Series {
         [derivative(0), derivative(1), derivative(2)]
     }
 
-    /// Coefficients of sines and cosines for given free coefficients.
+    /// Returns the coefficients of the sines and of the cosines for given free coefficients.
     pub(super) fn coefficients(&self, free: &[f64]) -> [Vec<f64>; 2] {
         let (first, second) = free.split_at(self.sines.ncols());
         let of = |basis: &DMatrix<f64>, part: &[f64]| {
@@ -109,7 +111,7 @@ mod tests {
                 assert!((slope - now[k + 1]).abs() < 1e-4 * (1.0 + now[k + 1].abs()), "{t} {k}");
             }
         }
-        // The coefficients give the same value.
+        // The sum of sines and cosines has the same value.
         let [a, b] = series.coefficients(free.as_slice());
         let w = |k: usize| TAU * 0.4 * (k + 1) as f64 * 1.1;
         let sum: f64 = (0..5).map(|k| a[k] * w(k).sin() + b[k] * (w(k).cos() - 1.0)).sum();

@@ -5,7 +5,8 @@ use nalgebra::{DMatrix, DVector, RowDVector};
 use stiction_core::random::Random;
 use stiction_identify::{BaseParameters, Parameter};
 
-/// Computes the combinations that efforts determine at positions of the motion, with random rates.
+/// Computes the combinations of parameters that the efforts determine, at positions of the motion
+/// with random rates.
 pub(super) fn structure(
     objective: &mut Objective,
     x: &DVector<f64>,

@@ -8,7 +8,8 @@ use std::fmt::Write as _;
 use stiction_draw::numbers::number;
 
 impl Excitation {
-    /// Geometric mean of the factors by which the standard deviations are smaller than those of the random start.
+    /// Returns the factor by which the search reduced the standard deviations, as the geometric
+    /// mean over all base parameters, compared with the random start.
     pub fn gain(&self) -> f64 {
         let count = self.expected.len().max(1) as f64;
         (0.5 * (self.quality.log_det - self.start.log_det) / count).exp()

@@ -19,7 +19,8 @@ use stiction_format::{Law, Signal};
 /// Update interval of inverse-dynamics efforts if there is no controller, s.
 const UPDATE: f64 = 1e-3;
 
-/// Two instants count as one if their distance is below this fraction of a sampling period.
+/// Distance between two instants, as a fraction of a sampling period, below which they count as
+/// one.
 const SAME: f64 = 1e-6;
 
 /// Source of the motion of a prescribed actuator.
@@ -41,31 +42,35 @@ pub(super) struct Acting<'a> {
     forward: &'a Forward,
     job: &'a Job<'a>,
     sources: Vec<MotionSource<'a>>,
-    /// Motion of the whole mechanism, for prescribed actuators without their own signal.
+    /// Motion of the whole mechanism, for prescribed actuators without their own signal in the
+    /// motion.
     leader: Option<Guide<'a>>,
     /// Reference motions of the actuators that follow the motion.
     references: References<'a>,
-    /// Motion of the whole mechanism at the samples of the results, for references in space. `None` if
-    /// [`Self::references`] follow that motion already, if the mechanism cannot follow it, or if not all actuators do.
+    /// Motion of the whole mechanism at the samples of the results, for reference poses of bodies.
+    /// `None` if [`Self::references`] already computes this motion, if the mechanism cannot follow
+    /// the motion, or if not all actuators follow it.
     in_space: Option<Guide<'a>>,
     controller: Option<Controller<'a>>,
     motors: Motors,
-    /// Efforts that are held between two samples, N or N m.
+    /// Actuator efforts that stay constant between two samples of the controller, N or N m.
     kept: Vec<f64>,
-    /// Number of samples taken so far.
+    /// Number of samples of the controller taken so far.
     samples: usize,
     /// Sample times of the results, s.
     instants: Instants,
     /// State of [`Self::leader`] at the start of the present step.
     leader_from: Vec<f64>,
     period: Option<f64>,
-    /// Time of the next payload that is picked up or placed, s; infinite if none is ahead.
+    /// Time of the next change of a payload, s; infinite if no payload is picked up or placed
+    /// later.
     pub(super) payload_change: f64,
-    /// True for a controller in continuous time.
+    /// True if the controller acts in continuous time.
     is_continuous: bool,
-    /// Actuators whose control law has an integral part, which the simulation integrates.
+    /// Indices of the actuators whose control law has an integral part, which the simulation
+    /// integrates.
     integrating: Vec<usize>,
-    /// Actuators whose effort the continuous controller limits.
+    /// Indices of the actuators whose effort the continuous controller limits.
     limited: Vec<usize>,
     /// State of [`Self::references`] at the start of the present step, for a continuous controller.
     reference_from: Vec<f64>,
@@ -80,13 +85,14 @@ pub(super) struct Acting<'a> {
     pub(super) without_load: Option<Error>,
 }
 
-/// Pose that is not known.
+/// Returns a pose of NaN, which represents an unknown pose.
 fn unknown() -> Pose<f64> {
     let nan = Vec3::new(f64::NAN, f64::NAN, f64::NAN);
     Pose { rotation: Mat3 { columns: [nan; 3] }, position: nan }
 }
 
-/// Actuators with a prescribed motion or a lock, in the order of the targets of [`Acting`].
+/// Returns the indices of the actuators with a prescribed motion or a lock, in the order of the
+/// targets of [`Acting`].
 pub(super) fn prescribed(job: &Job<'_>) -> Vec<usize> {
     let moved = job.prescribed.iter().filter(|a| !job.locked.contains(a));
     moved.chain(&job.locked).copied().collect()
@@ -147,7 +153,7 @@ impl<'a> Acting<'a> {
             .iter()
             .map(|(joint, dof)| forward.joint_coordinate(state, &bodies, *joint, *dof));
         let references = References::new(job, forward, &starts.collect::<Vec<_>>())?;
-        // Without this reference, the simulation is complete but for its tracking error in space.
+        // Without this reference, the results lack only the tracking error in space.
         let in_space = match job.follows_in_space() && !references.is_guided() {
             true => Guide::new(job).ok().flatten(),
             false => None,
@@ -178,7 +184,8 @@ impl<'a> Acting<'a> {
         })
     }
 
-    /// Time of the next sample, s; exactly the time of a result row if the two differ by rounding only.
+    /// Returns the time of the next sample of the controller, s. If it differs from the time of a
+    /// result row by rounding only, the time of the row is returned.
     fn next_sample(&self) -> Option<f64> {
         let period = self.period?;
         let time = self.job.from + self.samples as f64 * period;
@@ -235,10 +242,11 @@ impl<'a> Acting<'a> {
         }
     }
 
-    /// Reference motions of all actuators at a time, s; zeros for actuators that follow no motion.
+    /// Returns the reference motions of all actuators at a time, s; zeros for actuators that follow
+    /// no motion.
     pub(super) fn references_at(&mut self, time: f64) -> Result<&[Target<f64>], Error> {
-        // A continuous controller requests references at times in any order, so each evaluation
-        // begins at the start of the step.
+        // A continuous controller evaluates references at times in any order, so each evaluation
+        // starts from the state at the start of the step.
         if !self.reference_from.is_empty()
             && self.references.restore(&self.reference_from).is_none()
         {
@@ -247,8 +255,9 @@ impl<'a> Acting<'a> {
         self.references.at(time)
     }
 
-    /// Replaces `poses` by the reference poses of bodies in the world at a sample, s, whose references
-    /// [`Self::references_at`] has just computed; NaN from the first sample on at which the mechanism cannot follow the
+    /// Replaces `poses` by the reference poses of `bodies` in the world at a sample, s. The
+    /// references of the actuators at this sample must be computed by [`Self::references_at`]
+    /// first. The poses are NaN from the first sample at which the mechanism cannot follow the
     /// motion.
     pub(super) fn reference_poses(
         &mut self,
@@ -266,7 +275,7 @@ impl<'a> Acting<'a> {
         }
     }
 
-    /// Position error and rate error of an actuator.
+    /// Returns the position error and the rate error of an actuator.
     fn error(&self, view: &View<'_>, reference: &[Target<f64>], actuator: usize) -> (f64, f64) {
         let Target { value, rate, .. } = reference[actuator];
         (value - view.actuator_coordinate(actuator), rate - view.actuator_rate(actuator))
@@ -299,7 +308,7 @@ impl<'a> Acting<'a> {
         }
     }
 
-    /// Formulas that give efforts as functions of the measured state; they are evaluated in
+    /// Returns the formulas of efforts as functions of the measured state, which are evaluated in
     /// continuous time.
     fn laws(&self) -> &'a [(usize, Law)] {
         match (self.job.drives, self.period) {
@@ -308,14 +317,15 @@ impl<'a> Acting<'a> {
         }
     }
 
-    /// Sides (true if positive) of the switching functions of the effort formulas, followed by
-    /// those of the load formulas.
+    /// Returns the sides (true if positive) of the switching functions of the effort formulas,
+    /// followed by those of the load formulas.
     fn law_sides<'v>(&self, view: &View<'v>) -> &'v [bool] {
         let before = self.job.stops.len() + 2 * self.limited.len();
         view.sides().get(before..).unwrap_or_default()
     }
 
-    /// Limits an effort of the continuous controller; the sides of the switching functions decide which limit acts.
+    /// Limits an effort of the continuous controller. The signs of the switching functions decide
+    /// which limit acts.
     fn limited(&self, view: &View<'_>, actuator: usize, demand: f64) -> f64 {
         let Some(controller) = &self.controller else { return demand };
         let Some(place) = self.limited.iter().position(|own| *own == actuator) else {
@@ -327,13 +337,14 @@ impl<'a> Acting<'a> {
             Some([false, _]) => limit,
             Some([true, false]) => -limit,
             Some(_) => demand,
-            // Before the start of the simulation the sides are unknown.
+            // Before the start of the simulation, the signs of the switching functions are unknown.
             None => demand.clamp(-limit, limit),
         }
     }
 
     /// Follows the motion of the whole mechanism from the start of the present step to a time, s.
-    /// The result depends only on that start and the time, not on earlier evaluations.
+    /// The result depends only on the state at the start of the step and on the time, not on
+    /// earlier evaluations.
     fn lead(&mut self, time: f64) {
         let Some(leader) = &mut self.leader else { return };
         if !self.leader_from.is_empty() && leader.restore(&self.leader_from).is_none() {
@@ -344,8 +355,8 @@ impl<'a> Acting<'a> {
         }
     }
 
-    /// Writes the efforts that signals and formulas give. `sides` contains the side of each
-    /// switching function of the formulas, true if positive.
+    /// Writes the efforts given by signals and formulas to `efforts`. `sides` contains the side of
+    /// each switching function of the formulas, true if positive.
     fn given_at(&self, view: &View<'_>, mut sides: &[bool], efforts: &mut [f64]) {
         if let Feed::Given(drives) = self.job.drives {
             for (actuator, signal) in &drives.efforts {
@@ -408,8 +419,8 @@ impl<'a> Acting<'a> {
 }
 
 impl Acting<'_> {
-    /// Returns an error if a formula of an effort has a kink or a jump at the present state. Its derivatives then
-    /// differ on both sides, so there is no linear model.
+    /// Returns an error if a formula of an effort has a kink or a jump at the present state. A
+    /// linear model does not exist there, because the derivatives differ between both sides.
     pub(super) fn refuse_kinks(&mut self, simulation: &Simulation<'_>) -> Result<(), Error> {
         // Distance from a kink, in SI units, that counts as a rounding error.
         const AT_KINK: f64 = 1e-9;
@@ -551,7 +562,7 @@ impl Inputs for Acting<'_> {
     fn next_change(&self, time: f64) -> Option<f64> {
         let sample = self.next_sample().filter(|next| *next > time);
         let recorded = match (self.job.drives, self.period) {
-            // If there is a sampling period, recorded efforts are evaluated at its samples only.
+            // If there is a sampling period, recorded efforts are evaluated only at its samples.
             (Feed::Given(drives), None) => {
                 drives.samples.as_ref().and_then(|samples| samples.after(time))
             }
@@ -566,7 +577,7 @@ impl Inputs for Acting<'_> {
         let constant = |signal: &Signal| signal.is_constant();
         let loads = self.job.acting_loads().are_steady();
         let efforts = match (self.job.drives, self.period) {
-            // Efforts are held between samples, and each interval ends at a sample.
+            // Efforts are constant between samples, and each interval ends at a sample.
             (_, Some(_)) => true,
             (Feed::Given(drives), None) => {
                 drives.efforts.iter().all(|(_, signal)| constant(signal))
@@ -587,7 +598,7 @@ impl Inputs for Acting<'_> {
     fn seen_until(&self, time: f64) -> f64 {
         let efforts: &[(usize, Signal)] = match (self.job.drives, self.period) {
             (Feed::Given(drives), None) => &drives.efforts,
-            // Efforts are held between samples.
+            // Efforts are constant between samples.
             _ => &[],
         };
         let own = self.sources.iter().filter_map(|way| match way {

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use stiction_core::forward::{Competitor, Event, EventKind, Method, RateJump};
 use stiction_core::mechanism::{BodyId, JointId, Mechanism};
 
-/// Checkpoint after a sample of a simulation, as numbers. The simulation can be resumed from it.
+/// State of a simulation after a sample, as numbers. The simulation can be resumed from this state.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RunCheckpoint {
     /// Number of samples completed.
@@ -14,13 +14,13 @@ pub struct RunCheckpoint {
     pub simulation: Vec<f64>,
     /// State of controllers and other inputs, including the assembly states of their models.
     pub inputs: Vec<f64>,
-    /// Results accumulated from the samples so far.
+    /// Results accumulated over the completed samples.
     pub figures: Figures,
-    /// Events until this sample.
+    /// Events up to the sample of the checkpoint.
     pub events: Vec<Event>,
 }
 
-/// Results that are accumulated over the samples; see [`super::Outcome`].
+/// Results accumulated over the samples of a simulation; see [`super::Outcome`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Figures {
     /// Largest number of redundant constraints at any sample.
@@ -91,7 +91,7 @@ impl RunCheckpoint {
 }
 
 impl Job<'_> {
-    /// Fingerprint of everything that determines the simulation except its end time: mechanism, motion, load,
+    /// Returns a hash of all inputs of the simulation except its end time: mechanism, motion, load,
     /// controller, start, accuracy.
     pub fn fingerprint(&self) -> u64 {
         let drives = match self.drives {
@@ -124,7 +124,7 @@ pub fn checksum(text: &str) -> u64 {
     })
 }
 
-/// Writes numbers separated by spaces, in the shortest form that reads back as the same number.
+/// Formats numbers, separated by spaces, in the shortest form that reads back as the same number.
 fn text(numbers: &[f64]) -> String {
     let each: Vec<String> = numbers.iter().map(|x| format!("{x:?}")).collect();
     each.join(" ")
@@ -198,7 +198,7 @@ fn event(value: &Value) -> Option<Event> {
     } else {
         let loads = value["others"].as_array()?.iter().map(numbers);
         let others = loads.map(|loads| {
-            // Competing solutions are not needed after a restart.
+            // Competing solutions are not needed after a restart from a checkpoint.
             Some(Competitor { loads: loads?, accelerations: Vec::new(), interfaces: Vec::new() })
         });
         let others = others.collect::<Option<_>>()?;

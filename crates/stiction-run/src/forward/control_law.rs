@@ -19,7 +19,7 @@ pub struct Measured<'a> {
     pub reference: &'a [Target<f64>],
 }
 
-/// Positions, m or rad, and rates of all actuators of a simulation.
+/// Returns the positions, m or rad, and the rates, m/s or rad/s, of all actuators of a simulation.
 pub(super) fn actuator_motion(view: &View<'_>, actuators: usize) -> (Vec<f64>, Vec<f64>) {
     (0..actuators).map(|k| (view.actuator_coordinate(k), view.actuator_rate(k))).unzip()
 }

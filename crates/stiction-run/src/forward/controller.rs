@@ -46,26 +46,27 @@ pub(super) struct Controller<'a> {
     control: &'a Control,
     /// Gains of each actuator.
     pub(super) gains: Vec<Gains>,
-    /// Integral part of each actuator at the last sample, N or N m. Zeros for a controller in continuous time, whose
-    /// integral parts the simulation integrates.
+    /// Integral part of the effort of each actuator at the last sample, N or N m. Zeros for a
+    /// controller in continuous time, because the simulation then integrates these parts.
     integrals: Vec<f64>,
-    /// Inverse dynamics with prescribed coordinates of the actuators, for computed torque.
+    /// Inverse dynamics for computed torque, in which the coordinates of the actuators are
+    /// prescribed.
     model: Option<InverseDynamics>,
     motors: Motors,
-    /// Positions measured at the previous sample.
+    /// Positions of all actuators at the previous sample, m or rad; `None` at the first sample.
     before: Option<Vec<f64>>,
 }
 
 /// Measurements, references and feed-forward efforts that a controller receives at a sample.
 pub(super) struct ControllerInput<'a> {
     pub(super) time: f64,
-    /// Positions and rates of all actuators; angles count full turns.
+    /// Positions, m or rad, and rates of all actuators; angles count full turns.
     pub(super) actual: &'a [(f64, f64)],
     /// Reference motions of the actuators.
     pub(super) reference: &'a [Target<f64>],
     /// Feed-forward efforts, N or N m.
     pub(super) feed: &'a [f64],
-    /// Friction contributions to the efforts of the reference motion.
+    /// Friction contributions to the efforts of the reference motion, N or N m.
     pub(super) friction: &'a [f64],
     /// External loads.
     pub(super) loads: &'a [AppliedLoad<f64>],
@@ -127,8 +128,8 @@ impl<'a> Controller<'a> {
         Ok(controller)
     }
 
-    /// Appends the state to `numbers`: integral parts, the last measured positions preceded by their number, and the
-    /// position of the controller's model.
+    /// Appends the state of the controller to `numbers`: integral parts, the last measured
+    /// positions preceded by their number, and the configuration of the controller's model.
     pub(super) fn save(&self, numbers: &mut Vec<f64>) {
         numbers.extend(&self.integrals);
         let before = self.before.as_deref().unwrap_or_default();
@@ -156,8 +157,8 @@ impl<'a> Controller<'a> {
         }
     }
 
-    /// Effective mass of each actuator, kg or kg m^2: the effort per unit acceleration of this actuator while the
-    /// others do not accelerate.
+    /// Returns the effective mass of each actuator, kg or kg m^2: the effort per unit acceleration
+    /// of one actuator while the others do not accelerate.
     fn masses(&mut self) -> Result<Vec<f64>, Error> {
         let Some(model) = &mut self.model else {
             return Ok(vec![0.0; self.control.channels.len()]);
@@ -189,7 +190,7 @@ impl<'a> Controller<'a> {
         Ok(masses)
     }
 
-    /// Computes the efforts that are held from this sample on, N or N m.
+    /// Computes the efforts, N or N m, that act from this sample until the next one.
     pub(super) fn sample(&mut self, input: &ControllerInput<'_>) -> Result<Vec<f64>, Error> {
         let control = self.control;
         let ControllerInput { time, actual, reference, feed, friction, loads } = input;
@@ -254,8 +255,8 @@ impl<'a> Controller<'a> {
     }
 }
 
-/// Creates inverse dynamics of the mechanism at its present pose, with the coordinates of the actuators prescribed;
-/// without friction unless its settings are changed.
+/// Creates inverse dynamics of the mechanism at its present pose, in which the coordinates of the
+/// actuators are prescribed. The settings of the new solver exclude friction.
 pub(super) fn by_actuators(
     model: &ModelFile,
     forward: &Forward,

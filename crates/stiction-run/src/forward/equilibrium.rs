@@ -1,8 +1,9 @@
 //! Static equilibrium without friction.
 //!
-//! The accelerations at rest vanish at an equilibrium, `a(q) = 0`. The derivative `da/dq` is minus the product of
-//! inverse mass matrix and stiffness. Each step solves `(lambda - da/dq) dq = a`, with `lambda` above all eigenvalues
-//! of the derivative: a damped Newton step, which descends the potential energy if the forces have one.
+//! At an equilibrium, the accelerations of the mechanism at rest vanish: `a(q) = 0`. The derivative
+//! `da/dq` is minus the product of inverse mass matrix and stiffness. Each step of the search
+//! solves `(lambda - da/dq) dq = a`, with `lambda` above all eigenvalues of the derivative. This is
+//! a damped Newton step, which descends the potential energy if the forces have one.
 
 use super::acting_inputs::Acting;
 use super::holding::Holding;
@@ -25,12 +26,12 @@ const STEPS: usize = 150;
 const LONGEST: f64 = 0.2;
 /// Largest distance that the search may cover, rad or characteristic lengths.
 const FAR: f64 = 20.0;
-/// The search has converged if its step is shorter than this, rad or characteristic lengths.
+/// Length of a step, rad or characteristic lengths, below which the search has converged.
 const LAST: f64 = 1e-12;
-/// Eigenvalues below this fraction of the largest eigenvalue, or of the square of the characteristic frequency, count
-/// as zero.
+/// Eigenvalues count as zero below this fraction of the largest eigenvalue, or of the square of the
+/// characteristic frequency.
 const NEUTRAL: f64 = 1e-7;
-/// Imaginary parts below this fraction of the largest eigenvalue count as round-off.
+/// Imaginary parts count as round-off below this fraction of the largest eigenvalue.
 const COMPLEX: f64 = 1e-6;
 
 /// Stability of an equilibrium.
@@ -47,7 +48,7 @@ pub enum Stability {
 }
 
 impl Stability {
-    /// Name of the kind of stability in reports.
+    /// Returns the name of this kind of stability in reports.
     pub fn word(self) -> &'static str {
         match self {
             Self::Stable => "stable",
@@ -58,7 +59,7 @@ impl Stability {
     }
 }
 
-/// A position in which a mechanism rests without friction.
+/// Position in which a mechanism is at rest without friction.
 #[derive(Clone, Debug)]
 pub struct Equilibrium {
     heading: String,
@@ -75,22 +76,22 @@ pub struct Equilibrium {
     pub efforts: Vec<(String, &'static str, f64)>,
     /// Number of steps of the search.
     pub steps: usize,
-    /// Effect of static friction at this position, if requested.
+    /// Effect of static friction at the equilibrium, if requested.
     pub holding: Option<Holding>,
     /// Remarks on the inputs.
     pub notes: Vec<String>,
-    /// State at the equilibrium.
+    /// State of the mechanism at the equilibrium.
     pub(super) state: State<f64>,
 }
 
 impl Job<'_> {
-    /// Finds a static equilibrium without friction near the start of the simulation. By default it is the next stable
-    /// one along the descent of the potential energy; with `nearest` it is the one to which Newton's method converges,
-    /// stable or not.
+    /// Finds a static equilibrium without friction near the start of the simulation. By default the
+    /// search descends the potential energy to a stable equilibrium. With `nearest`, it returns the
+    /// equilibrium to which Newton's method converges, stable or not.
     ///
     /// # Errors
-    /// [`Error::NoEquilibrium`] if the search finds none, because the mechanism moves on without bound or into a
-    /// singular position.
+    /// [`Error::NoEquilibrium`] if the search finds none, because the mechanism moves on without
+    /// bound or into a singular position.
     pub fn equilibrium(&self, nearest: bool) -> Result<Equilibrium, Error> {
         if !self.load.payloads.is_empty() {
             let (model, load) = self.with_payloads()?;
@@ -279,7 +280,7 @@ fn solve(slope: &DMatrix<f64>, a: &DVector<f64>, lambda: f64) -> Option<DVector<
     matrix.lu().solve(a).filter(|x| x.iter().all(|x| x.is_finite()))
 }
 
-/// Motion that grows fastest, by inverse iteration near the highest eigenvalue.
+/// Returns the motion that grows fastest, by inverse iteration near the highest eigenvalue.
 fn least_stable(slope: &DMatrix<f64>, highest: f64) -> DVector<f64> {
     let m = slope.nrows();
     // A fixed start vector without symmetry has a component along every motion.
@@ -293,7 +294,8 @@ fn least_stable(slope: &DMatrix<f64>, highest: f64) -> DVector<f64> {
 }
 
 impl Equilibrium {
-    /// Value of a coordinate, m or rad; `None` if no coordinate has that name.
+    /// Returns the value of a coordinate at the equilibrium, m or rad; `None` if no coordinate has
+    /// this name.
     pub fn coordinate(&self, name: &str) -> Option<f64> {
         self.coordinates.iter().find(|(own, ..)| own == name).map(|(.., value)| *value)
     }

@@ -9,13 +9,13 @@ use stiction_draw::numbers::number;
 /// Description of an event.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct DescribedEvent {
-    /// Time, s.
+    /// Time of the event, s.
     pub(crate) time: f64,
     /// Keyword of the kind of event.
     pub(crate) what: &'static str,
     /// Name of the friction interface or the joint; may be empty.
     pub(crate) at: String,
-    /// Further details; may be empty.
+    /// Further details of the event; may be empty.
     pub(crate) detail: String,
 }
 
@@ -72,8 +72,8 @@ fn describe(layout: &Layout, at_rest: &mut [bool], event: &Event) -> DescribedEv
     DescribedEvent { time: event.time, what, at, detail }
 }
 
-/// Total durations of event-driven integration and of time stepping between the first and the last
-/// sample, s.
+/// Returns the total durations, s, of event-driven integration and of time stepping between the
+/// first and the last sample.
 pub(crate) fn methods(events: &[Event], (first, last): (f64, f64)) -> [f64; 2] {
     let (mut passed, mut since, mut now) = ([0.0; 2], first, 0);
     for event in events {
@@ -87,7 +87,8 @@ pub(crate) fn methods(events: &[Event], (first, last): (f64, f64)) -> [f64; 2] {
     passed
 }
 
-/// Rates before and after a jump with their units, such as "slider 1 -> 0 m/s, rod 0 -> -1.342 rad/s".
+/// Returns the rates before and after a jump with their units, such as "slider 1 -> 0 m/s, rod 0 ->
+/// -1.342 rad/s".
 fn rate_jumps(layout: &Layout, rates: &[RateJump]) -> String {
     const MOST: usize = 4;
     let mut words: Vec<String> = Vec::new();
@@ -108,7 +109,7 @@ fn rate_jumps(layout: &Layout, rates: &[RateJump]) -> String {
     words.join(", ")
 }
 
-/// Keyword of an integration scheme.
+/// Returns the keyword of an integration scheme.
 pub(crate) fn method_name(method: Method) -> &'static str {
     match method {
         Method::Automatic => "automatic",
@@ -117,12 +118,12 @@ pub(crate) fn method_name(method: Method) -> &'static str {
     }
 }
 
-/// Direction of sliding in words.
+/// Describes the direction of sliding in words.
 fn way(direction: [f64; 3], signed: bool) -> String {
     match (signed, direction[0] < 0.0) {
         (true, true) => "backward".to_owned(),
         (true, false) => "forward".to_owned(),
-        // Components of a unit vector below rounding are zero.
+        // Components of a unit vector that are rounding errors become zero.
         _ => direction.map(|x| number(if x.abs() < 1e-12 { 0.0 } else { x })).join(" "),
     }
 }

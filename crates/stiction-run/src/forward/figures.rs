@@ -18,10 +18,10 @@ use stiction_draw::figure::{Figure, Panel, Trace};
 #[derive(Clone, Debug)]
 pub struct Curves {
     layout: Layout,
-    /// Leg of each actuator.
+    /// Index of the leg of each actuator; `None` for actuators outside the legs.
     legs: Vec<Option<usize>>,
     title: String,
-    /// Degrees of freedom that are plotted.
+    /// Indices of the degrees of freedom that are plotted.
     drawn: Vec<usize>,
     positions: Vec<Trace>,
     reference: Vec<Trace>,
@@ -179,7 +179,8 @@ impl Sink<Rows> for Curves {
     }
 }
 
-/// Curve of the number of sticking friction interfaces over time, from the events.
+/// Returns the number of sticking friction interfaces as a curve over time, computed from the
+/// events.
 fn sticking(summary: &Summary, events: &[Event]) -> Trace {
     let mut at_rest = summary.at_rest_first();
     let mut trace = Trace::new(2 * events.len() + 2);
@@ -202,7 +203,7 @@ fn sticking(summary: &Summary, events: &[Event]) -> Trace {
     trace
 }
 
-/// Short description of the actuation: the motion and the controller, or the efforts.
+/// Describes the actuation in a few words: the motion and the controller, or the efforts.
 fn doing(job: &Job<'_>) -> String {
     match job.is_controlled() {
         true => format!("motion {}, controller {}", job.motion_name, job.control_name),

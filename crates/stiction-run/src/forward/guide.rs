@@ -9,12 +9,13 @@ use stiction_core::kinematics::{Bodies, Target};
 use stiction_core::spatial::Pose;
 use stiction_format::Side;
 
-/// Inverse dynamics along the motion of a simulation, which gives the reference motions of the actuators.
+/// Inverse dynamics along the motion that a simulation follows. It yields the reference motions of
+/// the actuators.
 #[derive(Clone, Debug)]
 pub(super) struct Guide<'a> {
     job: crate::Job<'a>,
-    /// Model whose spanning tree is that of the solver's state. The simulated model may differ from it by added motor
-    /// shafts.
+    /// Model with the same spanning tree as the state of the solver. The simulated model may differ
+    /// by additional motor shafts.
     tree: Forward,
     follower: Follower<'a>,
     loads: Vec<AppliedLoad<f64>>,
@@ -70,7 +71,7 @@ impl<'a> Guide<'a> {
         poses.map(move |pose| Pose { position: pose.position + origin, ..pose })
     }
 
-    /// Efforts that the motion requires, with friction and without friction, N or N m.
+    /// Computes the efforts that the motion requires, with friction and without friction, N or N m.
     pub(super) fn drives(&mut self) -> Result<(&[f64], &[f64]), Error> {
         let (time, solver) = (self.follower.time(), &mut self.follower.solver);
         self.job.loads_of(solver, (time, Side::After), &mut self.loads)?;

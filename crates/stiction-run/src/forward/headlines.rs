@@ -42,7 +42,7 @@ impl Summary {
     }
 }
 
-/// Collector of the efforts of a simulation from its rows.
+/// Collector of actuator efforts from the rows of a simulation.
 #[derive(Clone, Debug)]
 pub struct RowEfforts {
     layout: Layout,

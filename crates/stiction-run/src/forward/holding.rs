@@ -1,5 +1,5 @@
 //! Static friction at an equilibrium: the efforts for which friction holds the position, and a
-//! check whether friction already holds the mechanism at the start of the search.
+//! check whether friction holds the mechanism at the position where the search starts.
 
 use super::acting_inputs::{Acting, prescribed};
 use super::controller::by_actuators;
@@ -16,8 +16,8 @@ use stiction_core::forward::{Forward, InterfaceMode};
 use stiction_core::kinematics::{Bodies, State, Target};
 use stiction_draw::numbers::number;
 
-/// A mechanism counts as resting if its accelerations are below this fraction of the characteristic
-/// acceleration.
+/// Acceleration, as a fraction of the characteristic acceleration, below which a mechanism counts
+/// as being at rest.
 const RESTS: f64 = 1e-9;
 
 /// Width of the column of names, characters.
@@ -30,7 +30,7 @@ pub struct HoldingRange {
     pub name: String,
     /// Unit of the effort, N or N m.
     pub unit: &'static str,
-    /// Least and largest effort.
+    /// Least and largest effort for which static friction holds the position, N or N m.
     pub range: (f64, f64),
 }
 
@@ -115,7 +115,7 @@ impl Job<'_> {
         Ok(holding)
     }
 
-    /// Returns true if nothing accelerates or slides under the given efforts; `None` without a
+    /// Returns true if no joint accelerates or slides under the given efforts; `None` without a
     /// solution.
     fn rests(&self, forward: &Forward, state: State<f64>) -> Option<bool> {
         let going = || false;
@@ -132,7 +132,8 @@ impl Job<'_> {
         )
     }
 
-    /// Ranges of the efforts at a position of rest, found without friction.
+    /// Computes the ranges of the efforts that hold a position of rest, which was found without
+    /// friction.
     fn ranges(&self, state: &State<f64>) -> Result<Vec<HoldingRange>, Error> {
         // The state refers to the tree of the model without friction. With friction the tree may
         // contain additional motor shafts.

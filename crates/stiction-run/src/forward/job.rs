@@ -1,4 +1,4 @@
-//! Description of a simulation.
+//! Description of a simulation: model, inputs, initial state, duration, settings.
 
 use super::control_law::ControlLaw;
 use super::load_laws::ActingLoads;
@@ -10,10 +10,10 @@ use stiction_core::forward::{Known, Settings, View};
 use stiction_core::mechanism::JointId;
 use stiction_format::{Control, Drives, LoadCase, ModelFile, Motion, Payload, PayloadChange, Side};
 
-/// Description of a simulation.
+/// Model, inputs, initial state, duration and settings of a simulation.
 #[derive(Clone, Debug)]
 pub struct Job<'a> {
-    /// Model to simulate, see [`arrange`].
+    /// Model to simulate, as prepared by [`arrange`].
     pub model: &'a ModelFile,
     /// Motion that defines the start of the simulation and the reference of controllers.
     pub motion: Option<&'a Motion>,
@@ -39,11 +39,11 @@ pub struct Job<'a> {
     pub locked: Vec<usize>,
     /// Stop conditions; each of them ends the simulation.
     pub stops: &'a [Stop],
-    /// Initial state.
+    /// Initial state of the simulation.
     pub start: Start<'a>,
-    /// Start time, s.
+    /// Start time of the simulation, s.
     pub from: f64,
-    /// End time, s.
+    /// End time of the simulation, s.
     pub until: f64,
     /// Time between samples of the results, s.
     pub step: f64,
@@ -70,8 +70,8 @@ pub enum Start<'a> {
     Moving,
     /// Position at the first instant of the motion, at rest.
     AtRest,
-    /// State at the first instant of this motion. Coordinates that it does not prescribe start at the home position, at
-    /// rest.
+    /// State at the first instant of this motion. Coordinates that the motion does not prescribe
+    /// start at the home position, at rest.
     Given(&'a Motion),
     /// Known coordinates and rates. All others follow from the loops and from the home position.
     Known(&'a [Known]),
@@ -89,8 +89,8 @@ static NO_DRIVES: Drives = Drives {
 };
 
 impl<'a> Job<'a> {
-    /// Describes a simulation that starts from the home position at rest, in which only this load and friction act. It
-    /// lasts ten seconds, with a sample every 10 ms.
+    /// Creates a simulation that starts at rest in the home position, and in which only the given
+    /// load and friction act. It lasts ten seconds, with a sample every 10 ms.
     pub fn new(model: &'a ModelFile, (load_name, load): (&str, &'a LoadCase)) -> Self {
         let none = || "none".to_owned();
         Self {
@@ -118,12 +118,14 @@ impl<'a> Job<'a> {
 }
 
 impl Job<'_> {
-    /// External loads as inputs of a simulation. They may be functions of its state.
+    /// Returns the external loads as inputs of a simulation. The loads may be functions of its
+    /// state.
     pub(super) fn acting_loads(&self) -> ActingLoads<'_> {
         ActingLoads { load: self.load, mechanism: &self.model.mechanism }
     }
 
-    /// External loads in a state, including loads that are formulas of the measured state.
+    /// Returns the external loads in a state, including loads that are formulas of the measured
+    /// state.
     ///
     /// # Errors
     /// [`Error::NoLoad`] if a formula has no value.
@@ -133,7 +135,7 @@ impl Job<'_> {
         Ok(loads)
     }
 
-    /// External loads at the start, where no state has been measured.
+    /// Returns the external loads at the start, where no state has been measured.
     ///
     /// # Errors
     /// [`Error::StateLoad`] if a load is a formula of the measured state.
@@ -147,7 +149,7 @@ impl Job<'_> {
         }
     }
 
-    /// Cautions about the data of a recorded motion, one sentence for each.
+    /// Returns cautions about the data of a recorded motion, one sentence for each.
     pub(super) fn cautions(&self) -> Vec<String> {
         self.motion.iter().flat_map(|motion| motion.cautions()).collect()
     }
@@ -210,13 +212,14 @@ impl Job<'_> {
         !self.load.payload_changes((self.from, self.until)).is_empty()
     }
 
-    /// Bodies whose motion in space is of interest: those that the motion prescribes, or else the platforms, the end of
-    /// an arm, or the couplers.
+    /// Returns the bodies whose motion in space is of interest: the bodies that the motion
+    /// prescribes, or else the platforms, the end of an arm, or the couplers.
     pub fn tracked(&self) -> Vec<Tracked> {
         tracked(self.model, self.motion)
     }
 
-    /// [`Self::tracked`], if the simulation has a reference for them; else empty.
+    /// Returns [`Self::tracked`] if the simulation has a reference for these bodies; otherwise an
+    /// empty list.
     pub fn followed(&self) -> Vec<Tracked> {
         if self.follows_in_space() { self.tracked() } else { Vec::new() }
     }
@@ -227,7 +230,7 @@ impl Job<'_> {
         self.motion.is_some() && !followers.is_empty() && followers.iter().all(|follows| *follows)
     }
 
-    /// True for each actuator that follows the motion.
+    /// Returns true for each actuator that follows the motion.
     pub fn followers(&self) -> Vec<bool> {
         let has_reference = self.law.is_some() && self.motion.is_some();
         let all = self.control.is_some() || has_reference || matches!(self.drives, Feed::Inverse);
@@ -236,8 +239,8 @@ impl Job<'_> {
     }
 }
 
-/// Prepares a model for simulation, with or without friction. `locks` are degrees of freedom that become locked
-/// actuators.
+/// Prepares a model for simulation, with or without friction. `locks` lists degrees of freedom that
+/// become locked actuators.
 pub fn arrange(model: &ModelFile, friction: bool, locks: &[(JointId, usize)]) -> ModelFile {
     let mut model = model.clone();
     if !friction {

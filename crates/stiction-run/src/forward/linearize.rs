@@ -20,11 +20,11 @@ use stiction_format::{Drives, Signal};
 /// Named quantity with its unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Named {
-    /// Name, such as `A` for a coordinate or `d(A)` for its rate.
+    /// Name of the quantity, such as `A` for a coordinate or `d(A)` for its rate.
     pub name: String,
-    /// SI unit.
+    /// SI unit of the quantity.
     pub unit: &'static str,
-    /// Value at the operating point, in `unit`.
+    /// Value of the quantity at the operating point, in `unit`.
     pub value: f64,
 }
 
@@ -40,7 +40,7 @@ pub enum LinearMode {
 }
 
 impl LinearMode {
-    /// Name of the mode in reports.
+    /// Returns the name of the mode in reports.
     pub fn word(self) -> &'static str {
         match self {
             Self::Sticks => "held",
@@ -50,8 +50,9 @@ impl LinearMode {
     }
 }
 
-/// Linear model `dx/dt = f + A x + B u`, `y = C x + D u` for small deviations from an operating point. `x` are the
-/// independent coordinates and their rates, `u` the efforts and `y` the positions of the actuators.
+/// Linear model `dx/dt = f + A x + B u`, `y = C x + D u` for small deviations from an operating
+/// point. The states `x` are the independent coordinates and their rates, the inputs `u` are the
+/// efforts of the actuators, and the outputs `y` are the positions of the actuators.
 #[derive(Clone, Debug)]
 pub struct LinearModel {
     /// Title of the model and description of the operating point.
@@ -62,7 +63,8 @@ pub struct LinearModel {
     pub inputs: Vec<Named>,
     /// Outputs `y`: positions of the actuators, or the independent coordinates if there are no actuators.
     pub outputs: Vec<Named>,
-    /// Drift `f`: the rate of each state at the operating point. It is zero at an equilibrium.
+    /// Drift `f`: the time derivative of each state at the operating point. The drift is zero at an
+    /// equilibrium.
     pub drift: Vec<f64>,
     /// State matrix `A`, row by row.
     pub a: Vec<Vec<f64>>,
@@ -76,13 +78,14 @@ pub struct LinearModel {
     pub eigenvalues: Vec<(f64, f64)>,
     /// Name and mode of each friction interface.
     pub interfaces: Vec<(String, LinearMode)>,
-    /// Largest estimated error of a derivative, relative to the largest entry of its matrix.
+    /// Largest estimated error of a matrix entry, relative to the largest entry of the same matrix.
     pub error: f64,
     /// Remarks on the operating point.
     pub notes: Vec<String>,
 }
 
-/// Real parts below this fraction of the magnitude of their eigenvalue are rounding.
+/// Real parts of eigenvalues count as rounding errors below this fraction of the magnitude of the
+/// eigenvalue.
 const ROUNDING: f64 = 1e-12;
 
 /// Operating point: model, state, and efforts if they are given.
@@ -94,8 +97,9 @@ pub(super) struct OperatingPoint {
 }
 
 impl Job<'_> {
-    /// Determines the operating point: the state at the start, and the efforts there. The efforts are those of inverse
-    /// dynamics if the job requests these, or if `usual` is true and the actuators determine the motion.
+    /// Determines the operating point: the state at the start of the simulation, and the efforts in
+    /// this state. The efforts are those of inverse dynamics if the job requests these, or if
+    /// `usual` is true and the actuators determine the motion.
     pub(super) fn operating_point(&self, usual: bool) -> Result<OperatingPoint, Error> {
         let forward = Forward::new(self.model.mechanism.clone(), &prescribed(self));
         let (state, mut notes) = start::state(self, &forward)?;
@@ -118,7 +122,7 @@ impl Job<'_> {
         Ok(OperatingPoint { forward, state, drives, notes })
     }
 
-    /// Efforts that inverse dynamics yields for the motion at a state, N or N m.
+    /// Computes the efforts that the motion requires in a state by inverse dynamics, N or N m.
     fn efforts_of(&self, forward: &Forward, state: &State<f64>) -> Result<Vec<f64>, Error> {
         let mut bodies = Bodies::new(forward.topology());
         bodies.place(forward.topology(), forward.parameters(), &state.coordinates);
@@ -142,12 +146,13 @@ impl Job<'_> {
         Ok(efforts)
     }
 
-    /// Linearises the mechanism at the start of the simulation, with constant modes of its friction interfaces. With
-    /// `usual`, the efforts of inverse dynamics act if no efforts are given.
+    /// Linearises the mechanism at the start of the simulation, with constant modes of its friction
+    /// interfaces. If `usual` is true and no efforts are given, the efforts of inverse dynamics
+    /// act.
     ///
     /// # Errors
-    /// [`Error::NoLinearModel`] if the position is singular, if nothing can move there, or if friction permits no
-    /// linear model.
+    /// [`Error::NoLinearModel`] if the position is singular, if nothing can move there, or if
+    /// friction permits no linear model.
     pub fn linearize(&self, usual: bool) -> Result<LinearModel, Error> {
         if !self.load.payloads.is_empty() {
             let (model, load) = self.with_payloads()?;
@@ -170,11 +175,11 @@ impl Job<'_> {
     }
 }
 
-/// Advice if friction at rest permits no linear model.
+/// Advice to the user if friction at rest permits no linear model.
 const BESIDE_REST: &str = "; choose an instant of the motion at which they slide (--at), give rates at the start \
                            (--from \"...; d(NAME) = ...\"), or leave friction out (--friction off)";
 
-/// Converts an error of the linearisation, with the name of the friction interface.
+/// Converts an error of the linearisation to an error of a run that names the friction interface.
 pub(super) fn refusal(error: LinearisationError, names: &Names) -> Error {
     let name = |interface: usize| {
         names.interfaces.get(interface).map_or_else(String::new, |(name, _)| name.clone())
@@ -325,7 +330,8 @@ impl LinearModel {
         })
     }
 
-    /// Returns the four matrices as CSV. The header has the names of the columns, the first column those of the rows.
+    /// Returns the four matrices as CSV, each with its file name. The header contains the names of
+    /// the columns, and the first column contains the names of the rows.
     pub fn tables(&self) -> [(&'static str, String); 4] {
         let labels = |all: &[Named], rate: bool| -> Vec<String> {
             let unit = |n: &Named| match (rate, n.unit.strip_suffix("/s")) {

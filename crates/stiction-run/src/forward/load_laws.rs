@@ -14,14 +14,14 @@ pub(super) struct ActingLoads<'a> {
 }
 
 impl ActingLoads<'_> {
-    /// Name of the load that a formula defines, for messages.
+    /// Returns the name of a load that a formula defines, for messages.
     fn name(&self, law: &LoadLaw) -> String {
         format!("the load on `{}`", self.mechanism.bodies()[law.body.0].name)
     }
 
     /// Appends the loads to a list. `sides` contains the side of each switching function of the
-    /// formulas, true if positive. A formula without a value appends NaN. The simulation then
-    /// repeats the step with a shorter one, or ends if that does not help.
+    /// formulas, true if positive. For a formula without a value, NaN is appended. The simulation
+    /// then repeats the step with a shorter length, or ends if a shorter step does not help.
     ///
     /// # Errors
     /// [`Error::NoLoad`] for the first formula without a value.
@@ -54,8 +54,8 @@ impl ActingLoads<'_> {
         }
     }
 
-    /// Name of a switching function for messages; `place` is its index among those of the load
-    /// formulas.
+    /// Returns the name of a switching function for messages; `place` is the index of the function
+    /// among those of the load formulas.
     pub(super) fn switch_name(&self, mut place: usize) -> Option<String> {
         for law in &self.load.laws {
             if place < law.law.switches() {
@@ -72,7 +72,8 @@ impl ActingLoads<'_> {
         !has_time && self.load.signals().all(|signal| signal.is_constant())
     }
 
-    /// End, s, of the interval from `time` on in which a few samples resolve all loads.
+    /// Returns the end, s, of the interval that begins at `time` and in which a few samples resolve
+    /// all loads.
     pub(super) fn seen_until(&self, time: f64) -> f64 {
         let laws = self.load.laws.iter().map(|law| law.law.resolved_until(time));
         let signals = self.load.signals().map(|signal| signal.resolved_until(time));

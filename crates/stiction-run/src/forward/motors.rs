@@ -22,7 +22,8 @@ struct OutputMotion {
     /// Rate, rad/s or m/s; `None` at rest, where friction may act in either direction.
     rate: Option<f64>,
     acceleration: f64,
-    /// Angular acceleration of the body that carries the rotor, about its axis, rad/s^2.
+    /// Angular acceleration, about the axis of the rotor, of the body that carries the rotor,
+    /// rad/s^2.
     carrier: f64,
 }
 
@@ -72,13 +73,13 @@ impl Motors {
         }
     }
 
-    /// Adds the additional efforts of the motors to the efforts that a motion requires at the
-    /// joints. Motors also accelerate their rotors and, if `friction` is true, overcome the
-    /// friction of motors and gears.
+    /// Adds the efforts of the motors to the efforts that a motion requires at the joints. Motors
+    /// also accelerate their rotors and, if `friction` is true, overcome the friction of motors and
+    /// gears.
     ///
     /// # Errors
-    /// [`Error::SharedMotors`] at this time, s, if motors with torques in the ratio of their shares cannot exert these
-    /// efforts.
+    /// [`Error::SharedMotors`] at `time`, s, if motors with torques in the ratio of their shares
+    /// cannot exert these efforts.
     pub(super) fn add(
         &self,
         time: f64,
@@ -102,7 +103,7 @@ impl Motors {
             let more = train.transmission() * motor.torque - effort;
             map.terms.iter().for_each(|term| efforts[term.actuator] += term.part * more);
         }
-        // Without friction only the total effort of motors that share efforts counts.
+        // Without friction, only the sum of the efforts of motors with shares matters.
         for shared in self.shared.iter().filter(|_| friction) {
             let input = |&k: &usize| -> GearInput {
                 let (train, map) = &self.trains[k];
@@ -120,11 +121,12 @@ impl Motors {
         Ok(())
     }
 
-    /// Widens the ranges of efforts that hold joints at rest, by the friction of the motors and the losses of the
-    /// gears.
+    /// Widens the ranges of efforts that hold joints at rest by the friction of the motors and the
+    /// losses of the gears.
     ///
     /// # Errors
-    /// [`Error::SharedHolding`] if motors with losses share the efforts of several joints, or one of their gears may jam.
+    /// [`Error::SharedHolding`] if motors with losses share the efforts of several joints, or if
+    /// one of their gears may jam.
     pub(super) fn widen(&self, low: &mut [f64], high: &mut [f64]) -> Result<(), Error> {
         let joints: Vec<(f64, f64)> = low.iter().copied().zip(high.iter().copied()).collect();
         for (train, map) in &self.trains {

@@ -9,7 +9,7 @@ use stiction_core::forward::Event;
 pub enum Ending {
     /// The simulation reached its end time.
     Reached,
-    /// A stop condition became true; contains its text.
+    /// A stop condition became true. The variant contains the text of the condition.
     Stopped(String),
     /// The user stopped the simulation.
     Interrupted,
@@ -24,11 +24,12 @@ pub struct Outcome {
     pub ending: Ending,
     /// Number of samples of the results.
     pub samples: usize,
-    /// Events in the order of time.
+    /// Events of the simulation in chronological order.
     pub events: Vec<Event>,
     /// Time of the last sample, s.
     pub last: f64,
-    /// Largest number of redundant constraints at any sample, including constraints by sticking interfaces.
+    /// Largest number of redundant constraints at any sample, including the constraints of sticking
+    /// friction interfaces.
     pub redundant: usize,
     /// Largest number of statically indeterminate efforts of prescribed or locked actuators at any sample.
     pub open_drives: usize,

@@ -16,10 +16,11 @@ use stiction_core::mechanism::{Body, BodyId};
 use stiction_core::spatial::Pose;
 use stiction_format::LoadCase;
 
-/// Model of a plant: a mechanism with its loads, whose actuator efforts the caller gives. Immutable.
+/// Model of a plant: a mechanism with its loads. The caller provides the actuator efforts. The
+/// model does not change during a simulation.
 #[derive(Clone, Debug)]
 pub struct Plant {
-    /// Model for each set of payloads that the bodies carry, in the order of time.
+    /// Models for successive sets of payloads that the bodies carry, in chronological order.
     stages: Vec<Forward>,
     changes: Vec<Change>,
     /// Load case without its payloads.
@@ -28,7 +29,7 @@ pub struct Plant {
     dofs: Vec<Dof>,
 }
 
-/// Part that a body picks up or places at a time, s.
+/// Change of a payload: a body picks up or places a part at a time, s.
 #[derive(Clone, Debug)]
 struct Change {
     time: f64,
@@ -37,17 +38,17 @@ struct Change {
     picked_up: bool,
 }
 
-/// Complete state of a plant as plain numbers. A simulation that continues from a copy has bitwise
-/// equal results.
+/// Complete state of a plant as plain numbers. A simulation that continues from a copy of the state
+/// yields bitwise equal results.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PlantState {
-    /// State of the simulation, see [`Checkpoint::numbers`].
+    /// State of the mechanism, see [`Checkpoint::numbers`].
     pub simulation: Vec<f64>,
-    /// Number of payloads picked up or placed so far.
+    /// Number of payload changes so far: parts picked up or placed.
     pub changes: usize,
 }
 
-/// Inputs of a plant, which stay constant until the caller changes them.
+/// Inputs of a plant that stay constant until the caller changes them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Held {
     /// Efforts of all actuators, N or N m, in the order of the actuators.
@@ -79,8 +80,8 @@ impl Plant {
         }
     }
 
-    /// Positions and rates of the actuators in the initial state of the job, and poses of all bodies in the ground's
-    /// frame.
+    /// Returns the positions and rates of the actuators in the initial state of the job, and the
+    /// poses of all bodies in the ground's frame.
     ///
     /// # Errors
     /// An error of the assembly if the mechanism cannot be assembled in that state.
@@ -99,11 +100,11 @@ impl Plant {
         Ok((motion, poses.map(|(k, pose)| (BodyId(k), ground * pose)).collect()))
     }
 
-    /// Starts in the initial state of the job from which the plant was created, at the job's start time, with the given
-    /// inputs.
+    /// Starts a simulation with the given inputs, in the initial state and at the start time of the
+    /// job from which the plant was created.
     ///
     /// # Errors
-    /// Fails if the mechanism cannot be assembled, or has no accelerations there.
+    /// Fails if the mechanism cannot be assembled, or has no accelerations in the initial state.
     pub fn start(
         &self,
         job: &Job<'_>,
@@ -120,12 +121,13 @@ impl Plant {
         Ok(PlantState { simulation: simulation.suspend().numbers, changes: 0 })
     }
 
-    /// Advances to `until`, s. If `to_event` is true, ends earlier, at the first step with an event that [changes the
-    /// motion](stiction_core::forward::EventKind::changes_motion). `before` are the inputs until now and `held` those
-    /// from now on. Returns the events.
+    /// Advances the simulation to `until`, s, and returns the events. If `to_event` is true, the
+    /// simulation ends earlier, at the first step with an event that [changes the
+    /// motion](stiction_core::forward::EventKind::changes_motion). `before` contains the inputs
+    /// until now, and `held` the inputs from now on.
     ///
     /// # Errors
-    /// The simulation cannot continue; the state is then unchanged.
+    /// Returns an error if the simulation cannot continue; the state is then unchanged.
     pub fn advance(
         &self,
         state: &mut PlantState,
@@ -173,11 +175,12 @@ impl Plant {
         Ok(events)
     }
 
-    /// Changes friction coefficients or masses. `state` comes from another plant of the same
-    /// mechanism; it continues in the model of this plant.
+    /// Continues a state of another plant in the model of this plant. Both plants describe the same
+    /// mechanism with different friction coefficients or masses.
     ///
     /// # Errors
-    /// The mechanism has no accelerations with these numbers; the state is then unchanged.
+    /// Returns an error if the mechanism has no accelerations with the new values; the state is
+    /// then unchanged.
     pub fn change_parameters(
         &self,
         state: &mut PlantState,
@@ -195,7 +198,7 @@ impl Plant {
         Ok(events)
     }
 
-    /// Passes the results of a state, for example of a saved one, to `receive`.
+    /// Evaluates a state, for example a saved one, and passes the results to `receive`.
     ///
     /// # Errors
     /// [`Error::Checkpoint`] if the state does not belong to this plant.
@@ -253,8 +256,8 @@ impl Plant {
     }
 }
 
-/// Inputs of a simulation: efforts and loads that stay constant until a time, and the loads of the
-/// load case.
+/// Inputs of a simulation: efforts and loads of the caller that stay constant until a time, and the
+/// loads of the load case.
 struct HeldInputs<'a> {
     loads: ActingLoads<'a>,
     held: &'a Held,
@@ -265,8 +268,8 @@ struct HeldInputs<'a> {
 }
 
 impl HeldInputs<'_> {
-    /// Converts the result of a computation with these inputs. A formula without a value replaces the error of the
-    /// computation, which it caused.
+    /// Converts the result of a computation with these inputs. If a formula had no value, the error
+    /// of this formula replaces the error of the computation, because it is the cause.
     fn outcome<T>(
         &mut self,
         result: Result<T, stiction_core::forward::ForwardError>,

@@ -2,18 +2,20 @@
 
 use stiction_format::Signal;
 
-/// Number of intervals that are examined. It is a prime number, because poles often lie at simple
-/// fractions of the duration.
+/// Number of intervals in which a pole is searched. The number is prime, because poles often lie at
+/// simple fractions of the duration.
 const INTERVALS: usize = 4099;
-/// A change of sign is a pole, not a zero or a jump, if the values grow by more than this factor
-/// over the last bisections. Values at a pole grow by a factor of about a million.
+/// Factor of growth that distinguishes a pole from a zero or a jump. At a change of sign that is a
+/// pole, the values grow by more than this factor over the last bisections, typically by about a
+/// million.
 const GROWTH: f64 = 1e3;
-/// Width of the interval next to a change of sign over which the growth is measured, in units of the spacing of
-/// floating-point numbers. A signal without a pole hardly changes over this width.
+/// Width of the interval next to a change of sign over which the growth of the values is measured,
+/// in units of the spacing of floating-point numbers. A signal without a pole hardly changes over
+/// this width.
 const NEAR: f64 = 1048576.0;
 
-/// Finds the first instant between `from` and `until`, s, at which a signal changes its sign through infinity. Does not
-/// detect poles without a change of sign.
+/// Finds the first instant between `from` and `until`, s, at which a signal changes its sign
+/// through infinity. Poles without a change of sign are not detected.
 pub fn pole(signal: &Signal, from: f64, until: f64) -> Option<f64> {
     if signal.is_constant() {
         return None;
@@ -49,7 +51,7 @@ fn between(value: &dyn Fn(f64) -> f64, left: (f64, f64), right: (f64, f64)) -> O
         }
         let found = value(middle);
         match found {
-            // A sign function written as a quotient is zero divided by zero here.
+            // At this instant, a sign function written as a quotient is zero divided by zero.
             found if found.is_nan() => break,
             found if found.is_infinite() => return Some(middle),
             0.0 => return None,

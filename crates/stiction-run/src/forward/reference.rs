@@ -1,4 +1,5 @@
-//! Reference motions of actuators. A signal of the actuator itself gives the reference, or else the motion of the whole
+//! Reference motions of actuators. The reference of an actuator is the signal of this actuator in
+//! the motion, if the motion contains one. Otherwise it follows from the motion of the whole
 //! mechanism.
 
 use super::guide::Guide;
@@ -21,9 +22,10 @@ pub(super) struct References<'a> {
 struct Reference<'a> {
     actuator: usize,
     turns: bool,
-    /// Signal of the actuator itself.
+    /// Signal of this actuator in the motion; `None` if the motion does not prescribe the actuator.
     signal: Option<&'a Signal>,
-    /// Last reference, with angles counted over full turns, and its time, s.
+    /// Last reference motion, with angles counted over full turns, and the time of this reference,
+    /// s.
     last: (Target<f64>, f64),
 }
 
@@ -40,14 +42,14 @@ pub(super) fn own_signal<'a>(
 }
 
 impl<'a> References<'a> {
-    /// Returns whether references follow from the motion of the whole mechanism.
+    /// Returns whether reference motions follow from the motion of the whole mechanism.
     pub(super) fn is_guided(&self) -> bool {
         self.guide.is_some()
     }
 
-    /// Creates the references before the first sample; `starts` are the start positions of the actuators, rad or m. The
-    /// motion of the whole mechanism is followed only if an actuator without a signal or a feed-forward effort needs
-    /// it.
+    /// Creates the references before the first sample; `starts` contains the start positions of the
+    /// actuators, rad or m. The motion of the whole mechanism is computed only if it is required by
+    /// an actuator without its own signal or by a feed-forward effort.
     pub(super) fn new(job: &Job<'a>, forward: &Forward, starts: &[f64]) -> Result<Self, Error> {
         let mechanism = forward.mechanism();
         let mut followers = Vec::new();
@@ -72,7 +74,8 @@ impl<'a> References<'a> {
         Ok(Self { followers, guide, now: vec![zero; starts.len()] })
     }
 
-    /// Reference motions of all actuators at a time, s; zeros for actuators that follow no motion.
+    /// Returns the reference motions of all actuators at a time, s; zeros for actuators that follow
+    /// no motion.
     pub(super) fn at(&mut self, time: f64) -> Result<&[Target<f64>], Error> {
         let own: Vec<Option<Target<f64>>> =
             self.followers.iter().map(|follower| follower.own(time)).collect::<Result<_, _>>()?;
@@ -87,13 +90,14 @@ impl<'a> References<'a> {
         Ok(&self.now)
     }
 
-    /// Inverse dynamics along the motion at the last requested instant, if any actuator or effort needs it.
+    /// Returns the inverse dynamics along the motion at the last requested instant; `None` if no
+    /// actuator or effort requires it.
     pub(super) fn guide(&mut self) -> Option<&mut Guide<'a>> {
         self.guide.as_mut()
     }
 
-    /// Appends the last reference of each actuator, and the position of the motion of the whole mechanism, to
-    /// `numbers`.
+    /// Appends the last reference of each actuator to `numbers`, followed by the configuration in
+    /// the motion of the whole mechanism.
     pub(super) fn save(&self, numbers: &mut Vec<f64>) {
         for follower in &self.followers {
             let (last, time) = follower.last;
@@ -126,7 +130,8 @@ impl Reference<'_> {
         Ok(Some(signal.at(time)))
     }
 
-    /// Adds full turns to an angle, so that it is closest to the last angle extrapolated with the mean rate.
+    /// Adds full turns to an angle, so that the result is closest to the last angle extrapolated
+    /// with the mean rate.
     fn count_on(&mut self, mut now: Target<f64>, time: f64) -> Target<f64> {
         let (last, before) = self.last;
         if self.turns {

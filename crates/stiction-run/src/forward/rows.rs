@@ -13,7 +13,7 @@ use crate::{Sink, SinkError};
 use std::io;
 use stiction_core::forward::{InterfaceMode, InterfaceSample};
 
-/// Columns of the tables of a simulation.
+/// Names and arrangement of the columns in the tables of a simulation.
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
     pub(crate) names: Names,
@@ -29,15 +29,15 @@ pub(super) struct Layout {
     pub(crate) dof_of_actuator: Vec<usize>,
     pub(super) motors: Motors,
     bodies: Vec<String>,
-    /// Bodies with a reference in space.
+    /// Bodies whose pose is compared with a reference in space.
     pub(crate) tracked: Vec<Tracked>,
-    /// Quantities that have a range but are no joint coordinates, with their names and SI units.
+    /// Quantities that have a range but are not joint coordinates, with their names and SI units.
     pub(super) measured: Vec<(Measured, String, &'static str)>,
     /// Stop conditions, as the user wrote them.
     pub(crate) stops: Vec<String>,
 }
 
-/// Rows of all tables for one sample, without the time.
+/// Rows of all tables for one sample, without the time column.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rows {
     /// Time, s.
@@ -48,7 +48,7 @@ pub struct Rows {
     pub reactions: Vec<f64>,
     /// Row of `friction.csv`.
     pub friction: Vec<f64>,
-    /// Row of `bodies.csv` but for its last columns.
+    /// Row of `bodies.csv` except for its last columns, which [`Self::space`] contains.
     pub bodies: Vec<f64>,
     /// Last columns of `bodies.csv`: references and tracking errors in space.
     pub space: Vec<f64>,
@@ -61,7 +61,7 @@ const INTERFACE: [&str; 6] =
     ["speed [m/s]", "load [N]", "friction [N]", "limit [N]", "power [W]", "sticks"];
 
 impl Layout {
-    /// Columns of a simulation.
+    /// Determines the columns of the tables of a simulation.
     pub(super) fn new(job: &Job<'_>) -> Self {
         let mechanism = &job.model.mechanism;
         let dofs = dofs_of(mechanism);
@@ -98,7 +98,7 @@ impl Layout {
         }
     }
 
-    /// Headers of all tables, in the order of [`Tables::FILES`](super::Tables::FILES).
+    /// Returns the headers of all tables, in the order of [`Tables::FILES`](super::Tables::FILES).
     pub(crate) fn headers(&self) -> [Vec<String>; 6] {
         let mut forward = Vec::new();
         for dof in &self.dofs {
@@ -145,40 +145,42 @@ impl Layout {
         [forward, reactions, friction, bodies, energy, motion].map(header)
     }
 
-    /// Index of the first column of a degree of freedom in a row of `forward.csv`.
+    /// Returns the index of the first column of a degree of freedom in a row of `forward.csv`.
     fn place(&self, dof: usize) -> usize {
         let width = |f: &Dof| 3 + f.actuator.map_or(0, |a| 1 + usize::from(self.reference[a]));
         self.dofs[..dof].iter().map(width).sum()
     }
 
-    /// The columns of the motors in a row of `forward.csv`.
+    /// Returns the columns of the motors in a row of `forward.csv`.
     pub(super) fn motors_in<'r>(&self, row: &'r [f64]) -> &'r [f64] {
         let begin = self.place(self.dofs.len()).min(row.len());
         &row[begin..]
     }
 
-    /// The columns of position, rate and acceleration of a degree of freedom in a row of `forward.csv`.
+    /// Returns the columns with position, rate and acceleration of a degree of freedom in a row of
+    /// `forward.csv`.
     pub(crate) fn motion_in<'r>(&self, row: &'r [f64], dof: usize) -> &'r [f64] {
         let at = self.place(dof);
         &row[at..at + 3]
     }
 
-    /// Value of a quantity with a range in a row of `forward.csv`, rad or m; NaN if the table does not contain it.
+    /// Returns the value of a quantity with a range in a row of `forward.csv`, rad or m; NaN if the
+    /// table does not contain the quantity.
     pub(crate) fn measured_in(&self, row: &[f64], of: Measured) -> f64 {
         let place = self.measured.iter().position(|(known, ..)| *known == of);
         let first = row.len() - 1 - self.measured.len();
         place.and_then(|place| row.get(first + place)).copied().unwrap_or(f64::NAN)
     }
 
-    /// Effort and reference position of an actuator in a row of `forward.csv`.
+    /// Returns the effort and the reference position of an actuator in a row of `forward.csv`.
     pub(crate) fn drive_in(&self, row: &[f64], actuator: usize) -> (f64, Option<f64>) {
         let at = self.place(self.dof_of_actuator[actuator]) + 3;
         (row[at], self.reference[actuator].then(|| row[at + 1]))
     }
 }
 
-/// Speed and friction of an interface. They have a sign if the interface slides along one
-/// direction; otherwise they are magnitudes.
+/// Returns the speed and the friction of an interface. They have a sign if the interface slides
+/// along one direction; otherwise they are magnitudes.
 fn along(moment: &InterfaceSample, signed: bool) -> (f64, f64) {
     let size = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
     match signed {
@@ -187,7 +189,7 @@ fn along(moment: &InterfaceSample, signed: bool) -> (f64, f64) {
     }
 }
 
-/// Converter of samples to rows, which it passes on to another sink in the order of time.
+/// Converter of samples to table rows. It passes the rows to another sink in chronological order.
 #[derive(Clone, Debug)]
 pub struct Recorder<S> {
     layout: Layout,
@@ -204,16 +206,18 @@ impl<S: Sink<Rows>> Recorder<S> {
         Self { layout: Layout::new(job), bodies, rows: Rows::default(), sink }
     }
 
-    /// Rows of the sample received last.
+    /// Returns the rows of the sample that was received last.
     pub fn last(&self) -> &Rows {
         &self.rows
     }
 
     /// Reads `count` rows from the tables of an interrupted simulation, in the order of
-    /// [`Tables::FILES`](super::Tables::FILES), and passes them to the sink before any further samples.
+    /// [`Tables::FILES`](super::Tables::FILES), and passes them to the sink before any further
+    /// samples.
     ///
     /// # Errors
-    /// An error if the tables do not contain `count` rows of this simulation, or the error of the sink.
+    /// Returns an error if the tables do not contain `count` rows of this simulation, or the error
+    /// of the sink.
     pub fn read(&mut self, files: [&mut dyn io::Read; 6], count: usize) -> Result<(), SinkError> {
         let mut readers = Vec::new();
         for (file, header) in files.into_iter().zip(self.layout.headers()) {
@@ -225,7 +229,7 @@ impl<S: Sink<Rows>> Recorder<S> {
         }
         for _ in 0..count {
             let Rows { time, forward, reactions, friction, bodies, space, energy } = &mut self.rows;
-            // The table of the motion repeats other tables.
+            // The rows of this table repeat values of other tables.
             let mut motion = Vec::new();
             let rows = [forward, reactions, friction, bodies, energy, &mut motion];
             for (reader, row) in readers.iter_mut().zip(rows) {

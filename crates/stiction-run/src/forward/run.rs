@@ -13,12 +13,13 @@ use crate::{Instants, InstantsError};
 use stiction_core::forward::{Checkpoint, Event, Forward, PayloadChange};
 use stiction_format::{LoadCase, Payload, Signal};
 
-/// A relative change of the rates at the start counts as a rounding error of the projection if it
-/// is not larger than this.
+/// Largest relative change of the rates at the start that counts as a rounding error of the
+/// projection.
 const CHANGED: f64 = 1e-6;
 
 impl Job<'_> {
-    /// Sample times of the results; the last one is [`Self::until`], even if the step does not divide the duration.
+    /// Returns the sample times of the results. The last one is [`Self::until`], even if the step
+    /// does not divide the duration.
     ///
     /// # Errors
     /// See [`InstantsError`].
@@ -26,12 +27,14 @@ impl Job<'_> {
         Instants::up_to(self.from, self.until, self.step)
     }
 
-    /// Runs the simulation. Passes each sample to `receive`, with a function that creates a checkpoint after the
-    /// sample. Calls `stopped` regularly and ends if it returns true. With `checkpoint`, the simulation resumes after
-    /// the last sample of that checkpoint.
+    /// Runs the simulation. Each sample is passed to `receive`, together with a function that
+    /// creates a checkpoint after this sample. The simulation calls `stopped` regularly and ends if
+    /// it returns true. With `checkpoint`, the simulation resumes after the last sample of the
+    /// checkpoint.
     ///
     /// # Errors
-    /// An error if the simulation fails before its first sample. [`Outcome::ending`] contains later failures.
+    /// Returns an error if the simulation fails before its first sample. [`Outcome::ending`]
+    /// contains later failures.
     pub fn run(
         &self,
         mut receive: impl FnMut(&Sample<'_>, &dyn Fn() -> RunCheckpoint) -> Result<(), SinkError>,
@@ -39,7 +42,7 @@ impl Job<'_> {
         checkpoint: Option<&RunCheckpoint>,
     ) -> Result<Outcome, Error> {
         let instants = self.instants()?;
-        // One job and one model for each set of payloads that is carried.
+        // One job and one model for each set of payloads that the bodies carry.
         let changes = self.load.payload_changes((self.from, self.until));
         let load = LoadCase { payloads: Vec::new(), ..self.load.clone() };
         let models = self.models_between(&changes);
@@ -163,7 +166,7 @@ impl Job<'_> {
                     break;
                 }
             }
-            // Time stepping evaluates loads in the middle of its steps only.
+            // Time stepping evaluates loads only in the middle of its steps.
             let loads = match self.loads_at(&simulation.view()) {
                 Ok(loads) => loads,
                 Err(error) => {

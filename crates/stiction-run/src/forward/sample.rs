@@ -1,4 +1,4 @@
-//! Record of one sample of a simulation.
+//! Results of a simulation at one sample.
 
 use crate::in_space::{self, SpacePoint, Tracked};
 use stiction_core::dynamics::AppliedLoad;
@@ -6,12 +6,12 @@ use stiction_core::forward::{Energies, Forward, Instant};
 use stiction_core::kinematics::Target;
 use stiction_core::spatial::Pose;
 
-/// Record of one sample, with references to the simulation.
+/// Results of a simulation at one sample, borrowed from the simulation.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample<'a> {
     /// Model of the mechanism for forward dynamics.
     pub forward: &'a Forward,
-    /// State, accelerations, reactions and frictions at the instant.
+    /// State, accelerations, reactions and friction at the sample.
     pub instant: &'a Instant,
     /// Work done and energy dissipated since the start, J.
     pub energies: &'a Energies,
@@ -21,18 +21,19 @@ pub struct Sample<'a> {
     pub joints: &'a [Target<f64>],
     /// Reference motions of the actuators; zeros for actuators that follow no motion.
     pub reference: &'a [Target<f64>],
-    /// Bodies with a reference in space: [`Job::followed`](super::Job::followed).
+    /// Bodies whose pose has a reference: [`Job::followed`](super::Job::followed).
     pub tracked: &'a [Tracked],
     /// Reference poses in the world of the bodies in `tracked`; NaN where the mechanism cannot follow the motion.
     pub reference_poses: &'a [Pose<f64>],
-    /// External loads.
+    /// External loads on the bodies at the sample.
     pub loads: &'a [AppliedLoad<f64>],
     /// Largest closure error of loops and gearings, m; errors of angles are multiplied by the characteristic length.
     pub closure: f64,
 }
 
 impl Sample<'_> {
-    /// Positions, references and tracking errors of the tracked bodies, in their order.
+    /// Returns the positions, references and tracking errors of the tracked bodies, in the order of
+    /// `tracked`.
     pub fn in_space(&self) -> impl Iterator<Item = SpacePoint> {
         let origin = self.forward.parameters().origin;
         self.tracked.iter().zip(self.reference_poses).map(move |(tracked, reference)| {

@@ -10,9 +10,9 @@ use stiction_format::Condition;
 /// Condition that ends a simulation.
 #[derive(Clone, Debug)]
 pub enum Stop {
-    /// Comparison of two formulas.
+    /// Condition that compares two formulas.
     Formula(Condition),
-    /// Function of the caller.
+    /// Condition that evaluates a function of the caller.
     Function(StopFunction),
 }
 

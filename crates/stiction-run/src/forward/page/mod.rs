@@ -13,8 +13,9 @@ use stiction_core::forward::EventKind;
 use stiction_draw::figure::Figure;
 use stiction_draw::numbers::number;
 
-/// Writes the report of a simulation: headline figures, the moving robot, plots, peaks, events, verdicts, and the
-/// options to repeat it. `command` is the command line that produced the results, if any.
+/// Returns the report of a simulation as HTML: headline figures, the moving robot, plots, peaks,
+/// events, verdicts, and the options to repeat the simulation. `command` is the command line that
+/// produced the results, if any.
 pub fn draw_report(
     job: &Job<'_>,
     (summary, outcome): (&Summary, &Outcome),
@@ -67,7 +68,7 @@ fn about(job: &Job<'_>, summary: &Summary) -> String {
     )
 }
 
-/// Cards with the headline figures.
+/// Returns cards with the headline figures as HTML.
 fn cards(summary: &Summary, outcome: &Outcome) -> String {
     let names = &summary.layout.names;
     let mut all = Vec::new();

@@ -8,15 +8,16 @@ use crate::report::{LISTED, by_joint};
 use crate::statistics::Size;
 use stiction_draw::numbers::{number, percent};
 
-/// Largest number of events in the table; `events.csv` contains all.
+/// Largest number of events in the table of the page; `events.csv` contains all events.
 const EVENTS: usize = 200;
 
-/// Formats a position or rate; values that are rounding errors compared with 1 m or 1 rad become zero.
+/// Formats a position or a rate. Values that are rounding errors compared with 1 m or 1 rad become
+/// zero.
 fn settled(x: f64) -> String {
     if x.abs() < 1e-14 { "0".to_owned() } else { number(x) }
 }
 
-/// Table of the efforts of the actuators.
+/// Returns the table of the actuator efforts.
 pub(super) fn efforts(summary: &Summary) -> String {
     let names = &summary.layout.names.drives;
     let head = [
@@ -34,7 +35,8 @@ pub(super) fn efforts(summary: &Summary) -> String {
     long_table(&head, &rows, 2 * LISTED)
 }
 
-/// Table of the actuators' final positions and rates, and of their tracking errors.
+/// Returns the table of the final positions and rates of the actuators, and of their tracking
+/// errors.
 pub(super) fn motion(summary: &Summary) -> String {
     let layout = &summary.layout;
     if summary.last.forward.is_empty() || layout.names.drives.is_empty() {
@@ -72,7 +74,7 @@ pub(super) fn motion(summary: &Summary) -> String {
     long_table(&head, &rows, 2 * LISTED)
 }
 
-/// Table of the peaks of the motors.
+/// Returns the table of the loads on the motors: torque, speed, power and work.
 pub(super) fn motors(summary: &Summary) -> String {
     let trains = summary.layout.motors.trains().zip(&summary.motors);
     let rows: Vec<Vec<String>> = trains
@@ -102,7 +104,8 @@ pub(super) fn motors(summary: &Summary) -> String {
     table_of(&head, &rows)
 }
 
-/// Table of dissipation and sticking time of the friction interfaces, the largest dissipation first.
+/// Returns the table of dissipation and sticking time of the friction interfaces, in descending
+/// order of dissipation.
 pub(super) fn friction(summary: &Summary, outcome: &Outcome) -> String {
     let names = &summary.layout.names.interfaces;
     let account = summary.account();
@@ -140,7 +143,7 @@ pub(super) fn friction(summary: &Summary, outcome: &Outcome) -> String {
     long_table(&head, &rows, LISTED) + &by_joint(&summary.layout.names.joints, amounts, "J")
 }
 
-/// Table of the events in the order of time.
+/// Returns the table of the events in chronological order.
 pub(super) fn events(summary: &Summary, outcome: &Outcome) -> String {
     let described = summary.described(&outcome.events);
     let row = |event: &DescribedEvent| {
@@ -161,7 +164,7 @@ pub(super) fn events(summary: &Summary, outcome: &Outcome) -> String {
     long_table(&head, &rows, LISTED) + &more
 }
 
-/// Table of the terms of the energy balance at the end.
+/// Returns the table of the terms of the energy balance at the end of the simulation.
 pub(super) fn energy(summary: &Summary) -> String {
     let account = summary.account();
     let rounding = summary.rounding();
