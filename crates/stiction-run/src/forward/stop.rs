@@ -46,7 +46,7 @@ impl fmt::Debug for StopFunction {
 }
 
 impl Stop {
-    /// The condition as written, or the name of the function.
+    /// Returns the text of the condition as written, or the name of the function.
     pub fn text(&self) -> &str {
         match self {
             Self::Formula(condition) => &condition.text,
@@ -54,11 +54,11 @@ impl Stop {
         }
     }
 
-    /// Value of the condition at a state of a mechanism with this number of actuators; negative
-    /// when the condition is true.
+    /// Returns the value of the condition in a state of a mechanism with `actuators` actuators; the
+    /// value is negative if the condition is true.
     ///
     /// # Errors
-    /// The condition has no value in this state, or the function failed.
+    /// Returns an error if the condition has no value in this state, or if the function failed.
     pub(super) fn distance(&self, view: &View<'_>, actuators: usize) -> Result<f64, Error> {
         let distance = match self {
             Self::Formula(condition) => condition.distance(view.time, |c| view.measure(c)),
@@ -84,8 +84,8 @@ impl Stop {
         }
     }
 
-    /// Time, s, up to which a few samples from `t` (s) on resolve the dependence of the condition
-    /// on time alone; infinite for a function, of which this is not known.
+    /// Returns the time, s, up to which a few samples from `t`, s, resolve the dependence of the
+    /// condition on time alone. Infinite for a function, whose dependence on time is unknown.
     pub(super) fn resolved_until(&self, t: f64) -> f64 {
         match self {
             Self::Formula(condition) => condition.resolved_until(t),

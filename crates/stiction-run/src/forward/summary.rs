@@ -12,7 +12,7 @@ use crate::{Sink, SinkError};
 use serde_json::{Map, Value, json};
 use stiction_core::forward::{Event, EventKind, Settings};
 
-/// Collector of the summary of a simulation, row by row.
+/// Summary of a simulation, accumulated row by row.
 #[derive(Clone, Debug)]
 pub struct Summary {
     pub(super) layout: Layout,
@@ -20,27 +20,30 @@ pub struct Summary {
     pub(super) last: Rows,
     pub(super) samples: usize,
     pub(super) drives: Vec<Size>,
-    /// Tracking error of each actuator.
+    /// Size of the tracking error of each actuator.
     pub(super) errors: Vec<Size>,
-    /// Motor of each drive train.
+    /// Load on the motor of each drive train.
     pub(super) motors: Vec<MotorLoad>,
     pub(super) reactions: Reactions,
-    /// Effort of each gearing, and true if it is statically determinate at all samples.
+    /// Size of the effort of each gearing, and true if the effort is statically determinate at all
+    /// samples.
     pub(super) gearings: Vec<(Size, bool)>,
     pub(super) loads: Vec<Size>,
     pub(super) closure: Size,
     pub(super) energy_error: Size,
-    /// Magnitude of the energies whose difference is the energy error; it sets the scale of
+    /// Magnitude of the energies whose difference is the energy error. It determines the size of
     /// rounding errors.
     energies: Size,
     ranges: Ranges,
 }
 
-/// Largest relative energy error of event-driven integration, as a multiple of the tolerance of a
-/// step. The errors of thousands of events accumulate, and singular positions amplify rounding.
+/// Largest acceptable relative energy error of event-driven integration, as a multiple of the
+/// tolerance of a step. The errors of thousands of events accumulate, and singular positions
+/// amplify rounding errors.
 const LOST: f64 = 1e5;
-/// Largest relative energy error of time stepping, as a multiple of the tolerance of a step. Time
-/// stepping is of first order, so its energy error exceeds the tolerance of a step by far.
+/// Largest acceptable relative energy error of time stepping, as a multiple of the tolerance of a
+/// step. Time stepping is of first order, so its energy error exceeds the tolerance of a step by
+/// far.
 const LOST_IN_STEPS: f64 = 3e4;
 
 /// Sticking time and number of stick onsets of a friction interface.
@@ -48,7 +51,7 @@ const LOST_IN_STEPS: f64 = 3e4;
 pub(super) struct Sticking {
     /// Total time during which the interface sticks, s.
     pub(super) time: f64,
-    /// Number of stick onsets.
+    /// Number of stick onsets of the interface.
     pub(super) stops: usize,
 }
 
@@ -77,7 +80,8 @@ impl Summary {
         }
     }
 
-    /// Sticking of each friction interface until the last sample.
+    /// Returns the sticking time and the stick onsets of each friction interface until the last
+    /// sample.
     pub(super) fn sticking(&self, events: &[Event]) -> Vec<Sticking> {
         let Some(first) = &self.first else { return Vec::new() };
         let mut since: Vec<Option<f64>> = first
@@ -106,18 +110,18 @@ impl Summary {
         all
     }
 
-    /// Times of the first and the last sample, s.
+    /// Returns the times of the first and the last sample, s.
     pub(super) fn span(&self) -> (f64, f64) {
         (self.first.as_ref().map_or(0.0, |first| first.time), self.last.time)
     }
 
-    /// True for each friction interface that sticks at the first sample.
+    /// Returns true for each friction interface that sticks at the first sample.
     pub fn at_rest_first(&self) -> Vec<bool> {
         let first = self.first.iter().flat_map(|rows| rows.friction.chunks_exact(6));
         first.map(|row| row[5] == 1.0).collect()
     }
 
-    /// Terms of the energy balance at the end.
+    /// Returns the terms of the energy balance at the last sample.
     pub(super) fn account(&self) -> Account<'_> {
         let (drives, interfaces) = (self.drives.len(), self.loads.len());
         let last = self.last.energy.as_slice();
@@ -263,19 +267,19 @@ impl Summary {
         value
     }
 
-    /// Magnitude, J, below which energies are rounding errors.
+    /// Returns the magnitude, J, below which energies are rounding errors.
     pub(super) fn rounding(&self) -> f64 {
         1e-13 * self.energies.peak.abs()
     }
 
-    /// Relative error of the energy balance; `None` if no energy is exchanged.
+    /// Returns the relative error of the energy balance; `None` if no energy is exchanged.
     pub(super) fn energy_error_relative(&self) -> Option<f64> {
         let turnover = self.account().turnover;
         (turnover > self.rounding()).then(|| self.energy_error.peak.abs() / turnover)
     }
 
-    /// Relative error of the energy balance, if it is larger than the tolerance of the method
-    /// explains; the results are then unreliable. `None` otherwise.
+    /// Returns the relative error of the energy balance if the tolerance of the integration scheme
+    /// cannot explain it, so that the results are unreliable. `None` otherwise.
     pub fn energy_lost(&self, settings: &Settings, events: &[Event]) -> Option<f64> {
         let [_, in_steps] = methods(events, self.span());
         let most = match in_steps > 0.0 {
@@ -287,7 +291,8 @@ impl Summary {
         self.energy_error_relative().filter(|part| *part > most && matters)
     }
 
-    /// Other possible motions at an event that reports that the solution is not unique, as JSON.
+    /// Returns the other possible motions as JSON if `event` reports that the solution is not
+    /// unique; `None` for other events.
     fn others(&self, event: &Event) -> Option<Value> {
         let EventKind::NotUnique { joint, coupling, others } = &event.kind else { return None };
         let names = &self.layout.names;
@@ -305,7 +310,8 @@ impl Summary {
         }))
     }
 
-    /// Describes all events in the order of time, including excursions of joints beyond their ranges.
+    /// Describes all events in chronological order, including excursions of joints beyond their
+    /// ranges.
     pub(super) fn described(&self, events: &[Event]) -> Vec<DescribedEvent> {
         let mut described = describe_all(&self.layout, self.at_rest_first(), events);
         if self.ranges.all.is_empty() {
@@ -412,7 +418,8 @@ pub(super) struct Account<'a> {
     pub(super) drives: &'a [f64],
     pub(super) loads: f64,
     pub(super) dampers: f64,
-    /// Energy that payloads bring, and energy that is lost in impacts with them, J; `None` if no payload changes.
+    /// Energy added by payload changes, and energy dissipated in impacts with payloads, J; `None`
+    /// if no payload changes.
     pub(super) payloads: Option<(f64, f64)>,
     pub(super) interfaces: &'a [f64],
     pub(super) turnover: f64,

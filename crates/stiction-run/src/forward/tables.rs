@@ -16,20 +16,21 @@ pub struct Tables<W: io::Write> {
 }
 
 impl<W: io::Write> Tables<W> {
-    /// Names of the tables, in the order of the files passed to [`Self::new`].
+    /// File names of the tables, in the order of the files passed to [`Self::new`].
     pub const FILES: [&'static str; 6] =
         ["forward.csv", "reactions.csv", "friction.csv", "bodies.csv", "energy.csv", "motion.csv"];
 
-    /// Starts the tables with their headers; `files` are in the order of [`Self::FILES`].
+    /// Creates the tables and writes their headers; `files` are in the order of [`Self::FILES`].
     ///
     /// # Errors
-    /// A header cannot be written.
+    /// Returns an error if a header cannot be written.
     pub fn new(job: &Job<'_>, files: [W; 6]) -> io::Result<Self> {
         let layout = Layout::new(job);
         Ok(Self { tables: table::Tables::new(layout.headers(), files)?, layout })
     }
 
-    /// Continues tables that already contain their headers and rows.
+    /// Creates a writer for tables that already contain their headers and the rows of an
+    /// interrupted simulation.
     pub fn onward(job: &Job<'_>, files: [W; 6]) -> Self {
         Self { tables: table::Tables::continued(files), layout: Layout::new(job) }
     }
@@ -37,15 +38,15 @@ impl<W: io::Write> Tables<W> {
     /// Flushes all buffers.
     ///
     /// # Errors
-    /// A file cannot be written.
+    /// Returns an error if a file cannot be written.
     pub fn flush(&mut self) -> io::Result<()> {
         self.tables.flush()
     }
 
-    /// Flushes all buffers and returns the files in their order.
+    /// Flushes all buffers and returns the files in the order of [`Self::FILES`].
     ///
     /// # Errors
-    /// A file cannot be written.
+    /// Returns an error if a file cannot be written.
     pub fn finish(self) -> io::Result<Vec<W>> {
         self.tables.finish()
     }
@@ -100,13 +101,13 @@ impl Sink<Rows> for Columns {
 /// Event of a simulation in words, as a row of `events.csv`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EventRow {
-    /// Time, s.
+    /// Time of the event, s.
     pub time: f64,
     /// Kind of event, as a keyword.
     pub event: &'static str,
     /// Friction interface, joint or condition; empty if the event concerns the whole mechanism.
     pub at: String,
-    /// Details; may be empty.
+    /// Details of the event; may be empty.
     pub detail: String,
 }
 
@@ -120,7 +121,7 @@ pub fn event_rows(summary: &Summary, events: &[Event]) -> Vec<EventRow> {
 /// Writes `events.csv`, with one row for each event.
 ///
 /// # Errors
-/// The file cannot be written.
+/// Returns an error if the file cannot be written.
 pub fn write_events(into: impl io::Write, summary: &Summary, events: &[Event]) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(into);
     writer.write_record(["time [s]", "event", "at", "detail"])?;

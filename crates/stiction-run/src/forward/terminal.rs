@@ -9,9 +9,9 @@ use crate::names::{heading, width};
 use std::fmt::{self, Write};
 use stiction_draw::numbers::{number, order, percent};
 
-/// Largest number of friction interfaces and events listed.
+/// Largest number of friction interfaces and of events that the text lists.
 const LISTED: usize = 6;
-/// The summary contains a caution if the relative error of a step exceeds this value.
+/// Relative error of a step above which the summary contains a caution.
 pub(super) const COARSE: f64 = 1e-8;
 
 /// Writes the summary as text.
@@ -161,7 +161,8 @@ fn write_errors(out: &mut impl Write, summary: &Summary, wide: usize) -> fmt::Re
     writeln!(out)
 }
 
-/// Formats a position or rate in SI units; values that are rounding errors compared with 1 m or 1 rad become zero.
+/// Formats a position or a rate in SI units. Values that are rounding errors compared with 1 m or 1
+/// rad become zero.
 fn settled(x: f64) -> String {
     if x.abs() < 1e-14 { "0".to_owned() } else { number(x) }
 }

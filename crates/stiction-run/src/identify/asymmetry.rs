@@ -1,7 +1,7 @@
-//! Asymmetry: difference of an actuator's efforts between the two directions of motion.
+//! Asymmetry of an actuator: difference of its efforts between the two directions of motion.
 //!
-//! Weight, load-dependent friction and direction-dependent friction make an actuator need more effort in one direction
-//! than in the other.
+//! Weight, load-dependent friction and direction-dependent friction can require more effort in one
+//! direction of motion than in the other.
 
 use super::prepare::Prepared;
 use nalgebra::{DMatrix, DVector};
@@ -24,11 +24,11 @@ pub struct Asymmetry {
     pub unit: &'static str,
 }
 
-/// Smallest fraction of the rows that must move in each direction.
+/// Smallest fraction of the rows of an actuator that must show motion in each direction.
 const BOTH: f64 = 0.05;
 
-/// Asymmetries of the measured efforts; the variation of weight and inertia forces along the motion is removed by the
-/// model without friction.
+/// Computes the asymmetries of the measured efforts. The model without friction removes the
+/// variation of weight and inertia forces along the motion.
 pub(super) fn of_efforts(
     all: &[Prepared],
     actuators: &[String],
@@ -54,9 +54,9 @@ pub(super) fn of_efforts(
     each.collect()
 }
 
-/// Constant part of a signal in the rows of an actuator, with its standard deviation. It is fitted together with terms
-/// proportional to the direction and to the rate of motion. `None` if the rows do not contain motion in both
-/// directions.
+/// Estimates the constant part of a signal in the rows of an actuator, and its standard deviation.
+/// The fit also includes terms proportional to the direction and to the rate of motion. `None` if
+/// the rows do not contain motion in both directions.
 fn constant_part(
     all: &[Prepared],
     channel: usize,

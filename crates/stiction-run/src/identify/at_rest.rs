@@ -1,17 +1,17 @@
-//! Efforts at rest: inequalities that bound the parameters of a fit. Dwells that contradict the fit
-//! are left out.
+//! Efforts at rest: inequalities that bound the parameters of a fit. Dwells (intervals at
+//! standstill) that contradict the fit are left out.
 
 use super::prepare::Prepared;
 use super::run::fitted_blocks;
 use stiction_identify::{Estimate, Options, Parameter, Problem};
 
-/// If an effort at rest exceeds its limit by more than this number of standard deviations, another
-/// force must act.
+/// Number of standard deviations by which an effort at rest may exceed its limit. If the excess is
+/// larger, another force, such as a brake, must act.
 const CONTRADICTS: f64 = 4.0;
 
-/// Bounds an estimate by the efforts at rest. Dwells that contradict the estimate are left out,
-/// because a brake holds the robot there, or because static friction exceeds sliding friction.
-/// Returns the bounded estimate and cautions.
+/// Bounds an estimate by the efforts at rest, and returns the bounded estimate and cautions. Dwells
+/// that contradict the estimate are left out: a brake holds the robot there, or static friction
+/// exceeds sliding friction.
 pub(super) fn bounded(
     all: &mut [Prepared],
     parameters: &[Parameter],

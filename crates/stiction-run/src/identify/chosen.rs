@@ -15,24 +15,25 @@ pub(super) fn refuse(message: impl Into<String>, help: impl Into<String>) -> Err
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Chosen {
     pub(super) coordinate: Coordinate,
-    /// Index of the column of its position, if the log has one.
+    /// Index of the log column with the position of the coordinate, if the log has one.
     pub(super) position: Option<usize>,
-    /// Index of the column of its rate, if the log has one. Used if there is no position column, and in tables of
-    /// steady motions.
+    /// Index of the log column with the rate of the coordinate, if the log has one. The rate is
+    /// used if there is no position column, and in tables of steady motions.
     pub(super) rate: Option<usize>,
     /// Position of the coordinate in the model, rad or m; used if the log has no position column.
     pub(super) home: f64,
 }
 
 impl Chosen {
-    /// Index of the position column, or of the rate column if there is no position column.
+    /// Returns the index of the position column, or of the rate column if there is no position
+    /// column.
     pub(super) fn column(&self) -> usize {
         self.position.or(self.rate).unwrap_or(0)
     }
 }
 
-/// Chooses the coordinates that determine the motion, with their columns in the log: those of the actuators, or if the
-/// log lacks these, the same number of other coordinates.
+/// Chooses the coordinates that determine the motion, with their columns in the log. These are the
+/// coordinates of the actuators or, if the log lacks them, the same number of other coordinates.
 pub(super) fn chosen_coordinates(
     model: &ModelFile,
     log: &MeasuredLog,
@@ -90,7 +91,8 @@ pub(super) fn chosen_coordinates(
     Ok(chosen)
 }
 
-/// Positions of the chosen coordinates in the model, rad or m; zero for coordinates whose position is logged.
+/// Returns the positions of the chosen coordinates in the model, rad or m; zero for coordinates
+/// whose position is logged.
 fn homes(model: &ModelFile, log: &MeasuredLog, chosen: &[Chosen]) -> Result<Vec<f64>, Error> {
     let mechanism = &model.mechanism;
     let fail = |error: &dyn std::fmt::Display| {
@@ -123,20 +125,20 @@ fn homes(model: &ModelFile, log: &MeasuredLog, chosen: &[Chosen]) -> Result<Vec<
     each.collect()
 }
 
-/// Column of the effort of an actuator.
+/// Log column that contains the effort of an actuator.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EffortColumn {
     /// Index of the column in the log.
     pub(super) column: usize,
-    /// Factor that converts its values to the effort at the joint.
+    /// Factor that converts the values of the column to the effort at the joint, N or N m.
     pub(super) factor: f64,
-    /// Index of the drive train, if the column contains its current and the model lacks its torque
-    /// constant. `factor` then assumes 1 N m/A.
+    /// Index of the drive train if the column contains the current of its motor and the model lacks
+    /// the torque constant. `factor` then assumes 1 N m/A.
     pub(super) unknown: Option<usize>,
 }
 
-/// Chooses the columns of efforts in the order of the actuators. The second result is true if the efforts are measured
-/// at motors.
+/// Chooses the columns of efforts in the order of the actuators. The second result is true if the
+/// efforts are measured at the motors.
 pub(super) fn chosen_efforts(
     mechanism: &Mechanism,
     log: &MeasuredLog,

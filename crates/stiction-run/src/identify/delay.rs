@@ -10,7 +10,7 @@ pub struct Delay {
     pub actuator: String,
     /// Delay, s; negative if the effort precedes the positions.
     pub value: f64,
-    /// Standard deviation, s.
+    /// Standard deviation of the delay, s.
     pub sigma: f64,
     /// True if the efforts were shifted in time by this delay.
     pub is_corrected: bool,
@@ -18,13 +18,12 @@ pub struct Delay {
 
 /// Number of Gauss-Newton iterations.
 const STEPS: usize = 6;
-/// A delay is certain if it exceeds this number of its standard deviations.
+/// Number of standard deviations above which a delay is certain.
 pub(super) const CERTAIN: f64 = 5.0;
-/// Fraction of the squared residuals that a delay must explain, when each fifth of the logs is predicted from the
-/// others.
+/// Fraction of the squared residuals that a delay must explain in cross-validation, in which each
+/// fifth of the logs is predicted from the others.
 const EXPLAINED: f64 = 0.02;
-/// The iteration has converged if the delays change by less than this number of standard
-/// deviations.
+/// Largest change of a delay, in standard deviations, at which the iteration has converged.
 const SETTLED: f64 = 0.1;
 
 /// Regressor signals of an effect, one for each fitted log; `None` if the effect cannot be computed
@@ -35,7 +34,7 @@ pub(super) fn candidate(all: &[Prepared], channel: usize, effect: Effect) -> Opt
     Some(Candidate { channel, signal: signal? })
 }
 
-/// Estimates the remaining delay of each effort, in addition to the delays that are corrected already.
+/// Estimates the delay of each effort that remains after the delays corrected so far.
 fn remaining(
     all: &[Prepared],
     problem: &Problem<'_>,
@@ -48,13 +47,12 @@ fn remaining(
     each.collect()
 }
 
-/// A row is close to a reversal if the magnitude of the filtered direction of motion is below this
-/// value.
+/// Magnitude of the filtered direction of motion below which a row is close to a reversal.
 const CLOSE: f64 = 0.95;
 
-/// Standard deviation of a delay due to the jumps of friction, s. The instant of each jump is known
-/// to within one sample. Only the rows close to reversals have this error; they contain a part of
-/// the information on the delay.
+/// Returns the standard deviation of a delay due to the jumps of friction, s. The instant of each
+/// jump is known to within one sample. Only the rows close to reversals have this error. These rows
+/// contain only a part of the information on the delay.
 fn jump_error(all: &[Prepared], channel: usize) -> f64 {
     let (mut close, mut total, mut count, mut sample) = (0.0, 0.0, 0.0, 0.0);
     for log in all.iter().filter(|log| !log.predict) {
@@ -76,10 +74,11 @@ fn jump_error(all: &[Prepared], channel: usize) -> f64 {
     }
 }
 
-/// Estimates the delays of all efforts together with the parameters by the Gauss-Newton method, which starts from
-/// the delays compensated so far. Compensates those delays that differ significantly from zero and improve the
-/// prediction of left-out fifths of the logs. `solve` fits the logs as they are. Returns the delays in the order of
-/// the actuators, with standard deviations.
+/// Estimates the delays of all efforts together with the parameters by the Gauss-Newton method,
+/// starting from the delays corrected so far. A delay is corrected if it differs significantly from
+/// zero and improves the prediction of left-out fifths of the logs. `solve` fits the logs with the
+/// delays corrected so far. Returns the delays, s, in the order of the actuators, with standard
+/// deviations.
 pub(super) fn take_back(
     all: &mut [Prepared],
     begin: &[[f64; 2]],
@@ -111,7 +110,7 @@ pub(super) fn take_back(
     delays
 }
 
-/// Composes a caution on a delay that has been corrected.
+/// Returns a caution that describes a corrected delay.
 pub(super) fn words(delay: &Delay, greatest: f64) -> String {
     let Delay { actuator, value, sigma, .. } = delay;
     let (size, sigma) = (1e3 * value.abs(), 1e3 * sigma);

@@ -1,53 +1,52 @@
-//! Effects that the residuals of a fit show and the model lacks: offsets, delays, other curves of friction, dependence
-//! on position and load, drift.
+//! Effects that the residuals of a fit show and the model lacks: offsets, delays, other friction
+//! curves, dependence on position and load, drift.
 //!
-//! Each effect is a further column of the regression. Effects that are certain, improve the
-//! prediction of left-out parts of the logs, and matter for the result are added one after the
-//! other, and the logs are fitted again after each addition.
+//! Each effect is an additional column of the regression. An effect is added if it is certain,
+//! improves the prediction of left-out parts of the logs, and matters for the result. Effects are
+//! added one by one, and the logs are fitted again after each addition.
 
 use super::delay::{CERTAIN, candidate};
 use super::prepare::{EFFECTS, Effect, Prepared};
 use nalgebra::DVector;
 use stiction_identify::{Block, Estimate, Extension, Kind, Options, Parameter, Problem};
 
-/// Effect that the model or the options lack.
+/// Effect that the residuals show and the model lacks.
 #[derive(Clone, Debug)]
 pub struct Missing {
-    /// Name of the actuator.
+    /// Name of the actuator whose effort shows the effect.
     pub actuator: String,
-    /// The effect in words.
+    /// Description of the effect in words.
     pub what: String,
     /// Size of the effect: the fitted coefficient, in `unit`.
     pub value: f64,
-    /// Standard deviation of the size.
+    /// Standard deviation of `value`, in `unit`.
     pub sigma: f64,
-    /// Unit of the size.
+    /// Unit of the fitted coefficient of the effect.
     pub unit: &'static str,
-    /// Fraction by which the effect reduces the squared residuals, when each fifth of the logs is
-    /// predicted from the other four (cross-validation).
+    /// Fraction by which the effect reduces the squared residuals in cross-validation, in which
+    /// each fifth of the logs is predicted from the other four.
     pub gain: f64,
-    /// Parameters that the effect changes by more than a standard deviation, each with its change in standard
-    /// deviations, in decreasing order.
+    /// Parameters that all missing effects together change by more than one standard deviation,
+    /// each with its change in standard deviations. The largest change comes first.
     pub changes: Vec<(String, f64)>,
-    /// Advice: the change of the model or options that accounts for the effect.
+    /// Advice to the user: the change of the model or of the options that accounts for the effect.
     pub cure: String,
 }
 
-/// An effect that explains more than this fraction of the squared residuals of left-out fifths
-/// matters even if it changes no parameter.
+/// Fraction of the squared residuals of left-out fifths above which an effect matters even if it
+/// changes no parameter.
 const EXPLAINED: f64 = 0.1;
-/// An effect that explains less than this fraction of the squared residuals of left-out fifths is
-/// ignored.
+/// Fraction of the squared residuals of left-out fifths below which an effect is ignored.
 const LEAST: f64 = 0.005;
-/// An effect matters if it changes a parameter by more than this number of standard deviations.
+/// Change of a parameter, in standard deviations, above which an effect matters.
 const CHANGED: f64 = 1.0;
-/// An effect whose size is at most this number of standard deviations in the new fit counts as
+/// Number of standard deviations of an effect in the new fit up to which the effect counts as
 /// doubtful and is removed.
 const DOUBTFUL: f64 = 2.0;
 /// Largest number of parameters that a caution names.
 const NAMED: usize = 6;
 
-/// Fit to which effects are added.
+/// Fit of the logs, to which effects are added.
 pub(super) struct Fit<'a> {
     pub(super) all: &'a [Prepared],
     pub(super) parameters: &'a [Parameter],
@@ -58,7 +57,7 @@ pub(super) struct Fit<'a> {
     pub(super) identified: &'a [bool],
 }
 
-/// Effects that were found, and the result of the fit with all of them.
+/// Effects that the residuals show, and the changes of the parameters due to these effects.
 pub(super) struct Found {
     pub(super) missing: Vec<Missing>,
     /// Change of each parameter due to all effects together, SI units.
@@ -66,8 +65,8 @@ pub(super) struct Found {
 }
 
 impl Fit<'_> {
-    /// Finds the effects that the residuals show, starting with the one that improves the prediction of left-out parts
-    /// most.
+    /// Finds the effects that the residuals show. The first one improves the prediction of left-out
+    /// parts of the logs most.
     pub(super) fn missing(&self) -> Found {
         let count = self.parameters.len();
         let mut blocks: Vec<Block> =
@@ -114,8 +113,8 @@ impl Fit<'_> {
                 chosen.push((channel, effect, found.gain));
                 continue;
             }
-            // The new fit explains the residuals by its parameters, which the prior had held back,
-            // so the effect is removed.
+            // In the new fit, parameters that the prior had restrained explain the residuals, so
+            // the effect is removed.
             for rows in blocks.iter_mut().flat_map(|block| &mut block.channels) {
                 rows.pop_column();
             }
@@ -134,7 +133,7 @@ impl Fit<'_> {
         Found { missing: each.collect(), changes }
     }
 
-    /// Finds the effect with the largest gain among those that are certain and matter.
+    /// Finds the effect with the largest gain among the effects that are certain and matter.
     fn best(
         &self,
         problem: &Problem<'_>,
@@ -171,7 +170,8 @@ impl Fit<'_> {
                 }))
     }
 
-    /// Returns whether a change of parameter `k`, SI units, exceeds a standard deviation.
+    /// Returns whether a change of parameter `k`, SI units, exceeds the standard deviation of the
+    /// parameter.
     pub(super) fn is_changed(&self, k: usize, change: f64) -> bool {
         change.abs() > CHANGED * self.estimate.sigmas[k] && self.estimate.sigmas[k] > 0.0
     }
@@ -252,7 +252,7 @@ fn words(effect: Effect, (name, unit): (&str, &str), is_positive: bool) -> (Stri
 }
 
 impl Missing {
-    /// Composes a caution on the effect.
+    /// Returns a caution that describes the effect and its consequences.
     pub(super) fn caution(&self) -> String {
         let named = self.changes.iter().take(NAMED);
         let named: Vec<String> =

@@ -1,7 +1,7 @@
 //! Identification of inertia and friction from measured logs, with verdicts on the results.
 //!
-//! [`IdentifySettings`] contain the options, and [`identify`] computes an [`Identified`], which writes the summary, the
-//! JSON object and the model file.
+//! [`IdentifySettings`] contains the options, and [`identify`] computes an [`Identified`], which
+//! provides the summary, the JSON object and the model file.
 
 mod asymmetry;
 mod at_rest;
@@ -29,11 +29,11 @@ pub use traces::{EffortSample, FrictionTrace, LogTrace, Traces};
 
 use thiserror::Error;
 
-/// Error: logs or options that cannot be used.
+/// Error: the logs or options cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{message}")]
 pub struct IdentifyError {
-    /// Description of the mistake, with its place.
+    /// Description of the error and its location.
     pub message: String,
     /// Suggested remedy; empty if the message contains it.
     pub help: String,

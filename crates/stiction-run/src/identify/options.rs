@@ -1,4 +1,4 @@
-//! Options of identification: a TOML file next to the logs.
+//! Options of identification, which a TOML file next to the logs contains.
 
 use super::IdentifyError as Error;
 use stiction_format::{
@@ -7,7 +7,7 @@ use stiction_format::{
 };
 use toml::{Table, Value};
 
-/// Options file with every key, for `--template`.
+/// Options file that contains every key, for the option `--template`.
 pub const TEMPLATE: &str = r#"# Options of `stiction identify`. Every key may be left out.
 
 # Cut-off frequency (-3 dB) of the zero-phase low-pass filter, for positions, efforts and the model alike.
@@ -75,11 +75,11 @@ pub struct LogSettings {
     pub file: String,
     /// True if the log only checks the prediction of the fit; false if it is fitted.
     pub predict: bool,
-    /// Start of the time interval that is used, s; minus infinity by default.
+    /// Start of the used time interval, s; minus infinity by default.
     pub from: f64,
-    /// End of the time interval that is used, s; infinite by default.
+    /// End of the used time interval, s; infinite by default.
     pub until: f64,
-    /// True if the log is a table of steady motions.
+    /// True if each row of the log is a motion with constant rates.
     pub steady: bool,
     /// Payloads that the robot carries in this log.
     pub payloads: Vec<Payload>,
@@ -87,7 +87,7 @@ pub struct LogSettings {
 
 impl LogSettings {
     /// Returns whether these options belong to the log at `path`. They do if the last components of
-    /// the path equal the name.
+    /// `path` equal those of [`Self::file`].
     pub fn is_at(&self, path: &str) -> bool {
         let parts = |text: &str| -> Vec<String> {
             text.split(['/', '\\'])
@@ -105,31 +105,33 @@ impl LogSettings {
 pub struct IdentifySettings {
     /// Cut-off frequency of the filter, Hz; chosen automatically if absent.
     pub filter: Option<f64>,
-    /// Strength of the prior on the inertias, in equivalent samples; chosen automatically if absent.
+    /// Strength of the prior on the inertias, as a number of equivalent samples; chosen
+    /// automatically if absent.
     pub strength: Option<f64>,
-    /// True to estimate by instrumental variables from the commanded motions, false to estimate by least squares.
+    /// True to estimate by instrumental variables from the commanded motions; false to estimate by
+    /// least squares.
     pub instruments: bool,
     /// True to estimate a constant error of each effort.
     pub offsets: bool,
     /// Delay of all efforts relative to the positions, s; estimated if absent.
     pub delay: Option<f64>,
-    /// True to hold all inertial parameters at the values of the model.
+    /// True to fix all inertial parameters at the values of the model.
     pub hold_inertia: bool,
-    /// True to hold all friction parameters at the values of the model.
+    /// True to fix all friction parameters at the values of the model.
     pub hold_friction: bool,
-    /// Patterns of the parameters that are held at the values of the model.
+    /// Name patterns of the parameters that are fixed at the values of the model.
     pub hold: Vec<String>,
-    /// Groups of patterns; the parameters of each group have a common value.
+    /// Groups of name patterns; the parameters of each group have a common value.
     pub tie: Vec<Vec<String>>,
-    /// Patterns of parameters with their least and greatest values, SI units.
+    /// Name patterns of parameters, each with the least and the greatest value, SI units.
     pub bounds: Vec<(String, [f64; 2])>,
-    /// Columns whose names in the logs differ from those of the model.
+    /// Columns with another name or unit in the logs than in the model.
     pub columns: Vec<Renamed>,
     /// Names of the columns of logs without a header.
     pub header: Vec<String>,
-    /// Time from one row to the next, s, in the place of a time column.
+    /// Time between successive rows, s, for logs without a time column.
     pub step: Option<f64>,
-    /// Names of terms with their assignments.
+    /// Effort terms that the model lacks: the name of each term and its formula for an effort.
     pub terms: Vec<(String, String)>,
     /// Options that apply to individual logs.
     pub logs: Vec<LogSettings>,
@@ -293,7 +295,7 @@ fn texts(key: &str, value: &Value) -> Result<Vec<String>, Error> {
     list.ok_or_else(|| bad(key, "should be a list of names"))
 }
 
-/// A number with or without a decimal point.
+/// Reads a TOML number with or without a decimal point; `None` for other values.
 fn number(value: &Value) -> Option<f64> {
     value.as_float().or_else(|| value.as_integer().map(|n| n as f64))
 }
@@ -411,7 +413,8 @@ fn payloads(key: &str, load: Result<LoadCase, Diagnostics>) -> Result<Vec<Payloa
 mod tests {
     use super::*;
 
-    /// The options of a log are found by the end of its path, not by a part of a name.
+    /// Tests that the options of a log are found by the last components of its path, not by a part
+    /// of a component.
     #[test]
     fn logs_are_named_by_the_end_of_their_path() {
         let named = |file: &str| LogSettings { file: file.to_owned(), ..LogSettings::default() };

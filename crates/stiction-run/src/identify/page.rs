@@ -12,18 +12,19 @@ use stiction_draw::numbers::number;
 use stiction_format::ModelFile;
 use stiction_identify::{FitVerdict, Verdict};
 
-/// Number of rows that a long table shows; the other rows are collapsed.
+/// Number of rows that a long table shows initially; the other rows are collapsed.
 const LISTED: usize = 40;
 /// Largest number of measured points in a friction plot.
 const POINTS: usize = 400;
 /// Number of speed intervals in which the curve of the friction law is drawn.
 const INTERVALS: usize = 40;
-/// Half the width of the dash that marks a point, as a fraction of the horizontal axis.
+/// Half the width of the dash that marks a measured point, as a fraction of the horizontal axis.
 const DASH: f64 = 2.5e-3;
 
 impl Identified {
-    /// Writes the report: verdict, measured and predicted efforts, residuals, friction over speed, identified values
-    /// compared with those of the model, cautions. `command` is the command line that produced the results, if any.
+    /// Returns the report as HTML: verdict, measured and predicted efforts, residuals, friction
+    /// over speed, identified values compared with those of the model, cautions. `command` is the
+    /// command line that produced the results, if any.
     pub fn report(&self, model: &ModelFile, traces: &Traces, command: Option<&str>) -> String {
         let logs: Vec<String> = self
             .predictions
@@ -98,7 +99,7 @@ impl Identified {
         html::cards(&all)
     }
 
-    /// Table of the relative errors of all logs.
+    /// Returns the table of the relative errors of all logs.
     fn errors(&self) -> String {
         let mut rows = Vec::new();
         for p in &self.predictions {
@@ -204,12 +205,12 @@ const FRICTION_NOTE: &str = "Friction of each joint over the magnitude of its ra
     motion. Points are the measured efforts minus everything else that was identified; the line is the \
     identified law, averaged over the normal loads at each rate.";
 
-/// Unit as in other tables of pages.
+/// Returns a unit in the form that other tables of HTML pages use.
 fn unit(unit: &str) -> String {
     unit.replace("^2", "²")
 }
 
-/// Plots of the efforts of one log.
+/// Returns the plots of the efforts in one log.
 fn efforts(traces: &Traces, log: &LogTrace) -> String {
     let count = log.rows.len();
     let figure = |title: String,
@@ -253,7 +254,7 @@ fn efforts(traces: &Traces, log: &LogTrace) -> String {
     both + &residuals
 }
 
-/// Plot of a friction curve with its data; `None` if no point is finite.
+/// Returns the plot of a friction curve with its data; `None` if no point is finite.
 fn friction(trace: &FrictionTrace) -> Option<String> {
     let mut points = trace.points.clone();
     points.retain(|point| point.iter().all(|x| x.is_finite()));

@@ -1,7 +1,7 @@
 //! Effect of the filter on the predicted efforts. The filter attenuates the parts of the motion
 //! near the cut-off frequency.
 //!
-//! Equation (I8) of the book's theory.
+//! The theory is in equation (I8) of the book.
 
 use super::filter::{RowFilter, within};
 use super::reversals::split;
@@ -12,8 +12,8 @@ use stiction_identify::Kind;
 
 impl Prepared {
     /// Estimates the error of the predicted efforts due to the filter, for the rows of each
-    /// actuator: efforts of the filtered motion minus efforts of the motion filtered twice. `None`
-    /// for steady motions, and if the model has no forces at some instant.
+    /// actuator: the efforts of the filtered motion minus the efforts of the motion filtered twice.
+    /// `None` for steady motions, and if the model has no forces at some instant.
     pub(in crate::identify) fn filter_error(
         &self,
         values: &[f64],

@@ -1,6 +1,6 @@
-//! Unknown torque constants: factors of measured currents.
+//! Unknown torque constants: factors that convert measured currents to torques.
 //!
-//! Equation (I10) of the book's theory.
+//! The theory is in equation (I10) of the book.
 
 use super::Prepared;
 use crate::identify::chosen::EffortColumn;
@@ -8,20 +8,20 @@ use crate::identify::run::differences;
 use nalgebra::DVector;
 use stiction_identify::{Kind, Parameter};
 
-/// Largest factor by which one iteration changes a torque constant, upwards or downwards.
+/// Largest factor by which one iteration increases or decreases a torque constant.
 const STEP: f64 = 2.0;
 
 /// Unknown torque constant of the motor whose current is the effort of an actuator.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Constant {
-    /// Index of the parameter.
+    /// Index of the parameter that represents the torque constant.
     parameter: usize,
-    /// Present value, N m/A, with which the measured efforts are computed.
+    /// Present value of the torque constant, N m/A, with which the measured efforts are computed.
     value: f64,
 }
 
 impl Constant {
-    /// Unknown torque constants of the columns of efforts. Efforts are computed with 1 N m/A.
+    /// Returns the unknown torque constants of the effort columns, with the initial value 1 N m/A.
     pub(super) fn of_columns(
         columns: &[EffortColumn],
         parameters: &[Parameter],
@@ -36,15 +36,17 @@ impl Constant {
 }
 
 impl Prepared {
-    /// Parameter and present value of each actuator's unknown torque constant.
+    /// Returns the parameter index and the present value, N m/A, of each actuator's unknown torque
+    /// constant.
     pub(in crate::identify) fn constants(&self) -> impl Iterator<Item = Option<(usize, f64)>> {
         self.constants.iter().map(|own| own.map(|own| (own.parameter, own.value)))
     }
 
-    /// Separates from the bounds of an effort the part that is proportional to its unknown torque
-    /// constant K. Returns the bounds minus the mean effort `effort`, the index of the parameter K,
-    /// and the column of the separated part `effort K/K0`, where K0 is the present value. Without
-    /// an unknown torque constant the bounds stay unchanged.
+    /// Separates the part of the bounds of an effort that is proportional to its unknown torque
+    /// constant K. The separated part is `effort K/K0`, where `effort` is the mean effort and K0
+    /// the present value. Returns the bounds minus `effort`, the index of the parameter K, and the
+    /// coefficient `-effort/K0` of K in the bounded expression. Without an unknown torque constant,
+    /// the bounds are unchanged.
     pub(super) fn scaled_by_constant(
         &self,
         channel: usize,
@@ -63,7 +65,8 @@ impl Prepared {
     /// [`Self::update_loads`], and torque constants by [`Self::set_constants`].
     ///
     /// # Errors
-    /// The first time at which the forces have no solution, with the reason, if too many instants fail.
+    /// If too many instants fail, returns the first time at which the forces have no solution, with
+    /// the reason.
     pub(in crate::identify) fn linearise(
         &mut self,
         values: &[f64],
@@ -78,10 +81,10 @@ impl Prepared {
         result
     }
 
-    /// Recomputes the measured efforts with the torque constants among `values`, each within a
-    /// factor [`STEP`] of its present value. The column of a constant K is K times the derivative
-    /// of the predicted current with respect to K. It follows from the effort that `values`
-    /// predict, and so contains no noise of the current.
+    /// Recomputes the measured efforts with the torque constants in `values`, each within a factor
+    /// [`STEP`] of its present value. The column of a constant K is K times the derivative of the
+    /// predicted current with respect to K. The column is computed from the effort that `values`
+    /// predict, and therefore contains no noise of the current.
     pub(in crate::identify) fn set_constants(&mut self, values: &[f64]) {
         self.release_constants();
         let unknowns = differences(self.regressor.parameters(), values);
@@ -102,8 +105,8 @@ impl Prepared {
         self.set_instruments();
     }
 
-    /// Recomputes the measured efforts with the torque constants among `values`, without a bound on
-    /// their change and without columns for them.
+    /// Recomputes the measured efforts with the torque constants in `values`. Their changes are not
+    /// limited, and the regression has no columns for them.
     pub(in crate::identify) fn start_constants(&mut self, values: &[f64]) {
         self.release_constants();
         for channel in 0..self.constants.len() {
@@ -117,7 +120,8 @@ impl Prepared {
         }
     }
 
-    /// Removes the columns of torque constants, so that right-hand sides are measured efforts minus those of the model.
+    /// Removes the columns of torque constants. The right-hand sides are then measured efforts
+    /// minus those of the model.
     fn release_constants(&mut self) {
         for (rows, own) in self.block.channels.iter_mut().zip(&self.constants) {
             let Some(own) = own else { continue };

@@ -1,27 +1,27 @@
-//! Dwells: intervals at standstill, in which the limits of static friction bound the efforts.
+//! Dwells: intervals at standstill in which the static friction limits bound the efforts.
 //!
-//! Equation (I9) of the book's theory.
+//! The theory is in equation (I9) of the book.
 
 use super::Prepared;
 use super::motion::ROWS_PER_PERIOD;
 use nalgebra::{DMatrix, DVector};
 use stiction_identify::{Dwells, Kind};
 
-/// Factor on the normal loads computed without friction, which gives an estimate of the largest
+/// Factor on the normal loads computed without friction, for an estimate of the largest normal
 /// loads at rest. Static friction changes joint reactions by an unknown amount, which is about the
 /// loads times the friction coefficient.
 const LOADED: f64 = 1.2;
 /// Largest number of parts of a dwell whose mean efforts are compared.
 const PARTS: usize = 8;
 
-/// Standstill of the mechanism.
+/// Dwell: interval in which the mechanism is at standstill.
 #[derive(Clone, Debug)]
 pub(super) struct Standstill {
-    /// Time of the first row that counts, s.
+    /// Time of the first used row of the dwell, s.
     start: f64,
-    /// Mean position.
+    /// Mean position of each coordinate during the dwell, rad or m.
     position: Vec<f64>,
-    /// Least and greatest effort of each actuator, N or N m.
+    /// Least and greatest effort of each actuator during the dwell, N or N m.
     efforts: Vec<[f64; 2]>,
 }
 
@@ -32,14 +32,14 @@ impl Standstill {
     }
 }
 
-/// The log has a gap between two successive rows if their distance in time exceeds this multiple of
-/// the median distance.
+/// Time between two successive rows, as a multiple of the median time step, above which the log has
+/// a gap.
 const GAP: f64 = 1.5;
 
-/// Finds the dwells among the rows at `times`: intervals in which `is_resting` holds. `effort`
-/// returns the filtered effort of a row and an actuator, `position` the position at a row. A period
-/// of the cut-off frequency at both ends of a dwell is left out. A dwell ends at a gap in the log,
-/// during which the mechanism may have moved.
+/// Finds the dwells among the rows at `times`: intervals in which `is_resting` is true. `effort`
+/// returns the filtered effort of an actuator in a row, and `position` the position in a row. At
+/// both ends of a dwell, one period of the cut-off frequency is left out. A dwell ends at a gap in
+/// the log, during which the mechanism may have moved.
 pub(super) fn standstills(
     times: &[f64],
     is_resting: impl Fn(usize) -> bool,
@@ -87,10 +87,11 @@ pub(super) fn standstills(
 
 impl Prepared {
     /// Sets the bounds of the efforts at rest, with the normal loads for the parameter values
-    /// `values`. Returns the number of dwells without bounds and the number of all dwells. A dwell
-    /// has no bounds if the model has no forces there, or if a formula may have any value at rest.
+    /// `values`. Returns the number of dwells without bounds and the total number of dwells. A
+    /// dwell has no bounds if the model has no forces in its position, or if a formula may have any
+    /// value at rest.
     ///
-    /// During a dwell the mechanism may creep at a rate below the noise of the rates. The bounds
+    /// During a dwell, the mechanism may creep at a rate below the noise of the rates. The bounds
     /// remain valid, because sliding friction obeys the same limits.
     pub(in crate::identify) fn set_dwells(&mut self, values: &[f64]) -> [usize; 2] {
         self.block.dwells.clear();
@@ -103,8 +104,8 @@ impl Prepared {
         for dwell in &self.standstills {
             let rest = vec![0.0; dwell.position.len()];
             let motion: [&[f64]; 3] = [&dwell.position, &rest, &rest];
-            // This state agrees with the position of the dwell within the noise, so that it selects
-            // the assembly mode of the log.
+            // This state agrees with the position of the dwell within the noise, and therefore
+            // selects the assembly mode of the log.
             let before = self.rests.partition_point(|(time, _)| *time <= dwell.start);
             let Some((_, state)) = before.checked_sub(1).map(|k| &self.rests[k]) else { continue };
             regressor.start_from(state);
@@ -118,7 +119,7 @@ impl Prepared {
                     limits.column_mut(k).scale_mut(LOADED * solved.loads[i].abs());
                 }
                 match p.kind {
-                    // The columns are efforts without friction; `limits` contains the friction.
+                    // The columns contain efforts without friction; `limits` contains the friction.
                     kind if kind.is_friction() => matrix.column_mut(k).fill(0.0),
                     // A formula may have any value at rest.
                     Kind::Term(_) => return [all; 2],
@@ -130,8 +131,8 @@ impl Prepared {
                 let known = columns.known[channel];
                 let bounds = [low - known + fixed[channel], high - known - fixed[channel]];
                 let mut columns = matrix.row(channel).into_owned();
-                // An unknown torque constant scales the effort, which the middle of its bounds
-                // represents.
+                // An unknown torque constant scales the effort, for which the middle of the bounds
+                // is used.
                 let (bounds, constant) =
                     self.scaled_by_constant(channel, bounds, 0.5 * (low + high));
                 if let Some((parameter, slope)) = constant {
@@ -162,7 +163,8 @@ fn stacked(rows: impl Iterator<Item = DVector<f64>>) -> DMatrix<f64> {
 mod tests {
     use super::*;
 
-    /// A dwell of 40 rows loses four rows at each end; a dwell of 8 rows is too short.
+    /// Tests that a dwell of 40 rows loses four rows at each end, and that a dwell of 8 rows is too
+    /// short.
     #[test]
     fn dwells_keep_off_the_motion() {
         let is_resting = |k: usize| (10..50).contains(&k) || (60..68).contains(&k);

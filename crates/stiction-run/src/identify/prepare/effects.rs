@@ -1,6 +1,6 @@
 //! Signals of effects that a model may lack, for the efforts of each actuator.
 //!
-//! The test of such a signal is equation (I7) of the book's theory.
+//! The statistical test of a signal is equation (I7) of the book's theory.
 
 use super::Prepared;
 use nalgebra::DVector;
@@ -11,19 +11,20 @@ use nalgebra::DVector;
 pub(in crate::identify) enum Effect {
     /// Constant error of the effort.
     Offset,
-    /// Delay of the effort relative to the positions; its coefficient is a time, s.
+    /// Delay of the effort relative to the positions; the coefficient of this effect is a time, s.
     Delay,
-    /// Friction at low speed that differs from friction at high speed. The number is the speed at which the difference
-    /// has fallen to 1/e, as a fraction of the highest speed.
+    /// Friction at low speed that differs from friction at high speed. The number is the speed at
+    /// which the difference has decreased to 1/e, as a fraction of the highest speed.
     SlowFriction(f64),
     /// Friction that grows with the square of the rate.
     FastFriction,
-    /// Effort that depends on the position: on the sine of an angle, or on the distance from the middle of the range.
+    /// Effort that depends on the position: on the sine of an angle, or on the distance of a
+    /// displacement from the middle of the range.
     Position,
-    /// Effort that depends on the position: on the cosine of an angle, or on the square of the distance from the middle
-    /// of the range.
+    /// Effort that depends on the position: on the cosine of an angle, or on the square of the
+    /// distance of a displacement from the middle of the range.
     PositionSquare,
-    /// Friction proportional to the distance from the middle of the range.
+    /// Friction that increases in proportion to the distance from the middle of the range.
     PositionFriction,
     /// Friction proportional to the magnitude of the frictionless effort.
     LoadFriction,
@@ -35,11 +36,12 @@ pub(in crate::identify) enum Effect {
     EffortDrift,
 }
 
-/// Speeds at which the low-speed friction has fallen to 1/e, as fractions of the highest speed.
+/// Speeds at which the additional friction at low speed has decreased to 1/e, as fractions of the
+/// highest speed.
 const SLOW: [f64; 2] = [0.05, 0.2];
 
-/// Effects whose signals are nonlinear functions of the motion. The signals are computed at each instant and then
-/// filtered like the efforts.
+/// Effects whose signals are nonlinear functions of the motion. These signals are computed at each
+/// instant and then filtered like the efforts.
 pub(super) const FILTERED: [Effect; 7] = [
     Effect::SlowFriction(SLOW[0]),
     Effect::SlowFriction(SLOW[1]),
@@ -71,13 +73,13 @@ pub(in crate::identify) const ALL: [Effect; 12] = [
 pub(super) struct State {
     pub(super) direction: f64,
     pub(super) rate: f64,
-    /// Position, rad or m; `None` if the actuator's coordinate is not prescribed.
+    /// Position of the actuator, rad or m; `None` if the actuator's coordinate is not prescribed.
     pub(super) position: Option<f64>,
-    /// Effort of the model without friction, N or N m.
+    /// Effort of the actuator in the model without friction, N or N m.
     pub(super) known: f64,
 }
 
-/// Magnitudes over a whole log that make the signals dimensionless.
+/// Largest magnitudes of motion and effort in a log, by which the signals are made dimensionless.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scales {
     rate: f64,
@@ -105,7 +107,7 @@ impl Scales {
         }
     }
 
-    /// Computes the signals of the effects in [`FILTERED`] at an instant.
+    /// Computes the unfiltered signals of the effects in [`FILTERED`] at an instant.
     pub(super) fn signals(&self, state: &State) -> [f64; FILTERED.len()] {
         let State { direction, known, .. } = *state;
         let speed = state.rate / self.rate;
@@ -124,8 +126,9 @@ impl Scales {
 }
 
 impl Prepared {
-    /// Computes the signal of an effect in the rows of an actuator; `None` if the signal cannot be
-    /// computed for these rows, or does not change and thus cannot be distinguished from an offset.
+    /// Computes the signal of an effect in the rows of an actuator. `None` if the signal cannot be
+    /// computed for these rows, or is constant and therefore cannot be distinguished from an
+    /// offset.
     pub(in crate::identify) fn effect(
         &self,
         channel: usize,
@@ -139,7 +142,7 @@ impl Prepared {
         let elapsed = |row: usize| (self.times[rows.steps[row]] - middle) / half.max(1e-300);
         let each =
             |signal: &dyn Fn(usize) -> f64| DVector::from_fn(rows.len(), |row, _| signal(row));
-        // Drift needs times, which rows of steady motions do not have.
+        // A drift depends on time, which rows of steady motions do not have.
         let is_recorded = self.cutoff.is_some();
         let signal = match effect {
             Effect::Offset => each(&|_| 1.0),
@@ -157,7 +160,7 @@ impl Prepared {
                 each(&|row| self.effects[channel][row][place])
             }
         };
-        // A signal that does not change cannot be distinguished from an offset.
+        // A constant signal cannot be distinguished from an offset.
         let changes = || signal.max() - signal.min() > 1e-6 * signal.amax();
         (effect == Effect::Offset || (!signal.is_empty() && changes())).then_some(signal)
     }

@@ -1,28 +1,28 @@
-//! Measured efforts of a log at any time, with correction of their delay relative to the positions.
+//! Measured efforts of a log at any time, with their delay relative to the positions corrected.
 
 use super::filter::RowFilter;
 use super::{Prepared, gaps};
 use nalgebra::DVector;
 
-/// Largest delay that can be corrected, in periods of the cut-off frequency. It is less than one, because the rows keep
-/// a distance of one period from the ends of a piece.
+/// Largest delay that can be corrected, in periods of the cut-off frequency. It is less than one,
+/// because the rows are at least one period away from the ends of a gap-free piece of the log.
 const MOST: f64 = 0.75;
 /// Step of central differences of filtered efforts, in periods of the cut-off frequency. The filter removes faster
 /// changes.
 const STEP: f64 = 0.02;
 
-/// Efforts of a recording before filtering, with their filter.
+/// Efforts of a log before filtering, with their filter.
 pub(super) struct Efforts {
     pub(super) times: Vec<f64>,
     pub(super) raw: Vec<Vec<f64>>,
     pub(super) filter: RowFilter,
     pub(super) cutoff: f64,
-    /// Delay of each effort that is corrected, s.
+    /// Corrected delay of each effort, s.
     pub(super) delays: Vec<f64>,
 }
 
 impl Efforts {
-    /// Filtered effort of an actuator at each of the times `times + delay`, s.
+    /// Returns the filtered effort of an actuator at each of the times `times + delay`, s.
     fn at(&self, channel: usize, times: &[f64], delay: f64) -> Vec<f64> {
         let later: Vec<f64> = times.iter().map(|time| time + delay).collect();
         let values = &self.raw[channel];
@@ -30,7 +30,8 @@ impl Efforts {
         rows.into_iter().map(|row| row[0]).collect()
     }
 
-    /// Time derivative of the filtered effort in the given rows; `None` if a row lies outside the filtered pieces.
+    /// Computes the time derivative of the filtered effort in the given rows; `None` if a row lies
+    /// outside the filtered pieces.
     pub(super) fn slope(
         &self,
         channel: usize,
@@ -52,12 +53,12 @@ impl Efforts {
 }
 
 impl Prepared {
-    /// Largest delay that can be corrected, s; zero for tables of steady motions.
+    /// Returns the largest delay that can be corrected, s; zero for tables of steady motions.
     pub(in crate::identify) fn greatest_delay(&self) -> f64 {
         self.cutoff.map_or(0.0, |cutoff| MOST.min(gaps::PERIODS) / cutoff)
     }
 
-    /// Corrects the given delay of each effort, s, in the rows of the regression.
+    /// Corrects the efforts in the rows of the regression for `delays`, s.
     pub(in crate::identify) fn set_delays(&mut self, delays: &[f64]) {
         let Some(efforts) = &mut self.efforts else { return };
         for (channel, delay) in delays.iter().enumerate() {

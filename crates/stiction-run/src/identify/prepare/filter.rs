@@ -5,15 +5,17 @@ use stiction_format::LowPass;
 /// Filter for the rows of a log. Rows of steady motions are not filtered.
 #[derive(Clone, Debug)]
 pub(super) enum RowFilter {
-    /// Low-pass filters without phase shift: one for each piece without gaps, with start and end of the piece, s.
+    /// Low-pass filters without phase shift: one for each gap-free piece of the log, with start and
+    /// end of the piece, s.
     LowPass(Vec<(LowPass, (f64, f64))>),
     /// No filter.
     Unfiltered,
 }
 
 impl RowFilter {
-    /// Filters signals and returns their values at other times. `row` writes the signals for each of `times`, s.
-    /// Without a filter the other times must be among `times`. Both lists of times must increase.
+    /// Filters signals that are sampled at `times`, s, and returns their values at the times `at`,
+    /// s. `row` writes the signals at the time with a given index. Without a filter, the times `at`
+    /// must be among `times`. Both lists of times must increase.
     pub(super) fn apply(
         &self,
         times: &[f64],
@@ -44,7 +46,7 @@ impl RowFilter {
     }
 }
 
-/// Range of the indices of the times from `start` to `end`, both included.
+/// Returns the range of the indices of the times from `start` to `end`, both inclusive.
 pub(super) fn within(times: &[f64], (start, end): (f64, f64)) -> std::ops::Range<usize> {
     times.partition_point(|t| *t < start)..times.partition_point(|t| *t <= end)
 }

@@ -2,23 +2,24 @@
 
 use super::motion::Used;
 
-/// Samples count as missing if the interval between two samples is longer than this multiple of the
-/// usual interval.
+/// Length of an interval between two samples, as a multiple of the usual interval, above which
+/// samples count as missing.
 pub(super) const SAMPLES: f64 = 5.0;
-/// Shortest piece that the filter can process, in periods of the cut-off frequency.
+/// Length of the shortest piece between gaps that the filter can process, in periods of the cut-off
+/// frequency.
 pub(super) const PERIODS: f64 = 4.0;
 
-/// Largest fraction of the intervals that may be long. If more intervals are long, the samples
-/// count as arriving in bursts, and the log as free of gaps.
+/// Largest fraction of long intervals between samples in a log with gaps. If more intervals are
+/// long, the samples are assumed to arrive in bursts, and the log counts as free of gaps.
 const LONG: f64 = 0.05;
 
-/// Returns whether a piece is long enough for the filter. A piece of exactly the shortest length passes, since the
-/// cut-off frequency may have been chosen for its length.
+/// Returns whether a piece between gaps is long enough for the filter. A piece of exactly the
+/// shortest length is accepted, because the cut-off frequency may have been chosen for its length.
 pub(super) fn is_long((start, end): (f64, f64), cutoff: f64) -> bool {
     (end - start) * cutoff >= PERIODS * (1.0 - 1e-9)
 }
 
-/// Sampling rate outside gaps, 1/s.
+/// Returns the sampling rate outside gaps, 1/s.
 pub(super) fn rate(times: &[f64]) -> f64 {
     let steps = || times.windows(2).map(|pair| pair[1] - pair[0]);
     let mut sorted: Vec<f64> = steps().collect();
@@ -33,7 +34,8 @@ pub(super) fn rate(times: &[f64]) -> f64 {
     count / sum
 }
 
-/// Start and end, s, of each piece between gaps; a gap is an interval longer than `gap`, s.
+/// Returns the start and the end, s, of each piece between gaps. A gap is an interval longer than
+/// `gap`, s.
 pub(super) fn pieces(times: &[f64], gap: f64) -> Vec<(f64, f64)> {
     times
         .chunk_by(|before, after| after - before <= gap)
@@ -41,12 +43,13 @@ pub(super) fn pieces(times: &[f64], gap: f64) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Duration of the longest piece, s.
+/// Returns the duration of the longest piece between gaps, s.
 pub(super) fn longest(pieces: &[(f64, f64)]) -> f64 {
     pieces.iter().map(|(start, end)| end - start).fold(0.0, f64::max)
 }
 
-/// Composes a caution that names the longest gap and the pieces that are left out; `None` if there is no gap.
+/// Returns a caution that names the longest gap and the pieces that are left out; `None` if there
+/// is no gap.
 pub(super) fn caution(used: &Used<'_>, pieces: &[(f64, f64)], cutoff: f64) -> Option<String> {
     let gaps = || pieces.windows(2).map(|pair| (pair[0].1, pair[1].0));
     let (from, until) = gaps().max_by(|a, b| (a.1 - a.0).total_cmp(&(b.1 - b.0)))?;
@@ -84,7 +87,7 @@ mod tests {
         let mut times: Vec<f64> = (0..100).map(|k| 0.01 * f64::from(k)).collect();
         times.extend((0..100).map(|k| 50.0 + 0.01 * f64::from(k)));
         assert!((rate(&times) - 100.0).abs() < 1e-6);
-        // The rate of samples in bursts of ten is the mean rate.
+        // The rate of samples that arrive in bursts of ten is the mean rate.
         let burst = |k: u32| 0.01 * f64::from(k / 10) + 1e-4 * f64::from(k % 10);
         let bursts: Vec<f64> = (0..1000).map(burst).collect();
         assert!((rate(&bursts) - 1000.0).abs() < 10.0, "{}", rate(&bursts));

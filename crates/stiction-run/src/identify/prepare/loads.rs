@@ -1,6 +1,6 @@
 //! Regression columns linearised about the normal loads, which depend on friction.
 //!
-//! Equation (I6) of the book's theory.
+//! The theory is in equation (I6) of the book.
 
 use super::Prepared;
 use super::filter::RowFilter;
@@ -11,17 +11,18 @@ use stiction_identify::{DIRECTIONS, Kind, LoadSlopes, Parameter, Regressor, Solv
 
 /// Data for the regression columns of the friction coefficients.
 pub(super) struct MuColumns {
-    /// Index of each friction coefficient's column in the matrix of the regression, and its friction interface.
+    /// Index of the regression column of each friction coefficient, and the index of its friction
+    /// interface.
     columns: Vec<(usize, usize)>,
-    /// Contribution to each effort of the friction under unit normal load, at each instant; the index is `column *
-    /// actuators + channel`.
+    /// Contribution of the friction under unit normal load to each effort, for each instant. The
+    /// index is `column * actuators + channel`.
     unit: Vec<Vec<f64>>,
-    /// Times of all rows, s.
+    /// Times of all rows of the regression, s.
     at: Vec<f64>,
     pub(super) filter: RowFilter,
-    /// Right-hand sides of the regression that contain all friction, for each actuator.
+    /// Right-hand sides of the regression for each actuator, which still include all friction.
     rights: Vec<DVector<f64>>,
-    /// Columns at constant normal loads, for each actuator.
+    /// Regression columns at constant normal loads, for each actuator.
     matrices: Vec<DMatrix<f64>>,
 }
 
@@ -59,12 +60,14 @@ impl MuColumns {
 }
 
 impl Prepared {
-    /// Linearises the load-dependent friction about the parameter values `values`. The columns become derivatives of
-    /// the efforts with converged normal loads, and the right-hand side contains the remaining constant part.
-    /// Parameters in one of `groups` change together; parameters in none of them are held.
+    /// Linearises the load-dependent friction about the parameter values `values`. The columns
+    /// become the derivatives of the efforts with converged normal loads, and the right-hand side
+    /// contains the remaining constant part. Parameters in one of `groups` change together;
+    /// parameters in no group are fixed.
     ///
     /// # Errors
-    /// The first time at which the forces have no solution, with the reason, if too many instants fail.
+    /// If too many instants fail, returns the first time at which the forces have no solution, with
+    /// the reason.
     pub(in crate::identify) fn update_loads(
         &mut self,
         values: &[f64],
@@ -78,7 +81,8 @@ impl Prepared {
         let engine = self.regressor.engine_parameters(values);
         let mut solved = self.solved(&engine)?;
         let is_solved: Vec<bool> = solved.iter().map(Option::is_some).collect();
-        // A failed instant takes the loads of a neighbouring instant, without derivatives.
+        // An instant without a solution uses the loads of a neighbouring instant, without
+        // derivatives.
         let mut before = solved.iter().flatten().next().cloned();
         for found in &mut solved {
             match found {
@@ -89,7 +93,8 @@ impl Prepared {
         let solved: Vec<Solved> = solved.into_iter().flatten().collect();
         let actuators = self.block.channels.len();
         let count = mu.columns.len();
-        // Load-dependent friction per unit of each friction coefficient, at these loads.
+        // Load-dependent friction per unit of each friction coefficient, at the solved normal
+        // loads.
         let columns: Vec<Vec<f64>> = mu
             .unit
             .iter()
@@ -117,10 +122,10 @@ impl Prepared {
             }
         }
         drop((columns, filtered));
-        // Friction of a joint changes the normal loads of other joints, and thereby their friction.
-        // Inertia does so, too, but this effect is small compared with the inertia's own effort. It
-        // does not justify a solution for each column of all bodies; the next linearisation
-        // contains the changed loads.
+        // Friction of a joint changes the normal loads, and thereby the friction, of other joints.
+        // Inertia also changes them, but this effect is small compared with the direct effect of
+        // inertia on the effort. It does not justify a solution for each column of all bodies; the
+        // next linearisation contains the changed loads.
         let changes_loads = |group: &&Vec<usize>| {
             matches!(parameters[group[0]].kind, Kind::Mu(_) | Kind::Coulomb(_) | Kind::Viscous(_))
         };
@@ -144,9 +149,10 @@ impl Prepared {
         Ok(())
     }
 
-    /// Derivatives of the load-dependent friction with respect to groups of parameters, through the
-    /// normal loads alone, at each instant; the index is `group * actuators + channel`. Zero where
-    /// the loads have no derivative, such as near jamming.
+    /// Computes the derivatives of the load-dependent friction with respect to groups of
+    /// parameters, through the normal loads alone, at each instant. The index is `group * actuators
+    /// + channel`. The derivatives are zero where the loads have no derivative, such as near
+    /// jamming.
     fn load_friction_slopes(
         &self,
         values: &[f64],
@@ -177,7 +183,8 @@ impl Prepared {
         .collect()
     }
 
-    /// Forces at all instants; `None` for an instant at which they have no solution.
+    /// Computes the forces at all instants; `None` for an instant at which the forces have no
+    /// solution.
     fn solved(&self, engine: &Parameters<f64>) -> Result<Vec<Option<Solved>>, String> {
         let mut data = self.regressor.engine_data();
         let mut failed: Option<String> = None;

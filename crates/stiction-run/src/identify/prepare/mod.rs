@@ -30,10 +30,10 @@ use stiction_core::spatial::Pose;
 use stiction_format::{Drives, Log, ModelFile};
 use stiction_identify::{Block, Choice, Regressor};
 
-/// A log with its options.
+/// Measured log with its options.
 #[derive(Clone, Debug)]
 pub struct MeasuredLog {
-    /// Name in results.
+    /// Name of the log in results.
     pub name: String,
     /// Content of the log file.
     pub log: Log,
@@ -41,7 +41,7 @@ pub struct MeasuredLog {
     pub settings: LogSettings,
 }
 
-/// Largest fraction of the instants at which the computation of forces may fail.
+/// Largest fraction of the instants of a log at which the computation of forces may fail.
 const MAY_FAIL: f64 = 0.05;
 
 /// Log prepared for the regression.
@@ -50,19 +50,20 @@ pub(super) struct Prepared {
     pub(super) predict: bool,
     pub(super) block: Block,
     pub(super) regressor: Regressor,
-    /// Instants at which the regressor is evaluated: time, s, then positions, rates and accelerations.
+    /// Instants at which the regressor is evaluated: time, s, and positions, rates and
+    /// accelerations of the coordinates.
     pub(super) instants: Vec<(f64, [Vec<f64>; 3])>,
-    /// Times of the rows, s.
+    /// Times of the rows of the regression, s.
     pub(super) times: Vec<f64>,
-    /// Data for the columns of the friction coefficients.
+    /// Data for the regression columns of the friction coefficients.
     mu: MuColumns,
-    /// Direction and rate of motion of each actuator, filtered like its rows.
+    /// Filtered direction and rate of motion in the rows of each actuator.
     pub(super) directions: Vec<Vec<[f64; 2]>>,
-    /// Efforts of the model without friction in the rows of each actuator, N or N m.
+    /// Efforts of the model without friction in the regression rows of each actuator, N or N m.
     pub(super) known: Vec<Vec<f64>>,
     /// Time between samples of the recording, s.
     pub(super) sample: f64,
-    /// Cut-off frequency, Hz; `None` for steady motions.
+    /// Cut-off frequency of the filter, Hz; `None` for steady motions.
     pub(super) cutoff: Option<f64>,
     /// Standard deviation of the white noise that remains in each filtered effort, N or N m; `None` for steady motions.
     pub(super) effort_noise: Option<Vec<f64>>,
@@ -72,28 +73,30 @@ pub(super) struct Prepared {
     pub(super) poses: Vec<(f64, Vec<Pose<f64>>)>,
     /// Efforts of the recording before filtering; `None` for steady motions.
     efforts: Option<Efforts>,
-    /// Torque constant of each actuator whose current is measured and whose torque constant is
-    /// unknown.
+    /// Unknown torque constant of each actuator whose current is measured; `None` for other
+    /// actuators.
     constants: Vec<Option<Constant>>,
-    /// The log along its commanded motion, for instrumental variables.
+    /// Same log prepared with its commanded motion, for instrumental variables.
     reference: Option<Box<Self>>,
-    /// Standstills of the mechanism.
+    /// Intervals at standstill.
     standstills: Vec<Standstill>,
     /// Time, s, and state of the mechanism at the beginning of each interval in which all actuators may rest.
     rests: Vec<(f64, State<f64>)>,
-    /// Filtered signals of efforts that the model may lack, for the rows of each actuator.
+    /// Filtered signals of effects that the model may lack, for the regression rows of each
+    /// actuator.
     effects: Vec<Vec<Vec<f64>>>,
-    /// Efforts that the unchanged model predicts in the rows of each actuator, N or N m; see [`Self::keep_prior`].
+    /// Efforts predicted by the original model in the regression rows of each actuator, N or N m;
+    /// see [`Self::keep_prior`].
     pub(super) by_model: Vec<DVector<f64>>,
 }
 
 impl Prepared {
-    /// Predicts the efforts in the rows of each actuator for given parameter values.
+    /// Predicts the efforts in the regression rows of each actuator for the parameter values `at`.
     pub(super) fn predicted(&self, at: &DVector<f64>) -> Vec<DVector<f64>> {
         self.block.channels.iter().map(|rows| rows.predicted(at)).collect()
     }
 
-    /// Largest range of a coordinate, in turns if its values are angles in rad.
+    /// Returns the largest range of a coordinate, in turns if its values are angles in rad.
     pub(super) fn turns(&self) -> f64 {
         let count = self.instants.first().map_or(0, |(_, [q, ..])| q.len());
         let range = |k: usize| {
@@ -106,13 +109,15 @@ impl Prepared {
         (0..count).map(range).fold(0.0, f64::max)
     }
 
-    /// Stores the efforts that the values of the unchanged model predict, before a fit changes the columns of friction.
+    /// Stores the efforts that the original model with the parameter values `at` predicts, before a
+    /// fit changes the friction columns.
     pub(super) fn keep_prior(&mut self, at: &DVector<f64>) {
         self.by_model = self.predicted(at);
     }
 
-    /// Prepares a log. `delays` are the delays of the efforts relative to the positions, in seconds: they determine
-    /// between which two samples of an effort the friction reverses. `None` if they are still to be estimated.
+    /// Prepares a log. `delays` contains the delays of the efforts relative to the positions, s.
+    /// They determine between which two samples of an effort the friction reverses. `None` if the
+    /// delays are not yet estimated.
     pub(super) fn new(
         model: &ModelFile,
         log: &MeasuredLog,

@@ -1,4 +1,5 @@
-//! Motion of the coordinates in a log: from filtered positions or rates, or steady motions.
+//! Motion of the coordinates in a log, computed from filtered positions or rates, or from steady
+//! motions.
 
 use super::filter::{self, RowFilter};
 use super::spikes::{self, Spikes};
@@ -13,19 +14,20 @@ use stiction_format::{LowPass, Signal};
 const PER_PERIOD: f64 = 16.0;
 /// Number of rows of the regression per period of the cut-off frequency.
 pub(super) const ROWS_PER_PERIOD: f64 = 4.0;
-/// Largest number of samples in each part of a log from which a cut-off frequency is suggested.
+/// Largest number of samples that are examined in each part of a log to suggest a cut-off
+/// frequency.
 const EXAMINED: usize = 20_000;
-/// Number of parts of a log from which a cut-off frequency is suggested.
+/// Number of parts of a log that are examined to suggest a cut-off frequency.
 const PARTS: usize = 4;
-/// The motion of a robot cannot be resolved at sampling rates below this value, 1/s.
+/// Sampling rate, 1/s, below which the motion of a robot cannot be resolved.
 const SLOWEST: f64 = 2.0;
-/// There is a caution if the standard deviation of the time steps exceeds this fraction of their
-/// mean.
+/// Standard deviation of the time steps, as a fraction of their mean, above which there is a
+/// caution.
 const JITTER: f64 = 0.1;
 /// Largest number of lines with spikes that a caution names.
 const NAMED: usize = 10;
 
-/// Motion of the coordinates in a log at the instants of the regressor.
+/// Motion of the coordinates in a log, at the instants at which the regressor is evaluated.
 pub(super) struct Motion {
     /// Times of the instants, s.
     pub(super) times: Vec<f64>,
@@ -41,8 +43,9 @@ pub(super) struct Motion {
 }
 
 impl Motion {
-    /// Chooses the pieces that are filtered, each from start to end, s; the others are left out. Rows of the regression
-    /// keep a distance of one period of the cut-off frequency from the ends of each piece.
+    /// Chooses the pieces of the log that are filtered, each from start to end, s. Samples outside
+    /// these pieces are left out. The rows of the regression are at least one period of the cut-off
+    /// frequency away from the ends of each piece.
     fn set_pieces(&mut self, pieces: &[(f64, f64)]) {
         let Some(cutoff) = self.cutoff else { return };
         let (spacing, margin) = ((ROWS_PER_PERIOD * cutoff).recip(), cutoff.recip());
@@ -56,7 +59,7 @@ impl Motion {
     }
 
     /// Leaves out the neighbourhood of instants whose positions the model cannot reach; `reached`
-    /// contains the instants whose positions it can reach.
+    /// contains the other instants, s.
     pub(super) fn keep(&mut self, reached: &[f64]) {
         let (Some(cutoff), RowFilter::LowPass(pieces)) = (self.cutoff, &self.filter) else {
             return;
@@ -78,7 +81,7 @@ impl Motion {
     }
 }
 
-/// Part of a log that is used.
+/// Part of a log that the identification uses.
 pub(super) struct Used<'a> {
     pub(super) log: &'a MeasuredLog,
     /// Indices of the used rows in the log.
@@ -119,7 +122,7 @@ impl<'a> Used<'a> {
         self.rows.iter().map(|&k| self.log.log.columns[column].values[k]).collect()
     }
 
-    /// Composes a caution on irregular time steps; `None` if they are regular.
+    /// Returns a caution on irregular time steps; `None` if the time steps are regular.
     fn jitter_caution(&self) -> Option<String> {
         let steps = self.samples().into_iter().flat_map(|own| {
             self.times[own].windows(2).map(|pair| pair[1] - pair[0]).collect::<Vec<_>>()
@@ -139,12 +142,12 @@ impl<'a> Used<'a> {
         })
     }
 
-    /// Range of the sample indices of each stretch.
+    /// Returns the range of the sample indices of each stretch without missing samples.
     pub(super) fn samples(&self) -> Vec<std::ops::Range<usize>> {
         self.stretches.iter().map(|ends| filter::within(&self.times, *ends)).collect()
     }
 
-    /// Composes a caution that names the spikes of a column; `None` if there are none.
+    /// Returns a caution that names the spikes of a column; `None` if there are no spikes.
     pub(super) fn spikes_caution(&self, column: &str, spikes: &Spikes) -> Option<String> {
         let first = spikes.samples.first()?;
         let lines = spikes.samples.iter().take(NAMED);
@@ -164,7 +167,7 @@ impl<'a> Used<'a> {
 }
 
 /// Converts a table of steady motions. Each row is a motion with constant rates at the logged
-/// position, or at the position of the model if none is logged.
+/// position, or at the position of the model if no position is logged.
 pub(super) fn steady(used: &Used<'_>, chosen: &[Chosen]) -> Motion {
     let columns: Vec<[Option<Vec<f64>>; 2]> =
         chosen.iter().map(|c| [c.position, c.rate].map(|one| one.map(|k| used.pick(k)))).collect();
@@ -228,8 +231,8 @@ pub(super) fn filtered(
     let (low, high) = (gaps::PERIODS / longest, 0.4 * rate);
     let cutoff = match filter {
         Some(cutoff) => cutoff,
-        // Noise-free positions of a model suggest the highest frequency that the samples carry, so
-        // the suggestion is limited.
+        // For noise-free positions of a model, the suggestion is the highest frequency that the
+        // samples carry. The suggestion is therefore limited.
         None => suggested(&used.times, &measured, stretches)
             .unwrap_or(0.1 * rate)
             .max(low)
@@ -265,8 +268,8 @@ pub(super) fn filtered(
     let first = all[0];
     let pieces: Vec<(f64, f64)> =
         all.into_iter().filter(|piece| gaps::is_long(*piece, cutoff)).collect();
-    // The position after a gap is unknown, so that a rate is integrated over the first piece only.
-    // A short last piece does not matter, because it is left out.
+    // The position after a gap is unknown, so a rate is integrated over the first piece only. A
+    // short last piece does not matter, because it is left out.
     let is_whole = pieces.len() == 1 && pieces[0] == first;
     let is_integrated = chosen.iter().position(|chosen| chosen.position.is_none());
     if let (Some(k), false) = (is_integrated, is_whole) {
@@ -314,8 +317,9 @@ pub(super) fn filtered(
     Ok(motion)
 }
 
-/// Suggests a cut-off frequency, Hz: the highest one that suits any of several parts spread evenly over the log, since
-/// a motion may begin slowly. `None` if no part suggests one.
+/// Suggests a cut-off frequency, Hz. Several parts spread evenly over the log are examined, since a
+/// motion may begin slowly, and the highest suggestion is returned. `None` if no part suggests a
+/// frequency.
 fn suggested(times: &[f64], measured: &[Vec<f64>], stretches: &[(f64, f64)]) -> Option<f64> {
     let count = times.len().min(EXAMINED);
     let parts = if times.len() > EXAMINED { PARTS } else { 1 };
@@ -370,8 +374,8 @@ mod tests {
     use stiction_core::mechanism::JointId;
     use stiction_format::{Log, LogColumn, LogRole, Rows};
 
-    /// Rows keep a distance of one period of the cut-off frequency from positions that the model
-    /// cannot reach.
+    /// Tests that rows are at least one period of the cut-off frequency away from positions that
+    /// the model cannot reach.
     #[test]
     fn surroundings_of_unreachable_positions_are_left_out() {
         let times: Vec<f64> = (0..=1000).map(|k| 0.01 * f64::from(k)).collect();
@@ -398,7 +402,7 @@ mod tests {
         assert_eq!(pieces.len(), 2);
     }
 
-    /// Creates a log of one angle that contains the times for which `keep` holds.
+    /// Creates a log of one angle with the times for which `keep` returns true.
     fn turning(keep: impl Fn(f64) -> bool) -> MeasuredLog {
         let times: Vec<f64> = (0..2000).map(|k| 2e-3 * f64::from(k)).filter(|t| keep(*t)).collect();
         // The angle swings over several turns; the encoder counts within one turn.
@@ -413,8 +417,8 @@ mod tests {
         MeasuredLog { name: "log".to_owned(), log, settings }
     }
 
-    /// The angle passes half a turn inside a gap that is short enough for one piece; the result has
-    /// no jump there.
+    /// Tests that the result does not jump if the angle passes half a turn inside a gap that is
+    /// short enough for one piece.
     #[test]
     fn a_turn_within_a_short_gap_is_added() {
         // The angle reaches half a turn at asin(pi/9)/1.7 s = 0.2098 s. The gap is ten samples
@@ -434,7 +438,7 @@ mod tests {
         assert!(cautions.iter().any(|c| c.contains("jumps by a full turn")), "{cautions:?}");
         for (time, targets) in motion.times.iter().zip(&motion.targets) {
             let truth = 9.0 * (1.7 * time).sin();
-            // The filter changes a signal of 0.3 Hz by less than this.
+            // Largest change of a signal of 0.3 Hz by the filter.
             assert!((targets[0].value - truth).abs() < 1e-2, "{time}: {targets:?} {truth}");
         }
     }

@@ -1,7 +1,7 @@
 //! Commanded motion of a log, which yields instruments (instrumental variables) for the columns of
 //! the measured motion.
 //!
-//! Equation (I11) of the book's theory.
+//! The theory is in equation (I11) of the book.
 
 use super::{MeasuredLog, Prepared};
 use crate::identify::IdentifyError as Error;
@@ -31,7 +31,8 @@ impl MeasuredLog {
 }
 
 impl Prepared {
-    /// Adds the instruments: columns of the model along the commanded motion of the log, which pass the same filter.
+    /// Adds the instruments: columns of the model along the commanded motion of the log, filtered
+    /// like the columns of the measured motion.
     ///
     /// # Errors
     /// Fails if the log has no commanded motion, or if the model cannot follow it everywhere.
@@ -71,7 +72,8 @@ impl Prepared {
         Ok(())
     }
 
-    /// Copies the columns along the commanded motion into the rows; zero where that motion rests.
+    /// Copies the columns along the commanded motion into the rows as instruments. They are zero
+    /// where the commanded motion is at rest.
     pub(super) fn set_instruments(&mut self) {
         let Some(reference) = &self.reference else { return };
         for (rows, own) in self.block.channels.iter_mut().zip(&reference.block.channels) {

@@ -1,22 +1,24 @@
-//! Instants at reversals of friction, placed so that the columns change their sign between the same
-//! two samples as the measured efforts.
+//! Instants at reversals of friction, placed so that the regression columns change their sign
+//! between the same two samples as the measured efforts.
 //!
-//! A sampled signal does not show where between two samples it jumps. On an independent time grid
-//! the columns would jump at other instants than the log, with the same error in all logs of one
-//! motion: a bias that the standard deviations do not contain. If the efforts lag behind the
-//! positions by an unknown delay, the jumps are placed at the reversals themselves. Jumps between
-//! samples would pull the estimated delay to a whole number of samples.
+//! A sampled signal does not show where between two samples it jumps. On an independent time grid,
+//! the columns would jump at other instants than the measured efforts, with the same error in all
+//! logs of one motion. This error would be a bias that the standard deviations do not contain. If
+//! the efforts lag behind the positions by an unknown delay, the jumps are placed at the reversals
+//! themselves. Jumps between samples would otherwise pull the estimated delay to a whole number of
+//! samples.
 
 use super::filter::{RowFilter, within};
 use super::motion::Motion;
 use stiction_core::kinematics::Target;
 use stiction_identify::Regressor;
 
-/// Two instants count as one if their distance is below this fraction of the step of the grid.
+/// Distance between two instants, as a fraction of the step of the grid, below which they count as
+/// one.
 const SAME: f64 = 1e-3;
 
-/// Common delay of the efforts of all channels, s; `None` if it is unknown, or if the delays differ
-/// by more than a quarter of a sample.
+/// Returns the common delay of the efforts of all channels, s; `None` if the delays are unknown, or
+/// if they differ by more than a quarter of a sample.
 pub(super) fn common_delay(delays: Option<&[f64]>, rate: f64) -> Option<f64> {
     let delays = delays?;
     let (low, high) = delays
@@ -74,8 +76,8 @@ pub(super) fn refine(
     insert(motion, &found);
 }
 
-/// Fraction of the way from one velocity to the other at which the motion reverses; `None` if it
-/// does not reverse.
+/// Returns the fraction of the way from one velocity to the other at which the motion reverses;
+/// `None` if the motion does not reverse.
 fn reversal(before: &[f64; 3], after: &[f64; 3]) -> Option<f64> {
     let dot = |a: &[f64; 3], b: &[f64; 3]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     if dot(before, after) >= 0.0 {
@@ -86,12 +88,12 @@ fn reversal(before: &[f64; 3], after: &[f64; 3]) -> Option<f64> {
     Some((dot(before, &change) / dot(&change, &change)).clamp(0.0, 1.0))
 }
 
-/// Replaces the instants between the ends of each bracket by these ends.
+/// Replaces the instants inside each bracket, a pair of times in s, by the two ends of the bracket.
 fn insert(motion: &mut Motion, brackets: &[(f64, f64)]) {
     let times = std::mem::take(&mut motion.times);
     let targets = std::mem::take(&mut motion.targets);
     let mut all: Vec<(f64, Vec<Target<f64>>)> = Vec::with_capacity(times.len());
-    // Instants within rounding of an end do not count as inside, so that the ends themselves
+    // Instants within a rounding error of an end do not count as inside, so the ends themselves
     // remain.
     let is_within = |time: f64| {
         let next = brackets.partition_point(|(start, _)| *start < time);
@@ -118,11 +120,12 @@ fn insert(motion: &mut Motion, brackets: &[(f64, f64)]) {
     (motion.times, motion.targets) = all.into_iter().unzip();
 }
 
-/// Interpolates the motion between two instants by the polynomial of fifth degree through both.
+/// Interpolates the motion between two instants by the polynomial of fifth degree that matches
+/// position, rate and acceleration at both.
 fn between([start, end]: [f64; 2], [a, b]: [&Target<f64>; 2], time: f64) -> Target<f64> {
     let h = end - start;
     let u = (time - start) / h;
-    // Rates and accelerations with the interval as the unit of time.
+    // Rates and accelerations in units of the interval between the instants.
     let (v0, v1) = (a.rate * h, b.rate * h);
     let (a0, a1) = (a.acceleration * h * h, b.acceleration * h * h);
     let d = b.value - a.value;
@@ -153,8 +156,8 @@ mod tests {
         Target { value: t.powi(5), rate: 5.0 * t.powi(4), acceleration: 20.0 * t.powi(3) }
     }
 
-    /// A polynomial of fifth degree is interpolated exactly, and instants inside a bracket are
-    /// removed.
+    /// Tests that a polynomial of fifth degree is interpolated exactly, and that instants inside a
+    /// bracket are removed.
     #[test]
     fn instants_between_the_samples_of_a_reversal_give_way() {
         let times: Vec<f64> = (0..=10).map(|k| 0.1 * f64::from(k)).collect();

@@ -1,4 +1,5 @@
-//! Rows of the regression: columns of the model and measured efforts, which pass through the same filter.
+//! Rows of the regression: columns of the model and measured efforts, passed through the same
+//! filter.
 
 use super::dwells::{self as rests, Standstill};
 use super::effects::{self, Scales, State};
@@ -14,27 +15,30 @@ use stiction_core::spatial::{Pose, Vec3};
 use stiction_format::{Drives, ModelFile};
 use stiction_identify::{Block, Kind, Regressor, Rest, Rows};
 
-/// Largest fraction of friction at rest, or of saturated samples, in a filtered row that is kept.
+/// Largest fraction of friction at rest, or of saturated samples, in a filtered row that the
+/// regression uses.
 const RESTING: f64 = 0.02;
-/// A spike in an effort is replaced only if its height exceeds this fraction of the standard
-/// deviation of the effort.
+/// Smallest height of a spike in an effort, as a fraction of the standard deviation of the effort,
+/// for which the spike is replaced.
 const HARMLESS: f64 = 0.05;
-/// Largest number of instants whose poses are kept, for the moving robot of the report.
+/// Largest number of instants whose poses are stored for the moving robot of the report.
 const SHOWN: usize = 600;
-/// Number of signals of each actuator in addition to its columns: known effort, two kinds of rest,
-/// direction, rate, and those of efforts that the model may lack.
+/// Number of signals of each actuator in addition to its columns: known effort, two signals for
+/// friction at rest, direction, rate, and the signals of effects that the model may lack.
 const EXTRA: usize = 5 + effects::FILTERED.len();
 
-/// Columns of the model at the instants of the regressor, before filtering.
+/// Unfiltered columns of the model at the instants at which the regressor is evaluated.
 pub(super) struct Computed {
     pub(super) instants: Vec<(f64, [Vec<f64>; 3])>,
-    /// Columns of the friction coefficients under unit normal loads, column by column.
+    /// Regression columns of the friction coefficients under unit normal loads, for each instant.
     pub(super) unit_friction: Vec<Vec<f64>>,
-    /// Poses of all bodies in the world, the ground first, at some of the instants.
+    /// Times, s, with the poses of all bodies in the world, the ground first, at some of the
+    /// instants.
     pub(super) poses: Vec<(f64, Vec<Pose<f64>>)>,
-    /// Indices of coefficients of friction.
+    /// Indices of the parameters that are friction coefficients.
     pub(super) mu: Vec<usize>,
-    /// Signals of each actuator at each instant: its columns, then its [`EXTRA`] signals.
+    /// Signals of each actuator for each instant: its regression columns, followed by its [`EXTRA`]
+    /// signals.
     signals: Vec<Vec<f64>>,
     actuators: usize,
     width: usize,
@@ -45,21 +49,21 @@ pub(super) struct Computed {
 
 /// Measured efforts in the rows of the regression.
 pub(super) struct Measured {
-    /// Numbers of each row: the filtered efforts, then the fraction of saturated samples.
+    /// Values in each row: the filtered efforts, followed by the fraction of saturated samples.
     rows: Vec<Vec<f64>>,
     pub(super) noise: Option<Vec<f64>>,
-    /// Efforts before the filter.
+    /// Efforts before filtering.
     pub(super) raw: Vec<Vec<f64>>,
 }
 
-/// Rows of the regression.
+/// Rows of the regression, with columns, measured efforts and further signals.
 pub(super) struct Assembled {
     pub(super) block: Block,
     pub(super) directions: Vec<Vec<[f64; 2]>>,
     pub(super) known: Vec<Vec<f64>>,
     /// Signals of effects that the model may lack, for the rows of each actuator.
     pub(super) effects: Vec<Vec<Vec<f64>>>,
-    /// Times of all rows, s.
+    /// Times of all rows of the regression, s.
     pub(super) at: Vec<f64>,
     pub(super) standstills: Vec<Standstill>,
 }
@@ -80,13 +84,13 @@ pub(super) fn computed(
     let (mut instants, mut unit_friction) = (Vec::new(), Vec::new());
     let mut poses = Vec::new();
     let stride = motion.times.len().div_ceil(SHOWN).max(1);
-    // For each actuator, the rest at all instants: of all friction in its effort, and of its own
-    // joint.
+    // State of rest at all instants for each actuator: of all friction in its effort, and of the
+    // friction in its own joint.
     let mut rests: Vec<[Vec<Rest>; 2]> = vec![Default::default(); actuators];
     let (mut rest_states, mut was_at_rest) = (Vec::new(), false);
     let mut signals = Vec::new();
     let mut states: Vec<Vec<State>> = vec![Vec::new(); actuators];
-    // Coordinate of each actuator, with true for an angle.
+    // Coordinate of each actuator, and true if the coordinate is an angle.
     let driven: Vec<(Coordinate, bool)> = regressor
         .mechanism()
         .actuators()
@@ -186,8 +190,9 @@ pub(super) fn computed(
     Ok(Computed { poses, instants, unit_friction, mu, signals, actuators, width, caution, rests })
 }
 
-/// Decides for each instant whether the friction of an effort is certainly at rest, and whether it may be at rest. A
-/// short interval of rates within the noise is a reversal instead, at which friction changes its sign once.
+/// Decides for each instant whether the friction of an effort is certainly at rest, and whether it
+/// may be at rest. A short interval of rates within the noise counts as a reversal, at which
+/// friction changes its sign once.
 fn dwells(times: &[f64], rest: &[Rest], shortest: f64) -> Vec<[bool; 2]> {
     let mut all: Vec<[bool; 2]> = rest.iter().map(|rest| [*rest == Rest::Resting; 2]).collect();
     let mut from = 0;
@@ -257,7 +262,7 @@ pub(super) fn measured(
     Ok(Measured { rows, noise, raw })
 }
 
-/// Combines columns and measured efforts, leaving out the rows with friction at rest.
+/// Combines the columns and the measured efforts. Rows with friction at rest are left out.
 pub(super) fn assembled(
     computed: &Computed,
     measured: &Measured,
@@ -268,7 +273,7 @@ pub(super) fn assembled(
     let Computed { actuators, width, .. } = *computed;
     let grid: Vec<f64> = computed.instants.iter().map(|(time, _)| *time).collect();
     let is_filtered = matches!(motion.filter, RowFilter::LowPass(_));
-    // Without a filter each row is an instant; rows at instants that the model cannot reach are
+    // Without a filter, each row is an instant. Rows at instants that the model cannot reach are
     // left out.
     let kept: Vec<usize> = (0..motion.rows.len())
         .filter(|&k| is_filtered || grid.binary_search_by(|t| t.total_cmp(&motion.rows[k])).is_ok())
@@ -373,7 +378,8 @@ fn write_term(
 mod tests {
     use super::*;
 
-    /// A short interval within the noise is a reversal, a long one is a dwell.
+    /// Tests that a short interval with rates within the noise is a reversal, and a long one a
+    /// dwell.
     #[test]
     fn dwells_are_distinguished_from_reversals() {
         use Rest::{Resting as R, Sliding as S, Uncertain as U};

@@ -1,11 +1,12 @@
-//! Saturation of measured efforts at the limit of a drive, and their white noise.
+//! Saturation of measured efforts at the limit of a drive, and the white noise of measured efforts.
 
 /// Number of successive samples with the same extreme value that indicate saturation.
 const SATURATED: usize = 5;
 
-/// Marks samples that stay at the largest or smallest value; returns the first of them and their number, `None` without
-/// saturation. A signal that is constant at other values too is coarsely resolved or piecewise constant, not saturated,
-/// and a value of zero is never a limit.
+/// Marks samples that stay at the largest or smallest value. Returns the index of the first marked
+/// sample and the number of marked samples; `None` without saturation. A signal that is also
+/// constant at other values is coarsely resolved or piecewise constant, not saturated. A value of
+/// zero is never a limit.
 pub(super) fn mark(values: &[f64], marks: &mut [bool]) -> Option<(usize, usize)> {
     let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let low = values.iter().copied().fold(f64::INFINITY, f64::min);
@@ -35,7 +36,7 @@ pub(super) fn mark(values: &[f64], marks: &mut [bool]) -> Option<(usize, usize)>
     at_limit.first().map(|(first, _)| (*first, count))
 }
 
-/// Standard deviation of white noise in a signal, estimated from third differences.
+/// Estimates the standard deviation of white noise in a signal from third differences.
 pub(super) fn roughness(values: &[f64]) -> f64 {
     let sum: f64 = values.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).powi(2)).sum();
     (sum / (20.0 * values.len().max(4) as f64 - 60.0).max(1.0)).sqrt()
@@ -58,8 +59,8 @@ mod tests {
         assert_eq!(marked(&[1.0, 2.0, 1.0]), (None, 0));
     }
 
-    /// A piecewise constant effort, and an effort that is often zero and never negative, are not
-    /// saturated.
+    /// Tests that a piecewise constant effort, and an effort that is often zero and never negative,
+    /// are not saturated.
     #[test]
     fn plateaus_and_zeros_are_not_saturated() {
         let plateaus = [[3.0; 8], [1.0; 8], [-1.0; 8]].concat();
@@ -68,7 +69,7 @@ mod tests {
         assert_eq!(marked(&zeros), (None, 0));
     }
 
-    /// A standstill at the beginning, with zero effort, does not hide saturation.
+    /// Tests that a standstill at the beginning, with zero effort, does not hide saturation.
     #[test]
     fn a_standstill_hides_no_saturation() {
         let mut values = vec![0.0; 40];
@@ -76,12 +77,12 @@ mod tests {
         assert_eq!(marked(&values), (Some((42, 6)), 6));
     }
 
-    /// The third differences of a slow signal with white noise yield the standard deviation of the
-    /// noise.
+    /// Tests that the third differences of a slow signal with white noise yield the standard
+    /// deviation of the noise.
     #[test]
     fn roughness_of_noise_on_a_slow_signal() {
         let mut random = stiction_core::random::Random::new(2);
-        // Uniform from -1 to 1: the standard deviation is 1/sqrt(3).
+        // The noise is uniform from -1 to 1, so its standard deviation is 1/sqrt(3).
         let values: Vec<f64> =
             (0..20_000).map(|k| (1e-3 * k as f64).sin() * 50.0 + random.number()).collect();
         assert!((roughness(&values) * 3f64.sqrt() - 1.0).abs() < 0.03);
