@@ -1,4 +1,4 @@
-//! Motion of the prescribed bodies in space: their paths, their references, and the tracking errors.
+//! Motion of bodies in space: their paths, their references, and the tracking errors.
 
 use stiction_core::kinematics::Coordinate;
 use stiction_core::spatial::{Pose, Vec3};
@@ -6,29 +6,30 @@ use stiction_draw::figure::meaning::{REFERENCE, RESULT};
 use stiction_draw::figure::{Figure, Line, Panel, PathTrace, Plane, Trace};
 use stiction_format::{ModelFile, Motion};
 
-/// Body whose motion in space is of interest.
+/// Body whose motion in space is reported.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Tracked {
     /// Index of the body.
     pub body: usize,
     /// Name of the body.
     pub name: String,
-    /// True if the orientation of the body is a part of its task. False if the motion prescribes only its position.
+    /// True if the orientation of the body is a part of its task; false if the motion prescribes
+    /// only its position.
     pub turns: bool,
 }
 
-/// Error of a tracked body: distance of its origin from that of the reference, m, and angle between both orientations,
-/// rad.
+/// Tracking error of a body: distance of its origin from the origin of the reference, m, and angle
+/// between both orientations, rad.
 pub type SpaceError = [f64; 2];
 
-/// Tracked body at one sample.
+/// Position, reference and tracking error of a body at one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpacePoint {
     /// Position of the body's origin in the world, m.
     pub position: [f64; 3],
-    /// Position of its reference, m.
+    /// Position of the reference in the world, m.
     pub reference: [f64; 3],
-    /// Tracking error.
+    /// Tracking error: distance, m, and angle, rad.
     pub errors: SpaceError,
 }
 
@@ -45,17 +46,20 @@ impl SpacePoint {
         "error_angle [rad]",
     ];
 
-    /// Number of the columns of the position, which `bodies.csv` has in any case.
+    /// Number of leading columns that contain the position. `bodies.csv` contains these columns
+    /// even without a reference.
     const POSITION: usize = 3;
 
-    /// Position, reference and tracking errors.
+    /// Returns the position, the reference and the tracking errors, in the order of
+    /// [`Self::COLUMNS`].
     pub fn values(&self) -> [f64; 8] {
         let ([x, y, z], [of_x, of_y, of_z], [distance, angle]) =
             (self.position, self.reference, self.errors);
         [x, y, z, of_x, of_y, of_z, distance, angle]
     }
 
-    /// Reference and tracking errors, the values of [`columns`].
+    /// Returns the reference and the tracking errors, which are the values in the columns of
+    /// [`columns`].
     pub(crate) fn followed(&self) -> impl Iterator<Item = f64> {
         self.values().into_iter().skip(Self::POSITION)
     }
@@ -63,15 +67,17 @@ impl SpacePoint {
 
 /// Name of the horizontal axis of a plot over time.
 const TIME: &str = "time [s]";
-/// A path along one axis is no plot: its other extents are below this fraction of the greatest one.
+/// Extent of a path along an axis, as a fraction of the greatest extent, below which the path does
+/// not move along this axis.
 const FLAT: f64 = 1e-6;
-/// A projection that is smaller than this fraction of the greatest extent shows nothing.
+/// Extent of a projection, as a fraction of the greatest extent of the path, below which the
+/// projection is not drawn.
 const SMALL: f64 = 0.05;
-/// Angles below this are rounding errors, rad.
+/// Angle below which errors are rounding errors, rad.
 const ROUNDING: f64 = 1e-9;
 
-/// Bodies whose motion in space is of interest: those whose position or orientation the motion prescribes, or else the
-/// platforms, the end of an arm, or the couplers.
+/// Returns the bodies whose motion in space is of interest: the bodies whose position or
+/// orientation the motion prescribes, or else the platforms, the end of an arm, or the couplers.
 pub fn tracked(model: &ModelFile, motion: Option<&Motion>) -> Vec<Tracked> {
     let name = |body: usize| model.mechanism.bodies()[body].name.clone();
     let mut found: Vec<Tracked> = Vec::new();
@@ -95,13 +101,13 @@ pub fn tracked(model: &ModelFile, motion: Option<&Motion>) -> Vec<Tracked> {
     found
 }
 
-/// Error of a pose from its reference.
+/// Returns the tracking error of a pose relative to its reference.
 fn error(pose: &Pose<f64>, reference: &Pose<f64>) -> SpaceError {
     let turn = reference.rotation.transpose() * pose.rotation;
     [(pose.position - reference.position).norm(), turn.rotation_vector().norm()]
 }
 
-/// Compares a pose with its reference.
+/// Returns the position, the reference and the tracking error of a pose.
 pub(crate) fn compare(pose: &Pose<f64>, reference: &Pose<f64>) -> SpacePoint {
     SpacePoint {
         position: pose.position.to_array(),
@@ -110,16 +116,17 @@ pub(crate) fn compare(pose: &Pose<f64>, reference: &Pose<f64>) -> SpacePoint {
     }
 }
 
-/// Columns of the reference of a tracked body, and of its errors, in `bodies.csv`.
+/// Returns the names of the columns in `bodies.csv` for the reference of a tracked body and its
+/// errors.
 pub(crate) fn columns(tracked: &Tracked) -> impl Iterator<Item = String> {
     let columns = SpacePoint::COLUMNS.into_iter().skip(SpacePoint::POSITION);
     columns.map(|column| format!("{}.{column}", tracked.name))
 }
 
-/// Number of [`columns`].
+/// Number of columns that [`columns`] returns.
 pub(crate) const WIDTH: usize = SpacePoint::COLUMNS.len() - SpacePoint::POSITION;
 
-/// Path of a body, over which those of its reference or of other runs may be drawn.
+/// Path of a body in space, as one curve of a plot. Other curves show the reference or other runs.
 pub(crate) struct Path {
     pub(crate) label: String,
     pub(crate) points: Vec<[f64; 3]>,
@@ -127,7 +134,8 @@ pub(crate) struct Path {
     pub(crate) dashed: bool,
 }
 
-/// Paths of bodies on the planes in which they move; `None` if no path has two extents.
+/// Draws the paths of bodies, projected on the planes in which the bodies move; `None` if no path
+/// extends along two axes.
 pub(crate) fn paths(title: &str, bodies: &[(&Tracked, Vec<Path>)]) -> Option<Figure> {
     let mut panels = Vec::new();
     for (tracked, paths) in bodies {
@@ -151,8 +159,9 @@ pub(crate) fn paths(title: &str, bodies: &[(&Tracked, Vec<Path>)]) -> Option<Fig
     (!panels.is_empty()).then_some(Figure { title, x_label: String::new(), panels })
 }
 
-/// Planes, as horizontal and vertical axis, on which a path is projected: seen from the front, from the side and from
-/// above, without projections that show a line along an axis or almost a point.
+/// Returns the planes on which paths are projected, each as its horizontal and vertical axis: the
+/// views from the front, from the side and from above. Projections that show only a line along an
+/// axis, or almost a point, are left out.
 fn planes<'p>(points: impl Iterator<Item = &'p [f64; 3]>) -> Vec<[usize; 2]> {
     let mut ends = [(f64::INFINITY, f64::NEG_INFINITY); 3];
     for point in points.filter(|point| point.iter().all(|x| x.is_finite())) {
@@ -173,13 +182,13 @@ fn planes<'p>(points: impl Iterator<Item = &'p [f64; 3]>) -> Vec<[usize; 2]> {
         .collect()
 }
 
-/// Title of the plot of paths.
+/// Returns the title of the plot of paths.
 pub(crate) fn title_of<'t>(tracked: impl Iterator<Item = &'t Tracked>) -> String {
     let names: Vec<&str> = tracked.map(|tracked| tracked.name.as_str()).collect();
     format!("Path of {}", names.join(", "))
 }
 
-/// Errors of a body in one run over time: distance and angle.
+/// Curves of the tracking errors of a body in one run over time: distance and angle.
 #[derive(Clone, Debug)]
 pub(crate) struct Followed {
     pub(crate) label: String,
@@ -196,7 +205,7 @@ impl Followed {
         Self { label: label.to_owned(), colour, dashed, errors, peaks: [0.0; 2] }
     }
 
-    /// Adds the errors at a time, s.
+    /// Adds the tracking errors at a time, s.
     pub(crate) fn push(&mut self, time: f64, errors: SpaceError) {
         for ((trace, peak), value) in self.errors.iter_mut().zip(&mut self.peaks).zip(errors) {
             trace.push(time, value);
@@ -207,7 +216,7 @@ impl Followed {
     }
 }
 
-/// Plot of the tracking errors of bodies over time; `None` without any value above rounding errors.
+/// Draws the tracking errors of bodies over time; `None` if all errors are rounding errors.
 pub(crate) fn errors_of(title: &str, bodies: Vec<(&Tracked, Vec<Followed>)>) -> Option<Figure> {
     let mut panels = Vec::new();
     for (tracked, runs) in bodies {
@@ -238,7 +247,8 @@ pub(crate) fn errors_of(title: &str, bodies: Vec<(&Tracked, Vec<Followed>)>) -> 
     (!figure.is_empty()).then_some(figure)
 }
 
-/// Unit in which a length, m, has few digits before the decimal point, and its factor.
+/// Returns a unit of length in which `peak`, m, has few digits before the decimal point, and the
+/// factor from metres to this unit.
 pub(crate) fn unit_of_length(peak: f64) -> (&'static str, f64) {
     match peak {
         x if x < 1e-4 => ("um", 1e6),
@@ -247,7 +257,8 @@ pub(crate) fn unit_of_length(peak: f64) -> (&'static str, f64) {
     }
 }
 
-/// Unit of an angle, rad, and its factor.
+/// Returns a unit of angle in which `peak`, rad, has few digits before the decimal point, and the
+/// factor from radians to this unit.
 pub(crate) fn unit_of_angle(peak: f64) -> (&'static str, f64) {
     match peak.to_degrees() {
         x if x < 1e-2 => ("mdeg", 1f64.to_degrees() * 1e3),
@@ -255,12 +266,12 @@ pub(crate) fn unit_of_angle(peak: f64) -> (&'static str, f64) {
     }
 }
 
-/// Collector of the paths of a run, and of its tracking errors if it follows a reference.
+/// Collector of the paths in a run, and of the tracking errors if the run follows a reference.
 #[derive(Clone, Debug)]
 pub(crate) struct SpaceCurves {
     tracked: Vec<Tracked>,
     paths: Vec<PathTrace>,
-    /// Empty if the run follows no reference.
+    /// Paths of the references of the tracked bodies; empty if the run follows no reference.
     references: Vec<PathTrace>,
     errors: Vec<Followed>,
 }
@@ -277,14 +288,16 @@ impl SpaceCurves {
         }
     }
 
-    /// Adds the positions of the bodies; `position` returns that of the body with this index, m.
+    /// Adds the positions of the tracked bodies; `position` returns the position of the body with a
+    /// given index, m.
     pub(crate) fn add(&mut self, position: impl Fn(usize) -> Vec3<f64>) {
         for (path, tracked) in self.paths.iter_mut().zip(&self.tracked) {
             path.push(position(tracked.body).to_array());
         }
     }
 
-    /// Adds references and errors at a time, s: for each tracked body, the numbers of its [`columns`].
+    /// Adds the references and the tracking errors at a time, s; `numbers` contains the values of
+    /// [`columns`] for each tracked body.
     pub(crate) fn add_references(&mut self, time: f64, numbers: &[f64]) {
         let each = self.references.iter_mut().zip(&mut self.errors);
         for ((path, errors), row) in each.zip(numbers.chunks_exact(WIDTH)) {
@@ -293,7 +306,7 @@ impl SpaceCurves {
         }
     }
 
-    /// Returns the plots of the paths and of the errors with their file names.
+    /// Returns the plots of the paths and of the tracking errors with their file names.
     pub(crate) fn figures(self, about: &str) -> Vec<(&'static str, Figure)> {
         let mut references = self.references.into_iter();
         let mut errors = self.errors.into_iter();

@@ -3,12 +3,12 @@
 use stiction_format::{Motion, SampleTimes};
 use thiserror::Error;
 
-/// Time between samples of motions that define no other, s.
+/// Time between samples, s, for motions that define none.
 const USUAL_STEP: f64 = 0.01;
-/// Largest number of samples; a larger number indicates a mistake in the step.
+/// Largest number of samples; a larger number indicates an error in the step.
 const MOST: f64 = 1e9;
 
-/// Sample times of a motion, in order.
+/// Sample times of a motion in increasing order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Instants {
     kind: Kind,
@@ -16,8 +16,8 @@ pub struct Instants {
 
 #[derive(Clone, Debug, PartialEq)]
 enum Kind {
-    /// `count` evenly spaced instants from `start` to `start + span`, s, followed by the instant `rest` if there is
-    /// one.
+    /// `count` evenly spaced instants from `start` to `start + span`, s, followed by the instant
+    /// `rest`, s, if it is given.
     Even { start: f64, span: f64, count: usize, rest: Option<f64> },
     /// Sample times of a recording.
     Recorded(SampleTimes),
@@ -30,7 +30,7 @@ pub enum InstantsError {
     /// The step is not positive.
     #[error("the time between samples is {0} s, but must be greater than 0")]
     Step(
-        /// The step, s.
+        /// Requested step, s.
         f64,
     ),
     /// The step yields too many samples.
@@ -39,7 +39,7 @@ pub enum InstantsError {
         count = if count.is_finite() { format!("{count:.1e}") } else { "countless".to_owned() }
     )]
     TooMany {
-        /// The step, s.
+        /// Requested step, s.
         step: f64,
         /// Number of samples.
         count: f64,
@@ -47,9 +47,10 @@ pub enum InstantsError {
 }
 
 impl Instants {
-    /// Samples a motion every `step` seconds. Without `step`, the motion defines the step; if it defines none, a
-    /// recording is sampled at its own samples and any other motion every 0.01 s. If the step does not divide the
-    /// duration, the last part of the motion is not sampled.
+    /// Creates sample times every `step` seconds. Without `step`, the step of the motion is used.
+    /// If the motion has none, a recording is sampled at its own samples and any other motion every
+    /// 0.01 s. If the step does not divide the duration, the last part of the motion is not
+    /// sampled.
     ///
     /// # Errors
     /// See [`InstantsError`].
@@ -74,7 +75,8 @@ impl Instants {
         Ok(Self { kind: Kind::Even { start: motion.start, span, count, rest: None } })
     }
 
-    /// Samples every `step` seconds from `start` to `end`, s. Both ends are samples; the last step may be shorter.
+    /// Creates sample times every `step` seconds from `start` to `end`, s. Both ends are samples;
+    /// the last step may be shorter.
     ///
     /// # Errors
     /// See [`InstantsError`].
@@ -89,7 +91,7 @@ impl Instants {
         Ok(instants)
     }
 
-    /// Number of sample times.
+    /// Returns the number of sample times.
     pub fn count(&self) -> usize {
         match &self.kind {
             Kind::Even { count, rest, .. } => *count + usize::from(rest.is_some()),
@@ -97,8 +99,8 @@ impl Instants {
         }
     }
 
-    /// Sample time `k`, s; the last one for any larger `k`. NaN if the recording can no longer be read; evaluating the
-    /// motion then returns the error.
+    /// Returns sample time `k`, s, or the last one for any larger `k`. NaN if the recording can no
+    /// longer be read; evaluating the motion then returns the error.
     pub fn at(&self, k: usize) -> f64 {
         match &self.kind {
             Kind::Even { rest: Some(end), count, .. } if k >= *count => *end,

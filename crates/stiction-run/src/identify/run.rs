@@ -1,4 +1,4 @@
-//! Computation of an identification: structure, fit, verdicts, predictions.
+//! Identification from logs: structure of the regression, fit, verdicts, predictions.
 
 use super::IdentifyError;
 use super::asymmetry::{self, Asymmetry};
@@ -19,7 +19,7 @@ use stiction_identify::{
     Block, Estimate, Evidence, FitVerdict, Kind, Options, Parameter, Problem, Verdict,
 };
 
-/// Parameter with its estimate.
+/// Identified parameter with its estimate and verdict.
 #[derive(Clone, Debug)]
 pub struct Named {
     /// Name of the parameter.
@@ -28,38 +28,41 @@ pub struct Named {
     pub value: f64,
     /// Standard deviation of the estimate, SI units.
     pub sigma: f64,
-    /// SI unit.
+    /// SI unit of the parameter.
     pub unit: &'static str,
     /// Verdict on the estimate.
     pub verdict: Verdict,
-    /// Value in the model, SI units; not a number for torque constants, which the model lacks.
+    /// Value of the parameter in the model, SI units; NaN for torque constants that the model
+    /// lacks.
     pub prior: f64,
-    /// Error of the estimate due to the filter, to first order, SI units: the filter attenuates part of the motion.
+    /// First-order error of the estimate due to the filter, SI units. The filter attenuates a part
+    /// of the motion.
     pub filter_bias: f64,
-    /// Structural identifiability in words: the efforts determine the parameter alone, only in a combination with
-    /// others, or not at all.
+    /// Structural identifiability in words: the efforts determine the parameter alone, only in a
+    /// combination with other parameters, or not at all.
     pub structure: &'static str,
-    /// True for the offset of an effort and for the factor of an effort term, which describe the log and are not part
-    /// of the identified model.
+    /// True for the offset of an effort and for the factor of an effort term. These parameters
+    /// describe the log and are not part of the identified model.
     pub is_of_log: bool,
     /// True for a mass, a first moment of mass or an inertia of a body.
     pub is_inertia: bool,
 }
 
-/// Combination of parameters on which the efforts depend, with its estimate.
+/// Linear combination of parameters that the efforts determine, with its estimate.
 #[derive(Clone, Debug)]
 pub struct Combined {
-    /// The combination in words.
+    /// Description of the combination in words.
     pub name: String,
-    /// Estimated value, SI units.
+    /// Estimated value of the combination, SI units.
     pub value: f64,
-    /// Standard deviation of the estimate, SI units.
+    /// Standard deviation of the estimated combination, SI units.
     pub sigma: f64,
-    /// SI unit.
+    /// SI unit of the combination.
     pub unit: &'static str,
-    /// Verdict on the estimate.
+    /// Verdict on the estimated combination.
     pub verdict: Verdict,
-    /// Error of the estimate due to the filter, to first order, SI units: the filter attenuates part of the motion.
+    /// First-order error of the estimated combination due to the filter, SI units. The filter
+    /// attenuates a part of the motion.
     pub filter_bias: f64,
 }
 
@@ -68,50 +71,53 @@ pub struct Combined {
 pub struct Prediction {
     /// Name of the log.
     pub log: String,
-    /// True if the log was fitted, false if it only checks the prediction.
+    /// True if the log was fitted; false if it only checks the prediction.
     pub used_for_fit: bool,
-    /// Name of each actuator, and 100 rms(measured - predicted) / rms(measured), percent; `None` if
-    /// the log has no rows of this actuator.
+    /// Name of each actuator, and its relative error 100 rms(measured - predicted) / rms(measured),
+    /// percent. The error is `None` if the log has no rows of this actuator.
     pub error_percent: Vec<(String, Option<f64>)>,
     /// Root mean square of the residuals of each actuator, N or N m.
     pub residual: Vec<f64>,
-    /// Errors of the unchanged model, in the form of `error_percent`, percent.
+    /// Relative error of the original model for each actuator, computed like `error_percent`,
+    /// percent.
     pub prior_percent: Vec<Option<f64>>,
 }
 
-/// Result of identification.
+/// Result of an identification.
 #[derive(Clone, Debug)]
 pub struct Identified {
     /// Verdict on the fit.
     pub verdict: FitVerdict,
     /// Reasons for the verdict, and cautions on the logs.
     pub cautions: Vec<String>,
-    /// All parameters.
+    /// All parameters of the regression, with estimates and verdicts.
     pub parameters: Vec<Named>,
-    /// All combinations of more than one parameter.
+    /// All combinations of two or more parameters that the efforts determine.
     pub combinations: Vec<Combined>,
-    /// Number of parameter combinations that the efforts can determine, and the gap between the singular values that
-    /// decides it.
+    /// Number of parameter combinations that the efforts can determine, and the gap between the
+    /// singular values that decides this number.
     pub rank: (usize, f64),
-    /// Pairs of parameters that the data cannot distinguish, each with advice on data that would.
+    /// Pairs of parameters that the data cannot distinguish. The third text is advice on data that
+    /// would distinguish them.
     pub confounded: Vec<(String, String, String)>,
     /// Asymmetry of the measured efforts of each actuator: their difference between the directions of motion.
     pub asymmetries: Vec<Asymmetry>,
-    /// Delays of the efforts relative to the positions, estimated or given in the options.
+    /// Delays of the efforts relative to the positions, estimated or specified in the options.
     pub delays: Vec<Delay>,
     /// Effects that the residuals show and the model or its options lack.
     pub missing: Vec<Missing>,
     /// Errors of the predicted efforts on each log.
     pub predictions: Vec<Prediction>,
-    /// The mechanism with the identified values.
+    /// Mechanism with the identified values.
     pub mechanism: Mechanism,
-    /// True if the estimate is by instrumental variables, false if it is by least squares.
+    /// True if the estimate uses instrumental variables; false if it uses least squares.
     pub has_instruments: bool,
-    /// Strength of the prior on the inertias, in equivalent samples.
+    /// Strength of the prior on the inertias, as a number of equivalent samples.
     pub strength: f64,
-    /// Mean squared residual of left-out blocks of the logs, relative to that of the fit.
+    /// Mean squared residual of left-out blocks of the logs, divided by the mean squared residual
+    /// of the fit.
     pub left_out: f64,
-    /// Ratio `left_out` for least squares without prior.
+    /// Ratio as in `left_out`, but for least squares without a prior.
     pub left_out_plain: f64,
     /// Cut-off frequency of the filter of each log, Hz; `None` for tables of steady motions.
     pub cutoffs: Vec<Option<f64>>,
@@ -121,18 +127,19 @@ pub struct Identified {
 
 /// Largest number of iterations between parameter values and normal loads.
 const SWEEPS: usize = 12;
-/// The iteration has converged if the values change by at most this number of standard deviations.
+/// Largest change of a parameter value, in standard deviations, at which the iteration has
+/// converged.
 const SETTLED: f64 = 0.01;
-/// A caution reports remaining changes of the values above this number of standard deviations.
+/// Remaining change of a parameter value, in standard deviations, above which a caution reports it.
 const VISIBLE: f64 = 0.1;
-/// No parameter counts as identified if a remaining change exceeds this number of standard
-/// deviations.
+/// Remaining change of a parameter value, in standard deviations, above which no parameter counts
+/// as identified.
 const UNSETTLED: f64 = 1.0;
 
 /// Identifies inertia and friction of a model from logs.
 ///
 /// # Errors
-/// [`IdentifyError`] for logs or options that cannot be used.
+/// [`IdentifyError`] if logs or options cannot be used.
 pub fn identify(
     model: &ModelFile,
     logs: &[MeasuredLog],
@@ -231,7 +238,8 @@ pub fn identify(
             said.clear();
         }
         let known: Vec<f64> = delays.iter().map(|[delay, _]| *delay).collect();
-        // The old logs are released first, because both sets at once would take twice the memory.
+        // The old logs are released first, because the old and the new logs together would need
+        // twice the memory.
         all.clear();
         all = prepare(Some(&known))?;
         for log in &mut all {
@@ -364,7 +372,7 @@ pub fn identify(
             c.verdict = Verdict::FitsOnly;
         }
     }
-    // Residuals that another column explains are errors of the model.
+    // Residuals that an additional effect explains are errors of the model.
     let is_settled = is_settled && found.missing.is_empty();
     cautions.extend(found.missing.iter().map(Missing::caution));
     let mut verdict = sanity::fit_verdict(
@@ -378,8 +386,8 @@ pub fn identify(
         is_wrong,
         &mut cautions,
     );
-    // The data determine values, although only those of a model with further effects or with a
-    // given scale.
+    // The data determine values, but only in a model with additional effects or with a specified
+    // strength of the prior.
     let is_only_changed = verdict == FitVerdict::NotExcited && (is_excited || !by_prior.is_empty());
     let is_settled = is_settled && by_prior.is_empty();
     if is_only_changed || (!is_settled && verdict == FitVerdict::Identified) {
@@ -415,8 +423,8 @@ fn without_forces(log: &str, why: &str) -> IdentifyError {
     )
 }
 
-/// Fits the logs and recomputes the normal loads for the fitted values, in turn, until they settle.
-/// The second result is true if the remaining change is small.
+/// Fits the logs and recomputes the normal loads for the fitted values, alternately, until both
+/// converge. The second result is true if the remaining change is small.
 fn fitted(
     all: &mut [Prepared],
     parameters: &[Parameter],
@@ -437,7 +445,7 @@ fn fitted(
             .filter(|log| !log.predict)
             .find_map(|log| log.linearise(&at, groups).err());
         if let Some(why) = failed {
-            // Forces do not exist beyond locking, so the coefficients are halved.
+            // Beyond self-locking, forces do not exist, so the friction coefficients are halved.
             for (value, p) in at.iter_mut().zip(parameters) {
                 if matches!(p.kind, Kind::Mu(_)) {
                     *value *= 0.5;
@@ -485,7 +493,8 @@ fn fitted(
     (estimate, is_settled)
 }
 
-/// Lowers the verdicts of values at the bounds of the options, and composes cautions that name them.
+/// Downgrades the verdicts of values at the bounds of the options, and returns cautions that name
+/// these values.
 fn judge_bounds(named: &mut [Named], options: &Options) -> Vec<String> {
     let mut cautions = Vec::new();
     for &(k, bounds) in &options.bounds {
@@ -510,12 +519,12 @@ fn judge_bounds(named: &mut [Named], options: &Options) -> Vec<String> {
     cautions
 }
 
-/// Rows of the fitted logs.
+/// Returns the regression rows of the fitted logs.
 pub(super) fn fitted_blocks(all: &[Prepared]) -> Vec<Block> {
     all.iter().filter(|log| !log.predict).map(|log| log.block.clone()).collect()
 }
 
-/// Errors of all parameters due to the filter, SI units; `None` without a filter.
+/// Returns the errors of all parameters due to the filter, SI units; `None` without a filter.
 fn filter_biases(
     all: &[Prepared],
     parameters: &[Parameter],
@@ -544,7 +553,7 @@ fn delays_of(all: &[Prepared], actuators: &[String], delays: &[[f64; 2]]) -> Vec
 }
 
 impl Identified {
-    /// Delay of each effort that is corrected, s, in the order of the actuators.
+    /// Returns the corrected delay of each effort, s, in the order of the actuators.
     pub(super) fn taken_back(&self) -> Vec<f64> {
         let names = self.mechanism.actuators();
         let names = names.map(|(j, dof)| self.mechanism.joints()[j.0].actuator_name(dof));
@@ -556,7 +565,7 @@ impl Identified {
     }
 }
 
-/// Composes cautions on gears whose losses the regression does not contain.
+/// Returns cautions on gears whose losses the regression does not contain.
 fn gear_losses(mechanism: &Mechanism, at_motors: bool) -> Vec<String> {
     let lossy = mechanism.drive_trains().iter().filter(|train| train.losses().is_some());
     let names: Vec<&str> = lossy.map(|train| train.name.as_str()).collect();
@@ -570,7 +579,8 @@ fn gear_losses(mechanism: &Mechanism, at_motors: bool) -> Vec<String> {
     }
 }
 
-/// Finds doubts about signs and units of efforts, each with a flag that is true if its log was fitted.
+/// Finds doubts about signs and units of efforts. The flag is true if the log of the doubt was
+/// fitted.
 fn wrong_efforts(
     all: &[Prepared],
     (parameters, values): (&[Parameter], &[f64]),
@@ -592,7 +602,7 @@ fn wrong_efforts(
     found
 }
 
-/// Composes cautions on efforts of which a log has no usable row.
+/// Returns cautions on efforts for which a log has no usable row.
 fn without_rows(all: &[Prepared], actuators: &[String]) -> Vec<String> {
     let each = all.iter().filter_map(|log| {
         let channels = log.block.channels.iter().zip(actuators);
@@ -609,8 +619,9 @@ fn without_rows(all: &[Prepared], actuators: &[String]) -> Vec<String> {
     each.collect()
 }
 
-/// Scales to which the residuals of each effort are compared: standard deviation of the measured effort, and of the
-/// part that the model without friction does not explain.
+/// Returns the scales to which the residuals of each effort are compared: the standard deviation of
+/// the measured effort, and that of the part of it that the model without friction does not
+/// explain.
 fn references(all: &[Prepared]) -> Vec<[f64; 2]> {
     let deviation = |values: Vec<f64>| {
         let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
@@ -630,7 +641,8 @@ fn references(all: &[Prepared]) -> Vec<[f64; 2]> {
     each.collect()
 }
 
-/// Parameters of the regression; the factors of effort terms get the names in the options.
+/// Returns the parameters of the regression. The factors of effort terms have the names that the
+/// options define.
 pub(super) fn parameters_of(prepared: &Prepared, settings: &IdentifySettings) -> Vec<Parameter> {
     let mut parameters: Vec<Parameter> = prepared.regressor.parameters().to_vec();
     for (index, (name, _)) in settings.terms.iter().enumerate() {
@@ -658,7 +670,8 @@ pub(super) fn read_terms(
     each.collect()
 }
 
-/// Converts parameter values to the unknowns of the regression: inertial parameters are differences from the model.
+/// Converts parameter values to the unknowns of the regression, in which inertial parameters are
+/// differences from the model.
 pub(super) fn differences(parameters: &[Parameter], values: &[f64]) -> DVector<f64> {
     let each = parameters
         .iter()
@@ -667,8 +680,8 @@ pub(super) fn differences(parameters: &[Parameter], values: &[f64]) -> DVector<f
     DVector::from_iterator(values.len(), each)
 }
 
-/// Root mean square of the residuals of each effort, and the same relative to the measured effort, percent; the
-/// percentage is `None` without rows.
+/// Returns the root mean square of the residuals of each effort, and its percentage of the root
+/// mean square of the measured effort. The percentage is `None` without rows.
 fn errors(block: &Block, at: &DVector<f64>) -> (Vec<f64>, Vec<Option<f64>>) {
     let each = block.channels.iter().map(|rows| {
         let (error, size) = (rows.residuals(at).norm(), rows.measured.norm());
@@ -678,7 +691,8 @@ fn errors(block: &Block, at: &DVector<f64>) -> (Vec<f64>, Vec<Option<f64>>) {
     each.unzip()
 }
 
-/// Mean standard deviation of the noise of each filtered effort; `None` if no log is filtered.
+/// Returns the mean standard deviation of the noise of each filtered effort; `None` if no log is
+/// filtered.
 fn effort_noise(all: &[Prepared]) -> Option<Vec<f64>> {
     let fits: Vec<&Vec<f64>> =
         all.iter().filter(|log| !log.predict).filter_map(|log| log.effort_noise.as_ref()).collect();

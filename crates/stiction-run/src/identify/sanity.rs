@@ -5,26 +5,26 @@ use super::run::{Combined, Named, Prediction, differences};
 use nalgebra::DVector;
 use stiction_identify::{BaseParameters, Estimate, FitVerdict, Kind, Options, Parameter, Verdict};
 
-/// Two parameters count as confounded above this correlation of their errors.
+/// Correlation of the errors of two parameters above which the parameters count as confounded.
 const CONFOUNDED: f64 = 0.95;
-/// Largest number of confounded pairs that are named.
+/// Largest number of confounded pairs that the results list.
 const NAMED: usize = 20;
 
-/// A sign or a unit counts as certain if the magnitude of the cosine between measured and expected
-/// efforts exceeds this value.
+/// Magnitude of the cosine between measured and expected efforts above which a sign or a unit
+/// counts as certain.
 const AGREES: f64 = 0.5;
 
-/// Positions are probably not in radians if an angle has a range of more turns than this, provided
-/// that the ratio of measured efforts to those of the model is below [`IMPLAUSIBLE`].
+/// Range of an angle, in turns, above which positions are probably not in radians. This holds only
+/// if the ratio of measured efforts to those of the model is below [`IMPLAUSIBLE`].
 const TURNS: f64 = 2.0;
 /// Ratio of measured efforts to those of the model below which the unit of the positions is in
-/// doubt, see [`TURNS`].
+/// doubt; see [`TURNS`].
 const IMPLAUSIBLE: f64 = 0.3;
-/// The sign of the measured efforts is not in doubt if the relative error of the identified efforts
-/// is at most this value.
+/// Relative error of the efforts of the identified model up to which the sign of the measured
+/// efforts is not in doubt.
 const REPRODUCED: f64 = 0.1;
-/// If friction opposes the motion, the sign is not in doubt up to this relative error of the
-/// identified efforts.
+/// Relative error of the efforts of the identified model up to which the sign of the measured
+/// efforts is not in doubt, provided that friction opposes the motion.
 const FOLLOWED: f64 = 0.5;
 
 /// Doubt about the sign or the unit of an effort, in words.
@@ -34,8 +34,8 @@ pub(super) struct Doubt {
     pub(super) has_wrong_sign: bool,
 }
 
-/// Finds efforts that contradict the model because of a wrong sign or unit. Efforts that agree with the identified
-/// values, but not with the unchanged model, contradict only the values of the model.
+/// Finds efforts that contradict the model because of a wrong sign or unit. Efforts that agree with
+/// the identified values, but not with the original model, indicate wrong values in the model.
 pub(super) fn wrong_efforts(
     logs: &[&Prepared],
     (parameters, values): (&[Parameter], &[f64]),
@@ -64,7 +64,7 @@ pub(super) fn wrong_efforts(
         let friction = [1.0, -1.0].map(|sign| friction_agreement(logs, channel, (sign, None)));
         let help = "give the column `factor = -1` in the options";
         let error = (left / mm).sqrt();
-        // Friction dissipates power, whatever its size in the model.
+        // Friction dissipates power, regardless of its magnitude in the model.
         let opposes = friction_agreement(logs, channel, (1.0, Some(&frictionless)));
         let mut doubt = |text: String, has_wrong_sign| found.push(Doubt { text, has_wrong_sign });
         let is_reproduced = error < REPRODUCED && opposes > -AGREES;
@@ -135,9 +135,10 @@ pub(super) fn wrong_efforts(
     found
 }
 
-/// Cosine between the friction part of the measured efforts and either the direction or the rate of motion, whichever
-/// fits better. The friction part is the residual with the parameter values `frictionless`; without these it is `sign`
-/// times the measured effort, minus the effort of the model without friction.
+/// Returns the cosine between the friction part of the measured efforts and the direction or the
+/// rate of motion, whichever fits better. The friction part is the residual with the parameter
+/// values `frictionless`. If these are `None`, it is `sign` times the measured effort, minus the
+/// effort of the model without friction.
 fn friction_agreement(
     logs: &[&Prepared],
     channel: usize,
@@ -163,7 +164,8 @@ fn friction_agreement(
     if cosines[0].abs() > cosines[1].abs() { cosines[0] } else { cosines[1] }
 }
 
-/// Largest correlation between the error of a parameter and that of another one, excluding parameters tied to it.
+/// Returns the largest correlation between the error of parameter `k` and that of another
+/// parameter. Parameters that the options tie to `k` are excluded.
 pub(super) fn largest_correlation(estimate: &Estimate, options: &Options, k: usize) -> f64 {
     let is_tied =
         |i: usize| options.tied.iter().any(|group| group.contains(&i) && group.contains(&k));
@@ -173,21 +175,22 @@ pub(super) fn largest_correlation(estimate: &Estimate, options: &Options, k: usi
         .fold(0.0, f64::max)
 }
 
-/// Residuals of the fit, and the scales to which they are compared.
+/// Residuals of the fit, and the scales to which the residuals are compared.
 pub(super) struct Residuals<'a> {
     /// Standard deviation of the white noise of each effort; `None` for tables of steady motions.
     pub(super) noise: Option<&'a [f64]>,
-    /// Standard deviation of each measured effort, and of the part that the model without friction does not explain.
+    /// Standard deviation of each measured effort, and that of the part of it that the model
+    /// without friction does not explain.
     pub(super) reference: &'a [[f64; 2]],
     pub(super) actuators: &'a [String],
 }
 
-/// The model is incomplete if the residual exceeds these fractions of the standard deviations of an
-/// effort and of its friction part.
+/// Fractions of the standard deviations of an effort and of its friction part. If the residual
+/// exceeds either of these limits, the model is incomplete.
 const LACKING: [f64; 2] = [0.05, 0.1];
 
-/// Lists the pairs of parameters that the data cannot distinguish, because their errors are correlated, each with
-/// advice.
+/// Lists the pairs of parameters that the data cannot distinguish because their errors are
+/// correlated. Each pair comes with advice.
 pub(super) fn confounded(
     named: &[Named],
     estimate: &Estimate,
@@ -226,7 +229,7 @@ pub(super) fn confounded(
     each.collect()
 }
 
-/// Composes cautions on friction coefficients that are confounded with another parameter.
+/// Returns cautions on friction coefficients that are confounded with another parameter.
 pub(super) fn uncertain(named: &[Named], confounded: &[(String, String, String)]) -> Vec<String> {
     let mut found = Vec::new();
     for p in named.iter().filter(|p| p.name.ends_with(".mu")) {
@@ -274,11 +277,11 @@ fn cure(a: &Parameter, b: &Parameter) -> String {
     text.to_owned()
 }
 
-/// Largest number of parameters and combinations whose error due to the filter is named.
+/// Largest number of parameters and combinations that a caution on errors due to the filter names.
 const BIASED: usize = 6;
 
-/// Records the errors due to the filter. Parameters whose error exceeds a standard deviation no longer count as
-/// identified; returns a caution that names them.
+/// Stores the errors due to the filter. Parameters whose error exceeds a standard deviation no
+/// longer count as identified; the function returns a caution that names them.
 pub(super) fn judge_filter(
     (named, combinations): (&mut [Named], &mut [Combined]),
     structure: &BaseParameters,

@@ -1,5 +1,5 @@
-//! Selection of the parameters that are estimated: scales, held, bounded and tied parameters, and a check that the
-//! logs suffice.
+//! Selection of the estimated parameters: scales, fixed, bounded and tied parameters, and a check
+//! that the logs suffice.
 
 use super::IdentifyError;
 use super::chosen::{chosen_efforts, refuse};
@@ -10,12 +10,12 @@ use stiction_core::mechanism::Mechanism;
 use stiction_format::fits;
 use stiction_identify::{Choice, Kind, Options, Parameter};
 
-/// Chooses the parameters that the logs may determine. All logs must measure efforts at the same
-/// place.
+/// Chooses the parameters that the logs may determine. All logs must contain efforts measured at
+/// the same place: the joints or the motors.
 ///
 /// # Errors
-/// Fails if the logs contain efforts that the model does not have, or currents whose ratio
-/// to the torque would follow from the motor friction of the model alone.
+/// Fails if the logs contain efforts that the model does not have. Also fails for currents whose
+/// ratio to the torque would be determined only by the motor friction of the model.
 pub(super) fn choice(
     mechanism: &Mechanism,
     logs: &[MeasuredLog],
@@ -30,8 +30,8 @@ pub(super) fn choice(
     Ok(Choice { at_motors, offsets: settings.offsets, terms, torque_constants, ..Choice::ALL })
 }
 
-/// Sets the scales of friction parameters that are zero in the model to the values that would
-/// explain a tenth of the efforts.
+/// Sets the scale of each friction parameter whose value in the model is zero. With this value, the
+/// parameter would explain a tenth of the efforts.
 pub(super) fn scale_by_data(parameters: &mut [Parameter], all: &[Prepared]) {
     for (k, parameter) in parameters.iter_mut().enumerate() {
         if parameter.prior != 0.0 || parameter.body().is_some() {
@@ -56,7 +56,7 @@ fn held_of(parameters: &[Parameter], settings: &IdentifySettings) -> Vec<bool> {
     let is_held = |p: &Parameter| {
         let is_inertia = p.body().is_some() || matches!(p.kind, Kind::Rotor(_));
         let is_friction = p.kind.is_friction();
-        // The model has no value at which to hold a torque constant.
+        // A torque constant cannot be fixed, because the model has no value for it.
         let is_unknown = matches!(p.kind, Kind::TorqueConstant(_));
         !is_unknown
             && ((settings.hold_inertia && is_inertia)
@@ -149,8 +149,8 @@ pub(super) fn options(
     })
 }
 
-/// Bounds of parameters. If one parameter or a group of tied ones has several bounds, all of them
-/// hold.
+/// Returns the bounds of the parameters. If a parameter or a group of tied parameters has several
+/// bounds, all of them apply.
 fn bounds_of(
     parameters: &[Parameter],
     settings: &IdentifySettings,
@@ -196,8 +196,8 @@ fn bounds_of(
     Ok(all)
 }
 
-/// Class of a parameter, regardless of the body, joint or actuator to which it belongs. Parameters of one class can be
-/// tied.
+/// Returns the class of a parameter, which does not depend on the body, joint or actuator.
+/// Parameters of the same class can be tied.
 fn class(kind: Kind) -> u8 {
     match kind {
         Kind::Mass(_) => 0,
@@ -231,7 +231,7 @@ pub(super) fn free_groups(parameters: &[Parameter], options: &Options) -> Vec<Ve
     groups
 }
 
-/// Returns an error if the logs have fewer independent rows than there are parameters.
+/// Returns an error if the logs have fewer independent rows than parameters.
 pub(super) fn enough(
     all: &[Prepared],
     parameters: &[Parameter],
@@ -270,7 +270,8 @@ pub(super) fn enough(
 mod tests {
     use super::*;
 
-    /// Parameters of a group count as one unknown, held parameters do not count.
+    /// Tests that the parameters of a group count as one unknown, and that fixed parameters do not
+    /// count.
     #[test]
     fn tied_parameters_are_one_unknown() {
         let parameter = |name: &str| Parameter {

@@ -7,14 +7,15 @@ use nalgebra::DMatrix;
 use stiction_core::random::Random;
 use stiction_identify::{BaseParameters, Estimate, Evidence, Kind, Parameter, Verdict};
 
-/// Number of instants with random rates from which the structure is computed.
+/// Number of instants with random rates at which the structure of the regression is computed.
 const STRUCTURE_SAMPLES: usize = 240;
 
-/// Combinations of parameters that the efforts determine at positions of the logs, with random rates.
+/// Combinations of parameters that the efforts determine, computed at positions of the logs with
+/// random rates.
 pub(super) struct Structure {
-    /// Combinations among all parameters.
+    /// Combinations of all parameters.
     pub(super) all: BaseParameters,
-    /// Combinations among the parameters that are not held.
+    /// Combinations of the parameters that are not fixed.
     pub(super) free: BaseParameters,
 }
 
@@ -73,7 +74,7 @@ pub(super) fn structure(all: &[Prepared], parameters: &[Parameter], held: &[bool
     }
 }
 
-/// Estimates the combinations of more than one parameter.
+/// Estimates the combinations that contain more than one parameter.
 pub(super) fn combinations(
     structure: &BaseParameters,
     parameters: &[Parameter],

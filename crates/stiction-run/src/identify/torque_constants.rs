@@ -1,4 +1,4 @@
-//! Torque constants of motors whose currents are logged, if the model lacks them.
+//! Torque constants of motors whose currents are logged and whose torque constants the model lacks.
 
 use super::IdentifyError;
 use super::chosen::{chosen_efforts, refuse};
@@ -10,22 +10,22 @@ use nalgebra::DVector;
 use stiction_core::mechanism::Mechanism;
 use stiction_identify::{Kind, Parameter, Verdict};
 
-/// If the cosine between measured currents and efforts of the model exceeds this value, the first
-/// value of the torque constant follows from their scalar product. Otherwise it follows from their
+/// Cosine between measured currents and efforts of the model above which the initial value of a
+/// torque constant is computed from their scalar product. Otherwise it is computed from their
 /// magnitudes.
 const AGREES: f64 = 0.5;
-/// Largest number of partners of a torque constant that a message names.
+/// Largest number of parameters related to a torque constant that a message names.
 const NAMED: usize = 4;
-/// A value whose scale depends on the masses of the model is still useful if its relative standard
-/// deviation is below this number.
+/// Relative standard deviation below which a value is still useful although its scale depends on
+/// the masses of the model.
 const USEFUL: f64 = 0.5;
 
 /// Finds the drive trains whose currents are logged and whose torque constants are unknown.
 ///
 /// # Errors
-/// Fails at a joint that has friction in addition to that of its motor. The identification
-/// does not estimate the motor friction there, so its value in the model, which is a guess, would
-/// fix the scale.
+/// Fails if a joint has friction in addition to that of its motor. The identification does not
+/// estimate the motor friction of such a joint, so the assumed motor friction of the model would
+/// determine the scale.
 pub(super) fn unknown(
     mechanism: &Mechanism,
     logs: &[MeasuredLog],
@@ -59,8 +59,8 @@ pub(super) fn unknown(
     Ok(all)
 }
 
-/// Chooses the first values of the torque constants, with which the measured efforts are as large
-/// as those of the model. The values become the priors and scales of the parameters.
+/// Chooses the initial values of the torque constants, for which the measured efforts are as large
+/// as those of the model. The values become the priors and the scales of the parameters.
 pub(super) fn start(parameters: &mut [Parameter], all: &mut [Prepared]) {
     let priors: Vec<f64> = parameters.iter().map(|p| p.prior).collect();
     let at = differences(parameters, &priors);
@@ -89,9 +89,9 @@ pub(super) fn start(parameters: &mut [Parameter], all: &mut [Prepared]) {
     all.iter_mut().for_each(|log| log.start_constants(&values));
 }
 
-/// Writes the entry of an unknown torque constant into a row of the regression for an actuator's
-/// effort, in units of the parameter's scale. The entry follows from the effort that the priors
-/// `at` predict.
+/// Writes the entry of an unknown torque constant into the regression row of an actuator's effort,
+/// in units of the parameter's scale. The entry is computed from the effort that the model predicts
+/// with the prior values `at`.
 pub(super) fn complete(
     row: &mut nalgebra::RowDVector<f64>,
     (known, constant): (f64, Option<usize>),
@@ -106,7 +106,8 @@ pub(super) fn complete(
 /// Finds the indices of the torque constants that only the prior determines.
 ///
 /// # Errors
-/// Fails if there is such a torque constant and the options state no strength of the prior.
+/// Fails if there are such torque constants and the options do not specify the strength of the
+/// prior.
 pub(super) fn by_prior(
     parameters: &[Parameter],
     structure: &Structure,
@@ -141,7 +142,7 @@ pub(super) fn by_prior(
     ))
 }
 
-/// Parameters that form combinations with a torque constant.
+/// Returns the parameters that form combinations with a torque constant.
 fn partners(structure: &Structure, constant: usize) -> Vec<usize> {
     let mut all = Vec::new();
     for c in &structure.free.combinations {

@@ -13,16 +13,17 @@ use stiction_draw::numbers::exact;
 use stiction_format::ModelFile;
 use stiction_identify::{Kind, Parameter, Rows};
 
-/// An instant is used only if a unit of friction has at least this fraction of its largest effect
-/// on the effort.
+/// Smallest effect of friction on the effort, as a fraction of its largest effect along the log,
+/// for which an instant is plotted.
 const EFFECT: f64 = 0.5;
 
-/// Efforts of all logs, and friction of all interfaces.
+/// Efforts in all logs, and friction of all interfaces over speed.
 #[derive(Clone, Debug)]
 pub struct Traces {
     /// Name and unit of the effort of each actuator.
     pub efforts: Vec<(String, &'static str)>,
-    /// Index of the leg of each actuator. The curves of an actuator have the colour of its leg.
+    /// Index of the leg of each actuator, which determines the colour of its curves; `None` for
+    /// actuators outside the legs.
     pub(super) legs: Vec<Option<usize>>,
     /// Logs in the order of the fit.
     pub logs: Vec<LogTrace>,
@@ -35,36 +36,37 @@ pub struct Traces {
 pub struct LogTrace {
     /// Name of the log.
     pub name: String,
-    /// True if the log was fitted.
+    /// True if the log was fitted; false if it only checks the prediction.
     pub used_for_fit: bool,
-    /// Times, s, with the sample of each effort; `None` for a row that was left out.
+    /// Rows of the log: time, s, and the sample of each effort; `None` where the effort was left
+    /// out.
     pub rows: Vec<(f64, Vec<Option<EffortSample>>)>,
-    /// The robot along the log; empty for steady motions.
+    /// Moving robot along the log; empty for steady motions.
     pub(super) robot: Animation,
 }
 
 /// Effort at one instant, N or N m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EffortSample {
-    /// Measured effort, filtered.
+    /// Measured and filtered effort.
     pub measured: f64,
     /// Effort that the identified model predicts.
     pub predicted: f64,
-    /// Effort that the unchanged model predicts.
+    /// Effort that the original model predicts.
     pub by_model: f64,
 }
 
 /// Friction of one interface or actuator as a function of speed.
 #[derive(Clone, Debug)]
 pub struct FrictionTrace {
-    /// Name.
+    /// Name of the friction interface or of the actuator.
     pub name: String,
-    /// Unit of the friction, which is given as an effort of its joint.
+    /// Unit of the friction, which is expressed as an effort of its joint: N or N m.
     pub unit: &'static str,
-    /// Unit of the joint's rate.
+    /// Unit of the joint rate: m/s or rad/s.
     pub rate_unit: &'static str,
-    /// Numbers of each instant: magnitude of the joint's rate, friction that the measured effort
-    /// implies, and friction by the identified law.
+    /// Points of the plot: magnitude of the joint rate, friction derived from the measured effort,
+    /// and friction of the identified law.
     pub points: Vec<[f64; 3]>,
 }
 
@@ -72,7 +74,7 @@ impl Traces {
     /// Computes the efforts of all logs with the identified parameter values.
     ///
     /// # Errors
-    /// Logs or options that cannot be used, as in [`super::identify`].
+    /// Returns an error if logs or options cannot be used, as in [`super::identify`].
     pub fn new(
         model: &ModelFile,
         logs: &[MeasuredLog],
@@ -96,18 +98,17 @@ impl Traces {
             prepared.start_constants(&values);
             prepared.set_delays(&delays);
             let parameters = parameters_of(&prepared, settings);
-            // Currents become efforts by the identified torque constant, because the model has
-            // none.
+            // Currents are converted by the identified torque constant, because the model has none.
             let prior = |(p, value): (&Parameter, &f64)| match p.kind {
                 Kind::TorqueConstant(_) => *value,
                 _ => p.prior,
             };
             let priors: Vec<f64> = parameters.iter().zip(&values).map(prior).collect();
-            // If the forces have no solution, the earlier loads remain, as in the fit.
+            // If the forces have no solution, the earlier normal loads remain, as in the fit.
             let _ = prepared.linearise(&priors, &[]);
             let before = prepared.predicted(&differences(&parameters, &priors));
-            // The loads are held constant, so that the columns of an interface contain its own
-            // friction only.
+            // The normal loads are constant, so that the columns of an interface contain only its
+            // own friction.
             let _ = prepared.linearise(&values, &[]);
             let at = differences(&parameters, &values);
             let after = prepared.predicted(&at);
@@ -119,8 +120,8 @@ impl Traces {
         Ok(traces)
     }
 
-    /// Returns the efforts as CSV: log, time, and for each effort the measured value, the predicted value, the
-    /// residual, and the value of the unchanged model. Rows that were left out have empty cells.
+    /// Returns the efforts as CSV: log, time, and for each effort the measured value, the predicted
+    /// value, the residual, and the value of the original model. Cells of left-out rows are empty.
     pub fn csv(&self) -> String {
         let mut text = "log,time [s]".to_owned();
         for (name, unit) in &self.efforts {
@@ -174,9 +175,10 @@ fn log_trace(
     LogTrace { name: prepared.name.clone(), used_for_fit: !prepared.predict, rows, robot }
 }
 
-/// Adds points of friction over speed. The ratio of the columns of viscous and load-independent friction is the
-/// magnitude of the joint's rate. The friction that the measured effort implies is the residual plus the identified
-/// friction, divided by the column of load-independent friction.
+/// Adds points to the plots of friction over speed. The magnitude of the joint rate is the ratio
+/// between the columns of viscous and load-independent friction. The friction derived from the
+/// measured effort is the residual plus the identified friction, divided by the column of
+/// load-independent friction.
 fn add_friction(
     prepared: &Prepared,
     parameters: &[Parameter],

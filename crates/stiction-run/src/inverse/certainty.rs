@@ -6,26 +6,27 @@ use stiction_core::mechanism::Mechanism;
 /// Largest factor on the friction coefficients in the search for jamming.
 pub const MOST_MARGIN: f64 = 100.0;
 
-/// Other solutions that satisfy the friction laws, found along a motion.
+/// Other solutions of inverse dynamics with friction, found along a motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OtherSolutions {
     /// Number of samples at which other solutions were found.
     pub samples: usize,
     /// Time of the first sample at which other solutions were found, s.
     pub time: f64,
-    /// Efforts of each other solution at this first sample, N or N m.
+    /// Efforts in each other solution at the first of these samples, N or N m.
     pub drives: Vec<Vec<f64>>,
 }
 
-/// Least friction margin to jamming along a motion.
+/// Least friction margin to jamming along a motion: the factor on all friction coefficients that
+/// causes jamming.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Margin {
     /// Factor on all friction coefficients at which the mechanism jams; `None` if it does not jam
     /// up to [`MOST_MARGIN`].
     pub factor: Option<f64>,
-    /// Time of the least margin, s.
+    /// Time at which the friction margin is least, s.
     pub time: f64,
-    /// Name of the joint that jams.
+    /// Name of the joint that jams; `None` if no joint jams.
     pub joint: Option<String>,
 }
 
@@ -33,9 +34,9 @@ pub struct Margin {
 #[derive(Clone, Debug, Default)]
 pub(super) struct SampleCertainty {
     pub(super) coupling: Option<f64>,
-    /// Efforts of the other solutions, N or N m.
+    /// Efforts in each other solution at this sample, N or N m.
     others: Vec<Vec<f64>>,
-    /// Friction margin; `None` if it was not requested or is unknown.
+    /// Friction margin at this sample; `None` if it was not requested or is unknown.
     margin: Option<FrictionMargin>,
 }
 
@@ -53,7 +54,8 @@ impl SampleCertainty {
         Self { coupling, others, margin }
     }
 
-    /// Factor on all friction coefficients at which the mechanism jams; infinite if it does not jam. `None` if unknown.
+    /// Returns the factor on all friction coefficients at which the mechanism jams: infinite if it
+    /// does not jam, `None` if the factor is unknown.
     pub(super) fn locks_at(&self) -> Option<f64> {
         self.margin.map(|margin| margin.locks_at.unwrap_or(f64::INFINITY))
     }

@@ -1,10 +1,11 @@
-//! Parallel evaluation of a motion in chunks.
+//! Parallel evaluation of a motion in chunks: runs of successive samples.
 //!
-//! Each pose is computed from the previous one, so each chunk needs a pose to start from. A separate pass with large
-//! steps along the motion (the scout) computes it; the preceding chunk must end in the same pose. The chunk size does
-//! not depend on the number of threads, and the results are combined in order, so that they are bitwise independent of
-//! the number of threads. If the scout fails or finds another pose, the rest of the motion is evaluated sample by
-//! sample.
+//! Each pose is computed from the previous pose, so each chunk needs a pose to start from. A
+//! separate pass, the scout, computes these poses with large steps along the motion. The preceding
+//! chunk must end in the same pose. The chunk size does not depend on the number of threads, and
+//! the results are combined in order. The results are therefore bitwise independent of the number
+//! of threads. If the scout fails or finds another pose, the rest of the motion is evaluated sample
+//! by sample.
 
 use super::track::Track;
 use crate::Instants;
@@ -18,18 +19,18 @@ use stiction_core::spatial::Pose;
 
 /// Smallest and largest number of samples in a chunk.
 const CHUNK: (usize, usize) = (16, 256);
-/// Largest work in a chunk: the number of bodies and joints times the number of samples. It limits
-/// the memory of results that wait for earlier chunks.
+/// Largest work in a chunk: the number of bodies and joints times the number of samples. This limit
+/// bounds the memory of results that wait for earlier chunks.
 const WEIGHT: usize = 8192;
-/// Largest number of samples in a step of the scout; longer steps save no time.
+/// Largest number of samples in a step of the scout. Longer steps save no time.
 const STRIDE: usize = 16;
-/// Two poses count as equal if they differ by less than this: m for positions, dimensionless for
-/// rotations. Newton's method converges to 1e-14, and other assembly modes are far away.
+/// Difference below which two poses count as equal: m for positions, dimensionless for rotations.
+/// Newton's method converges to 1e-14, and other assembly modes are far away.
 const SAME: f64 = 1e-8;
 
-/// Computation that is performed at the samples of a chunk.
+/// Computation performed at each sample of a chunk.
 pub(super) trait Work: Sync {
-    /// Result of a chunk.
+    /// Result of the computation for one chunk.
     type Piece: Send;
     /// Creates the empty result of a chunk.
     fn begin(&self) -> Self::Piece;
@@ -43,7 +44,7 @@ pub(super) trait Work: Sync {
     ) -> Result<(), Error>;
 }
 
-/// Completed chunk.
+/// Completed evaluation of a chunk.
 struct Done<'a, P> {
     piece: P,
     /// Poses of all bodies at the start of the chunk.
@@ -54,8 +55,8 @@ struct Done<'a, P> {
     error: Option<Error>,
 }
 
-/// Evaluates all chunks on `threads` threads and passes their results to `receive` in order. Positions in `track` are
-/// known and not computed again.
+/// Evaluates all chunks on `threads` threads and passes their results to `receive` in order.
+/// Positions stored in `track` are not computed again.
 pub(super) fn carry_out<W: Work>(
     job: &Job<'_>,
     start: &Follower<'_>,
@@ -81,7 +82,7 @@ pub(super) fn carry_out<W: Work>(
     collector.finish()
 }
 
-/// Inputs of the evaluation of chunks.
+/// Inputs for the evaluation of chunks.
 struct Walk<'a, W> {
     job: &'a Job<'a>,
     instants: &'a Instants,
@@ -105,7 +106,7 @@ impl<'a, W: Work> Walk<'a, W> {
         (chunk * self.chunk).min(count)..((chunk + 1) * self.chunk).min(count)
     }
 
-    /// Evaluates a chunk; `follower` is in the pose of its first sample.
+    /// Evaluates a chunk; `follower` must be in the pose of the first sample of the chunk.
     fn carry(&self, chunk: usize, mut follower: Follower<'a>) -> Done<'a, W::Piece> {
         let range = self.range(chunk);
         let begin = follower.solver.bodies().pose.clone();
@@ -119,8 +120,9 @@ impl<'a, W: Work> Walk<'a, W> {
         Done { piece, begin, end, error }
     }
 
-    /// Evaluates all samples of a range, then moves to the first sample after it. `follower` must be at the first
-    /// sample of the range. Returns false if no sample follows the range.
+    /// Evaluates all samples of a range, then moves `follower` to the first sample after the range.
+    /// `follower` must be at the first sample of the range. Returns false if no sample follows the
+    /// range.
     fn walk(
         &self,
         range: Range<usize>,
@@ -145,10 +147,11 @@ impl<'a, W: Work> Walk<'a, W> {
     }
 }
 
-/// Combination of the chunks in the order of time.
+/// Combination of the results of all chunks in chronological order.
 struct Collector<'a, 'b, W: Work, R> {
     walk: Walk<'a, W>,
-    /// Index of the first sample after the last chunk, and the mechanism in its pose.
+    /// Index of the first sample after the last combined chunk, and the mechanism in the pose of
+    /// this sample.
     last: Option<(usize, Follower<'a>)>,
     receive: &'b mut R,
 }
@@ -157,7 +160,8 @@ impl<'a, W: Work, R> Collector<'a, '_, W, R>
 where
     R: FnMut(Range<usize>, W::Piece) -> Result<(), Error>,
 {
-    /// Takes the next chunk. Returns false if it does not start in the pose at the end of the previous chunk.
+    /// Adds the result of the next chunk. Returns false if the chunk does not start in the pose at
+    /// the end of the previous chunk.
     fn take(&mut self, chunk: usize, done: Done<'a, W::Piece>) -> Result<bool, Error> {
         if let Some((_, arrived)) = &self.last
             && !is_same(&arrived.solver.bodies().pose, &done.begin)
@@ -173,7 +177,7 @@ where
         Ok(true)
     }
 
-    /// Evaluates the remaining samples one by one, without chunks of other threads.
+    /// Evaluates the remaining samples one by one on this thread.
     fn finish(mut self) -> Result<(), Error> {
         while let Some((first, mut follower)) = self.last.take() {
             let range = first..(first + self.walk.chunk).min(self.walk.instants.count());
@@ -200,9 +204,10 @@ fn is_same(a: &[Pose<f64>], b: &[Pose<f64>]) -> bool {
 /// Computes the start poses of chunks in large steps, unless they are known from an earlier pass.
 struct Seeds<'a> {
     instants: &'a Instants,
-    /// Positions known from an earlier pass.
+    /// Positions that an earlier pass along the motion has stored.
     track: &'a Track,
-    /// Mechanism at the current sample; `None` after a failure.
+    /// Mechanism that moves ahead in large steps to the first samples of chunks; `None` after a
+    /// failure.
     scout: Option<Follower<'a>>,
     at: usize,
     /// Index of the next chunk.
@@ -244,8 +249,8 @@ impl<'a> Seeds<'a> {
         Some((next, scout))
     }
 
-    /// Advances the scout by one step. If the step is too long, halves it instead. `None` if the motion cannot be
-    /// followed.
+    /// Advances the scout by one step along the motion. If the step is too long, it is halved.
+    /// `None` if the scout cannot follow the motion.
     fn advance(&mut self, scout: &mut Follower<'a>, first: usize) -> Option<()> {
         let samples = self.stride.min(first - self.at);
         let to = self.instants.at(self.at + samples);

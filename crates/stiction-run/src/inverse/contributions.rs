@@ -10,17 +10,19 @@ use stiction_draw::figure::meaning::{LIMIT, of_leg};
 use stiction_draw::figure::{COLOURS, Figure, JumpTrace, Panel};
 use stiction_draw::numbers::number;
 
-/// Largest number of actuators that are listed.
+/// Largest number of actuators that the text lists.
 const DRIVES_LISTED: usize = 3;
-/// Largest number of friction interfaces that are listed for each actuator.
+/// Largest number of friction interfaces that the text lists for each actuator.
 const INTERFACES_LISTED: usize = 4;
-/// Contributions below this fraction of the largest one count as rounding errors and are not listed.
+/// Fraction of the largest contribution below which contributions are rounding errors and are not
+/// listed.
 const ROUNDING: f64 = 1e-9;
-/// Colour of the total friction contribution.
+/// Index of the colour of the total friction contribution.
 const ALL: usize = LIMIT;
 
 impl Job<'_> {
-    /// Returns true if there are friction contributions: friction acts, and a joint is actuated.
+    /// Returns true if the run has friction contributions: friction acts, and the mechanism has an
+    /// actuator.
     pub fn has_shares(&self) -> bool {
         let mechanism = &self.model.mechanism;
         self.friction != FrictionMode::Off
@@ -46,7 +48,8 @@ impl Ranking {
         }
     }
 
-    /// Friction interfaces that contribute to an actuator's effort, in decreasing order of the root mean square.
+    /// Lists the friction interfaces that contribute to an actuator's effort, in decreasing order
+    /// of the root mean square of the contribution.
     fn ranked(&self, drive: usize) -> Vec<usize> {
         let sizes = &self.0[drive];
         let largest = sizes.iter().map(Size::rms).fold(0.0, f64::max);
@@ -65,15 +68,16 @@ impl Ranking {
         interfaces.collect()
     }
 
-    /// Writes a line for each of the actuators with the largest relative change by friction. `changes` contains for
-    /// each actuator the root mean squares of its friction contribution and of its effort.
+    /// Writes a line for each of the actuators with the largest relative change of the effort by
+    /// friction. `changes` contains, for each actuator, the root mean squares of the friction
+    /// contribution and of the effort.
     pub(super) fn write(
         &self,
         out: &mut impl Write,
         names: &Names,
         changes: &[(f64, f64)],
     ) -> fmt::Result {
-        // Relative to the effort, because forces and torques are not comparable.
+        // Changes are relative to the effort, because forces and torques are not comparable.
         let relative = |drive: &usize| changes[*drive].0 / changes[*drive].1;
         let mut drives: Vec<usize> =
             (0..changes.len()).filter(|&drive| changes[drive].0 > 0.0).collect();
@@ -117,8 +121,8 @@ impl ShareCurves {
     }
 
     /// Adds a sample. `rests` is true for each actuator whose effort is an interval because joints
-    /// rest, and `reversal` is the time of the first reversal of an interface since the last
-    /// sample, s.
+    /// are at rest. `reversal` is the time, s, of the first reversal of an interface since the last
+    /// sample.
     pub(super) fn add(
         &mut self,
         time: f64,
@@ -136,10 +140,10 @@ impl ShareCurves {
         }
     }
 
-    /// Figure with a panel for each actuator and its largest contributions. The curve of an
+    /// Draws a figure with a panel for each actuator and its largest contributions. The curve of an
     /// interface has the colour of its leg, and the second curve of a leg in a panel is dashed. If
     /// a panel contains more than two interfaces of one leg, or interfaces outside the legs, its
-    /// curves have the colours in `colours`, as far as these differ.
+    /// curves have the colours in `colours`, as far as these colours differ.
     pub(super) fn figure(
         self,
         names: &Names,
@@ -168,8 +172,9 @@ impl ShareCurves {
     }
 }
 
-/// Colour of the leg of each interface, and true for the second interface of a leg, whose curve is
-/// dashed. `None` if an interface has no leg, or if a leg has more than two interfaces.
+/// Returns the colour of the leg of each interface, and true for the second interface of a leg,
+/// whose curve is dashed. `None` if an interface has no leg, or if a leg has more than two
+/// interfaces.
 fn by_leg(interfaces: &[usize], legs: &[Option<usize>]) -> Option<Vec<(usize, bool)>> {
     let mut chosen = Vec::new();
     for interface in interfaces {
@@ -180,8 +185,8 @@ fn by_leg(interfaces: &[usize], legs: &[Option<usize>]) -> Option<Vec<(usize, bo
     Some(chosen)
 }
 
-/// Distinct colours for the given interfaces. Each interface keeps its own colour, or gets a free
-/// one if an earlier interface has the same colour.
+/// Returns distinct colours for the given interfaces. Each interface has its own colour in
+/// `colours`, unless an earlier interface has the same colour; it then has an unused colour.
 fn distinct(interfaces: &[usize], colours: &[usize]) -> Vec<usize> {
     let own = |interface: &usize| colours[*interface] % COLOURS.len();
     let mut taken = vec![ALL];
@@ -199,8 +204,8 @@ fn distinct(interfaces: &[usize], colours: &[usize]) -> Vec<usize> {
 mod tests {
     use super::*;
 
-    /// Interfaces have the colours of their legs if a panel contains at most two interfaces of each
-    /// leg.
+    /// Tests that interfaces have the colours of their legs if a panel contains at most two
+    /// interfaces of each leg.
     #[test]
     fn contributions_have_the_colours_of_legs() {
         let legs = [Some(0), Some(0), Some(1), None, Some(0)];
@@ -211,8 +216,8 @@ mod tests {
         assert_eq!(by_leg(&[2, 3], &legs), None);
     }
 
-    /// Interfaces keep the colour of their own plot if it is free, and no two interfaces of a panel
-    /// share a colour.
+    /// Tests that interfaces have the colour of their own plot if it is unused, and that no two
+    /// interfaces of a panel share a colour.
     #[test]
     fn colours_of_a_panel_are_distinct() {
         assert_eq!(distinct(&[2, 0], &[0, 1, 2]), [2, 0]);

@@ -1,7 +1,7 @@
 //! Efficiency: the fraction of the work that is transmitted while the actuators drive the load, or
 //! while the load back-drives the actuators.
 //!
-//! Equation (E3) of the book's theory.
+//! The definition is equation (E3) of the book's theory.
 
 use crate::names::{Names, listed};
 use crate::statistics::Least;
@@ -10,9 +10,9 @@ use std::fmt::{self, Write};
 use stiction_core::dynamics::{AppliedLoad, Forces, InverseDynamics, InverseError, Mirror};
 use stiction_draw::numbers::{number, percent};
 
-/// Powers below this fraction of the exchanged power count as rounding errors.
+/// Fraction of the exchanged power below which powers count as rounding errors.
 const ROUNDING: f64 = 1e-9;
-/// Largest number of actuators that are named.
+/// Largest number of actuators that the text names.
 const NAMED: usize = 3;
 
 /// Result of back-driving one actuator at one pose, in the direction of motion in which the load
@@ -25,19 +25,19 @@ pub enum Backward {
     Driven {
         /// Power at the actuator without friction, W, positive.
         given: f64,
-        /// Power at the actuator with friction, W. If it is not positive, the actuator must push, so the load cannot
-        /// back-drive it.
+        /// Power at the actuator with friction, W. If this power is not positive, the actuator must
+        /// push, so the load cannot back-drive it.
         left: f64,
     },
-    /// Friction jams the mechanism in that direction, whatever the efforts are.
+    /// Friction jams the mechanism in this direction, regardless of the efforts.
     Locked,
-    /// The forces in that direction could not be computed.
+    /// The forces in this direction could not be computed.
     Unknown,
 }
 
 /// Evaluates back-driving at the pose of a solved mechanism, in the direction of motion and in the
-/// opposite direction. For the opposite direction only the rates are reversed; loads and
-/// accelerations stay the same.
+/// opposite direction. For the opposite direction, only the rates are reversed; loads and
+/// accelerations are unchanged.
 pub(super) fn evaluate_back_driving(
     solver: &mut InverseDynamics,
     mirror: &mut Mirror,
@@ -90,9 +90,10 @@ pub(super) fn evaluate_back_driving(
 struct BackDriving {
     /// Number of samples at which the load drives the actuator in one direction.
     samples: usize,
-    /// Number of samples at which friction dissipates all of the power with which the load drives the actuator.
+    /// Number of samples at which the load could drive the actuator without friction, but friction
+    /// dissipates all of its power or jams the mechanism.
     stopped: usize,
-    /// Number of samples at which the result is unknown.
+    /// Number of samples at which the result of back-driving is unknown.
     unknown: usize,
     least: Least,
     given: f64,
@@ -137,8 +138,9 @@ impl BackDriving {
 pub(super) struct Efficiency {
     last: Option<Powers>,
     samples: usize,
-    /// Work, J, while the actuators together deliver power, and the part of it that is dissipated, J.
+    /// Work of the actuators while they together deliver power, J.
     delivered: f64,
+    /// Part of `delivered` that is dissipated, J.
     dissipated: f64,
     turnover: f64,
     backward: Vec<BackDriving>,
@@ -177,12 +179,13 @@ impl Efficiency {
         self.samples += 1;
     }
 
-    /// Adds the work between two samples by the trapezoidal rule, over the fraction of the step in which the actuators
-    /// deliver power.
+    /// Adds the work between two samples by the trapezoidal rule. Only the fraction of the step in
+    /// which the actuators deliver power counts.
     fn integrate(&mut self, a: &Powers, b: &Powers) {
         let step = b.time - a.time;
         self.turnover += 0.5 * (a.turnover + b.turnover) * step;
-        // Zero of the linear interpolation between the samples.
+        // Time at which the linear interpolation of the power between the samples vanishes, as a
+        // fraction of the step.
         let zero = || a.drives / (a.drives - b.drives);
         let (from, to) = match (a.drives > 0.0, b.drives > 0.0) {
             (true, true) => (0.0, 1.0),
@@ -196,8 +199,8 @@ impl Efficiency {
         self.dissipated += (a.dissipated + (b.dissipated - a.dissipated) * amid) * duration;
     }
 
-    /// Fraction of the work of the actuators that is not dissipated; `None` if they deliver no work. For a single
-    /// instant it is the fraction of their power.
+    /// Returns the fraction of the actuators' work that is not dissipated; `None` if they deliver
+    /// no work. For a single instant, it is the fraction of their power.
     pub(super) fn forward(&self) -> Option<f64> {
         let (delivered, dissipated, turnover) = match (self.samples, self.last) {
             (1, Some(only)) => (only.drives, only.dissipated, only.turnover),
@@ -214,7 +217,7 @@ impl Efficiency {
         json!({ "forward": self.forward(), "backward": backward })
     }
 
-    /// Writes one line, or nothing if there is no result.
+    /// Writes the efficiencies in one line; writes nothing if there is no result.
     pub(super) fn write(&self, out: &mut impl Write, names: &Names) -> fmt::Result {
         let forward = self.forward().map(|part| format!("forward {}", percent(Some(part))));
         let pairs = || names.drives.iter().map(|(name, _)| name).zip(&self.backward);
@@ -227,7 +230,8 @@ impl Efficiency {
                 format!("backward at least {part} ({name} at t = {time} s)")
             })
         } else {
-            // Actuators for which friction dissipates all power most often come first.
+            // The list begins with the actuators for which friction most often dissipates all
+            // power.
             stopped.sort_by_key(|(_, back)| std::cmp::Reverse(back.stopped));
             let words = stopped.iter().enumerate().map(|(k, (name, back))| {
                 let unit = if k == 0 { " samples" } else { "" };
@@ -247,13 +251,13 @@ impl Efficiency {
 mod tests {
     use super::*;
 
-    /// Actuators that deliver `2 - t` watts for two seconds and then absorb power; 0.1 W is
-    /// dissipated.
+    /// Tests that only delivered work counts, for actuators that deliver `2 - t` watts for two
+    /// seconds and then absorb power, while 0.1 W is dissipated.
     #[test]
     fn only_work_that_is_delivered_counts() {
         let mut efficiency = Efficiency::new(0);
         let at = |time: f64| Powers { time, drives: 2.0 - time, dissipated: 0.1, turnover: 1.0 };
-        // The sign changes within a step.
+        // The power of the actuators changes its sign within a step.
         for (a, b) in [(0.0, 1.5), (1.5, 3.0), (3.0, 4.0)] {
             efficiency.integrate(&at(a), &at(b));
         }

@@ -1,4 +1,4 @@
-//! Plots of a run.
+//! Plots of a run of inverse dynamics.
 
 use super::contributions::ShareCurves;
 use super::motor_curves::MotorCurves;
@@ -14,23 +14,23 @@ use stiction_draw::figure::meaning::{
 };
 use stiction_draw::figure::{BandTrace, Figure, JumpTrace, Panel, Trace, reversal};
 
-/// Collector of the curves of a run, sample by sample.
+/// Collector of the curves of a run of inverse dynamics, sample by sample.
 #[derive(Clone, Debug)]
 pub struct Curves {
     names: Names,
-    /// Leg of each actuator.
+    /// Index of the leg of each actuator; `None` for actuators outside the legs.
     legs: Vec<Option<usize>>,
-    /// Index of the leg of each friction interface.
+    /// Index of the leg of each friction interface; `None` for interfaces outside the legs.
     interface_legs: Vec<Option<usize>>,
     has_friction: bool,
     title: String,
     drives: Vec<(JumpTrace, Trace)>,
-    /// Interval of the effort of each actuator at rest.
+    /// Curve of the effort interval of each actuator at rest.
     intervals: Vec<BandTrace>,
     friction: ByLeg,
     power: [Trace; 4],
     distances: [Trace; 2],
-    /// Time, s, and sliding velocities, m/s, of the last sample.
+    /// Time, s, and sliding velocities of the friction interfaces, m/s, at the last sample.
     last: Option<(f64, Vec<f64>)>,
     shares: ShareCurves,
     motors: MotorCurves,

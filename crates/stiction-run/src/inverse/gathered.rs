@@ -1,4 +1,4 @@
-//! Combination of the samples of a run in the order of time.
+//! Combination of the samples of a run in chronological order.
 
 use super::certainty::Certainty;
 use super::joints::Turns;
@@ -20,9 +20,9 @@ pub(super) struct Gathered<'a> {
     sides: Sides,
     turns: Turns<'a>,
     motors: Motors,
-    /// Singularity index of the actuation at the last sample.
+    /// Actuation singularity index at the last sample.
     last_distance: f64,
-    /// Calculator for the singularity indices that were postponed.
+    /// Solver for the singularity indices whose computation was postponed.
     calculator: Option<SingularityDistances>,
     /// Least singularity indices so far.
     least: Distances,
@@ -53,8 +53,9 @@ impl<'a> Gathered<'a> {
         }
     }
 
-    /// Computes the postponed singularity indices of a chunk before its samples are taken. The chunks must come in the
-    /// order of time, so that results do not depend on the number of threads.
+    /// Computes the postponed singularity indices of a chunk, before its samples are passed to
+    /// [`Self::take`]. The chunks must come in chronological order, so that results do not depend
+    /// on the number of threads.
     pub(super) fn complete(
         &mut self,
         at: (&Mechanism, &Parameters<f64>),
@@ -84,8 +85,8 @@ impl<'a> Gathered<'a> {
                     InverseError::CannotCarry { .. } => {
                         add_missing(&mut self.missing, time, error, verdict.samples);
                     }
-                    // The run continues, because a later load that cannot be carried is a better
-                    // explanation.
+                    // The run continues, because a load that cannot be carried at a later sample
+                    // explains the failure better.
                     _ => {
                         self.failed.get_or_insert((time, error));
                     }
@@ -97,7 +98,7 @@ impl<'a> Gathered<'a> {
         self.turns.add(time, &mut found.sample.joints);
         let passage = self.sides.see(found.side, time);
         // At singular poses only rounding determines the sign of the determinant. An index that was
-        // not computed, because it is above the least one, is NaN.
+        // not computed, because it is above the least index, is NaN.
         if self.last_distance != 0.0 && actuation != 0.0 {
             verdict.passed_singularities.extend(passage);
         }
@@ -130,7 +131,7 @@ impl<'a> Gathered<'a> {
                 Ok(verdict)
             }
             (Some(missing), None) => Err(Error::CannotCarry(Box::new(missing))),
-            // Jamming before a singular pose is a better explanation than the singular pose.
+            // Jamming before a singular pose explains the failure better than the singular pose.
             (Some(missing), Some((time, error @ InverseError::Locked { .. })))
                 if missing.time > time =>
             {

@@ -1,8 +1,10 @@
-//! Least singularity indices in a chunk of the motion, without computing the indices of every sample.
+//! Least singularity indices in a chunk of the motion, without computing the indices of every
+//! sample.
 //!
-//! Between two samples a singular value changes by at most the norm of the change of its matrix (Weyl). The sum of
-//! these norms along the motion therefore bounds the index at samples between two known ones, and only the samples that
-//! may have the least index are computed (Piyavskii 1972, Shubert 1972).
+//! Between two samples, a singular value changes by at most the norm of the change of its matrix
+//! (Weyl). The sum of these norms along the motion therefore bounds the index at samples between
+//! two known ones. Only the samples that may have the least index are computed (Piyavskii 1972,
+//! Shubert 1972).
 
 use super::solving::SampleResult;
 use std::ops::Range;
@@ -10,18 +12,18 @@ use stiction_core::mechanism::Mechanism;
 use stiction_core::parameters::Parameters;
 use stiction_core::statics::{Distances, SingularityDistances, SingularityIndex};
 
-/// Relative margin for the errors of indices and for the rounding of their bounds.
+/// Relative margin for the errors of singularity indices and for the rounding of their bounds.
 const CERTAIN: f64 = 1e-8;
 
-/// Sample whose indices have not been computed: its place in the chunk, and bounds on the changes of its indices since
-/// the first sample.
+/// Sample whose singularity indices have not been computed: its place in the chunk, and bounds on
+/// the changes of the indices since the first sample.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Postponed {
     place: usize,
     passed: Distances,
 }
 
-/// Samples of a chunk whose indices have not been computed.
+/// Samples of a chunk whose singularity indices have not been computed.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LeastIndices {
     postponed: Vec<Postponed>,
@@ -29,10 +31,11 @@ pub(super) struct LeastIndices {
 }
 
 impl LeastIndices {
-    /// Postpones the computation of the indices of a sample; `travel` bounds their changes since the previous call.
+    /// Postpones the computation of the singularity indices of a sample; `travel` bounds the
+    /// changes of the indices since the previous call.
     pub(super) fn postpone(&mut self, place: usize, travel: Distances) {
         let passed = match self.passed {
-            // The position before the first call is unknown.
+            // Before the first call, the configuration is unknown.
             None => Distances { actuation: 0.0, constraint: 0.0 },
             Some(passed) => Distances {
                 actuation: passed.actuation + travel.actuation,
@@ -43,8 +46,8 @@ impl LeastIndices {
         self.postponed.push(Postponed { place, passed });
     }
 
-    /// Postpones the indices of a sample whose position equals that of the previous sample,
-    /// `before`, if the indices of that sample were postponed.
+    /// Postpones the singularity indices of a sample whose configuration equals that of the
+    /// previous sample, `before`, if the indices of `before` were postponed.
     pub(super) fn repeat(&mut self, before: usize, place: usize) {
         if let Some(&Postponed { passed, place: last }) = self.postponed.last()
             && last == before
@@ -71,7 +74,7 @@ impl LeastIndices {
                 .collect();
             let known = of(index, known);
             let found = least(&passed, known, |k, question| {
-                // Only samples with forces are postponed.
+                // Only samples whose forces have a solution are postponed.
                 let Ok(solved) = samples[self.postponed[k].place].found.as_ref() else {
                     return Some(f64::INFINITY);
                 };
@@ -102,23 +105,23 @@ fn of(index: SingularityIndex, distances: &mut Distances) -> &mut f64 {
     }
 }
 
-/// Question about the value of a function at one place.
+/// Question about the value of a function at one place, for the search of its least value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Question {
-    /// Asks for the value, which is near the expected value if one is given.
+    /// Asks for the value. The number, if given, is an estimate of the value.
     Value(Option<f64>),
-    /// Asks whether this number is a lower bound. The answer is the number, or `None` if the value
-    /// may be less.
+    /// Asks whether this number is a lower bound of the value. The answer is the number, or `None`
+    /// if the value may be less.
     Exceeds(f64),
 }
 
-/// Position of the tested lower bound between the least value (0) and the expected value (1). It is
-/// less than one, because the expected value is an estimate.
+/// Position of the tested lower bound between the least known value (0) and the expected value (1).
+/// It is less than one, because the expected value is an estimate.
 const ASKED: f64 = 0.98;
 
-/// Computes a function at all places where it may be less than `least`, and lowers `least` to the
-/// least value found. Between two places the function changes by at most the difference of
-/// `passed`. `ask` answers questions about places.
+/// Computes a function at all places where its value may be less than `least`, and lowers `least`
+/// to the least value found. Between two places, the function changes by at most the difference of
+/// `passed` at these places. `ask` answers questions about the value at a place.
 fn least(
     passed: &[f64],
     least: &mut f64,
@@ -129,7 +132,8 @@ fn least(
     if passed.is_empty() {
         return found;
     }
-    // A first value in the middle excludes ranges whose values are far above the least value.
+    // A first value in the middle excludes ranges in which all values are far above the least
+    // value.
     let half = 0.5 * passed[passed.len() - 1];
     let middle = passed.partition_point(|p| *p < half);
     let value = compute(middle, Question::Value(None));
@@ -175,8 +179,8 @@ fn least(
     found
 }
 
-/// Range of places without values, with the known values or lower bounds at its ends. At least one
-/// of them exists.
+/// Range of places without computed values, with the known values or lower bounds at its ends. At
+/// least one of the two is known.
 #[derive(Clone, Debug)]
 struct Gap {
     from: Option<(usize, f64)>,
@@ -185,7 +189,7 @@ struct Gap {
 }
 
 impl Gap {
-    /// Lower bound of the values in the range.
+    /// Returns a lower bound of the values in the range.
     fn bound(&self, passed: &[f64]) -> f64 {
         let inner = &passed[self.inner.clone()];
         match (self.from, self.to) {
@@ -196,7 +200,8 @@ impl Gap {
         }
     }
 
-    /// Common value of all places in the range, if the bounds allow no change from a known value.
+    /// Returns the common value of all places in the range, if the bounds allow no change from a
+    /// known value.
     fn constant(&self, passed: &[f64]) -> Option<f64> {
         let inner = &passed[self.inner.clone()];
         let known = self.from.or(self.to)?;
@@ -204,7 +209,7 @@ impl Gap {
         ends.iter().all(|end| *end == passed[known.0]).then_some(known.1)
     }
 
-    /// Place at which the lower bound is attained, and the value expected there.
+    /// Returns the place at which the lower bound is attained, and the value expected there.
     fn next(&self, passed: &[f64]) -> (usize, f64) {
         match (self.from, self.to) {
             (Some(from), Some(to)) => {
@@ -234,7 +239,8 @@ mod tests {
         }
     }
 
-    /// The least value is computed, at its first place, and most other values are not computed.
+    /// Tests that the least value is computed, at its first place, and that most other values are
+    /// not computed.
     #[test]
     fn the_least_value_is_always_computed() {
         let count = 256;
@@ -247,8 +253,8 @@ mod tests {
         ];
         for (number, function) in functions.into_iter().enumerate() {
             let values: Vec<f64> = (0..count).map(|k| function(f64::from(k) / 255.0)).collect();
-            // The bound is ten times the change, because matrices change more than their singular
-            // values.
+            // Each bound on a change is ten times the change, because matrices change more than
+            // their singular values.
             let mut passed = vec![0.0];
             for pair in values.windows(2) {
                 passed.push(passed[passed.len() - 1] + 10.0 * (pair[1] - pair[0]).abs() + 1e-6);
@@ -271,7 +277,8 @@ mod tests {
         }
     }
 
-    /// During a dwell one sample is computed, and all samples get its value.
+    /// Tests that only one sample of a dwell is computed, and that all samples of the dwell get its
+    /// value.
     #[test]
     fn a_dwell_is_computed_once() {
         let mut calls = 0;

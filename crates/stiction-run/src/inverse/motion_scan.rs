@@ -10,7 +10,7 @@ use stiction_core::statics::{Constraints, SingularityDistances};
 
 /// Evaluation of chunks that follows the motion without computing forces.
 pub(super) struct Following {
-    /// Samples at which the mobility is computed.
+    /// Indices of the samples at which the mobility is computed.
     pub(super) mobility_at: [usize; 3],
 }
 
@@ -26,7 +26,7 @@ pub(super) struct MotionExtremes {
 }
 
 impl MotionExtremes {
-    /// Result for an empty set of samples.
+    /// Returns the result for an empty set of samples.
     pub(super) fn none() -> Self {
         let (actuators, track) = (Vec::new(), Track::default());
         Self { fastest: 0.0, actuators, mobility: usize::MAX, track }
@@ -74,11 +74,12 @@ impl Work for Following {
     }
 }
 
-/// The constraints count as independent if the constraint singularity index is above this value.
+/// Constraint singularity index above which the constraints count as independent.
 const INDEPENDENT: f64 = 1e-8;
 
-/// Mobility at the present pose. If the fast singularity index proves the constraints independent,
-/// the mobility is the number of actuators, which then equals the number of prescribed coordinates.
+/// Returns the mobility at the present pose. If the fast singularity index proves the constraints
+/// independent, the mobility is the number of actuators, which then equals the number of prescribed
+/// coordinates.
 fn mobility(solver: &InverseDynamics) -> usize {
     let mechanism = solver.mechanism();
     if is_determined(solver)
@@ -91,7 +92,7 @@ fn mobility(solver: &InverseDynamics) -> usize {
     Constraints::new(&solver.statics()).mobility()
 }
 
-/// Largest sliding speed of all friction interfaces in the present state, m/s.
+/// Returns the largest sliding speed of all friction interfaces in the present state, m/s.
 fn fastest_interface(solver: &InverseDynamics) -> f64 {
     let (topology, bodies) = (solver.topology(), solver.bodies());
     let speed = |interface: &InterfaceParameters<f64>| {

@@ -11,7 +11,8 @@ const DRAWN: usize = 4000;
 #[derive(Clone, Debug)]
 pub(super) struct MotorCurves {
     trains: Vec<DriveTrain>,
-    /// Points (speed, torque) of each motor, rad/s and N m, and the sum of the squares of its torque.
+    /// Points of each motor (speed, rad/s, and torque, N m), and the sum of the squared torques
+    /// over all samples.
     points: Vec<(Vec<(f64, f64)>, f64)>,
     /// Number of samples between two drawn points.
     stride: usize,
@@ -36,7 +37,7 @@ impl MotorCurves {
         }
     }
 
-    /// Draws the figure; `None` if there are no drive trains.
+    /// Draws the torque of each motor over its speed; `None` if there are no drive trains.
     pub(super) fn figure(self, title: &str) -> Option<Figure> {
         let count = self.count.max(1) as f64;
         let panels = self

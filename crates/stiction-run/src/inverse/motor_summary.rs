@@ -31,11 +31,12 @@ struct OneMotor {
     rotor: Integral,
     friction: Integral,
     gear: Integral,
-    /// Time, s, and ends of the widest interval of the torque at rest, N m.
+    /// Time, s, of the widest interval of the motor torque at rest, and the ends of this interval,
+    /// N m.
     widest: Option<(f64, (f64, f64))>,
 }
 
-/// Angular acceleration of a motor that counts as zero, rad/s^2.
+/// Angular acceleration below which a motor counts as not accelerating, rad/s^2.
 const STILL: f64 = 1e-9;
 
 impl MotorSummary {
@@ -78,15 +79,16 @@ impl MotorSummary {
         }
     }
 
-    /// Drive trains, each with the statistics of its motor and the energy lost in motor and gear, J.
+    /// Returns the drive trains, each with the statistics of its motor and the energy dissipated in
+    /// motor and gear, J.
     pub(super) fn loads(&self) -> impl Iterator<Item = (&DriveTrain, &MotorLoad, f64)> {
-        // Without losses the sum is a rounding error of either sign.
+        // Without losses, the sum is a rounding error of either sign.
         let lost = |motor: &OneMotor| (motor.friction.value + motor.gear.value).max(0.0);
         let each = self.trains.iter().zip(&self.motors);
         each.map(move |(train, motor)| (train, &motor.load, lost(motor)))
     }
 
-    /// Composes a line for each motor limit that is exceeded.
+    /// Returns a caution for each motor limit that is exceeded.
     pub(super) fn cautions(&self) -> Vec<String> {
         let each = self.trains.iter().zip(&self.motors);
         each.flat_map(|(train, motor)| motor.load.cautions(train)).collect()
@@ -120,7 +122,7 @@ impl MotorSummary {
         Value::Object(all)
     }
 
-    /// Largest residual of the power balance that includes motors, gears and rotors, W.
+    /// Returns the largest residual of the power balance that includes motors, gears and rotors, W.
     pub(super) fn residual(&self) -> f64 {
         self.residual.peak.abs()
     }
@@ -163,7 +165,8 @@ impl MotorSummary {
     }
 }
 
-/// Residual of the power balance in which the powers of the motors replace those of the joint efforts, W.
+/// Returns the residual of the power balance in which the powers of the motors replace those of the
+/// joint efforts, W.
 pub(super) fn residual(motors: &[Motor], forces: &Forces) -> f64 {
     let of = |motor: &Motor| {
         motor.power - motor.output - motor.rotor_power - motor.friction_power - motor.gear_loss

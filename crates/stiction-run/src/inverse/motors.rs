@@ -9,20 +9,21 @@ use stiction_core::mechanism::{DriveTrain, Motor, MotorMap};
 /// Evaluation of all drive trains, sample by sample.
 pub(super) struct Motors {
     trains: Vec<Train>,
-    /// Index of each actuator's degree of freedom among the scalar degrees of freedom of all joints.
+    /// Index, for each actuator, of its degree of freedom among the scalar degrees of freedom of
+    /// all joints.
     dofs: Vec<usize>,
 }
 
 struct Train {
     train: DriveTrain,
     map: MotorMap,
-    /// The output of the drive train counts as resting below this rate, m/s or rad/s.
+    /// Rate below which the output of the drive train counts as being at rest, m/s or rad/s.
     rest_rate: f64,
 }
 
 impl Motors {
-    /// Creates the evaluation. `rest_rates` are the rates of the actuators, m/s or rad/s, below which their joints
-    /// count as resting.
+    /// Creates the evaluation. `rest_rates` contains, for each actuator, the rate below which its
+    /// joint counts as being at rest, m/s or rad/s.
     pub(super) fn new(job: &Job<'_>, rest_rates: Vec<f64>) -> Self {
         let mechanism = &job.model.mechanism;
         let dofs = actuated(&dofs_of(mechanism));
@@ -38,7 +39,8 @@ impl Motors {
         Self { trains: trains.map(train).collect(), dofs }
     }
 
-    /// Evaluates the motors for given forces and for the motion of joints and bodies.
+    /// Evaluates the motors for given forces and for the motion of joints and bodies; `motors`
+    /// receives one result for each drive train.
     pub(super) fn evaluate(
         &self,
         forces: &Forces,

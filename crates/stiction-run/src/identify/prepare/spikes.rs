@@ -1,7 +1,7 @@
-//! Spikes: single samples far from their neighbours, due to lost packets, disturbed converters or values edited by
-//! hand.
+//! Spikes: single samples far from their neighbours, caused by lost packets, disturbed converters
+//! or manual edits.
 
-/// Number of samples on either side with which a sample is compared.
+/// Number of samples on each side with which a sample is compared.
 const SIDE: usize = 3;
 /// Smallest distance of a spike from the median of its neighbourhood, in robust standard deviations of this distance
 /// over all samples.
@@ -10,24 +10,25 @@ const SIGMAS: f64 = 8.0;
 /// neighbours without the farthest of them. A step, a peak of a fast motion, or sensor noise does
 /// not reach this distance.
 const RANGES: f64 = 3.0;
-/// Largest fraction of the samples that can be spikes. If there are more, they are a property of the signal, such as
-/// pulses.
+/// Largest fraction of the samples that can be spikes. If more samples are far from their
+/// neighbours, the signal itself has this property, as in pulses.
 const MOST: f64 = 0.1;
-/// Number of passes. A second spike in a neighbourhood becomes detectable after the first one is
-/// replaced.
+/// Number of passes of the search for spikes. A second spike in a neighbourhood becomes detectable
+/// after the first one is replaced.
 const PASSES: usize = 3;
 
 /// Spikes that were found in a signal.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Spikes {
-    /// Indices of the samples, in increasing order.
+    /// Indices of the spikes among the samples, in increasing order.
     pub(super) samples: Vec<usize>,
-    /// Largest distance of a spike from its neighbourhood.
+    /// Largest distance of a spike from the median of its neighbourhood, in the unit of the signal.
     pub(super) largest: f64,
 }
 
-/// Replaces spikes by interpolation between their neighbours in time, within each stretch of samples. A spike below
-/// `least`, relative to the standard deviation of the signal, is not replaced.
+/// Replaces spikes in `values` by interpolation between their neighbours in time, within each
+/// stretch of samples. A spike smaller than `least` times the standard deviation of the signal is
+/// not replaced.
 pub(super) fn replace(
     times: &[f64],
     values: &mut [f64],
@@ -72,8 +73,8 @@ pub(super) fn replace(
     Spikes { samples, largest }
 }
 
-/// Distance of a sample from the median of its neighbourhood, and the range of its neighbours without the farthest of
-/// them.
+/// Returns the distance of a sample from the median of its neighbourhood, and the range of the
+/// sample's neighbours without the farthest one.
 fn distance(values: &[f64], stretch: &std::ops::Range<usize>, k: usize) -> (f64, f64) {
     let from = k.saturating_sub(SIDE).max(stretch.start);
     let until = (k + SIDE + 1).min(stretch.end);
@@ -89,12 +90,12 @@ fn distance(values: &[f64], stretch: &std::ops::Range<usize>, k: usize) -> (f64,
     }
     others.sort_unstable_by(f64::total_cmp);
     let middle = 0.5 * (others[SIDE - 1] + others[SIDE]);
-    // The range leaves out the lowest or the highest neighbour, whichever lies farther out.
+    // The range excludes the lowest or the highest neighbour, whichever is farther from the others.
     let range = (others[count - 1] - others[1]).min(others[count - 2] - others[0]);
     ((values[k] - middle).abs(), range)
 }
 
-/// Robust standard deviation, computed from the median of the magnitudes.
+/// Estimates the standard deviation robustly from the median of the magnitudes.
 fn robust_deviation(mut magnitudes: Vec<f64>) -> f64 {
     if magnitudes.is_empty() {
         return 0.0;
@@ -104,13 +105,14 @@ fn robust_deviation(mut magnitudes: Vec<f64>) -> f64 {
     *median / 0.6745
 }
 
-/// Smallest nonzero difference between successive samples: the resolution of a coarse signal.
+/// Returns the smallest nonzero difference between successive samples, which is the resolution of a
+/// coarse signal.
 fn quantum(values: &[f64]) -> f64 {
     let steps = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 0.0);
     steps.min_by(f64::total_cmp).unwrap_or(0.0)
 }
 
-/// Interpolates spikes between the nearest samples of a stretch that are no spikes.
+/// Interpolates spikes between the nearest samples of a stretch that are not spikes.
 fn interpolate(times: &[f64], values: &mut [f64], is_spike: &[bool], own: &std::ops::Range<usize>) {
     for k in own.clone().filter(|&k| is_spike[k]) {
         let before = (own.start..k).rev().find(|&i| !is_spike[i]);
@@ -132,7 +134,7 @@ mod tests {
     use super::*;
     use stiction_core::random::Random;
 
-    /// Creates an oscillating effort with steps of friction and noise.
+    /// Creates times and values of an oscillating effort with friction steps and noise.
     fn effort(noise: f64, seed: u64) -> (Vec<f64>, Vec<f64>) {
         let mut random = Random::new(seed);
         let times: Vec<f64> = (0..4000).map(|k| 0.002 * f64::from(k)).collect();
@@ -162,8 +164,8 @@ mod tests {
         assert_eq!(found(&times, &mut values), Spikes::default());
     }
 
-    /// One percent of the samples are spikes, some of them adjacent. Nearly all spikes are found,
-    /// and no other samples.
+    /// Tests that nearly all spikes, and no other samples, are found if one percent of the samples
+    /// are spikes, some of them adjacent.
     #[test]
     fn spikes_are_replaced() {
         let (times, clean) = effort(0.05, 3);

@@ -5,11 +5,11 @@ use crate::job::Job;
 use stiction_core::spatial::Vec3;
 use stiction_draw::viewer::Ghost;
 
-/// Number of samples from one step along the motion to the next.
+/// Number of samples in one step along the motion.
 const STRIDE: usize = 16;
 
-/// Determines the least-constrained motion with locked actuators at a time, s. `None` if the mechanism cannot follow
-/// the motion to that time, or has no such motion.
+/// Determines the least-constrained motion with locked actuators at a time, s. `None` if the
+/// mechanism cannot follow the motion to that time, or has no such least-constrained motion.
 pub(super) fn least_constrained(job: &Job<'_>, time: f64, index: f64) -> Option<Ghost> {
     let instants: Instants = job.instants().ok()?;
     let mut follower = job.assemble(instants.at(0)).ok()?;

@@ -14,8 +14,9 @@ use stiction_core::dynamics::FrictionMode;
 use stiction_draw::figure::Figure;
 use stiction_draw::numbers::number;
 
-/// Writes the report of a run: headline figures, the moving robot, plots, peaks, verdicts, and the options to repeat
-/// it. `command` is the command line that produced the results, if any.
+/// Returns the report of a run as HTML: headline figures, the moving robot, plots, peaks, verdicts,
+/// and the options to repeat the run. `command` is the command line that produced the results, if
+/// any.
 pub fn draw_report(
     job: &Job<'_>,
     (summary, verdict): (&Summary, &Verdict),
@@ -84,7 +85,7 @@ fn caption(job: &Job<'_>) -> String {
     format!("{title}.")
 }
 
-/// Cards with the headline figures.
+/// Returns cards with the headline figures as HTML.
 fn cards(job: &Job<'_>, summary: &Summary, verdict: &Verdict) -> String {
     let mut all = Vec::new();
     for unit in ["N", "N m"] {
