@@ -37,8 +37,9 @@ pub enum Indices {
     /// All samples.
     #[default]
     All,
-    /// Samples that may have the least index of the motion. Elsewhere the indices are NaN, and the couplings of friction
-    /// are upper bounds that do not exceed the greatest one. Enough for summaries.
+    /// Samples that may have the least index of the motion. At other samples, the indices are NaN,
+    /// and the coupling of friction and reactions is an upper bound that does not exceed the
+    /// greatest coupling. This is sufficient for summaries.
     Least,
 }
 
@@ -62,7 +63,7 @@ impl<'a> Job<'a> {
         }
     }
 
-    /// Sample times of the run.
+    /// Returns the sample times of the run.
     ///
     /// # Errors
     /// See [`InstantsError`].
@@ -78,12 +79,12 @@ impl<'a> Job<'a> {
         Follower::new(self.model, self.motion, time)
     }
 
-    /// Completes a motion that does not determine the configuration at its first instant. Returns a motion that
-    /// consists of this instant with further coordinates locked, and their names; `None` if the motion alone determines
-    /// the configuration.
+    /// Completes a motion that does not determine the configuration at its first instant. Returns a
+    /// motion that consists of this instant with further coordinates locked, and the names of these
+    /// coordinates. `None` if the motion alone determines the configuration.
     ///
     /// # Errors
-    /// The mechanism cannot be assembled for another reason.
+    /// Returns an error if the mechanism cannot be assembled for another reason.
     pub fn locked_start(&self) -> Result<Option<(Motion, Vec<String>)>, Error> {
         let time = self.motion.start;
         match self.assemble(time) {
@@ -144,8 +145,8 @@ impl<'a> Job<'a> {
         Ok(())
     }
 
-    /// Replaces `loads` by the external loads at an instant, s, and by the weights of the payloads carried after it,
-    /// for a mechanism at rest.
+    /// Replaces `loads` by the external loads at an instant, s, for a mechanism at rest. The loads
+    /// include the weights of the payloads that the bodies carry after this instant.
     ///
     /// # Errors
     /// [`Error::NotFinite`] if a load has no value.
@@ -173,7 +174,7 @@ impl<'a> Job<'a> {
     }
 }
 
-/// Keyword of a friction mode, as in a model file and on the command line.
+/// Returns the keyword of a friction mode, as in a model file and on the command line.
 pub(crate) fn friction_word(mode: FrictionMode) -> &'static str {
     match mode {
         FrictionMode::Converged => "on",

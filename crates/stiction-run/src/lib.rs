@@ -1,5 +1,5 @@
-//! Runs of a mechanism: along a motion, in a simulation, or for many designs. Each run yields records of its samples,
-//! from which this crate makes tables, summaries and plots.
+//! Runs of a mechanism: along a motion, in a simulation, or for many designs. Each run returns the
+//! results of its samples, from which this crate creates tables, summaries and plots.
 //!
 //! The crate opens no files and prints nothing; it passes all results to receivers of the caller.
 //!

@@ -1,4 +1,4 @@
-//! Torque, speed and power of a motor over time, and the use of its limits.
+//! Torque, speed and power of a motor over time, and the utilisation of its limits.
 
 use crate::statistics::{Integral, Size};
 use serde_json::{Map, Value, json};
@@ -6,10 +6,11 @@ use std::collections::BTreeMap;
 use stiction_core::mechanism::DriveTrain;
 use stiction_draw::numbers::number;
 
-/// A limit counts as exceeded only above this multiple of it; a smaller excess is a rounding error.
+/// Multiple of a limit above which the limit counts as exceeded. A smaller excess is a rounding
+/// error.
 const WITHIN: f64 = 1.0 + 1e-9;
 
-/// Statistics of one motor along a motion.
+/// Statistics of the torque, speed and power of one motor along a motion.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MotorLoad {
     pub(crate) torque: Size,
@@ -18,28 +19,28 @@ pub(crate) struct MotorLoad {
     squares: Integral,
     pub(crate) work: Integral,
     pub(crate) supplied: Integral,
-    /// Time, s, spent at speeds of each order of magnitude.
+    /// Time, s, that the motor spends at speeds of each order of magnitude.
     speeds: Speeds,
-    /// First and last time, s.
+    /// Times of the first and the last sample, s.
     span: Option<(f64, f64)>,
 }
 
-/// A motor counts as resting below this fraction of its peak speed, because a sticking axis in a
-/// simulation keeps a rate due to rounding.
+/// Speed, as a fraction of the peak speed, below which a motor counts as being at rest. A sticking
+/// axis in a simulation keeps a rate due to rounding.
 const STILL: f64 = 1e-9;
 
-/// Time at speeds of each order of magnitude. The least speed at which a motor counts as turning
-/// depends on the peak speed, which is known only at the end.
+/// Time that a motor spends at speeds of each order of magnitude. The least speed at which a motor
+/// counts as turning depends on the peak speed, which is known only at the end of the motion.
 #[derive(Clone, Debug, Default)]
 struct Speeds {
     last: Option<(f64, i32)>,
-    /// Time, s, by the power of ten of the speed, rad/s.
+    /// Time, s, for each power of ten of the speed in rad/s.
     times: BTreeMap<i32, f64>,
 }
 
 impl Speeds {
     fn add(&mut self, time: f64, speed: f64) {
-        // A speed of zero gets the least order, `i32::MIN`.
+        // A speed of zero has the least order, `i32::MIN`.
         let order = speed.abs().log10().floor() as i32;
         if let Some((before, last)) = self.last {
             let half = 0.5 * (time - before);
@@ -49,7 +50,8 @@ impl Speeds {
         self.last = Some((time, order));
     }
 
-    /// Fraction of the time at speeds of the same order as a limit or above.
+    /// Returns the fraction of the time at speeds of the same order of magnitude as `limit`, rad/s,
+    /// or above.
     fn part_above(&self, limit: f64) -> f64 {
         let least = limit.log10().floor() as i32;
         let turns = |order: i32| order > i32::MIN && order >= least;
@@ -64,7 +66,7 @@ impl Speeds {
     }
 }
 
-/// Limit of a motor, and the value that the motion reaches.
+/// Limit of a motor, and the value that the motion attains.
 struct Reached {
     key: &'static str,
     words: &'static str,
@@ -74,7 +76,7 @@ struct Reached {
 }
 
 impl MotorLoad {
-    /// Adds an instant, s, with torque, N m, and speed, rad/s.
+    /// Adds a sample at a time, s, with torque, N m, and speed, rad/s.
     pub(crate) fn add(&mut self, time: f64, torque: f64, speed: f64) {
         self.span = Some((self.span.map_or(time, |(start, _)| start), time));
         let power = torque * speed;
@@ -87,24 +89,24 @@ impl MotorLoad {
         self.speeds.add(time, speed);
     }
 
-    /// Mean over time, or the last value at a single instant.
+    /// Returns the mean over time, or the last value if the motion is a single instant.
     fn mean(&self, integral: &Integral) -> f64 {
         let duration = self.span.map_or(0.0, |(start, end)| end - start);
         if duration > 0.0 { integral.value / duration } else { integral.last() }
     }
 
-    /// Root mean square of the torque over time, N m.
+    /// Returns the root mean square of the torque over time, N m.
     pub(crate) fn rms(&self) -> f64 {
         self.mean(&self.squares).sqrt()
     }
 
-    /// Fraction of the time in which the motor turns. It turns if its speed exceeds the rounding
-    /// error of the peak speed.
+    /// Returns the fraction of the time in which the motor turns. A motor turns if its speed
+    /// exceeds the rounding error of the peak speed.
     pub(crate) fn duty(&self) -> f64 {
         self.speeds.part_above(STILL * self.speed.peak.abs())
     }
 
-    /// Declared limits of the motor, with the values reached.
+    /// Returns the declared limits of the motor, with the values that the motion attains.
     fn reached(&self, train: &DriveTrain) -> Vec<Reached> {
         let limits = train.limits;
         let all = [
@@ -118,7 +120,7 @@ impl MotorLoad {
         all.into_iter().filter_map(given).collect()
     }
 
-    /// Composes a line for each limit that is exceeded.
+    /// Returns a caution for each limit that is exceeded.
     pub(crate) fn cautions(&self, train: &DriveTrain) -> Vec<String> {
         let over = self.reached(train).into_iter().filter(Reached::is_exceeded);
         let line = |Reached { words, unit, limit, value, .. }: Reached| {
@@ -128,7 +130,7 @@ impl MotorLoad {
         over.map(line).collect()
     }
 
-    /// Name and use, percent, of each limit.
+    /// Returns the name and the utilisation, percent, of each limit.
     pub(crate) fn percents(
         &self,
         train: &DriveTrain,
@@ -137,7 +139,7 @@ impl MotorLoad {
         reached.map(|reached| (reached.words, 100.0 * reached.value / reached.limit))
     }
 
-    /// Returns the limits and the values reached as JSON.
+    /// Returns the limits and the attained values as JSON.
     pub(crate) fn limits_json(&self, train: &DriveTrain) -> Value {
         let entry = |reached: Reached| {
             let exceeded = reached.is_exceeded();
@@ -193,7 +195,7 @@ fn excess(ratio: f64) -> String {
 mod tests {
     use super::{MotorLoad, excess};
 
-    /// The motor turns half of the time; in the other half its rate is a rounding error.
+    /// Tests a motor that turns half of the time; in the other half its rate is a rounding error.
     #[test]
     fn rounding_is_standstill() {
         let mut load = MotorLoad::default();

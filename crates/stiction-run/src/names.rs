@@ -1,4 +1,4 @@
-//! Names of the parts of a mechanism in columns and messages.
+//! Names of the elements of a mechanism in columns and messages.
 
 use stiction_core::mechanism::{Gearing, Mechanism};
 use stiction_draw::drawing::legs_of_joints;
@@ -17,8 +17,8 @@ pub(crate) struct Names {
     pub(crate) interfaces: Vec<(String, usize)>,
     /// Name of each gearing, and unit of its effort.
     pub(crate) gearings: Vec<(String, &'static str)>,
-    /// Names of the friction interfaces whose law has an internal state, of which inverse dynamics
-    /// computes only steady sliding.
+    /// Names of the friction interfaces whose law has an internal state. Inverse dynamics computes
+    /// only steady sliding for these interfaces.
     pub(crate) steady: Vec<String>,
 }
 
@@ -67,24 +67,25 @@ impl Names {
     }
 }
 
-/// Index of the leg of each actuator. The curves of an actuator have the colour of its leg.
+/// Returns the index of the leg of each actuator, which determines the colour of its curves; `None`
+/// for actuators outside the legs.
 pub(crate) fn legs_of_actuators(mechanism: &Mechanism) -> Vec<Option<usize>> {
     let legs = legs_of_joints(mechanism);
     mechanism.actuators().map(|(joint, _)| legs[joint.0]).collect()
 }
 
-/// Index of the leg of each friction interface.
+/// Returns the index of the leg of each friction interface; `None` for interfaces outside the legs.
 pub(crate) fn legs_of_interfaces(mechanism: &Mechanism, names: &Names) -> Vec<Option<usize>> {
     let legs = legs_of_joints(mechanism);
     names.interfaces.iter().map(|(_, joint)| legs[*joint]).collect()
 }
 
-/// Width of a column that holds these names, characters; at least `least`.
+/// Returns the width of a column for these names, characters; at least `least`.
 pub(crate) fn width<'a>(names: impl Iterator<Item = &'a str>, least: usize) -> usize {
     names.map(str::len).fold(least, usize::max)
 }
 
-/// Name and title of a model on one line.
+/// Returns the name and the title of a model on one line.
 pub(crate) fn heading(model: &ModelFile) -> String {
     match model.title.as_str() {
         "" => model.name.clone(),
@@ -92,7 +93,7 @@ pub(crate) fn heading(model: &ModelFile) -> String {
     }
 }
 
-/// Joins words by commas; an ellipsis replaces those after the first `most`.
+/// Joins words by commas; an ellipsis replaces the words after the first `most`.
 pub(crate) fn listed(words: impl IntoIterator<Item = impl AsRef<str>>, most: usize) -> String {
     let mut text = String::new();
     for (k, word) in words.into_iter().enumerate() {

@@ -1,17 +1,18 @@
-//! Parallel execution of independent pieces of work; results arrive in the order of the pieces.
+//! Parallel execution of independent pieces of work, with results in the order of the pieces.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
-/// Takes pieces of work from `next` until it returns `None`, computes each with `work` on one of
-/// `threads` threads, and passes the results to `receive` on the caller's thread, in the order of
-/// the pieces. Ends early if `receive` returns false or an error.
+/// Computes pieces of work in parallel and returns their results in order. `next` returns one piece
+/// after another until it returns `None`. Each piece is computed by `work` on one of `threads`
+/// threads, and `receive` gets the results on the caller's thread, in the order of the pieces. The
+/// function ends early if `receive` returns false or an error.
 ///
-/// At most one finished result per thread waits for earlier ones, which bounds the memory.
+/// At most one finished result per thread waits for earlier results, which bounds the memory use.
 ///
 /// # Errors
-/// The error of `receive`.
+/// Returns the error of `receive`.
 pub fn in_order<I: Send, T: Send, E>(
     threads: usize,
     mut next: impl FnMut() -> Option<I> + Send,
@@ -27,12 +28,12 @@ pub fn in_order<I: Send, T: Send, E>(
         return Ok(());
     }
     let board = Board::new(threads);
-    // Number of pieces taken so far, and the source of the pieces.
+    // Number of pieces that the threads have started so far, and the source of the pieces.
     let pieces = Mutex::new((0, next));
     std::thread::scope(|scope| {
         for _ in 0..threads {
             scope.spawn(|| {
-                // Waiting threads are notified when this one ends early.
+                // Waiting threads are notified when this thread ends early.
                 let _leaving = Leaving(&board);
                 while board.has_room() {
                     let (place, piece) = {
@@ -73,8 +74,8 @@ struct State<T> {
     workers: usize,
 }
 
-/// Locks a mutex even if another thread panicked while it held the lock, because no thread leaves
-/// partial changes.
+/// Locks a mutex even if another thread panicked while it held the lock. This is safe, because no
+/// thread leaves the data partially changed.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -90,7 +91,7 @@ impl<T> Board<T> {
         }
     }
 
-    /// Waits until another piece may start. Returns false if no further piece is needed.
+    /// Waits until another piece may start. Returns false if no more pieces are needed.
     fn has_room(&self) -> bool {
         let mut state = lock(&self.state);
         while state.under_way >= self.most && !self.is_closed.load(Ordering::Relaxed) {
@@ -105,7 +106,8 @@ impl<T> Board<T> {
         self.changed.notify_all();
     }
 
-    /// Waits for the result of the piece `place`; `None` if it cannot arrive any more.
+    /// Waits for the result of the piece with index `place`; `None` if this result cannot arrive
+    /// any more.
     fn take(&self, place: usize) -> Option<T> {
         let mut state = lock(&self.state);
         loop {
@@ -122,7 +124,7 @@ impl<T> Board<T> {
     }
 }
 
-/// Guard that records the end of a worker thread when it is dropped.
+/// Guard that registers the end of a worker thread when the guard is dropped.
 struct Leaving<'b, T>(&'b Board<T>);
 
 impl<T> Drop for Leaving<'_, T> {
@@ -132,7 +134,7 @@ impl<T> Drop for Leaving<'_, T> {
     }
 }
 
-/// Guard that stops all worker threads when it is dropped.
+/// Guard that stops all worker threads when the guard is dropped.
 struct Closing<'b, T>(&'b Board<T>);
 
 impl<T> Drop for Closing<'_, T> {

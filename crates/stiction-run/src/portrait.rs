@@ -1,26 +1,27 @@
-//! Pictures of a mechanism for pages: its motion at the most legible instant, in the best view.
+//! Pictures of a mechanism for HTML pages: the mechanism at the most legible instant of its motion,
+//! in the best view.
 
 use crate::report::animation::Animation;
 use crate::{Error, Job};
 use stiction_core::dynamics::InverseDynamics;
 use stiction_draw::drawing::{Detail, Drawing, Surface, Trail, View};
 
-/// If the thickness of the picture is below this fraction of its length, the mechanism looks like a
-/// line, and other instants are compared.
+/// Ratio of thickness to length of the picture below which the mechanism looks like a line, so that
+/// other instants are compared.
 const THIN: f64 = 0.1;
-/// Number of instants that are compared.
+/// Number of instants of the motion that are compared.
 const COMPARED: usize = 12;
 
 /// Pictures of a mechanism at the most legible instant of its motion, with the paths of its bodies.
 pub struct Portrait {
-    /// The mechanism at the start of the motion.
+    /// Mechanism at the start of the motion.
     pub start: InverseDynamics,
-    /// The mechanism at the pictured instant.
+    /// Mechanism at the pictured instant.
     shown: InverseDynamics,
     /// Time of the pictured instant, s.
     pub time: f64,
     trail: Trail,
-    /// Animation of the whole motion; `None` for a single position.
+    /// Animation of the whole motion; `None` if the motion is a single pose.
     motion: Option<Animation>,
 }
 
@@ -77,8 +78,8 @@ impl Portrait {
         self.svg(Surface::Inline)
     }
 
-    /// Markup of the animated robot, for a page with the script of the viewer; `None` for a single
-    /// position.
+    /// Returns the markup of the animated robot, for a page with the script of the viewer; `None`
+    /// if the motion is a single pose.
     pub(crate) fn moving(&self, caption: &str) -> Option<String> {
         Some(self.motion.as_ref()?.figure(caption, None))
     }

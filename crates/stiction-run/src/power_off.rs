@@ -7,10 +7,11 @@ use stiction_core::mechanism::{DriveTrain, Motor, MotorMap, SharedMotors};
 use stiction_core::spatial::Vec3;
 use stiction_draw::numbers::number;
 
-/// An effort counts as a rounding error up to this fraction of the largest joint force or moment.
+/// Effort, as a fraction of the largest joint force or moment, up to which an effort counts as a
+/// rounding error.
 const ROUNDING: f64 = 1e-13;
 
-/// Means that hold the shaft of one motor at rest with power off.
+/// Cause that holds the shaft of one motor at rest with power off.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum PowerOff {
     /// Friction holds the shaft.
@@ -47,7 +48,8 @@ pub(crate) fn of(
         } else if is_nothing(at(bounds), error / train.transmission().abs()) {
             PowerOff::Unloaded
         } else if holds((effort, effort)) || forces.efforts.len() == 1 {
-            // The state without friction in the joints is possible for all motors at the same time.
+            // The solution without friction in the joints can occur for all motors at the same
+            // time.
             PowerOff::Held
         } else {
             PowerOff::Undecided
@@ -55,7 +57,7 @@ pub(crate) fn of(
     });
     let mut found: Vec<PowerOff> = each.collect();
     // If several motors share one degree of freedom, the gear with the greatest holding effort may
-    // hold it for all.
+    // hold the degree of freedom for all of them.
     for shared in shared {
         let [actuator] = shared.actuators[..] else { continue };
         let (effort, bounds) = (forces.efforts[actuator], forces.effort_bounds[actuator]);
@@ -80,7 +82,7 @@ pub(crate) fn of(
     found
 }
 
-/// True if no torque other than rounding errors can act on the motor at rest.
+/// Returns true if no torque acts on the motor at rest, apart from rounding errors.
 fn is_nothing(motor: Motor, error: f64) -> bool {
     let (low, high) = motor.torque_bounds;
     low.abs().max(high.abs()) <= error

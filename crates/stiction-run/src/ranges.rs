@@ -8,12 +8,14 @@ use stiction_core::mechanism::{JointId, Mechanism, RangeOf};
 use stiction_core::spatial::Vec3;
 use stiction_draw::numbers::number;
 
-/// Largest number of excursions that are stored for each range; further ones are only counted.
+/// Largest number of excursions that are stored for each range; further excursions are only
+/// counted.
 const KEPT: usize = 1000;
-/// An excess over a range counts as rounding below this fraction of the width of the range.
+/// Excess over a range, as a fraction of the width of the range, below which it counts as a
+/// rounding error.
 const ROUNDING: f64 = 1e-9;
 
-/// Value of a quantity, and its rate if it is known.
+/// Value of a quantity, rad or m, and its rate if the rate is known.
 pub(crate) type ValueAndRate = (f64, Option<f64>);
 
 /// Quantity for which the model declares a range.
@@ -21,7 +23,7 @@ pub(crate) type ValueAndRate = (f64, Option<f64>);
 pub(crate) enum Ranged {
     /// Coordinate of a degree of freedom of a joint.
     Dof(JointId, usize),
-    /// Quantity measured from the poses of the bodies.
+    /// Quantity computed from the poses of the bodies.
     Measured(Measured),
 }
 
@@ -51,7 +53,7 @@ impl Measured {
         tilts.chain(lengths).collect()
     }
 
-    /// Value for given poses of the bodies, rad or m.
+    /// Returns the value of the quantity for given poses of the bodies, rad or m.
     pub(crate) fn value(self, bodies: &Bodies<f64>) -> f64 {
         match self {
             Self::Tilt(joint, joint_type) => {
@@ -68,7 +70,7 @@ impl Measured {
     }
 }
 
-/// Interval of time during which a quantity is outside of its range.
+/// Time interval in which a quantity is outside of its range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Excursion {
     /// Time at which the quantity leaves the range, s.
@@ -78,11 +80,11 @@ pub(crate) struct Excursion {
     pub(crate) until: f64,
     /// True if the quantity returns to the range.
     pub(crate) returns: bool,
-    /// Largest excess over the range at any sample, in SI units.
+    /// Largest excess over the range at any sample, rad or m.
     pub(crate) beyond: f64,
     /// Time of the largest excess, s.
     pub(crate) time: f64,
-    /// True if the quantity is above its range, false if it is below.
+    /// True if the quantity is above its range; false if it is below.
     pub(crate) above: bool,
 }
 
@@ -95,11 +97,12 @@ pub(crate) struct Watched {
     pub(crate) limits: (f64, f64),
     least: f64,
     greatest: f64,
-    /// Full turns added to an angle, chosen so that its first value is closest to the range.
+    /// Full turns, rad, added to an angle so that its first value is closest to the range; `None`
+    /// before the first sample.
     turns: Option<f64>,
     last: Option<(f64, ValueAndRate)>,
     pub(crate) excursions: Vec<Excursion>,
-    /// Number of all excursions, including those that are not stored.
+    /// Total number of excursions, including those that are not stored.
     count: usize,
     outside: bool,
 }
@@ -121,7 +124,7 @@ impl Watched {
         }
     }
 
-    /// SI unit of the quantity.
+    /// Returns the SI unit of the quantity.
     pub(crate) fn unit(&self) -> &'static str {
         if self.translates { "m" } else { "rad" }
     }
@@ -172,20 +175,20 @@ impl Watched {
         self.last = Some((time, (value, rate)));
     }
 
-    /// Adds an excursion between two samples that both lie inside the range, if the cubic through values and rates
-    /// leaves the range between them.
+    /// Adds an excursion between two samples that are both inside the range, if the cubic through
+    /// values and rates leaves the range between them.
     fn add_between(&mut self, time: f64, now: ValueAndRate) {
         let (least, greatest) = self.limits;
         let Some((before, (old, Some(old_rate)))) = self.last else { return };
         let (value, Some(rate)) = now else { return };
         let (h, rise) = (time - before, value - old);
-        // The cubic is old + u rise + u (1 - u) (a (1 - u) + b u), with the fraction u of the step;
-        // its extremes are the roots of the derivative.
+        // The cubic is old + u rise + u (1 - u) (a (1 - u) + b u), where u is the fraction of the
+        // step. Its extremes are the roots of the derivative.
         let (a, b) = (old_rate * h - rise, rise - rate * h);
         let at = |u: f64| old + u * rise + u * (1.0 - u) * (a * (1.0 - u) + b * u);
         let (c2, c1, c0) = (3.0 * (a - b), 2.0 * (b - 2.0 * a), rise + a);
         let root = (c1 * c1 - 4.0 * c2 * c0).max(0.0).sqrt();
-        // Numerically stable computation of both roots.
+        // This form of both roots is numerically stable.
         let q = -0.5 * (c1 + root.copysign(c1));
         let extremes = [q / c2, c0 / q].into_iter().filter(|u| *u > 0.0 && *u < 1.0);
         let beyond = |u: f64| (least - at(u)).max(at(u) - greatest);
@@ -216,8 +219,8 @@ impl Watched {
         }
     }
 
-    /// Time at which the quantity crosses a limit after the last sample. It is interpolated by the
-    /// cubic through values and rates, or linearly if the rates are unknown.
+    /// Returns the time at which the quantity crosses a limit after the last sample. The time is
+    /// interpolated by the cubic through values and rates, or linearly if the rates are unknown.
     fn crossing(&self, time: f64, (value, rate): ValueAndRate, limit: f64) -> Option<f64> {
         let (before, (old, old_rate)) = self.last?;
         let (h, rise) = (time - before, value - old);
@@ -238,7 +241,7 @@ impl Watched {
         Some(before + 0.5 * (low + high) * h)
     }
 
-    /// Excursion with the largest excess.
+    /// Returns the excursion with the largest excess.
     fn worst(&self) -> Option<&Excursion> {
         self.excursions.iter().reduce(|a, b| if b.beyond > a.beyond { b } else { a })
     }
@@ -327,8 +330,8 @@ impl Ranges {
         Self { all: dofs.chain(measured).collect() }
     }
 
-    /// Adds a sample. `measured` returns the value of a quantity that is measured from poses; `dof` returns coordinate
-    /// and rate of a degree of freedom.
+    /// Adds a sample. `measured` returns the value of a quantity that is computed from poses; `dof`
+    /// returns the coordinate and the rate of a degree of freedom.
     pub(crate) fn add(
         &mut self,
         time: f64,
@@ -365,7 +368,7 @@ mod tests {
         Watched::new("J".to_owned(), Ranged::Dof(JointId(0), 0), false, limits)
     }
 
-    /// A sine leaves a range of +-0.5 at 30 deg and returns at 150 deg.
+    /// Tests that a sine leaves a range of +-0.5 at 30 deg and returns at 150 deg.
     #[test]
     fn excursions_are_located() {
         let mut joint = watched((-0.5, 0.5));
@@ -375,7 +378,7 @@ mod tests {
         }
         let [first, second] = joint.excursions.as_slice() else { panic!("{joint:?}") };
         let sixth = std::f64::consts::PI / 6.0;
-        // The cubic through values and rates is wrong by h^4/384.
+        // The error of the cubic through values and rates is h^4/384.
         assert!((first.from - sixth).abs() < 1e-10, "{first:?}");
         assert!((first.until - 5.0 * sixth).abs() < 1e-10, "{first:?}");
         assert!((first.beyond - 0.5).abs() < 1e-4 && first.above && first.returns);
@@ -384,8 +387,8 @@ mod tests {
         assert!(caution.starts_with("J exceeds its range of -28.65 deg to 28.65 deg by 28.65 deg"));
     }
 
-    /// With q = 1 - (t - 0.05)^2, the peak between two samples exceeds 0.9999 within 10 ms around
-    /// 50 ms.
+    /// Tests an excursion between two samples: with q = 1 - (t - 0.05)^2, the quantity exceeds
+    /// 0.9999 within 10 ms around 50 ms.
     #[test]
     fn excursions_between_samples_are_seen() {
         let mut joint = watched((0.0, 0.9999));
@@ -399,7 +402,8 @@ mod tests {
         assert!(only.above && only.returns && joint.count == 1);
     }
 
-    /// A range beyond half a turn also applies to angles that are counted from -180 to 180 deg.
+    /// Tests that a range beyond half a turn also applies to angles that are counted from -180 to
+    /// 180 deg.
     #[test]
     fn angles_count_from_the_turn_of_the_range() {
         let mut joint = watched((3.0, 4.0));

@@ -1,16 +1,17 @@
-//! Receivers of the records of a run.
+//! Receivers of the results of a run.
 
 use crate::SinkError;
 
-/// Receiver of the records of a run in the order of time, for example tables, a summary or curves.
+/// Receiver of the records of a run, which are its results at successive samples in chronological
+/// order. Examples are tables, a summary or curves.
 ///
-/// A run passes its records to a closure. To feed several sinks, the closure passes each record to
-/// all of them.
+/// A run passes its records to a closure. To supply several sinks, the closure passes each record
+/// to all of them.
 pub trait Sink<Record> {
     /// Receives one record.
     ///
     /// # Errors
-    /// The reason for which the sink could not process the record.
+    /// Returns the reason why the sink could not process the record.
     fn add(&mut self, record: &Record) -> Result<(), SinkError>;
 }
 

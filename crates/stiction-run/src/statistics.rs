@@ -13,8 +13,8 @@ pub(crate) struct Size {
     magnitudes: f64,
 }
 
-/// A value that is larger by less than this relative difference counts as equal, so that rounding
-/// does not move the peak to a later instant.
+/// Relative difference below which two values count as equal, so that rounding does not move the
+/// peak to a later instant.
 const ROUNDING: f64 = 1e-12;
 
 impl Size {
@@ -45,7 +45,7 @@ impl Size {
     }
 }
 
-/// Magnitudes of force and moment of each joint reaction.
+/// Statistics of the force and the moment in each joint reaction.
 #[derive(Clone, Debug)]
 pub(crate) struct Reactions(pub(crate) Vec<(Size, Size)>);
 
@@ -54,7 +54,7 @@ impl Reactions {
         Self(vec![Default::default(); joints])
     }
 
-    /// Adds the magnitudes of all reactions at an instant, N and N m.
+    /// Adds the magnitudes of force, N, and moment, N m, of all reactions at a time, s.
     pub(crate) fn add(&mut self, time: f64, sizes: impl Iterator<Item = (f64, f64)>) {
         for ((force, moment), (f, m)) in self.0.iter_mut().zip(sizes) {
             force.add(time, f);
@@ -70,13 +70,14 @@ impl Reactions {
     }
 }
 
-/// Series with friction compared with the same series without friction.
+/// Comparison of a series with friction to the same series without friction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Comparison {
     pub(crate) with: Size,
     pub(crate) without: Size,
     pub(crate) difference: Size,
-    /// Largest ratio of the difference to the frictionless value at one instant, and that instant, s.
+    /// Largest ratio of the difference to the frictionless value at one instant, and the time of
+    /// this instant, s.
     greatest: Option<(f64, f64)>,
 }
 
@@ -86,14 +87,14 @@ impl Comparison {
         self.without.add(time, without);
         self.difference.add(time, with - without);
         let ratio = ((with - without) / without).abs();
-        // A frictionless value near zero gives no meaningful ratio.
+        // The ratio to a frictionless value near zero has no meaning.
         if ratio.is_finite() && self.greatest.is_none_or(|(greatest, _)| ratio > greatest) {
             self.greatest = Some((ratio, time));
         }
     }
 
-    /// Ratios of the difference to the frictionless series by four metrics; `None` if the frictionless series is zero
-    /// up to rounding.
+    /// Returns the ratio of the difference to the frictionless series in four metrics. A metric is
+    /// `None` if the frictionless series is zero up to rounding.
     pub(crate) fn metrics(&self) -> Metrics {
         let nothing = self.without.peak.abs() <= 1e-9 * self.with.peak.abs();
         let ratio = |a: f64, b: f64| Some(a / b).filter(|r| r.is_finite() && !nothing);
@@ -106,7 +107,7 @@ impl Comparison {
     }
 }
 
-/// Effect of friction on a series, relative to the frictionless series, by four metrics.
+/// Relative effect of friction on a series, compared with the frictionless series, in four metrics.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Metrics {
     pub(crate) max_over_max: Option<f64>,
@@ -157,7 +158,7 @@ impl Integral {
         self.last = Some((time, value));
     }
 
-    /// Value of the series at the last instant.
+    /// Returns the value of the series at the last instant.
     pub(crate) fn last(&self) -> f64 {
         self.last.map_or(0.0, |(_, value)| value)
     }

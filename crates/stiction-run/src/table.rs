@@ -3,16 +3,17 @@
 use std::io;
 use stiction_draw::numbers::exact;
 
-/// Names of the columns of a joint reaction.
+/// Names of the columns for each joint reaction.
 pub(crate) const REACTION: [&str; 7] =
     ["fx [N]", "fy [N]", "fz [N]", "mx [N m]", "my [N m]", "mz [N m]", "determined"];
 
-/// Header of a table: the time, then the given columns.
+/// Returns the header of a table: the time, followed by the given columns.
 pub(crate) fn header(columns: impl IntoIterator<Item = String>) -> Vec<String> {
     std::iter::once("time [s]".to_owned()).chain(columns).collect()
 }
 
-/// Names of the columns of several objects that have the same quantities: `object.quantity`.
+/// Returns the names of the columns for several objects with the same quantities:
+/// `object.quantity`.
 pub(crate) fn columns<'a>(
     objects: impl IntoIterator<Item = &'a str>,
     quantities: &[&str],
@@ -22,19 +23,19 @@ pub(crate) fn columns<'a>(
     objects.into_iter().flat_map(of).collect()
 }
 
-/// Table of a run in memory, with the columns of its file.
+/// Table of a run in memory, with the same columns as the CSV file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
     /// Name of the CSV file that contains the same table.
     pub file: &'static str,
     /// Header of each column, with its unit in square brackets. The first column is the time, s.
     pub header: Vec<String>,
-    /// Numbers of the table, row by row.
+    /// Values of the table, row by row.
     values: Vec<f64>,
 }
 
 impl Table {
-    /// Creates tables without rows.
+    /// Creates tables without rows, each with its file name and its header.
     pub(crate) fn all(
         files: impl IntoIterator<Item = &'static str>,
         headers: impl IntoIterator<Item = Vec<String>>,
@@ -43,18 +44,19 @@ impl Table {
         each.map(|(file, header)| Self { file, header, values: Vec::new() }).collect()
     }
 
-    /// Adds a row: the time, s, then all other numbers.
+    /// Adds a row: the time, s, followed by all other values.
     pub(crate) fn add(&mut self, time: f64, row: &[f64]) {
         self.values.push(time);
         self.values.extend_from_slice(row);
     }
 
-    /// Number of rows.
+    /// Returns the number of rows.
     pub fn rows(&self) -> usize {
         self.values.len() / self.header.len().max(1)
     }
 
-    /// Returns the numbers column by column: all rows of the first column, then those of the second, and so on.
+    /// Returns the values column by column: all rows of the first column, followed by all rows of
+    /// the second, and so on.
     pub fn into_columns(self) -> Vec<f64> {
         let (rows, columns) = (self.rows(), self.header.len());
         let mut turned = Vec::with_capacity(self.values.len());
@@ -65,14 +67,15 @@ impl Table {
     }
 }
 
-/// Tables of a run as CSV; each record adds a row to every table.
+/// Writer of the tables of a run as CSV. Each sample adds a row to every table.
 pub(crate) struct Tables<W: io::Write> {
     tables: Vec<W>,
     line: String,
 }
 
 impl<W: io::Write> Tables<W> {
-    /// Starts tables with these headers. Each row is written separately, so files should be buffered.
+    /// Creates tables and writes their headers. Each row is written separately, so files should be
+    /// buffered.
     pub(crate) fn new(
         headers: impl IntoIterator<Item = Vec<String>>,
         files: impl IntoIterator<Item = W>,
@@ -86,12 +89,12 @@ impl<W: io::Write> Tables<W> {
         Ok(tables)
     }
 
-    /// Continues tables that already contain their headers and rows.
+    /// Creates a writer for tables that already contain their headers and rows.
     pub(crate) fn continued(files: impl IntoIterator<Item = W>) -> Self {
         Self { tables: files.into_iter().collect(), line: String::new() }
     }
 
-    /// Adds a row to each table: the time, s, then the numbers of the table with all digits.
+    /// Adds a row to each table: the time, s, followed by the values of the table with all digits.
     pub(crate) fn add<'r>(
         &mut self,
         time: f64,
@@ -117,7 +120,7 @@ impl<W: io::Write> Tables<W> {
         self.tables.iter_mut().try_for_each(W::flush)
     }
 
-    /// Flushes all buffers and returns the files in their order.
+    /// Flushes all buffers and returns the files in the order of the tables.
     pub(crate) fn finish(mut self) -> io::Result<Vec<W>> {
         self.flush()?;
         Ok(self.tables)

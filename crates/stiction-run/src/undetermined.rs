@@ -2,19 +2,19 @@
 
 use crate::names::listed;
 
-/// Largest number of groups, and of joints in a group, that are listed.
+/// Largest number of groups of joints, and of joints in a group, that the text lists.
 const LISTED: usize = 6;
 const COMPONENTS: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
 
-/// Names of the statically indeterminate components of a reaction; `flags` are true for determined
-/// components.
+/// Returns the names of the statically indeterminate components of a reaction; `flags` are true for
+/// determinate components.
 pub(crate) fn open_components(flags: &[bool; 6]) -> Vec<&'static str> {
     let open = COMPONENTS.iter().zip(flags).filter(|(_, determined)| !**determined);
     open.map(|(component, _)| *component).collect()
 }
 
-/// Lists the joints for each set of indeterminate components, the largest group first, for example
-/// `fz mx my of A, B, C`.
+/// Lists the joints for each set of statically indeterminate components, the largest group first,
+/// for example `fz mx my of A, B, C`.
 pub(crate) fn by_components(undetermined: &[(&str, Vec<&'static str>)]) -> String {
     let mut groups: Vec<(String, Vec<&str>)> = Vec::new();
     for (name, components) in undetermined {

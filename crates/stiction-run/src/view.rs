@@ -15,7 +15,7 @@ const FRAMES: usize = 32;
 /// Shortest and longest duration of the animated picture, s.
 const SECONDS: (f64, f64) = (2.0, 8.0);
 
-/// Page and animated picture of a motion.
+/// HTML page and animated picture of a motion.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct View {
     /// Complete HTML page.
@@ -24,10 +24,10 @@ pub struct View {
     pub picture: String,
 }
 
-/// Follows the motion of a job and draws it.
+/// Draws the mechanism of a job along its motion.
 ///
 /// # Errors
-/// An error of the job if the mechanism cannot follow the motion.
+/// Returns an error of the job if the mechanism cannot follow the motion.
 pub fn draw_view(job: &Job<'_>) -> Result<View, Error> {
     let instants = job.instants()?;
     let count = instants.count();

@@ -8,7 +8,7 @@ use crate::job::Job;
 use crate::names::Names;
 use crate::table::{REACTION, columns};
 
-/// Names of the tables, in the order of their rows.
+/// File names of the tables, in the order of [`Rows::rows`].
 pub(crate) const TABLES: [&str; 7] = [
     "inverse.csv",
     "reactions.csv",
@@ -18,21 +18,22 @@ pub(crate) const TABLES: [&str; 7] = [
     "motors.csv",
     "contributions.csv",
 ];
-/// Number of tables that every run has. The others require drive trains, or friction and actuators.
+/// Number of tables that every run has: the first ones in [`TABLES`]. The other tables require
+/// drive trains, or friction and actuators.
 const ALWAYS: usize = 5;
 
 /// Rows of all tables of a run for one sample.
 pub(crate) struct Rows {
     /// Index of each actuator's degree of freedom in [`Sample::joints`].
     actuated: Vec<usize>,
-    /// First and last joint of each leg.
+    /// Indices of the first and the last joint of each leg.
     legs: Vec<(usize, usize)>,
     bodies: BodyRow,
-    /// Torque constant of each drive train, N m/A.
+    /// Torque constant of each drive train, N m/A; `None` if the model does not declare it.
     torque_constants: Vec<Option<f64>>,
-    /// Headers of the columns of each table, without the time.
+    /// Headers of the columns of each table, without the time column.
     pub(crate) headers: [Vec<String>; 7],
-    /// Numbers in the row of each table, without the time.
+    /// Values in the row of each table, without the time column.
     pub(crate) rows: [Vec<f64>; 7],
 }
 
@@ -45,7 +46,7 @@ impl Rows {
         has
     }
 
-    /// Creates the columns of a job; the rows are empty.
+    /// Creates the columns of the tables of a job, with empty rows.
     pub(crate) fn new(job: &Job<'_>) -> Self {
         let mechanism = &job.model.mechanism;
         let names = Names::new(mechanism);
@@ -109,7 +110,7 @@ impl Rows {
         }
     }
 
-    /// Fills the rows with the numbers of a sample.
+    /// Fills the rows with the values of a sample.
     pub(crate) fn fill(&mut self, sample: &Sample) {
         let forces = &sample.forces;
         self.rows.iter_mut().for_each(Vec::clear);
@@ -122,7 +123,7 @@ impl Rows {
         inverse.extend([distances.actuation, distances.constraint]);
         for (&dof, drive) in self.actuated.iter().zip(&forces.efforts) {
             let motion = &sample.joints[dof];
-            // The sum turns the negative zero of a drive at rest into zero.
+            // The added zero turns the negative zero of an actuator at rest into a positive zero.
             inverse.extend([motion.value, motion.rate, drive * motion.rate + 0.0]);
         }
         for (motor, constant) in sample.motors.iter().zip(&self.torque_constants) {

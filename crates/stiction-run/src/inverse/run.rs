@@ -1,4 +1,5 @@
-//! Execution of a run along a motion: a scan of the motion, then the computation of all forces.
+//! Inverse dynamics along a motion: a scan of the motion, followed by the computation of all
+//! forces.
 
 use super::chunks;
 use super::gathered::Gathered;
@@ -14,7 +15,7 @@ use crate::error::{Error, SinkError};
 use crate::job::Job;
 use stiction_core::dynamics::Settings;
 
-/// Phase of a run, for displays of progress.
+/// Phase of a run, for progress displays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
     /// Scan of the motion without forces.
@@ -23,16 +24,18 @@ pub enum Phase {
     Forces,
 }
 
-/// An interface counts as resting below this fraction of the largest sliding speed. At a reversal,
-/// rounding errors leave about 1e-16 of the largest speed instead of zero.
+/// Sliding speed, as a fraction of the largest sliding speed of the run, below which a friction
+/// interface counts as being at rest. At a reversal, rounding errors leave about 1e-16 of the
+/// largest speed instead of zero.
 const REST: f64 = 1e-9;
-/// An interface counts as resting in any motion below this sliding speed, m/s. This limit decides
-/// for motions that consist only of reversals or of a single pose.
+/// Sliding speed, m/s, below which a friction interface counts as being at rest in any motion. This
+/// limit applies to motions that consist only of reversals or of a single pose.
 const STANDSTILL: f64 = 1e-12;
 
 impl Job<'_> {
-    /// Runs on one thread. Passes each sample to `receive`, and to `progress` the phase, the number of completed
-    /// samples and the total number. The run stops if `progress` returns false.
+    /// Computes the run on one thread. Each sample is passed to `receive`. `progress` receives the
+    /// phase, the number of completed samples and the total number; if it returns false, the run
+    /// stops.
     ///
     /// # Errors
     /// See [`enum@Error`].
@@ -44,8 +47,8 @@ impl Job<'_> {
         self.run_on(1, receive, progress)
     }
 
-    /// Runs on `threads` threads; `receive` and `progress` are called on the caller's thread. The results do not depend
-    /// on the number of threads.
+    /// Computes the run on `threads` threads. `receive` and `progress` are called on the caller's
+    /// thread, as in [`Self::run`]. The results do not depend on the number of threads.
     ///
     /// # Errors
     /// See [`enum@Error`].
@@ -78,8 +81,8 @@ impl Job<'_> {
         let start = &follower.solver;
         let spins = start.constraints().spins().len();
         let actuators = start.mechanism().actuators().count();
-        // Mobility intended by the design: at most the actuated degrees of freedom and the local
-        // rotations.
+        // Mobility for which the mechanism is designed: at most the number of actuated degrees of
+        // freedom and local rotations.
         let meant = extremes.mobility.min(actuators + spins);
         let verdict = Verdict {
             samples: count,

@@ -1,4 +1,4 @@
-//! Record of one sample of inverse dynamics.
+//! Results of inverse dynamics at one sample.
 
 use super::efficiency::Backward;
 use stiction_core::dynamics::{AppliedLoad, Contributions, Forces};
@@ -12,7 +12,7 @@ use stiction_core::statics::Distances;
 pub struct Sample {
     /// Time, s.
     pub time: f64,
-    /// Efforts, reactions, frictions and powers.
+    /// Efforts, reactions, friction and powers at the sample.
     pub forces: Forces,
     /// Poses, twists and accelerations of all bodies, in world axes about the reference point.
     pub bodies: Bodies<f64>,
@@ -27,8 +27,8 @@ pub struct Sample {
     pub closure: f64,
     /// Singularity indices; NaN at samples for which they are not requested, see [`Indices`](crate::Indices).
     pub distances: Distances,
-    /// Flags of each joint: true for the components of its reaction that are statically determinate
-    /// (three components of the force, then three of the moment).
+    /// Flags for the reaction of each joint: true for each component that is statically
+    /// determinate. The first three components are the force, the last three the moment.
     pub determined_reactions: Vec<[bool; 6]>,
     /// True for each gearing whose effort is statically determinate.
     pub determined_gearings: Vec<bool>,
@@ -36,14 +36,14 @@ pub struct Sample {
     pub determined_loads: Vec<bool>,
     /// True for each actuator whose effort is statically determinate.
     pub determined_drives: Vec<bool>,
-    /// Coupling of friction and reactions; the solution is unique below one. `None` if unknown. With
-    /// [`Indices::Least`](crate::Indices::Least), an upper bound that does not exceed the greatest coupling of the
-    /// motion.
+    /// Coupling of friction and reactions. Below one, the solution is unique. `None` if unknown.
+    /// With [`Indices::Least`](crate::Indices::Least), it is an upper bound that does not exceed
+    /// the greatest coupling of the motion.
     pub coupling: Option<f64>,
-    /// Factor on all friction coefficients at which the mechanism jams; infinite if it does not jam, `None` if not
-    /// requested.
+    /// Factor on all friction coefficients at which the mechanism jams: infinite if it does not
+    /// jam, `None` if the factor was not requested.
     pub friction_margin: Option<f64>,
-    /// Contribution of each friction interface to each actuator's effort.
+    /// Contribution of each friction interface to the effort of each actuator.
     pub shares: Contributions<f64>,
     /// Result of back-driving each actuator by the load; empty without friction.
     pub backward: Vec<Backward>,

@@ -1,17 +1,18 @@
-//! Detection of singular poses between samples. The determinant of the loop constraints with locked actuators vanishes
-//! at an actuation (type 2) singularity, and changes its sign there.
+//! Detection of singular poses between samples. At an actuation (type 2) singularity, the
+//! determinant of the loop constraints with locked actuators changes its sign.
 
 use stiction_core::dynamics::InverseDynamics;
 
 /// Sign of the determinant of the loop constraints with locked actuators, at the last sample.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Sides {
-    /// Time of the last sample, s, and the sign of the determinant there.
+    /// Time of the last sample, s, and the sign of the determinant at this sample.
     last: Option<(f64, f64)>,
 }
 
 impl Sides {
-    /// Adds a sample. Returns the times, s, of the last two samples if the sign changed between them.
+    /// Adds a sample. Returns the times, s, of the last two samples if the sign of the determinant
+    /// changed between them.
     pub(crate) fn observe(
         &mut self,
         solver: &mut InverseDynamics,
@@ -20,8 +21,9 @@ impl Sides {
         self.see(solver.side(), time)
     }
 
-    /// Adds a sample at `time`, s; `side` is the sign of its determinant, `None` if undetermined. Returns the times
-    /// of the last sample and of this one if the sign changes between them.
+    /// Adds a sample at `time`, s; `side` is the sign of the determinant, `None` if it is
+    /// undetermined. Returns the times of the previous sample and of this sample if the sign
+    /// changes between them.
     pub(super) fn see(&mut self, side: Option<f64>, time: f64) -> Option<(f64, f64)> {
         let now = side.map(|side| (time, side));
         let before = core::mem::replace(&mut self.last, now)?;

@@ -25,24 +25,24 @@ pub(super) struct Solving<'a> {
     pub(super) dofs: Vec<Dof>,
 }
 
-/// Results of a chunk.
+/// Results of the samples of a chunk.
 pub(super) struct ChunkResults {
     pub(super) samples: Vec<SampleResult>,
     uniqueness: Uniqueness,
     pub(super) least: LeastIndices,
     mirror: Mirror,
     solved: Option<SolvedAt>,
-    /// Greatest bound on the coupling so far.
+    /// Greatest bound on the coupling of friction and reactions at the samples of the chunk so far.
     coupling: f64,
     has_failed: bool,
 }
 
-/// Inputs of the last sample with forces. If the next sample has the same state and loads, it has
-/// the same forces.
+/// State and loads of the last sample with forces. If the next sample has the same state and loads,
+/// it has the same forces.
 struct SolvedAt {
     state: State<f64>,
     loads: Vec<AppliedLoad<f64>>,
-    /// Index of its result in the chunk.
+    /// Index of this sample in the results of the chunk.
     place: usize,
 }
 
@@ -52,7 +52,7 @@ pub(super) struct SampleResult {
     pub(super) found: Result<Box<Solved>, InverseError>,
 }
 
-/// Complete result of a sample with forces.
+/// All results of a sample whose forces have a solution.
 #[derive(Clone)]
 pub(super) struct Solved {
     pub(super) sample: Sample,
@@ -96,7 +96,7 @@ impl Work for Solving<'_> {
                 piece.samples.push(SampleResult { time, found: Ok(found) });
                 continue;
             }
-            // Tables contain the bounds of all samples, summaries only the greatest.
+            // Tables contain the coupling bounds of all samples, summaries only the greatest one.
             let known = if postpones { piece.coupling } else { 0.0 };
             solver.accept_coupling_up_to(known);
             match solver.solve(&loads) {
@@ -104,7 +104,7 @@ impl Work for Solving<'_> {
                     piece.has_failed = true;
                     piece.samples.push(SampleResult { time, found: Err(error) });
                 }
-                // After a failure the other samples are unnecessary.
+                // After a failure, the remaining samples are not computed.
                 Ok(_) if piece.has_failed => {}
                 Ok(_) => {
                     piece.remember(solver, &loads);
@@ -118,7 +118,8 @@ impl Work for Solving<'_> {
 }
 
 impl ChunkResults {
-    /// Returns the result of the last sample for another time, s, if state and loads are the same.
+    /// Returns the result of the last sample, with `time`, s, instead of its time, if state and
+    /// loads are the same.
     fn known(
         &mut self,
         solver: &InverseDynamics,
@@ -135,7 +136,7 @@ impl ChunkResults {
         Some(found)
     }
 
-    /// Keeps the inputs of the sample whose result is added next.
+    /// Stores the state and the loads of the sample whose result is added next.
     fn remember(&mut self, solver: &InverseDynamics, loads: &[AppliedLoad<f64>]) {
         let place = self.samples.len();
         match &mut self.solved {

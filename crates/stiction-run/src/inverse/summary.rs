@@ -1,4 +1,4 @@
-//! Summary of a run.
+//! Summary of a run of inverse dynamics.
 
 use super::certainty::MOST_MARGIN;
 use super::contributions::Ranking;
@@ -18,14 +18,15 @@ use crate::{Sink, SinkError};
 use serde_json::{Map, Value, json};
 use stiction_core::dynamics::{Bounds, FrictionMode, Weighting};
 
-/// Collector of the summary of a run, sample by sample.
+/// Summary of a run of inverse dynamics, accumulated sample by sample.
 #[derive(Clone, Debug)]
 pub struct Summary {
     pub(super) names: Names,
     pub(super) drives: Vec<Comparison>,
     /// Index of each actuator's degree of freedom in [`Sample::joints`].
     actuated: Vec<usize>,
-    /// Coordinate (m or rad), speed (m/s or rad/s) and power (W) of each actuator.
+    /// Statistics of the coordinate (m or rad), the speed (m/s or rad/s) and the power (W) of each
+    /// actuator.
     motions: Vec<(Range, Size, Size)>,
     /// Width of the interval of each actuator's effort at rest.
     pub(super) widest: Vec<Size>,
@@ -33,10 +34,10 @@ pub struct Summary {
     pub(super) widest_bounds: Vec<(f64, f64)>,
     /// Guaranteed bounds of each effort at the instant of its widest interval.
     widest_outer: Vec<(f64, f64)>,
-    /// Largest distance by which the guaranteed bounds of each actuator's effort exceed its
-    /// interval.
+    /// Largest difference between the guaranteed bounds of each actuator's effort and the ends of
+    /// its interval, N or N m.
     pub(super) certified_within: Vec<f64>,
-    /// Numbers of samples at rest by the certainty of their intervals.
+    /// Numbers of samples at rest, classified by the certainty of their effort intervals.
     pub(super) certainty: Certainty,
     pub(super) resting_samples: usize,
     /// Number of samples at rest at which the interval of the efforts is unknown.
@@ -50,25 +51,26 @@ pub struct Summary {
     pub(super) power_residual: Size,
     pub(super) power_residual_relative: Size,
     pub(super) motors: MotorSummary,
-    /// Times of the first and the last sample, s.
+    /// Times of the first and the last sample, s; `None` before the first sample.
     span: Option<(f64, f64)>,
     ranges: Ranges,
     dofs: Vec<Dof>,
-    /// Characteristic length, m.
+    /// Characteristic length of the mechanism, m.
     length: f64,
     pub(super) closure: Size,
     pub(super) actuation: Least,
     pub(super) constraint: Least,
-    /// Effort of each gearing, and true if it is statically determinate at all samples.
+    /// Size of the effort of each gearing, and true if the effort is statically determinate at all
+    /// samples.
     pub(super) gearings: Vec<(Size, bool)>,
-    /// Flags of each joint: true for the components of its reaction that are statically determinate
-    /// at all samples.
+    /// Flags for the reaction of each joint: true for each component that is statically determinate
+    /// at all samples. The first three components are the force, the last three the moment.
     pub(super) determined_reactions: Vec<[bool; 6]>,
     pub(super) determined_loads: Vec<bool>,
     pub(super) determined_drives: Vec<bool>,
 }
 
-/// Numbers of samples at rest by the certainty of their effort intervals.
+/// Numbers of samples at rest, classified by the certainty of their effort intervals.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Certainty {
     pub(super) exact: usize,
@@ -125,18 +127,18 @@ impl Summary {
         }
     }
 
-    /// Duration from the first to the last sample, s.
+    /// Returns the duration from the first to the last sample, s.
     pub(super) fn duration(&self) -> f64 {
         self.span.map_or(0.0, |(first, last)| last - first)
     }
 
-    /// Statistics of the power of each actuator, W.
+    /// Returns the statistics of the power of each actuator, W.
     pub(super) fn powers(&self) -> impl Iterator<Item = &Size> {
         self.motions.iter().map(|(_, _, power)| power)
     }
 
-    /// Names of the joints with statically indeterminate reactions, each with the names of the
-    /// indeterminate components.
+    /// Returns the names of the joints with statically indeterminate reactions, each with the names
+    /// of the indeterminate components.
     pub(super) fn undetermined(&self) -> Vec<(&str, Vec<&'static str>)> {
         self.names
             .joints
@@ -154,7 +156,8 @@ impl Summary {
         frictions && !self.determined_drives.contains(&false)
     }
 
-    /// Names of the friction interfaces whose normal load, and therefore friction, is not unique.
+    /// Returns the names of the friction interfaces whose normal load, and therefore friction, is
+    /// not unique.
     pub(super) fn frictions_that_are_not_unique(&self) -> impl Iterator<Item = &str> {
         let interfaces = self.names.interfaces.iter().zip(&self.determined_loads);
         interfaces.filter(|(_, determined)| !**determined).map(|((name, _), _)| name.as_str())
@@ -208,9 +211,9 @@ impl Summary {
         job.motion.cautions().chain(self.ranges.cautions()).chain(self.motors.cautions()).collect()
     }
 
-    /// Lists reasons to interpret the results with care, one short sentence each: exceeded ranges and limits, results
-    /// that are not unique, singular positions in the motion. Cautions on a recording
-    /// ([`Motion::cautions`](stiction_format::Motion::cautions)) are not included.
+    /// Lists reasons to interpret the results with care, one short sentence for each: exceeded
+    /// ranges and limits, results that are not unique, singular positions in the motion. Cautions
+    /// on a recording ([`Motion::cautions`](stiction_format::Motion::cautions)) are not included.
     pub fn doubts(&self, job: &Job<'_>, verdict: &Verdict) -> Vec<String> {
         let mut doubts: Vec<String> =
             self.ranges.cautions().chain(self.motors.cautions()).collect();
@@ -271,7 +274,7 @@ impl Summary {
                 "dissipated_part": (total > 0.0).then(|| self.dissipated[k].value / total),
                 "determined": self.determined_loads[k],
             });
-            // Only laws with a state have this entry.
+            // Only friction laws with an internal state have this entry.
             if self.names.steady.contains(name) {
                 value["law"] = json!("steady sliding of a law with an internal state");
             }
@@ -437,8 +440,8 @@ impl Summary {
     }
 }
 
-/// Description of the weighting that selects one of several possible solutions for efforts or
-/// reactions; `None` if the solution is unique.
+/// Describes the weighting that selects one of several possible solutions for efforts or reactions;
+/// `None` if the solution is unique.
 pub(super) fn weighting_words(job: &Job<'_>, verdict: &Verdict) -> Option<String> {
     let mechanism = &job.model.mechanism;
     let length = mechanism.characteristic_length();

@@ -17,31 +17,32 @@ use std::io;
 pub struct Tables<W: io::Write> {
     tables: table::Tables<W>,
     rows: Rows,
-    /// True for each table that the run has.
+    /// True for each table in [`TABLES`] that the run has.
     has: [bool; 7],
 }
 
 impl<W: io::Write> Tables<W> {
-    /// Names of the job's tables, in the order of the files passed to [`Self::new`].
+    /// Returns the file names of the job's tables, in the order of the files passed to
+    /// [`Self::new`].
     pub fn files(job: &Job<'_>) -> Vec<&'static str> {
         let names = TABLES.into_iter().zip(Rows::of_job(job)).filter(|(_, has)| *has);
         names.map(|(name, _)| name).collect()
     }
 
-    /// Starts the tables with their headers; `files` are in the order of [`Self::files`].
+    /// Creates the tables and writes their headers; `files` are in the order of [`Self::files`].
     ///
     /// # Errors
-    /// A header cannot be written.
+    /// Returns an error if a header cannot be written.
     pub fn new(job: &Job<'_>, files: Vec<W>) -> io::Result<Self> {
         let rows = Rows::new(job);
         let tables = table::Tables::new(headers(&rows, job), files)?;
         Ok(Self { tables, rows, has: Rows::of_job(job) })
     }
 
-    /// Flushes all buffers and returns the files in their order.
+    /// Flushes all buffers and returns the files in the order of [`Self::files`].
     ///
     /// # Errors
-    /// A file cannot be written.
+    /// Returns an error if a file cannot be written.
     pub fn finish(self) -> io::Result<Vec<W>> {
         self.tables.finish()
     }
@@ -68,7 +69,7 @@ impl Columns {
     }
 }
 
-/// Headers of all tables of a job, including the time.
+/// Returns the headers of all tables of a job, including the time column.
 fn headers(rows: &Rows, job: &Job<'_>) -> Vec<Vec<String>> {
     let headers = rows.headers.iter().zip(Rows::of_job(job)).filter(|(_, has)| *has);
     headers.map(|(columns, _)| header(columns.iter().cloned())).collect()

@@ -13,12 +13,12 @@ use std::fmt::{self, Write};
 use stiction_core::dynamics::FrictionMode;
 use stiction_draw::numbers::{number, order, percent};
 
-/// A pose counts as singular if its singularity index is below this value. The indices of a
-/// singular pose at finite rates are accurate only to the square root of the rounding error.
+/// Singularity index below which a pose counts as singular in the text. The indices of a singular
+/// pose at finite rates are accurate only to the square root of the rounding error.
 pub(super) const ROOT_OF_ROUNDING: f64 = 1e-6;
-/// The summary contains a caution if a singularity index is below this value.
+/// Singularity index below which the summary contains a caution.
 pub(super) const NEAR_SINGULAR: f64 = 1e-3;
-/// Largest number of joints and friction interfaces listed.
+/// Largest number of joints and of friction interfaces that the text lists.
 const LISTED: usize = 6;
 
 /// Writes the summary as text.
@@ -215,7 +215,7 @@ fn write_friction(
     interfaces.sort_by(|a, b| b.0.total_cmp(&a.0));
     let unit = if is_pose { "W" } else { "J" };
     write!(out, "friction dissipates {} {unit}", number(total))?;
-    // A zero total has no fractions.
+    // Fractions of a zero total do not exist.
     if total != 0.0 {
         let share = |(part, name): &(f64, &str)| format!("{name} {}", percent(Some(part / total)));
         write!(out, ": {}", listed(interfaces.iter().map(share), LISTED))?;
@@ -325,8 +325,8 @@ fn write_verdicts(
     }
 }
 
-/// Writes the singular poses in which the load happens to do no work on the gained motion, so that the mechanism can
-/// carry it.
+/// Writes the singular poses at which the load does no work on the gained motion, so that the
+/// mechanism can carry the load.
 fn write_singular(
     out: &mut impl Write,
     summary: &Summary,
@@ -364,7 +364,7 @@ fn write_singular(
     Ok(())
 }
 
-/// Writes the statement on the uniqueness of the solution with friction.
+/// Writes whether the solution with friction is unique; `what` names the results concerned.
 fn write_unique(out: &mut impl Write, what: &str, verdict: &Verdict) -> fmt::Result {
     if let Some(coupling) = verdict.coupling.filter(|coupling| *coupling < 1.0) {
         return match coupling > 1e-9 {
@@ -393,7 +393,7 @@ fn write_unique(out: &mut impl Write, what: &str, verdict: &Verdict) -> fmt::Res
     }
 }
 
-/// Writes other solutions and the friction margin.
+/// Writes other solutions and the friction margin to jamming.
 fn write_certainty(out: &mut impl Write, summary: &Summary, verdict: &Verdict) -> fmt::Result {
     if let Some(others) = &verdict.other_solutions {
         let count = others.drives.len();

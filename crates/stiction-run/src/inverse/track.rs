@@ -2,13 +2,15 @@
 
 use stiction_core::kinematics::State;
 
-/// Positions at the first samples of a motion, which the first pass found and the second pass restores.
+/// Positions at the first samples of a motion. The first pass computes them, and the second pass
+/// restores them.
 #[derive(Debug, Default)]
 pub(super) struct Track {
-    /// Numbers of each sample: coordinates, rates and accelerations of the tree, then the sign of
-    /// the determinant of the loop constraints with locked actuators; NaN if it is undetermined.
+    /// Values of each sample: coordinates, rates and accelerations of the spanning tree, followed
+    /// by the sign of the determinant of the loop constraints with locked actuators; NaN if the
+    /// sign is undetermined.
     numbers: Vec<f64>,
-    /// Number of coordinates and number of degrees of freedom of the tree.
+    /// Number of coordinates and number of degrees of freedom of the spanning tree.
     widths: [usize; 2],
     is_full: bool,
 }
@@ -16,7 +18,7 @@ pub(super) struct Track {
 /// Stored position of a sample.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Known<'a> {
-    /// Coordinates, rates and accelerations of the tree.
+    /// Coordinates, rates and accelerations of the spanning tree.
     pub(super) state: [&'a [f64]; 3],
     /// Sign of the determinant of the loop constraints with locked actuators, see
     /// [`InverseDynamics::side`](stiction_core::dynamics::InverseDynamics::side).
@@ -24,7 +26,8 @@ pub(super) struct Known<'a> {
 }
 
 impl Track {
-    /// Largest number of stored numbers, so that memory does not grow with the length of a motion.
+    /// Largest number of stored values, so that the memory use does not grow with the length of a
+    /// motion.
     const MOST: usize = 1 << 21;
 
     fn width(&self) -> usize {
@@ -41,7 +44,7 @@ impl Track {
         self.numbers.push(side.unwrap_or(f64::NAN));
     }
 
-    /// Appends the positions of the following samples, as long as there is space.
+    /// Appends the positions of the following samples, until the storage is full.
     pub(super) fn append(&mut self, other: &Self) {
         if !other.numbers.is_empty() {
             self.widths = other.widths;

@@ -3,15 +3,18 @@
 use stiction_core::dynamics::{InverseDynamics, Weighting};
 use stiction_core::statics::{Distances, NullDirection, SingularityDistances, Statics};
 
-/// A pose counts as singular if its singularity index is below this value, that is, exactly zero.
+/// Singularity index below which a pose counts as singular: the index is exactly zero, or too small
+/// for a normalised number.
 pub(crate) const SINGULAR: f64 = f64::MIN_POSITIVE;
 
-/// Verdicts at one sample, with buffers that the next sample reuses.
+/// Uniqueness and singularity of the solution at one sample, with buffers that the next sample
+/// reuses.
 #[derive(Clone, Debug)]
 pub(super) struct Uniqueness {
-    /// Mobility that the design intends, local rotations included.
+    /// Mobility for which the mechanism is designed, including local rotations.
     mobility: usize,
-    /// Fast calculator of the indices; `None` if statics has more or fewer unknowns than equations.
+    /// Fast solver for the singularity indices; `None` if the number of statics equations differs
+    /// from the number of unknowns.
     pub(super) proximity: Option<SingularityDistances>,
     /// Singularity indices of the sample; NaN if their computation is postponed.
     pub(super) distances: Distances,
@@ -22,26 +25,26 @@ pub(super) struct Uniqueness {
     pub(super) drives: Vec<bool>,
     /// True if the pose is singular although the mechanism carries the load.
     pub(super) is_singular: bool,
-    /// Details of the singular pose at the first sample that has one.
+    /// Details of the singular pose, set only at the first sample with a singular pose.
     pub(super) singular: Option<Singular>,
     reported: bool,
 }
 
-/// Singular poses whose forces are finite, because the load does no work on the gained motion. The solution is not
-/// unique there.
+/// Singular poses with finite forces. The forces are finite because the load does no work on the
+/// gained motion, but they are not unique.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Singular {
     /// Number of samples at singular poses with finite forces.
     pub samples: usize,
-    /// Time of the first of these samples, s.
+    /// Time of the first of these singular samples, s.
     pub time: f64,
-    /// Body that can move at the first of these samples with all actuators locked.
+    /// Body that can move at the first of these singular samples with all actuators locked.
     pub body: String,
     /// Motion of the body in words.
     pub motion: String,
-    /// Load that the mechanism could not carry in that pose.
+    /// Load that the mechanism could not carry in this pose.
     pub load: String,
-    /// Self-stresses that can be added to the forces in that pose.
+    /// Self-stresses that can be added to the forces in this pose.
     pub null_directions: Vec<NullDirection>,
 }
 
@@ -64,8 +67,9 @@ impl Uniqueness {
         }
     }
 
-    /// Examines the present pose. If `postpones` is true and only the indices remain to be computed, returns bounds on
-    /// their changes instead of computing them, see [`SingularityDistances::travel`].
+    /// Examines the present pose. If `postpones` is true and only the singularity indices remain to
+    /// be computed, returns bounds on their changes instead of computing them, see
+    /// [`SingularityDistances::travel`].
     pub(super) fn observe(
         &mut self,
         solver: &InverseDynamics,
@@ -107,8 +111,8 @@ impl Uniqueness {
     }
 }
 
-/// Returns whether all forces are statically determinate: there is no redundancy, and no body has a
-/// local rotation.
+/// Returns true if all forces are statically determinate: the mechanism has no redundancy, and no
+/// body has a local rotation.
 pub(super) fn is_determined(solver: &InverseDynamics) -> bool {
     let has_spins = !solver.constraints().spins().is_empty();
     solver.weighting() == Some(Weighting::Determined) && !has_spins

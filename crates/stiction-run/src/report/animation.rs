@@ -1,8 +1,8 @@
 //! Samples of a run for the animated robot of its report.
 //!
-//! For a long run, only some evenly spaced samples are stored, and in addition those at which the
-//! quantities in the report's tables have extremes. The page thus remains small and contains all
-//! peaks.
+//! For a long run, only some evenly spaced samples are stored, and in addition the samples at which
+//! the quantities in the tables of the report have extremes. The page therefore remains small and
+//! shows all peaks.
 
 use crate::bodies::poses_in_world;
 use crate::dofs::{Dof, actuated, dofs_of};
@@ -17,21 +17,22 @@ use stiction_draw::drawing::{Detail, Drawing, Surface, Trail};
 use stiction_draw::viewer::{Actuator, Film, Ghost, Mesh, MeshFile, Shot, robot};
 use stiction_format::{MeshFormat, ModelFile};
 
-/// Largest size of the samples in a page, bytes of text, so that the page can be sent by e-mail.
+/// Largest size of the samples in a page, bytes of text. The limit allows the page to be sent by
+/// e-mail.
 const ROOM: usize = 2_000_000;
-/// Largest number of evenly spaced samples.
+/// Largest number of evenly spaced samples in a page.
 const MOST: usize = 3000;
-/// A value that is larger by less than this relative difference counts as equal, as in the summary.
+/// Relative difference below which two values count as equal, as in the summary.
 const ROUNDING: f64 = 1e-12;
 
-/// Names of the columns of a friction interface.
+/// Names of the columns of each friction interface.
 const INTERFACE: [&str; 5] = ["speed [m/s]", "load [N]", "friction [N]", "power [W]", "sticks"];
-/// Names of the columns of the external load of a body.
+/// Names of the columns of the external load on each body.
 const LOAD: [&str; 6] = ["fx [N]", "fy [N]", "fz [N]", "mx [N m]", "my [N m]", "mz [N m]"];
 /// Number of values of a pose: position and quaternion.
 const POSE: usize = 7;
 
-/// Stored sample.
+/// Sample that is stored for the animation.
 #[derive(Clone, Debug)]
 struct Frame {
     index: usize,
@@ -40,7 +41,7 @@ struct Frame {
     values: Vec<f64>,
 }
 
-/// Least and greatest value of a quantity, with the samples at which they occur.
+/// Least and greatest value of a quantity, and the samples at which they occur.
 #[derive(Clone, Debug, Default)]
 struct Extremes {
     least: Option<(f64, Arc<Frame>)>,
@@ -54,11 +55,11 @@ pub struct Reel {
     still: String,
 }
 
-/// Largest number of runs in one page.
+/// Largest number of runs that one page shows.
 pub(crate) const MOST_RUNS: usize = 8;
 
-/// Markup of the animated robot of the first of several runs; a reader can overlay the robot of
-/// another run. Each run has a label. Empty without runs.
+/// Returns the markup of the animated robot of the first of several runs. A reader can overlay the
+/// robot of another run. Each run has a label. Empty without runs.
 pub(crate) fn together(runs: Vec<(String, Reel)>, caption: &str) -> String {
     let labelled = |(label, reel): (String, Reel)| (Shot { label, ..reel.shot }, reel.still);
     let mut runs = runs.into_iter().take(MOST_RUNS).map(labelled);
@@ -75,11 +76,11 @@ pub(crate) struct Animation {
     columns: Vec<String>,
     actuators: Vec<Actuator>,
     meshes: Vec<Mesh>,
-    /// Poses at the first sample in the world, the ground first.
+    /// Poses of all bodies in the world at the first sample, the ground first.
     first: Vec<Pose<f64>>,
     origin: Vec3<f64>,
     trail: Option<Trail>,
-    /// Largest number of evenly spaced samples.
+    /// Largest number of evenly spaced samples that are stored.
     most: usize,
     /// Number of samples from each evenly spaced sample to the next.
     stride: usize,
@@ -91,13 +92,14 @@ pub(crate) struct Animation {
     tracked: Vec<f64>,
     /// Number of columns of each actuator.
     quantities: usize,
-    /// Number of columns of singularity indices.
+    /// Number of columns for the whole mechanism: its singularity indices.
     whole: usize,
 }
 
 impl Animation {
-    /// Creates an empty animation with room for `count` samples. `quantities` names the columns for each actuator, the
-    /// effort first, and `whole` those of the singularity indices, if any.
+    /// Creates an empty animation with room for `count` samples. `quantities` contains the names of
+    /// the columns for each actuator, the effort first; `whole` contains the names of the columns
+    /// for singularity indices, if any.
     pub(crate) fn new(
         model: &ModelFile,
         names: &Names,
@@ -145,12 +147,12 @@ impl Animation {
         }
     }
 
-    /// Empty animation of `count` samples without forces.
+    /// Creates an empty animation of `count` samples without forces.
     pub(crate) fn of_motion(model: &ModelFile, count: usize) -> Self {
         Self::new(model, &Names::default(), &[], &[], count)
     }
 
-    /// Adds a sample without forces; the poses are those of a solver.
+    /// Adds a sample without forces; the poses are those of `solver`.
     pub(crate) fn push_motion(&mut self, time: f64, solver: &InverseDynamics) {
         self.push_pose(
             time,
@@ -158,14 +160,16 @@ impl Animation {
         );
     }
 
-    /// Adds a sample without forces; `poses` are those of all bodies in the world, the ground first.
+    /// Adds a sample without forces; `poses` contains the poses of all bodies in the world, the
+    /// ground first.
     pub(crate) fn push_pose(&mut self, time: f64, poses: &[Pose<f64>]) {
         let loads = vec![0.0; LOAD.len() * (self.mechanism.bodies().len() - 1)];
         self.push(time, poses.iter().copied(), loads);
     }
 
-    /// Adds a sample: poses of all bodies in the world, the ground first, and values of all columns. Their order is
-    /// actuators, joints, friction interfaces, loads of bodies, singularity indices.
+    /// Adds a sample: poses of all bodies in the world, the ground first, and the values of all
+    /// columns. The order of the columns is actuators, joints, friction interfaces, loads of
+    /// bodies, singularity indices.
     pub(crate) fn push(
         &mut self,
         time: f64,
@@ -227,8 +231,8 @@ impl Animation {
         self.tracked.extend_from_slice(&values[values.len() - self.whole..]);
     }
 
-    /// Markup of the animated robot with a still picture; `ghost` is the least-constrained motion
-    /// at one sample, if it is shown. Empty without samples.
+    /// Returns the markup of the animated robot with a still picture; `ghost` is the
+    /// least-constrained motion at one sample, if it is shown. Empty without samples.
     pub(crate) fn figure(&self, caption: &str, ghost: Option<Ghost>) -> String {
         let Some(mut reel) = self.reel(1) else { return String::new() };
         reel.shot.film.ghost = ghost;
@@ -293,7 +297,7 @@ impl Animation {
     }
 }
 
-/// The loaded meshes of a model.
+/// Returns the loaded meshes of a model.
 fn meshes_of(model: &ModelFile) -> Vec<Mesh> {
     // Visuals that refer to the same file share its content.
     let mut files: Vec<(*const stiction_format::Mesh, Arc<MeshFile>)> = Vec::new();

@@ -42,7 +42,7 @@ impl Finding {
     }
 }
 
-/// Section with all verdicts; those that require a change come first.
+/// Returns the section with all verdicts. Verdicts that require a change come first.
 pub(crate) fn findings(findings: &[Finding]) -> String {
     let of = |class: &str| -> String {
         findings.iter().filter(|one| one.class == class).map(Finding::markup).collect()

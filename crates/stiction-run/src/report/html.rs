@@ -1,4 +1,5 @@
-//! HTML elements of reports. Plain text is escaped; arguments named `inner` are markup.
+//! HTML elements of reports. The functions escape plain text; arguments named `inner` are HTML
+//! markup.
 
 use stiction_draw::figure::{Bars, Figure};
 use stiction_draw::numbers::number;
@@ -9,29 +10,29 @@ pub(crate) use stiction_draw::page::Column;
 
 const STYLE: &str = include_str!("style.css");
 
-/// Section with its heading.
+/// Returns a section with its heading.
 pub(crate) fn section(title: &str, inner: &str) -> String {
     format!("<section>\n<h2>{}</h2>\n{inner}</section>\n", escape(title))
 }
 
-/// Paragraph.
+/// Returns a paragraph.
 pub(crate) fn paragraph(text: &str) -> String {
     format!("<p>{}</p>\n", escape(text))
 }
 
-/// Paragraph with an explanation.
+/// Returns a paragraph that contains an explanation.
 pub(crate) fn note(text: &str) -> String {
     format!("<p class=\"note\">{}</p>\n", escape(text))
 }
 
-/// Table; empty without rows.
+/// Returns a table; empty without rows.
 pub(crate) fn table(head: &[(&str, Column)], rows: &[Vec<String>]) -> String {
     let rows: Vec<Vec<_>> =
         rows.iter().map(|row| row.iter().map(|text| escape(text)).collect()).collect();
     table_of(head, &rows)
 }
 
-/// Collapsible section for long tables.
+/// Returns a collapsible section, for long tables.
 pub(crate) fn folded(summary: &str, inner: &str) -> String {
     if inner.is_empty() {
         return String::new();
@@ -39,13 +40,13 @@ pub(crate) fn folded(summary: &str, inner: &str) -> String {
     format!("<details>\n<summary>{}</summary>\n{inner}</details>\n", escape(summary))
 }
 
-/// Writes a card of a report: a short text in large letters above an explanation.
+/// Returns a card of a report: a short text in large letters above an explanation.
 pub(crate) fn card(big: &str, small: &str, is_bad: bool) -> String {
     let class = if is_bad { "card bad" } else { "card" };
     format!("<div class=\"{class}\"><b>{}</b><span>{}</span></div>\n", escape(big), escape(small))
 }
 
-/// Figure of curves, drawn in the colours of the page.
+/// Returns a figure of curves, drawn in the colours of the page.
 pub(crate) fn curves(figure: &Figure) -> String {
     if figure.is_empty() {
         return String::new();
@@ -53,7 +54,7 @@ pub(crate) fn curves(figure: &Figure) -> String {
     format!("<figure class=\"plot\">\n{}</figure>\n", figure.inline(&figure.title))
 }
 
-/// Figure of bars, drawn in the colours of the page.
+/// Returns a figure of bars, drawn in the colours of the page.
 pub(crate) fn bars(bars: &Bars) -> String {
     match bars.inline(&bars.title) {
         inner if inner.is_empty() => inner,
@@ -61,8 +62,8 @@ pub(crate) fn bars(bars: &Bars) -> String {
     }
 }
 
-/// Table whose cells are markup, as made by [`text`] and [`instant`]; empty without rows. A column without a name and
-/// without a text is left out.
+/// Returns a table whose cells contain markup, as made by [`text`] and [`instant`]; empty without
+/// rows. Columns with neither a name nor a cell with content are left out.
 pub(crate) fn table_of(head: &[(&str, Column)], rows: &[Vec<String>]) -> String {
     if rows.is_empty() {
         return String::new();
@@ -73,14 +74,14 @@ pub(crate) fn table_of(head: &[(&str, Column)], rows: &[Vec<String>]) -> String 
     let cells = |row: &Vec<String>| used.iter().filter_map(|k| row.get(*k).cloned()).collect();
     let rows: Vec<Vec<String>> = rows.iter().map(cells).collect();
     let head: Vec<_> = used.iter().map(|k| (escape(head[*k].0), head[*k].1)).collect();
-    // A table that is wider than the page scrolls, also by keyboard.
+    // A table that is wider than the page can be scrolled, also by keyboard.
     format!(
         "<div class=\"wide\" tabindex=\"0\" role=\"group\" aria-label=\"table\">{}</div>\n",
         page::table(&head, &rows)
     )
 }
 
-/// Table that shows at most its first `most` rows; the other rows are collapsed.
+/// Returns a table that shows at most its first `most` rows; the other rows are collapsed.
 pub(crate) fn long_table(head: &[(&str, Column)], rows: &[Vec<String>], most: usize) -> String {
     let (first, more) = rows.split_at(rows.len().min(most));
     let summary = match more.len() {
@@ -90,12 +91,12 @@ pub(crate) fn long_table(head: &[(&str, Column)], rows: &[Vec<String>], most: us
     table_of(head, first) + &folded(&summary, &table_of(head, more))
 }
 
-/// Cell with plain text.
+/// Returns a table cell with plain text.
 pub(crate) fn text(text: &str) -> String {
     escape(text)
 }
 
-/// Cell with a time, s, as a link that shows the robot at this time.
+/// Returns a table cell with a time, s, as a link that shows the robot at this time.
 pub(crate) fn instant(time: f64) -> String {
     if !time.is_finite() {
         return text("-");
@@ -105,7 +106,7 @@ pub(crate) fn instant(time: f64) -> String {
     format!("<a href=\"#t={exact}\">{}</a>", escape(&number(time)))
 }
 
-/// List of warnings; empty without any.
+/// Returns a list of warnings; empty without warnings.
 pub(crate) fn warnings<'a>(all: impl IntoIterator<Item = &'a String>) -> String {
     let items: String = all.into_iter().map(|one| format!("<li>{}</li>\n", escape(one))).collect();
     match items.is_empty() {
@@ -114,17 +115,17 @@ pub(crate) fn warnings<'a>(all: impl IntoIterator<Item = &'a String>) -> String 
     }
 }
 
-/// Row of cards.
+/// Returns a row of cards.
 pub(crate) fn cards(cards: &[String]) -> String {
     format!("<div class=\"cards\">\n{}</div>\n", cards.concat())
 }
 
-/// Whole page without scripts.
+/// Returns a whole HTML page without scripts.
 pub(crate) fn page(title: &str, inner: &str) -> String {
     page::page(title, STYLE, inner)
 }
 
-/// Whole page with an animated robot.
+/// Returns a whole HTML page with an animated robot.
 pub(crate) fn page_with_robot(title: &str, inner: &str) -> String {
     page::page_with_viewer(title, &format!("{STYLE}{}", stiction_draw::viewer::STYLE), inner)
 }

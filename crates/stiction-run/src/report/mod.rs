@@ -17,13 +17,14 @@ use stiction_draw::numbers::number;
 use stiction_draw::xml::escape;
 use stiction_format::ModelFile;
 
-/// Number of rows that a long table shows; the other rows are collapsed.
+/// Number of rows that a long table shows initially; the other rows are collapsed.
 pub(crate) const LISTED: usize = 8;
 
-/// Largest number of bars in a figure.
+/// Largest number of bars in one figure.
 const BARS: usize = 12;
 
-/// Heading of a report: name and title of the model, and a description of the computation.
+/// Returns the heading of a report: name and title of the model, and a description of the
+/// computation.
 pub(crate) fn header(model: &ModelFile, about: &str) -> String {
     let mut inner = format!("<h1>{}</h1>\n", escape(&model.name));
     if !model.title.is_empty() {
@@ -32,8 +33,8 @@ pub(crate) fn header(model: &ModelFile, about: &str) -> String {
     inner + &note(about)
 }
 
-/// Table of the peak reactions of all joints, the largest force first. Moments are divided by `length`, m, for the
-/// comparison with forces.
+/// Returns the table of the peak reactions of all joints, in descending order of force. For the
+/// comparison with forces, moments are divided by `length`, m.
 pub(crate) fn reactions(names: &[String], reactions: &Reactions, length: f64) -> String {
     let mut order: Vec<usize> = (0..names.len()).collect();
     order.sort_by(|&a, &b| reactions.0[b].0.peak.total_cmp(&reactions.0[a].0.peak));
@@ -62,8 +63,8 @@ pub(crate) fn reactions(names: &[String], reactions: &Reactions, length: f64) ->
     section("Joint reactions", &inner)
 }
 
-/// Bars of the energy dissipated in each joint, the largest first. `amounts` contains for each friction interface the
-/// index of its joint and its dissipated energy, J.
+/// Returns a bar chart of the energy dissipated in each joint, in descending order. `amounts`
+/// contains, for each friction interface, the index of its joint and its dissipated energy, J.
 pub(crate) fn by_joint(
     names: &[String],
     amounts: impl Iterator<Item = (usize, f64)>,
@@ -90,8 +91,8 @@ pub(crate) fn by_joint(
     html::bars(&Bars { title, axis: String::new(), unit: unit.to_owned(), bars })
 }
 
-/// Section with the options and the program version with which the run can be repeated; `options`
-/// are those of the summary.
+/// Returns the section with the options and the program version for repeating the run; `options`
+/// are the options in the summary.
 pub(crate) fn repeat(command: Option<&str>, options: &Value) -> String {
     let mut inner = String::new();
     if let Some(command) = command {
@@ -117,7 +118,7 @@ fn shown(value: &Value) -> String {
     }
 }
 
-/// Name and version of the program.
+/// Returns the name and the version of the program.
 pub(crate) fn version() -> String {
     note(&format!(
         "stiction {}. All numbers in SI units; the other files of this folder contain them with all digits.",
@@ -125,7 +126,8 @@ pub(crate) fn version() -> String {
     ))
 }
 
-/// Footer with the source that the model file names, such as a publication; empty if it names none.
+/// Returns the footer with the source named by the model file, such as a publication; empty without
+/// a source.
 pub(crate) fn footer(model: &ModelFile) -> String {
     match model.source.trim() {
         "" => String::new(),

@@ -9,18 +9,18 @@ use crate::names::Names;
 pub(super) struct Column {
     /// Index of the table in [`TABLES`].
     table: usize,
-    /// Index of the first component in the row of the table.
+    /// Index of the first component in the row of the table that contains this column.
     first: usize,
-    /// Number of components.
+    /// Number of components: one for a scalar, three for a vector.
     width: usize,
     /// Name of the column in objectives.
     pub(super) name: String,
-    /// Unit, without brackets; `-` for none.
+    /// Unit of the column without brackets; `-` for a dimensionless column.
     pub(super) unit: String,
 }
 
 impl Column {
-    /// Returns the value in the rows of a sample.
+    /// Returns the value of the column in the rows of a sample.
     pub(super) fn of(&self, rows: &Rows) -> f64 {
         let row = rows.rows[self.table].get(self.first..self.first + self.width);
         match row {
@@ -30,8 +30,8 @@ impl Column {
         }
     }
 
-    /// Finds the column of the same table that says if the values of this column are statically
-    /// determinate; `None` if the table has no such column.
+    /// Finds the column of the same table that states whether the values of this column are
+    /// statically determinate; `None` if the table has no such column.
     pub(super) fn determined(&self, known: &[Self]) -> Option<Self> {
         let owners = self.name.match_indices('.').map(|(at, _)| &self.name[..at]);
         let flag = |owner: &str| {
@@ -41,14 +41,14 @@ impl Column {
         owners.rev().find_map(flag).cloned()
     }
 
-    /// Short name of the table, which distinguishes columns with equal names.
+    /// Returns the short name of the table, which distinguishes columns with equal names.
     pub(super) fn table(&self) -> &'static str {
         TABLES[self.table].trim_end_matches(".csv")
     }
 }
 
-/// Lists all columns of a job. If several columns have the same name, the name without a table
-/// refers to the first of them.
+/// Lists all columns in the tables of a job. If several columns have the same name, a name without
+/// a table refers to the first of them.
 pub(super) fn columns(job: &Job<'_>, rows: &Rows) -> Vec<Column> {
     let mut all = Vec::new();
     // Order of precedence of columns with equal names.
@@ -77,7 +77,7 @@ pub(super) fn columns(job: &Job<'_>, rows: &Rows) -> Vec<Column> {
     all
 }
 
-/// Splits a header such as `leg1.P.drive [N]` into name and unit.
+/// Splits a column header such as `leg1.P.drive [N]` into name and unit.
 pub(super) fn split(header: &str) -> (String, String) {
     match header.trim().strip_suffix(']').and_then(|rest| rest.rsplit_once('[')) {
         Some((name, unit)) => (name.trim_end().to_owned(), unit.trim().to_owned()),
@@ -85,7 +85,7 @@ pub(super) fn split(header: &str) -> (String, String) {
     }
 }
 
-/// Columns `J.effort`, which are aliases of the columns `J.drive`, for all actuators.
+/// Returns the columns `J.effort` for all actuators, which are aliases of the columns `J.drive`.
 fn efforts(job: &Job<'_>, inverse: &[Column]) -> Vec<Column> {
     let names = Names::new(&job.model.mechanism);
     let effort = |(name, _): &(String, &str)| {

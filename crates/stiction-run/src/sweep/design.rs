@@ -1,4 +1,4 @@
-//! Designs of a study: the values of the varied keys in each row.
+//! Designs of a study: the values of the varied model keys in each row.
 
 use super::latin_hypercube::{LatinHypercube, unit};
 use super::sobol::{MOST_DIMENSIONS, Sobol};
@@ -7,8 +7,8 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 use stiction_format::{Key, Setting, Variation};
 use thiserror::Error;
 
-/// Values of the varied keys in each row of a study. A row does not depend on other rows, nor on the total number of
-/// rows.
+/// Values of the varied model keys in each row of a study. The values of a row depend neither on
+/// other rows nor on the total number of rows.
 #[derive(Clone, Debug)]
 pub struct Design {
     variations: Vec<Variation>,
@@ -26,10 +26,10 @@ enum Plan {
 
 /// Largest number of rows of a grid.
 const MOST_ROWS: u64 = 1 << 40;
-/// Largest number of coordinates of a Latin hypercube, whose permutations are stored in memory.
+/// Largest number of coordinates in a Latin hypercube, whose permutations are stored in memory.
 const MOST_COORDINATES: u64 = 1 << 28;
 
-/// Reason why variations cannot be combined to a design.
+/// Reason why variations cannot be combined into a design.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum DesignError {
@@ -39,13 +39,13 @@ pub enum DesignError {
     /// A key is varied twice.
     #[error("`{0}` is varied twice")]
     Twice(
-        /// The key.
+        /// Name of the key that is varied twice.
         String,
     ),
     /// A range has no number of values, which a grid needs.
     #[error("a grid needs the number of values in the range of `{0}`")]
     Uncounted(
-        /// The key.
+        /// Name of the key whose range has no number of values.
         String,
     ),
     /// A range has a number of values, which sampled designs do not allow.
@@ -54,7 +54,7 @@ pub enum DesignError {
         values itself"
     )]
     Counted(
-        /// The key.
+        /// Name of the key whose range has a number of values.
         String,
     ),
     /// The number of samples is zero.
@@ -63,9 +63,9 @@ pub enum DesignError {
     /// The design has too many rows.
     #[error("the design has {rows} rows; the maximum is {most}")]
     TooManyRows {
-        /// Number of rows, as text because it may exceed every integer type.
+        /// Number of rows as text, because it may exceed every integer type.
         rows: String,
-        /// Largest allowed number.
+        /// Largest allowed number of rows.
         most: u64,
     },
     /// More keys are varied than Sobol's sequence has dimensions.
@@ -73,13 +73,14 @@ pub enum DesignError {
     TooManyKeys {
         /// Number of varied keys.
         keys: usize,
-        /// Largest allowed number.
+        /// Largest allowed number of varied keys.
         most: usize,
     },
 }
 
 impl Design {
-    /// Creates the grid of all combinations of values; the last key changes fastest.
+    /// Creates the grid of all combinations of values. The last key changes fastest from row to
+    /// row.
     ///
     /// # Errors
     /// See [`DesignError`].
@@ -120,8 +121,9 @@ impl Design {
         Ok(Self { variations, count: samples, plan })
     }
 
-    /// Creates a design from the first points of Sobol's sequence. A seed shifts them at random (digital shift);
-    /// without one they are not shifted. A longer design begins with the rows of a shorter one.
+    /// Creates a design from the first points of Sobol's sequence. A seed shifts the points at
+    /// random (digital shift); without a seed the points are not shifted. A longer design begins
+    /// with the rows of a shorter one.
     ///
     /// # Errors
     /// See [`DesignError`].
@@ -145,17 +147,17 @@ impl Design {
         Ok(Self { variations, count: samples, plan })
     }
 
-    /// Number of rows.
+    /// Returns the number of rows of the design.
     pub fn count(&self) -> u64 {
         self.count
     }
 
-    /// The varied keys.
+    /// Returns the varied keys.
     pub fn keys(&self) -> impl Iterator<Item = &Key> {
         self.variations.iter().map(|variation| &variation.key)
     }
 
-    /// Number of values of each key in a grid; `None` for a sampled design.
+    /// Returns the number of values of each key in a grid; `None` for a sampled design.
     pub fn shape(&self) -> Option<Vec<u64>> {
         match self.plan {
             Plan::Grid => self.variations.iter().map(Variation::count).collect(),
@@ -163,7 +165,7 @@ impl Design {
         }
     }
 
-    /// Values of the keys in a row; rows count from 0.
+    /// Returns the values of the keys in a row; rows count from 0.
     pub fn row(&self, row: u64) -> Vec<Setting> {
         match &self.plan {
             Plan::Grid => {

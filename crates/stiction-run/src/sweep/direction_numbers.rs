@@ -3,8 +3,8 @@
 //! S. Joe and F. Y. Kuo, "Constructing Sobol sequences with better two-dimensional projections", SIAM Journal on
 //! Scientific Computing 30 (2008), 2635-2654: the first of the set `new-joe-kuo-6.21201` of the authors.
 
-/// Entry of each dimension after the first: degree of its primitive polynomial, the inner
-/// coefficients of the polynomial as bits of a number, and the initial direction numbers.
+/// Parameters of each dimension after the first: degree of the primitive polynomial, inner
+/// coefficients of the polynomial as bits of a number, and initial direction numbers.
 pub(super) const DIRECTION_NUMBERS: [(usize, u32, &[u32]); 49] = [
     (1, 0, &[1]),
     (2, 1, &[1, 3]),

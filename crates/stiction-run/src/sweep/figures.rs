@@ -1,16 +1,16 @@
-//! Plots of a study: curves over the varied key of a grid with one key, maps for a grid with two keys, and scatter
-//! plots over each key of other designs.
+//! Plots of a study: curves for a grid with one varied key, maps for a grid with two keys, and
+//! scatter plots over each key for other designs.
 
 use stiction_draw::figure::meaning::RESULT;
 use stiction_draw::figure::{Figure, Line, Panel};
 use stiction_draw::heat_map::HeatMap;
 use stiction_format::{Key, Setting};
 
-/// Largest number of rows of a grid that are drawn.
+/// Largest number of rows of a grid that is drawn.
 const MOST_ROWS: u64 = 100_000;
-/// Largest number of rows in a scatter plot; more marks would hide each other.
+/// Largest number of rows in a scatter plot. More marks would hide each other.
 const MOST_MARKS: usize = 2000;
-/// Largest number of keys that get a scatter plot.
+/// Largest number of keys with scatter plots.
 const MOST_KEYS: usize = 8;
 
 /// Collector of the rows of a study, which draws its plots.
@@ -22,13 +22,13 @@ pub struct Pictures {
     /// Numeric values of the keys, row by row.
     settings: Vec<Vec<f64>>,
     values: Vec<Vec<Option<f64>>>,
-    /// Number of rows so far.
+    /// Number of rows added so far.
     rows: usize,
     /// Number of rows from each stored row to the next.
     stride: usize,
 }
 
-/// File name of picture `index` out of `count` pictures.
+/// Returns the file name of picture `index` out of `count` pictures.
 fn file(index: usize, count: usize) -> String {
     match count {
         1 => "sweep.svg".to_owned(),
@@ -60,7 +60,7 @@ impl Pictures {
         }
     }
 
-    /// Adds the next row.
+    /// Adds the next row of the study.
     pub fn add(&mut self, settings: &[Setting], values: &[Option<f64>]) {
         let is_kept = self.rows.is_multiple_of(self.stride);
         self.rows += 1;
@@ -82,8 +82,8 @@ impl Pictures {
         self.values.push(values.to_vec());
     }
 
-    /// Draws all plots as SVG, with their file names. Returns none if a key has values that are not numbers, or if rows
-    /// are missing.
+    /// Draws all plots as SVG, with their file names. Returns no plots if a key has values that are
+    /// not numbers, or if rows are missing.
     pub fn draw(&self) -> Vec<(String, String)> {
         let svg = |picture: &Picture| match picture {
             Picture::Curves(figure) => figure.svg(),

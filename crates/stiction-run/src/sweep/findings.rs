@@ -8,12 +8,12 @@ use std::fmt::{self, Write};
 use stiction_draw::numbers::number;
 use stiction_format::{Key, Setting};
 
-/// Largest number of failures and cautions that are stored.
+/// Largest number of failures and cautions that are stored with their text.
 const KEPT: usize = 10;
-/// Largest number of rows that are listed.
+/// Largest number of rows that a summary lists.
 pub(super) const LISTED: usize = 20;
 
-/// Collector of the summary of a study, row by row.
+/// Summary of a study, accumulated row by row.
 #[derive(Clone, Debug)]
 pub struct Findings {
     pub(super) keys: Vec<Key>,
@@ -21,15 +21,16 @@ pub struct Findings {
     pub(super) rows: u64,
     pub(super) failed: u64,
     pub(super) doubtful: u64,
-    /// True as long as every failure is due to unusable values of the keys.
+    /// True as long as every failure was caused by invalid values of the keys.
     are_all_bad_inputs: bool,
     pub(super) extremes: Vec<Option<[Extreme; 2]>>,
-    /// First rows with cautions or failures, each with its number.
+    /// First rows with cautions or failures: the number of the row, and the text of the caution or
+    /// failure.
     pub(super) remarks: Vec<(u64, String)>,
     pub(super) first: Vec<(u64, Vec<Setting>, Row)>,
 }
 
-/// Least or greatest value of an objective, with the row in which it occurs.
+/// Least or greatest value of an objective, and the row in which it occurs.
 #[derive(Clone, Debug)]
 pub(super) struct Extreme {
     pub(super) value: f64,
@@ -53,7 +54,7 @@ impl Findings {
         }
     }
 
-    /// Adds a row.
+    /// Adds the results of a row.
     pub fn add(&mut self, number: u64, settings: &[Setting], row: &Row) {
         self.rows += 1;
         match &row.status {
@@ -86,9 +87,9 @@ impl Findings {
         }
     }
 
-    /// Designs with the least or greatest value of an objective. Each design occurs once, with its
-    /// row, its settings, and a description of its extremes. The list is no longer than a report
-    /// page shows.
+    /// Returns the designs with the least or greatest value of an objective. Each design occurs
+    /// once, with its row, its settings, and a description of its extremes. The list has at most as
+    /// many designs as a report page shows.
     pub fn extreme_designs(&self) -> Vec<(u64, &[Setting], String)> {
         let mut all: Vec<(u64, &[Setting], String)> = Vec::new();
         for (objective, extremes) in self.objectives.iter().zip(&self.extremes) {
@@ -105,8 +106,8 @@ impl Findings {
         all
     }
 
-    /// True if all failures are due to unusable values of the keys, and the reason why no design
-    /// has results; `None` if some design has results.
+    /// Returns the reason if no design has results, and true if all failures were caused by invalid
+    /// values of the keys; `None` if some design has results.
     pub fn failure(&self) -> Option<(bool, String)> {
         let (row, reason) = self.remarks.first()?;
         (self.rows > 0 && self.failed == self.rows).then(|| {
@@ -174,7 +175,7 @@ impl Findings {
         Ok(())
     }
 
-    /// Names of the columns of a list of rows.
+    /// Returns the names of the columns for a list of rows.
     pub(super) fn columns(&self) -> Vec<String> {
         std::iter::once("row".to_owned())
             .chain(self.keys.iter().map(Key::to_string))
@@ -224,7 +225,7 @@ impl Findings {
     }
 }
 
-/// Cells of a row: its number, settings and objectives as text.
+/// Returns the cells of a row as text: its number, settings and objectives.
 pub(super) fn cells(row: u64, settings: &[Setting], results: &Row) -> Vec<String> {
     let setting = |setting: &Setting| match setting {
         Setting::Number(value) => number(*value),

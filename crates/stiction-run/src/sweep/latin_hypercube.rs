@@ -1,4 +1,5 @@
-//! Latin hypercubes: in each dimension, exactly one point lies in each of as many equal intervals as there are points.
+//! Latin hypercubes. Each dimension is divided into as many equal intervals as there are points,
+//! and each interval contains exactly one point.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -6,15 +7,17 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 /// One dimension of a Latin hypercube. Equal seeds give equal points on every machine.
 #[derive(Clone, Debug)]
 pub(super) struct LatinHypercube {
-    /// Interval in which each point lies.
+    /// Index of the interval that contains each point.
     intervals: Vec<u32>,
-    /// Random numbers for the places of the points within their intervals; each dimension has its own stream.
+    /// Random numbers for the places of the points within their intervals. Each dimension has its
+    /// own stream of numbers.
     places: ChaCha8Rng,
 }
 
-/// First random stream for places. The streams before it are for permutations.
+/// Index of the first random stream for the places of points. The streams before it are used for
+/// permutations.
 const PLACES: u64 = 1 << 32;
-/// Number of 32-bit words that one place consumes.
+/// Number of 32-bit random words consumed by the place of one point.
 const WORDS: u128 = 2;
 
 impl LatinHypercube {
@@ -31,7 +34,7 @@ impl LatinHypercube {
         Self { intervals, places }
     }
 
-    /// Coordinate of a point, at least 0 and less than 1.
+    /// Returns the coordinate of a point, at least 0 and less than 1.
     pub(super) fn at(&self, point: u64) -> f64 {
         let mut places = self.places.clone();
         places.set_word_pos(WORDS * u128::from(point));
@@ -48,9 +51,9 @@ pub(super) fn unit(bits: u64) -> f64 {
     (bits >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// Random integer less than `bound`; all integers have the same probability.
+/// Returns a random integer less than `bound`; all integers have the same probability.
 fn below(random: &mut ChaCha8Rng, bound: u64) -> u64 {
-    // Numbers beyond the last whole multiple of the bound are rejected, because they would favour
+    // Numbers beyond the largest multiple of the bound are rejected, because they would favour
     // small results.
     let limit = u64::MAX - u64::MAX % bound;
     loop {
@@ -84,7 +87,7 @@ mod tests {
         }
     }
 
-    /// Dimensions and seeds are independent. The correlations of 10 000 points are therefore below
+    /// Tests that dimensions and seeds are independent: the correlations of 10 000 points are below
     /// six standard deviations, 6/sqrt(10 000).
     #[test]
     fn dimensions_and_seeds_are_not_correlated() {

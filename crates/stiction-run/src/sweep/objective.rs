@@ -25,7 +25,8 @@ pub struct Objectives {
 struct Item {
     header: String,
     column: Column,
-    /// Column that says if the value at a sample is statically determinate.
+    /// Column that states whether the value at a sample is statically determinate; `None` if the
+    /// table has no such column.
     determined: Option<Column>,
     is_determined: bool,
     statistic: Statistic,
@@ -35,7 +36,8 @@ impl Objectives {
     /// Finds the columns of objectives in the tables of a job.
     ///
     /// # Errors
-    /// Diagnostics for objectives that are not understood, each with its place and the most similar known names.
+    /// Returns diagnostics for objectives that cannot be interpreted, each with its location and
+    /// the most similar known names.
     pub fn new<S: AsRef<str>>(texts: &[S], job: &Job<'_>) -> Result<Self, Diagnostics> {
         let rows = Rows::new(job);
         let known = columns(job, &rows);
@@ -51,18 +53,20 @@ impl Objectives {
         if out.has_errors() { Err(out) } else { Ok(Self { rows, items }) }
     }
 
-    /// Headers of the objectives, with units.
+    /// Returns the headers of the objectives, with units.
     pub fn headers(&self) -> Vec<String> {
         self.items.iter().map(|item| item.header.clone()).collect()
     }
 
-    /// Descriptions of the objectives whose values are statically indeterminate, for messages.
+    /// Returns descriptions of the objectives whose values are statically indeterminate, for
+    /// messages.
     pub fn doubts(&self) -> impl Iterator<Item = String> {
         let items = self.items.iter().filter(|item| !item.is_determined);
         items.map(|item| format!("`{}` is not unique", item.column.name))
     }
 
-    /// Values for the samples so far; `None` for an objective that is not a number.
+    /// Returns the values of the objectives for the samples so far; `None` for an objective whose
+    /// value is not a number.
     pub fn values(&self) -> Vec<Option<f64>> {
         self.items.iter().map(|item| item.statistic.value()).collect()
     }
@@ -148,7 +152,7 @@ impl Reader<'_> {
             Some((table, rest)) => (Some(table.trim().trim_end_matches(".csv")), rest),
             None => (None, written),
         };
-        // A unit in brackets must be that of the column.
+        // A unit in brackets must equal the unit of the column.
         let (name, unit) = split(rest);
         let is_meant = |column: &&Column| {
             column.name == name && table.is_none_or(|table| table == column.table())

@@ -13,9 +13,9 @@ use stiction_draw::xml::escape;
 /// Largest number of rows that a caution lists.
 const NAMED: usize = 12;
 
-/// Writes the report of a study: counts, extremes of the objectives, the animated robots of `reels`
-/// (each with its label) overlaid on each other, pictures, the first designs, and the options that
-/// repeat the study.
+/// Returns the report of a study as HTML: counts, extremes of the objectives, the animated robots
+/// of `reels` (each with its label) overlaid on each other, pictures, the first designs, and the
+/// options for repeating the study.
 pub fn draw_report(
     title: &str,
     (findings, pictures): (&Findings, &Pictures),

@@ -1,12 +1,12 @@
-//! Results of one design.
+//! Results of one design of a study.
 
 use std::fmt;
 
-/// Results of a design.
+/// Results of one design of a study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// Values of the objectives, in their order; `None` for an objective without a value. A design that failed has no
-    /// values.
+    /// Values of the objectives in the order of the objectives; `None` for an objective without a
+    /// value. A failed design has no values.
     pub values: Vec<Option<f64>>,
     /// Success, success with cautions, or failure of the design.
     pub status: Status,
@@ -23,10 +23,10 @@ pub enum Status {
     },
     /// The design has no results.
     Failed {
-        /// True if the values of the keys are unusable; false if the computation has no solution, for example at a
-        /// singular position.
+        /// True if the values of the keys are invalid; false if the computation has no solution,
+        /// for example at a singular position.
         is_bad_input: bool,
-        /// Reason of the failure, in one line.
+        /// Reason for the failure, in one line.
         reason: String,
     },
 }
@@ -37,7 +37,8 @@ const FAILED: &str = "failed: ";
 const NO_ANSWER: &str = "no answer: ";
 
 impl Row {
-    /// Creates the results of a failed design with this number of objectives. Line breaks in the reason are removed.
+    /// Creates the results of a failed design with `objectives` objectives. Line breaks in the
+    /// reason are removed.
     pub fn failed(objectives: usize, is_bad_input: bool, reason: &str) -> Self {
         let reason = reason.split_whitespace().collect::<Vec<_>>().join(" ");
         Self { values: vec![None; objectives], status: Status::Failed { is_bad_input, reason } }
@@ -45,12 +46,12 @@ impl Row {
 }
 
 impl Status {
-    /// True if the design has no results.
+    /// Returns true if the design has no results.
     pub fn is_failed(&self) -> bool {
         matches!(self, Self::Failed { .. })
     }
 
-    /// True if the design has results without doubts.
+    /// Returns true if the design has results without cautions.
     pub fn is_ok(&self) -> bool {
         matches!(self, Self::Computed { doubts } if doubts.is_empty())
     }
@@ -71,8 +72,8 @@ impl Status {
 }
 
 impl fmt::Display for Status {
-    /// Writes `ok`; `caution: …` for results with doubts; `failed: …` for unusable values, or `no answer: …` for
-    /// a computation without solution.
+    /// Writes `ok`; `caution: …` for results with cautions; `failed: …` for invalid values of the
+    /// keys; or `no answer: …` for a computation without a solution.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Computed { doubts } if doubts.is_empty() => f.write_str(OK),

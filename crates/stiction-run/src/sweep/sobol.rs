@@ -2,7 +2,7 @@
 
 use super::direction_numbers::DIRECTION_NUMBERS;
 
-/// Largest number of dimensions.
+/// Largest number of dimensions of Sobol's sequence.
 pub(super) const MOST_DIMENSIONS: usize = DIRECTION_NUMBERS.len() + 1;
 /// Number of bits of a coordinate.
 const BITS: usize = 64;
@@ -22,7 +22,7 @@ impl Sobol {
         let Some((degree, coefficients, first)) =
             dimension.checked_sub(1).and_then(|k| DIRECTION_NUMBERS.get(k)).copied()
         else {
-            // The first dimension is van der Corput's sequence.
+            // The first dimension is the van der Corput sequence.
             for (k, direction) in directions.iter_mut().enumerate() {
                 *direction = 1 << (BITS - 1 - k);
             }
@@ -31,7 +31,7 @@ impl Sobol {
         for k in 0..BITS {
             directions[k] = match k.checked_sub(degree) {
                 None => u64::from(first[k]) << (BITS - 1 - k),
-                // The recurrence of the primitive polynomial.
+                // Recurrence of the primitive polynomial.
                 Some(before) => {
                     let mut direction = directions[before] ^ (directions[before] >> degree);
                     for j in 1..degree {
@@ -46,7 +46,7 @@ impl Sobol {
         Self { directions }
     }
 
-    /// Coordinate of a point, in units of 2^-64.
+    /// Returns the coordinate of a point, in units of 2^-64.
     pub(super) fn at(&self, point: u64) -> u64 {
         let gray = point ^ (point >> 1);
         let is_set = |k: &usize| gray >> k & 1 == 1;
@@ -62,8 +62,8 @@ mod tests {
         x as f64 / 2f64.powi(64)
     }
 
-    /// The first ten points in three dimensions, as printed on the authors' page on their program `sobol.cc`
-    /// (S. Joe and F. Y. Kuo, "Sobol sequence generator").
+    /// Tests the first ten points in three dimensions, as printed on the authors' page on their
+    /// program `sobol.cc` (S. Joe and F. Y. Kuo, "Sobol sequence generator").
     #[test]
     fn published_first_points() {
         let published = [
@@ -85,9 +85,9 @@ mod tests {
         }
     }
 
-    /// In every dimension, 2^k points that begin at a multiple of 2^k have exactly one point in
-    /// each of 2^k equal intervals. A wrong direction number would violate this property of Sobol's
-    /// sequence.
+    /// Tests that, in every dimension, each of 2^k equal intervals contains exactly one of 2^k
+    /// points that begin at a multiple of 2^k. A wrong direction number would violate this property
+    /// of Sobol's sequence.
     #[test]
     fn every_dimension_is_evenly_filled() {
         for dimension in 0..MOST_DIMENSIONS {
@@ -106,7 +106,8 @@ mod tests {
         }
     }
 
-    /// Initial direction numbers are odd and less than 2^k, and the polynomials differ.
+    /// Tests that initial direction numbers are odd and less than 2^k, and that the polynomials
+    /// differ.
     #[test]
     fn direction_numbers_are_admissible() {
         let mut polynomials = Vec::new();
@@ -123,8 +124,8 @@ mod tests {
         assert_eq!(polynomials.len(), count);
     }
 
-    /// For pairs of dimensions, 4096 points leave no square of side 1/4 empty. (For many pairs, 4^k
-    /// points even have exactly one in each square of side 2^-k.)
+    /// Tests that, for pairs of dimensions, 4096 points leave no square of side 1/4 empty. (For
+    /// many pairs, 4^k points even have exactly one point in each square of side 2^-k.)
     #[test]
     fn pairs_of_dimensions_leave_no_hole() {
         let all: Vec<Sobol> = (0..MOST_DIMENSIONS).map(Sobol::new).collect();

@@ -1,8 +1,8 @@
-//! Statistics of a sampled series, the functions of objectives.
+//! Statistics of a sampled series, which are the functions of objectives.
 
 use crate::statistics::{Integral, Size};
 
-/// Statistic of a series.
+/// Statistic of a series of samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Function {
     /// Largest magnitude.
@@ -35,7 +35,7 @@ impl Function {
         Self::Work,
     ];
 
-    /// Name in the text of an objective.
+    /// Returns the name of the statistic in the text of an objective.
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Peak => "peak",
@@ -61,7 +61,7 @@ pub(super) struct Statistic {
     last: f64,
     size: Size,
     integral: Integral,
-    /// True after a sample that was not a number; no statistic then has a value.
+    /// True after a sample was not a number. The statistic then has no value.
     is_lost: bool,
 }
 
@@ -112,7 +112,8 @@ impl Statistic {
 mod tests {
     use super::*;
 
-    /// All statistics of 3, -4, 1 at the times 0, 1, 3 s, by hand.
+    /// Tests all statistics of the samples 3, -4, 1 at the times 0, 1, 3 s against values computed
+    /// by hand.
     #[test]
     fn statistics_of_three_samples() {
         let value = |function| {
@@ -124,7 +125,7 @@ mod tests {
         };
         let expected = [4.0, (26.0_f64 / 3.0).sqrt(), 0.0, -4.0, 3.0, 7.0, 1.0, -0.5 - 3.0];
         for (function, expected) in Function::ALL.into_iter().zip(expected) {
-            // Sums of small integers are exact; the root is rounded once more.
+            // Sums of small integers are exact; the square root is rounded once more.
             assert!((value(function) - expected).abs() <= 1e-15 * expected.abs(), "{function:?}");
         }
     }
@@ -140,7 +141,8 @@ mod tests {
         }
     }
 
-    /// An infinite value has a peak and a minimum, but infinities of both signs have no mean.
+    /// Tests that series with infinite values have a peak and a minimum, but no mean if infinities
+    /// of both signs occur.
     #[test]
     fn infinite_samples_have_a_peak_and_no_mean() {
         let value = |function| {

@@ -5,24 +5,25 @@ use std::io;
 use stiction_draw::numbers::exact;
 use stiction_format::{Key, Setting};
 
-/// Writer of the rows of a study as CSV: the number of the row, the varied keys, the objectives, the status.
+/// Writer of the rows of a study as CSV: number of the row, varied keys, objectives, status.
 pub struct Table<W: io::Write> {
     writer: csv::Writer<W>,
     cell: String,
 }
 
 impl<W: io::Write> Table<W> {
-    /// Begins a table with its header.
+    /// Creates a table and writes its header.
     ///
     /// # Errors
-    /// The header cannot be written.
+    /// Returns an error if the header cannot be written.
     pub fn new(keys: &[Key], objectives: &[String], file: W) -> io::Result<Self> {
         let mut table = Self::continued(file);
         table.writer.write_record(header(keys, objectives))?;
         Ok(table)
     }
 
-    /// Continues a table that already contains its header and rows.
+    /// Creates a writer for a table that already contains its header and the rows of an interrupted
+    /// study.
     pub fn continued(file: W) -> Self {
         Self { writer: csv::Writer::from_writer(file), cell: String::new() }
     }
@@ -30,7 +31,7 @@ impl<W: io::Write> Table<W> {
     /// Writes a row; `number` counts from 1.
     ///
     /// # Errors
-    /// The row cannot be written.
+    /// Returns an error if the row cannot be written.
     pub fn add(&mut self, number: u64, settings: &[Setting], row: &Row) -> io::Result<()> {
         self.writer.write_field(number.to_string())?;
         for setting in settings {
@@ -50,13 +51,13 @@ impl<W: io::Write> Table<W> {
     /// Flushes all buffers.
     ///
     /// # Errors
-    /// The rows cannot be written.
+    /// Returns an error if the rows cannot be written.
     pub fn flush(&mut self) -> io::Result<()> {
         self.writer.flush()
     }
 }
 
-/// Names of all columns of a study.
+/// Returns the names of all columns in the table of a study.
 pub fn header(keys: &[Key], objectives: &[String]) -> Vec<String> {
     let keys = keys.iter().map(Key::to_string);
     let first = std::iter::once("row".to_owned()).chain(keys);
@@ -66,11 +67,11 @@ pub fn header(keys: &[Key], objectives: &[String]) -> Vec<String> {
 /// Row read from the table of a study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
-    /// Number of the row, from 1.
+    /// Number of the row, counted from 1.
     pub number: u64,
-    /// Values of the keys.
+    /// Values of the varied keys.
     pub settings: Vec<Setting>,
-    /// Results.
+    /// Results of the design.
     pub row: Row,
 }
 
@@ -106,10 +107,10 @@ pub struct DesignTable<R: io::Read> {
 }
 
 impl<R: io::Read> DesignTable<R> {
-    /// Reads the header of the table.
+    /// Creates a reader and reads the header of the table.
     ///
     /// # Errors
-    /// A message of one line if the header is invalid.
+    /// Returns a message of one line if the header is invalid.
     pub fn new(from: R) -> Result<Self, String> {
         let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(from);
         let header = reader.headers().map_err(|error| error.to_string())?;
@@ -126,7 +127,7 @@ impl<R: io::Read> DesignTable<R> {
         Ok(Self { records: reader.into_records(), keys })
     }
 
-    /// The varied keys.
+    /// Returns the varied keys.
     pub fn keys(&self) -> &[Key] {
         &self.keys
     }
@@ -138,7 +139,7 @@ impl<R: io::Read> Iterator for DesignTable<R> {
     fn next(&mut self) -> Option<Self::Item> {
         let record = self.records.next()?;
         Some(match record {
-            // A row of a study is one line.
+            // Each row of the table of a study must be one line.
             Ok(record) => Ok(record
                 .iter()
                 .map(|cell| Setting::of_cell(&cell.replace(['\n', '\r'], " ")))

@@ -7,7 +7,7 @@ use crate::report::html::{Column, instant, long_table, note, paragraph, table_of
 use crate::report::{LISTED, by_joint};
 use stiction_draw::numbers::{number, percent};
 
-/// Table of peaks and root mean squares of the efforts.
+/// Returns the table of peaks and root mean squares of the efforts.
 pub(super) fn efforts(job: &Job<'_>, summary: &Summary) -> String {
     if summary.drives.is_empty() {
         return paragraph("No joint is actuated: there are no efforts.");
@@ -49,7 +49,7 @@ pub(super) fn efforts(job: &Job<'_>, summary: &Summary) -> String {
     long_table(&head, &rows, 2 * LISTED)
 }
 
-/// Table of the widest interval of each effort at rest.
+/// Returns the table of the widest interval of each effort at rest.
 pub(super) fn rest(summary: &Summary) -> String {
     if summary.resting_samples == 0 {
         return String::new();
@@ -81,7 +81,7 @@ pub(super) fn rest(summary: &Summary) -> String {
     )) + &table_of(&head, &rows)
 }
 
-/// Table of the peaks of the motors.
+/// Returns the table of the loads on the motors: torque, speed, power and work.
 pub(super) fn motors(summary: &Summary) -> String {
     let rows: Vec<Vec<String>> = summary
         .motors
@@ -115,7 +115,8 @@ pub(super) fn motors(summary: &Summary) -> String {
     table_of(&head, &rows)
 }
 
-/// Table of dissipation and normal load of the friction interfaces, the largest dissipation first.
+/// Returns the table of dissipation and normal load of the friction interfaces, in descending order
+/// of dissipation.
 pub(super) fn friction(job: &Job<'_>, summary: &Summary, verdict: &Verdict) -> String {
     if !summary.has_friction(job) {
         return String::new();

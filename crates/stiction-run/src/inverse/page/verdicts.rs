@@ -10,7 +10,7 @@ use crate::report::Finding;
 use crate::undetermined::by_components;
 use stiction_draw::numbers::{number, order};
 
-/// A verdict warns of relative residuals above this value. Rounding leaves about 1e-12.
+/// Relative residual above which a verdict contains a warning. Rounding leaves about 1e-12.
 const CLOSED: f64 = 1e-6;
 /// Largest number of names in a sentence.
 const NAMED: usize = 6;
