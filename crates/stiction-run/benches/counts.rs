@@ -1,4 +1,5 @@
-//! One call of each kernel, and runs with all tables, for `cargo xtask counts`, which counts their instructions.
+//! Single calls of each kernel, and runs with all tables, for `cargo xtask counts`, which counts
+//! their instructions.
 
 use std::hint::black_box;
 use std::process::ExitCode;
@@ -13,9 +14,9 @@ use stiction_run::{Job, Sink};
 const ROBOTS: [&str; 2] = ["3rps", "gough"];
 const KERNELS: [&str; 6] =
     ["frictionless", "friction", "program-frictionless", "program-friction", "follow", "distances"];
-/// Runs of the hexapod along a part of its motion, with ideal actuators and with motors.
+/// Names of the runs: the hexapod along a part of its motion, with ideal actuators and with motors.
 const RUNS: [&str; 2] = ["gough/run", "gough/run-geared"];
-/// Motors of the hexapod's legs, with all that costs time.
+/// Motors of the hexapod's legs with all properties that cost computing time.
 const MOTORS: &str = "
 [legs.actuators.P]
 lead = \"10 mm/rev\"
@@ -27,17 +28,17 @@ limits = { rated = \"0.64 N m\", peak = \"1.9 N m\", speed = \"3000 rpm\" }
 ";
 /// Number of samples of a run.
 const SAMPLES: f64 = 200.0;
-/// Number of calls before the measured one, so that initialisation at first use is not counted.
+/// Number of calls before the measured call, so that initialisation at first use is not counted.
 const BEFORE: usize = 3;
 
 fn main() -> ExitCode {
-    // The harness adds `--bench`.
+    // The test harness adds the argument `--bench`.
     let name = std::env::args().skip(1).find(|argument| argument != "--bench");
     let kernels = ROBOTS.iter().flat_map(|robot| KERNELS.map(|kernel| format!("{robot}/{kernel}")));
     let names = kernels.chain(RUNS.map(str::to_owned));
     match name.as_deref() {
         Some("--list") => names.for_each(|name| println!("{name}")),
-        // When all benchmarks run, it only verifies that everything works.
+        // Without a name, all benchmarks run once, to verify that they work.
         None => names.for_each(|name| run(&name)),
         Some(name) if names.clone().any(|known| known == name) => run(name),
         Some(name) => {
@@ -48,7 +49,7 @@ fn main() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// Callgrind counts the instructions inside this function.
+/// Executes `call` in a function of its own, so that Callgrind counts only its instructions.
 #[inline(never)]
 fn counted(call: &mut dyn FnMut()) {
     call();
@@ -60,7 +61,7 @@ fn measure(mut call: impl FnMut()) {
     counted(&mut call);
 }
 
-/// A robot at an instant of its motion, and neighbouring positions.
+/// Robot at an instant of its motion, with neighbouring positions.
 struct Robot {
     solver: InverseDynamics,
     signal: Vec<Vec<Target<f64>>>,
@@ -68,13 +69,13 @@ struct Robot {
     loads: Vec<AppliedLoad<f64>>,
 }
 
-/// A model of the gallery with more text.
+/// Reads a model of the gallery with additional text.
 fn model(name: &str, more: &str) -> ModelFile {
     let text = gallery::get(name).expect("it is in the gallery").to_owned() + more;
     read(&Source::new(name, text), &|_| Err("no files".into())).expect("it is right")
 }
 
-/// Inverse dynamics with all tables, as `stiction inverse -o` computes them.
+/// Computes inverse dynamics with all tables, as `stiction inverse -o` does.
 fn run_with_tables(name: &str) {
     let model = model("gough", if name.ends_with("geared") { MOTORS } else { "" });
     let motion_name = model.default_motion.clone().unwrap();
@@ -136,7 +137,8 @@ fn run(name: &str) {
             measure(|| compiled.evaluate(&parameters, &mut data, &targets, &loads));
         }
         "program-frictionless" | "program-friction" => {
-            // The inputs are those of the first position; programs do not branch.
+            // The program runs with the inputs of the first position only. Its instruction count
+            // does not depend on the inputs, because programs have no branches.
             let mut start = solver.clone();
             start.move_to(&signal[0]).unwrap();
             let program = InverseProgram::record(&start, &signal, &loads).unwrap();
@@ -154,7 +156,7 @@ fn run(name: &str) {
         "follow" => {
             let mut there = true;
             measure(|| {
-                // Back and forth.
+                // The positions alternate between two neighbours.
                 let near = if there { &signal[4] } else { &targets };
                 there = !there;
                 solver.move_to(near).unwrap();

@@ -1,10 +1,10 @@
-//! Simulations of the 3-RPS robot with dry friction in all of its joints: one that sticks and
-//! slips, and several that stay stuck.
+//! Simulations of the 3-RPS robot with dry friction in all of its joints: a motion that sticks and
+//! slips, and several states in which the robot remains stuck.
 //!
-//! The actuators carry the weight and oscillate; in the moving simulation, springs and dampers in
-//! the actuators keep it near its position, and it stops at every reversal.
-//! `cargo bench -p stiction-run --bench forward` prints the number of events and evaluations, and
-//! measures the time.
+//! The actuators carry the weight and oscillate. In the moving simulation, springs and dampers in
+//! the actuators keep the robot near its position, and the robot stops at every reversal. `cargo
+//! bench -p stiction-run --bench forward` prints the number of events and evaluations, and measures
+//! the time.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use stiction_core::dynamics::{FrictionMode, InverseDynamics};
@@ -12,16 +12,18 @@ use stiction_core::forward::{ConstantEfforts, Forward, Inputs, Settings, View};
 use stiction_core::kinematics::{State, Target};
 use stiction_format::{Source, gallery, read};
 
-/// Angular frequency of the oscillating efforts, one third of a period apart, rad/s.
+/// Angular frequency of the oscillating efforts, rad/s. The efforts of the actuators are one third
+/// of a period apart.
 const RATE: f64 = 3.0;
-/// Stiffness and damping that keep the actuators near their positions, N/m and N s/m.
+/// Stiffness, N/m, of the springs that keep the actuators near their positions.
 const STIFFNESS: f64 = 3000.0;
+/// Damping, N s/m, of the dampers that keep the actuators near their positions.
 const DAMPING: f64 = 100.0;
 
 struct Swing {
     mean: Vec<f64>,
     amplitude: f64,
-    /// Positions of the actuators at the start, m, once known.
+    /// Positions of the actuators at the start, m; empty until they are known.
     home: Vec<f64>,
 }
 
@@ -42,8 +44,8 @@ impl Inputs for Swing {
     }
 }
 
-/// The robot at rest in the first position of its motion, and the actuator forces that carry its
-/// weight.
+/// Creates the robot at rest in the first position of its motion, with the actuator forces that
+/// carry its weight.
 fn robot() -> (Forward, State<f64>, Vec<f64>) {
     let text = gallery::get("3rps").expect("it is in the gallery");
     let model = read(&Source::new("3rps", text), &|_| Err("no files".into())).expect("it is right");
@@ -63,7 +65,8 @@ fn robot() -> (Forward, State<f64>, Vec<f64>) {
     (forward, state, weight)
 }
 
-/// Simulates in samples of a hundredth of a second; returns the numbers of events and evaluations.
+/// Simulates with samples every hundredth of a second, and returns the numbers of events and
+/// evaluations.
 fn run(forward: &Forward, state: &State<f64>, inputs: &mut dyn Inputs, until: f64) -> [usize; 2] {
     let mut simulation =
         forward.start(0.0, state.clone(), Settings::default(), inputs).expect("it starts");

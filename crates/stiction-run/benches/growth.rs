@@ -2,9 +2,9 @@
 //! legs.
 //!
 //! `cargo bench -p stiction-run --bench growth` prints the tables; with `-- --svg FOLDER` it also
-//! draws them. Loops are spatial four-bars of R, U, S and R joints, each mounted on the rocker of
-//! the previous one; legs are U, P and S joints between ground and platform. Revolute and prismatic
-//! joints have friction.
+//! draws them. Each loop is a spatial four-bar of R, U, S and R joints, mounted on the rocker of
+//! the previous loop. Each leg consists of U, P and S joints between ground and platform. Revolute
+//! and prismatic joints have friction.
 
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -19,9 +19,10 @@ use stiction_draw::figure::{Figure, Line, Panel};
 
 const LOOPS: [usize; 7] = [1, 3, 10, 30, 100, 300, 1000];
 const LEGS: [usize; 5] = [6, 12, 20, 30, 50];
-/// Number of batches of each measurement; the fastest counts, since others may use the machine.
+/// Number of batches of each measurement. The fastest batch counts, because other programs may use
+/// the machine.
 const BATCHES: usize = 9;
-/// Number of repeated set-ups of a mechanism.
+/// Number of times that the set-up of a mechanism is repeated.
 const SET_UPS: usize = 3;
 const BATCH: Duration = Duration::from_millis(20);
 
@@ -37,7 +38,8 @@ fn main() -> ExitCode {
     };
     let (chains, platforms) =
         (LOOPS.map(|size| (size, loops as Make)), LEGS.map(|size| (size, legs as Make)));
-    // Platforms first: they could otherwise reuse the resident memory of the chains.
+    // Platforms are measured first, because they could otherwise reuse the resident memory of the
+    // chains.
     for (name, file, sizes) in
         [("legs", "legs", &platforms[..]), ("chained loops", "loops", &chains)]
     {
@@ -63,7 +65,7 @@ fn main() -> ExitCode {
 /// Constructor of a mechanism of a given size.
 type Make = fn(usize) -> Subject;
 
-/// A mechanism and its prescribed coordinates.
+/// Mechanism and its prescribed coordinates.
 struct Subject {
     mechanism: Mechanism,
     coordinates: Vec<Coordinate>,
@@ -76,7 +78,7 @@ struct Row {
     friction: f64,
     distances: f64,
     setup: f64,
-    /// Memory per body, kB.
+    /// Memory per body, kB; `None` if it cannot be measured.
     memory: Option<f64>,
 }
 
@@ -93,7 +95,7 @@ fn measure(size: usize, subject: Subject) -> Row {
     let solver = set_up();
     let first = begun.elapsed();
     let memory = resident().zip(memory).map(|(after, before)| after.saturating_sub(before));
-    // A smaller increase may come from memory that the process already has.
+    // A smaller increase may be memory that the process already had.
     let memory = memory.filter(|bytes| *bytes > 1_000_000);
     let again = (0..SET_UPS).map(|_| {
         let begun = Instant::now();
@@ -127,7 +129,7 @@ fn measure(size: usize, subject: Subject) -> Row {
     Row { size, frictionless, friction, distances, setup: setup * 1e3 / bodies, memory: each }
 }
 
-/// Microseconds per call, in the fastest of several batches.
+/// Returns the microseconds per call in the fastest of several batches.
 fn fastest(mut call: impl FnMut()) -> f64 {
     let once = |call: &mut dyn FnMut(), count: u32| {
         let begun = Instant::now();
@@ -140,14 +142,14 @@ fn fastest(mut call: impl FnMut()) -> f64 {
     best.as_secs_f64() * 1e6
 }
 
-/// Resident memory of the process in bytes, if the system reports it.
+/// Returns the resident memory of the process, bytes; `None` if the system does not report it.
 fn resident() -> Option<usize> {
     let text = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
     Some(1024 * line.trim().strip_suffix("kB")?.trim().parse::<usize>().ok()?)
 }
 
-/// Logarithmic axes: linear growth is a horizontal line.
+/// Draws panels with logarithmic axes, in which linear growth is a horizontal line.
 fn panels_of(rows: &[Row]) -> [Panel; 2] {
     let line = |label: &str, colour: usize, of: fn(&Row) -> Option<f64>| Line {
         label: label.to_owned(),
@@ -176,7 +178,7 @@ fn v(x: f64, y: f64, z: f64) -> Vec3<f64> {
     Vec3::new(x, y, z)
 }
 
-/// A body whose frame is at a world position while all coordinates are zero.
+/// Body whose frame has a given world position while all coordinates are zero.
 struct Placed {
     name: String,
     at: Vec3<f64>,
@@ -188,7 +190,7 @@ fn bar(name: String, at: Vec3<f64>) -> (Placed, BodySpec) {
     (Placed { name, at }, spec)
 }
 
-/// A frame at a position, with its z axis along `z` and its x axis near `x`.
+/// Returns a frame at a position, with its z axis along `z` and its x axis near `x`.
 fn frame(place: Vec3<f64>, z: Vec3<f64>, x: Vec3<f64>) -> Pose<f64> {
     let z = z * (1.0 / z.norm());
     let y = z.cross(x);
@@ -196,7 +198,7 @@ fn frame(place: Vec3<f64>, z: Vec3<f64>, x: Vec3<f64>) -> Pose<f64> {
     Pose { rotation: Mat3::from_columns(y.cross(z), y, z), position: place }
 }
 
-/// A joint with both frames at a world position.
+/// Returns a joint whose two frames coincide at a world pose.
 fn joint(name: String, kind: JointType, [from, to]: [&Placed; 2], at: Pose<f64>) -> JointSpec {
     let seen = |body: &Placed| Pose { position: at.position - body.at, ..at };
     let names = [from, to].map(|body| body.name.clone());
@@ -220,7 +222,7 @@ fn built(builder: MechanismBuilder, driven: &[String]) -> Subject {
     Subject { coordinates: coordinates.collect(), mechanism }
 }
 
-/// Loops mounted on each other, arranged such that all of them are near.
+/// Creates loops mounted on each other, arranged so that all of them remain close together.
 fn loops(count: usize) -> Subject {
     let mut builder = MechanismBuilder::new("loops").gravity(v(0.0, 0.0, -9.81));
     let (mut base, mut driven) = (ground(), Vec::new());
@@ -252,7 +254,7 @@ fn loops(count: usize) -> Subject {
     built(builder, &driven)
 }
 
-/// A platform on legs, six of them actuated.
+/// Creates a platform on `count` legs, six of which are actuated.
 fn legs(count: usize) -> Subject {
     let mut builder = MechanismBuilder::new("legs").gravity(v(0.0, 0.0, -9.81));
     let height = 0.6;
@@ -261,7 +263,7 @@ fn legs(count: usize) -> Subject {
     let mut driven = Vec::new();
     for k in 0..count {
         let angle = 2.4 * k as f64;
-        // Irregular feet and tips: on circles they would permit a screw motion.
+        // Feet and tips are irregular; on circles, they would permit a screw motion.
         let radius = 0.5 + 0.06 * (3.1 * k as f64).sin();
         let foot = v(radius * angle.cos(), radius * angle.sin(), 0.02 * angle.sin());
         let turned = angle + if k % 2 == 0 { 0.5 } else { -0.5 };

@@ -1,10 +1,9 @@
-//! Time of a sample: motion and all forces of robots of the gallery, compared with a dense
-//! solution.
+//! Time per sample: motion and all forces of robots of the gallery, compared with a dense solution.
 //!
 //! The dense solution is one factorization of the 6n x 6n Newton-Euler system of the same robot at
-//! the same position (nalgebra's LU, with given matrix and right side). This is the cost, per
-//! sample and per friction iteration, of a program that sets up the equations and passes them to a
-//! library.
+//! the same position (nalgebra's LU, with given matrix and right-hand side). A program that sets up
+//! the equations and passes them to a library has this cost for each sample and each friction
+//! iteration.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
@@ -23,7 +22,7 @@ fn model(name: &str) -> ModelFile {
         .expect("it is accepted")
 }
 
-/// A robot at an instant of its default motion.
+/// Creates a robot at an instant of its default motion.
 fn robot(name: &str) -> (InverseDynamics, Vec<Target<f64>>, Vec<AppliedLoad<f64>>) {
     let model = model(name);
     let motion = model.motion(model.default_motion.as_deref().unwrap()).unwrap();
@@ -67,7 +66,8 @@ fn samples(c: &mut Criterion) {
             });
         }
 
-        // Largest square part of the dense system: all rows, all reactions and actuator forces.
+        // The largest square part of the dense system contains all rows, all reactions and actuator
+        // forces.
         let statics = solver.statics();
         let matrix = statics.scaled_matrix().to_dense();
         if matrix.nrows() == matrix.ncols() {

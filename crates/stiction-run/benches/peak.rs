@@ -1,5 +1,6 @@
-//! Speed of recorded programs relative to the limit of one core: operations counted, compared with
-//! additions and multiplications of doubles per second in a loop without other work.
+//! Speed of recorded programs relative to the limit of one core. The benchmark counts the
+//! operations of a program, and compares them with the additions and multiplications of doubles per
+//! second in a loop without other work.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -8,11 +9,11 @@ use stiction_format::{Source, gallery, read};
 use stiction_program::InverseProgram;
 
 const STEPS: u32 = 200_000;
-/// Number of batches; the fastest counts, since others may use the machine.
+/// Number of batches. The fastest batch counts, because other programs may use the machine.
 const BATCHES: usize = 30;
 
 fn main() {
-    // Independent chains hide the latency of an operation.
+    // Independent chains of operations hide the latency of a single operation.
     let limit = [rate::<16>(), rate::<32>(), rate::<64>()].into_iter().fold(0.0, f64::max);
     println!(
         "additions and multiplications in vectors as this was compiled for: {:.1}e9/s",
@@ -23,7 +24,8 @@ fn main() {
     ["3rps", "gough"].into_iter().for_each(program);
 }
 
-/// Operations per second in a number of chains of one multiplication and one addition.
+/// Returns the operations per second in `N` independent chains of one multiplication and one
+/// addition.
 fn rate<const N: usize>() -> f64 {
     let (factor, term) = (black_box(0.999_999), black_box(1e-6));
     let mut x = black_box([0.5; N]);
@@ -38,7 +40,7 @@ fn rate<const N: usize>() -> f64 {
     2.0 * N as f64 * f64::from(STEPS) / time
 }
 
-/// Seconds per call, in the fastest of several batches.
+/// Returns the seconds per call in the fastest of several batches.
 fn least(count: u32, mut call: impl FnMut()) -> f64 {
     let batch = |_| {
         let begun = Instant::now();
@@ -48,7 +50,7 @@ fn least(count: u32, mut call: impl FnMut()) -> f64 {
     (0..BATCHES).map(batch).fold(f64::INFINITY, f64::min)
 }
 
-/// The frictionless program of a robot.
+/// Measures the frictionless program of a robot.
 fn program(name: &str) {
     let text = gallery::get(name).expect("it is in the gallery");
     let model = read(&Source::new(name, text), &|_| Err("no files".into())).expect("it is right");

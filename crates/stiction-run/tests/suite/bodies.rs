@@ -8,7 +8,7 @@ use stiction_core::spatial::{Mat3, Pose, Quaternion, Vec3};
 use stiction_format::gallery;
 use stiction_run::{Job, Sink};
 
-/// `bodies.csv` and `reactions.csv` of a run.
+/// Returns `bodies.csv` and `reactions.csv` of a run.
 fn bodies_and_reactions(job: &Job<'_>) -> (Csv, Csv) {
     let mut tables = tables(job);
     job.run(|sample| tables.add(sample), |_, _, _| true).unwrap();
@@ -38,8 +38,9 @@ fn pose(csv: &Csv, of: &str, row: usize) -> Pose<f64> {
     Pose { rotation, position: vector(csv, of, POSITION, row) }
 }
 
-/// Largest errors of twists relative to differences of poses, and of accelerations relative to
-/// differences of twists, over all bodies, at every multiple of 0.05 s inside the motion.
+/// Returns the largest errors of twists relative to differences of poses, and of accelerations
+/// relative to differences of twists, over all bodies, at every multiple of 0.05 s inside the
+/// motion.
 fn errors_of_differences(name: &str, step: f64) -> [f64; 4] {
     let model = model(name);
     let job = Job { step: Some(step), ..default_job(&model, FrictionMode::Off) };
@@ -70,8 +71,9 @@ fn errors_of_differences(name: &str, step: f64) -> [f64; 4] {
     errors
 }
 
-/// The error of a central difference is its squared step times a third derivative: half of the step
-/// leaves a quarter of it. The error of a wrong derivative would not decrease.
+/// Tests twists and accelerations against central differences. The error of a central difference is
+/// its squared step times a third derivative: half of the step leaves a quarter of the error. The
+/// error of a wrong derivative would not decrease.
 #[test]
 fn twists_and_accelerations_are_derivatives() {
     for name in ["3rps", "gough"] {
@@ -86,8 +88,8 @@ fn twists_and_accelerations_are_derivatives() {
     }
 }
 
-/// Beyond half a turn, a quaternion has the opposite sign of the one computed from the rotation
-/// matrix.
+/// Tests that quaternions have no jumps. Beyond half a turn, a continuous quaternion has the
+/// opposite sign of the quaternion computed from the rotation matrix.
 #[test]
 fn quaternions_are_unit_and_continuous() {
     for name in ["four-bar", "gough"] {
@@ -102,7 +104,8 @@ fn quaternions_are_unit_and_continuous() {
                 let square = |q: [f64; 4]| q.iter().map(|x| x * x).sum::<f64>();
                 assert!((square(next) - 1.0).abs() < 1e-15);
                 let change = std::array::from_fn(|k| next[k] - last[k]);
-                // A hundredth of a turn per sample, and at most 0.5 rad.
+                // The crank turns by a hundredth of a turn per sample; no body turns by more than
+                // 0.5 rad.
                 assert!(square(change).sqrt() < 0.25, "{name}: {} at row {row}", body.name);
                 passed |= next[0] < -0.5;
                 last = next;
@@ -112,7 +115,7 @@ fn quaternions_are_unit_and_continuous() {
     }
 }
 
-/// A load that rotates with its body and acts at an arm.
+/// Tests a load that rotates with its body and acts at a lever arm.
 #[test]
 fn loads_refer_to_the_origin_in_world_axes() {
     let text = gallery::get("3rps").unwrap().to_owned()
@@ -143,7 +146,7 @@ fn loads_refer_to_the_origin_in_world_axes() {
     assert!(times.len() > 50);
 }
 
-/// Forces of the springs on their bodies at a row, with their points of application.
+/// Returns the forces of the springs on their bodies in a row, with their points of application.
 fn pulls(mechanism: &Mechanism, csv: &Csv, row: usize) -> Vec<(BodyId, Vec3<f64>, Vec3<f64>)> {
     let mut all = Vec::new();
     for spring in mechanism.springs() {
@@ -178,8 +181,8 @@ fn pose_of(mechanism: &Mechanism, csv: &Csv, body: BodyId, row: usize) -> Pose<f
     }
 }
 
-/// Newton-Euler equations of every body, from the tables alone: reactions, loads, weight and
-/// springs equal mass times acceleration.
+/// Tests the Newton-Euler equations of every body with numbers from the tables alone: reactions,
+/// loads, weight and springs equal mass times acceleration.
 #[test]
 fn the_tables_balance_every_body() {
     for name in regular() {

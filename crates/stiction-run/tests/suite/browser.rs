@@ -1,5 +1,5 @@
-//! Pages of checks in a browser: they load nothing, run no script but the viewer, and show all
-//! content, wide or narrow, light or dark. Screenshots are written to `target/browser`.
+//! HTML pages of checks in a browser. The pages load nothing, run no script except the viewer, and
+//! show all content, wide or narrow, light or dark. Screenshots are written to `target/browser`.
 
 use crate::chromium::look_at_with_script;
 use crate::common::{default_job, model};

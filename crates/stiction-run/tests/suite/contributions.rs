@@ -9,14 +9,14 @@ use stiction_format::{LoadCase, ModelFile};
 use stiction_run::inverse::{Backward, Summary, write_summary};
 use stiction_run::{Job, Sink};
 
-/// Tables of a run and its summary, as JSON and as text.
+/// Tables of a run, and the summary of the run as JSON and as text.
 struct Told {
     shares: Csv,
     inverse: Csv,
     friction: Csv,
     json: Value,
     text: String,
-    /// For each sample, the back-driving verdict of each actuator.
+    /// Back-driving verdict of each actuator, sample by sample.
     backward: Vec<Vec<Backward>>,
 }
 
@@ -46,7 +46,7 @@ fn tell(job: &Job<'_>) -> Told {
     }
 }
 
-/// The columns `J.from.C [unit]` of actuator J.
+/// Returns the columns `J.from.C [unit]` of actuator J.
 fn from<'a>(told: &'a Told, drive: &str) -> Vec<(&'a str, &'a [f64])> {
     let prefix = format!("{drive}.from.");
     let columns = told.shares.columns().filter_map(|(name, column)| {
@@ -56,7 +56,7 @@ fn from<'a>(told: &'a Told, drive: &str) -> Vec<(&'a str, &'a [f64])> {
     columns.collect()
 }
 
-/// Sums of contributions at every sample of every motion under every load.
+/// Tests the sums of contributions at every sample of every motion under every load.
 #[test]
 fn contributions_add_up_to_the_effect_of_friction() {
     let mut rows = 0;
@@ -73,8 +73,8 @@ fn contributions_add_up_to_the_effect_of_friction() {
                 let Some((drive, unit)) = column.split_once(".drive [") else { continue };
                 let without = told.inverse.column(&format!("{drive}.drive_frictionless [{unit}"));
                 let shares = from(&told, drive);
-                // Relative to the sum of magnitudes; for an actuator with zero force, relative to
-                // its largest force.
+                // The error is relative to the sum of magnitudes; for an actuator with zero force,
+                // it is relative to the largest force of the actuator.
                 let most = with.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
                 for (row, (with, without)) in with.iter().zip(without).enumerate() {
                     let sum: f64 = shares.iter().map(|(_, share)| share[row]).sum();
@@ -98,14 +98,14 @@ fn contributions_add_up_to_the_effect_of_friction() {
     assert!(rows > 5000, "{rows}");
 }
 
-/// Time step for about forty samples of a motion.
+/// Returns the time step for about forty samples of a motion.
 fn coarse(model: &ModelFile, motion: &str) -> Option<f64> {
     let duration = model.motion(motion).unwrap().duration;
     (duration > 0.0).then_some(duration / 40.0)
 }
 
-/// Energy dissipated per cycle, by two programs: 2.021 J with converged friction, 1.955 J with
-/// decoupled friction. The contributions dissipate exactly this energy.
+/// Tests the energy dissipated per cycle against two independent programs: 2.021 J with converged
+/// friction, 1.955 J with decoupled friction. The contributions dissipate exactly this energy.
 #[test]
 fn the_regular_twin_dissipates_what_is_known() {
     let model = model("zhang2018-regular");
@@ -126,8 +126,8 @@ fn the_regular_twin_dissipates_what_is_known() {
             let rms = |k: usize| ranked[k]["rms"].as_f64().unwrap();
             assert_eq!(ranked[0]["interface"], format!("leg{leg}.P"));
             assert!((1..7).all(|k| rms(k) <= rms(k - 1)));
-            // These are all pins and balls. The guides of other legs contribute only to the
-            // actuators of those legs.
+            // These interfaces are all pins and balls. The guides of other legs contribute only to
+            // the actuators of those legs.
             assert_eq!(ranked.as_array().unwrap().len(), 7);
         }
         assert!(told.text.contains("friction changes leg1.P by"), "{}", told.text);
@@ -139,8 +139,8 @@ fn the_regular_twin_dissipates_what_is_known() {
     assert!(!told.text.contains("efficiency"), "{}", told.text);
 }
 
-/// A block of 2 kg on a guide at the angle `slope` (degrees) with the friction angle `rho`, moved
-/// up and down along the guide.
+/// Returns the model of a block of 2 kg on a guide with the angle `slope` (degrees) and the
+/// friction angle `rho`. The block moves up and down along the guide.
 fn along_the_plane(slope: f64, rho: f64) -> String {
     let (sine, cosine) = slope.to_radians().sin_cos();
     let mu = rho.to_radians().tan();
@@ -170,8 +170,8 @@ fn along_the_plane(slope: f64, rho: f64) -> String {
     )
 }
 
-/// The block of [`along_the_plane`] on the same guide, pushed by a body that moves horizontally: a
-/// wedge, or a thread.
+/// Returns the block of [`along_the_plane`] on the same guide, pushed by a body that moves
+/// horizontally. This is the model of a wedge or a thread.
 fn across_the_plane(slope: f64, rho: f64) -> String {
     let (sine, cosine) = slope.to_radians().sin_cos();
     let mu = rho.to_radians().tan();
@@ -215,15 +215,15 @@ fn across_the_plane(slope: f64, rho: f64) -> String {
 static NO_LOAD: LoadCase =
     LoadCase { title: String::new(), wrenches: Vec::new(), laws: Vec::new(), payloads: Vec::new() };
 
-/// Job of a motion under gravity alone.
+/// Creates the job of a motion under gravity alone.
 fn none_loaded<'a>(model: &'a ModelFile, motion: &str) -> Job<'a> {
     Job::new(model, (motion, model.motion(motion).unwrap()), ("none", &NO_LOAD))
 }
 
-/// With the guide at the angle a and the friction angle r, the force along the guide is
-/// `W sin(a + r) / cos r` up, `W sin(a - r) / cos r` down, and `W sin a` without friction. With a
-/// horizontal push, the forces are `W tan(a + r)`, `W tan(a - r)`, `W tan a`. Efficiencies are
-/// ratios of these; from r = a on the block is self-locking.
+/// Tests an inclined plane. With the guide at the angle a and the friction angle r, the force along
+/// the guide is `W sin(a + r) / cos r` upward, `W sin(a - r) / cos r` downward, and `W sin a`
+/// without friction. With a horizontal push, the forces are `W tan(a + r)`, `W tan(a - r)`, `W tan
+/// a`. Efficiencies are ratios of these forces. For r >= a, the block is self-locking.
 #[test]
 fn an_inclined_plane_has_the_efficiencies_of_the_textbook() {
     let weight = 2.0 * 9.81;
@@ -253,15 +253,15 @@ fn an_inclined_plane_has_the_efficiencies_of_the_textbook() {
                 if motion == "up" {
                     near(&efficiency["forward"], plain / up, "forward");
                 } else if rho < slope {
-                    // The actuator brakes: it delivers no power.
+                    // The actuator brakes the block and delivers no power.
                     assert_eq!(efficiency["forward"], Value::Null);
                 } else {
                     // The actuator pushes a self-locking block down, and friction dissipates all of
                     // its power.
                     near(&efficiency["forward"], 0.0, "forward");
                 }
-                // The backward efficiency uses the direction in which the load drives, whatever the
-                // direction of motion.
+                // The backward efficiency refers to the direction in which the load drives,
+                // regardless of the direction of motion.
                 let back = &efficiency["backward"][drive];
                 near(&back["least"], (down / plain).max(0.0), "backward");
                 near(&back["mean"], (down / plain).max(0.0), "backward");
@@ -274,8 +274,9 @@ fn an_inclined_plane_has_the_efficiencies_of_the_textbook() {
     }
 }
 
-/// A jack with a square thread of lead angle a under 50 kg, with an actuated spindle: raising takes
-/// `W r tan(a + r)`, without friction `W r tan a`, and lowering `W r tan(a - r)`.
+/// Tests a jack with a square thread of lead angle a under 50 kg, with an actuated spindle. The
+/// torque is `W r tan(a + r)` for raising, `W r tan(a - r)` for lowering, and `W r tan a` without
+/// friction.
 #[test]
 fn a_screw_jack_has_the_efficiencies_of_the_textbook() {
     for (lead, rho) in [(20.0_f64, 5.0_f64), (4.0, 3.9), (4.0, 6.0)] {
@@ -319,7 +320,7 @@ fn a_screw_jack_has_the_efficiencies_of_the_textbook() {
     }
 }
 
-/// A level guide returns no power and stores no energy.
+/// Tests that a level guide returns no power and stores no energy.
 #[test]
 fn a_level_plane_has_no_load() {
     let model = model_of("plane", &along_the_plane(0.0, 10.0));
@@ -330,11 +331,11 @@ fn a_level_plane_has_no_load() {
     assert!(told.backward.iter().flatten().all(|back| *back == Backward::Undriven));
 }
 
-/// A collar of weight W with its centre of mass 0.8 m off its guide, moved by a rod 0.2 m off it on
-/// the same side, with pads 0.1 m apart and a preload of 20/3 W. For the upward motion, the
-/// actuator relieves the pads: `d = (1 + 20/3 mu + 16 mu) / (1 + 4 mu) W` for every mu. For the
-/// downward motion, it must push and loads them more: `d = -(20/3 mu - 1 + 16 mu) / (1 - 4 mu) W`,
-/// without a solution from mu = 1/4 on.
+/// Tests a collar of weight W with its centre of mass 0.8 m from its guide. A rod moves the collar
+/// at 0.2 m from the guide on the same side; the pads are 0.1 m apart and have a preload of 20/3 W.
+/// For the upward motion, the actuator relieves the pads: `d = (1 + 20/3 mu + 16 mu) / (1 + 4 mu)
+/// W` for every mu. For the downward motion, the actuator must push and increases the load on the
+/// pads: `d = -(20/3 mu - 1 + 16 mu) / (1 - 4 mu) W`, without a solution for mu >= 1/4.
 #[test]
 fn locking_against_back_driving_is_detected() {
     let text = |mu: f64| {

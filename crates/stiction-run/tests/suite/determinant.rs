@@ -9,18 +9,19 @@ use stiction_core::spatial::Pose;
 use stiction_core::statics::Constraints;
 use stiction_format::ModelFile;
 
-/// Half sides of platform and base, m.
+/// Half of the side lengths of platform and base, m.
 const K: f64 = 0.15;
 const L: f64 = 0.45;
 
-/// Position x, z (m) and angle theta (rad) of the platform in some pose.
+/// Returns a random pose of the platform: position x, z (m) and angle theta (rad).
 fn some_pose(random: &mut Random) -> [f64; 3] {
     let theta = (90.0 + 40.0 * random.number()).to_radians();
     [0.15 * random.number(), 0.5 + 0.15 * random.number(), theta]
 }
 
-/// The robot at a pose of its plane, with rates of x, z, theta. If `all`, all six coordinates of
-/// the platform are prescribed: the printed robot's roll is free to first order.
+/// Creates the robot at a pose in its plane, with rates of x, z, theta. If `all` is true, all six
+/// coordinates of the platform are prescribed, because the roll of the printed robot is free to
+/// first order.
 fn robot(
     model: &ModelFile,
     [x, z, theta]: [f64; 3],
@@ -57,7 +58,7 @@ fn robot(
         .unwrap()
 }
 
-/// Length and rate of a leg.
+/// Returns the length and the rate of a leg.
 fn leg(solver: &InverseDynamics, n: usize) -> (f64, f64) {
     let mechanism = solver.mechanism();
     let id = mechanism.joint_id(&format!("leg{n}.P")).unwrap();
@@ -68,10 +69,10 @@ fn leg(solver: &InverseDynamics, n: usize) -> (f64, f64) {
     (solver.joint_coordinates(id)[0], relative.linear.dot(axis))
 }
 
-/// `det(diag(rho) J^-1) = 2 k l cos(theta) (k (x cos(theta) + z sin(theta)) - l z)`, where row n of
-/// `J^-1` contains the derivatives of leg n's length rho with respect to x, z and theta. By hand:
-/// with the vectors `rho u` of the legs, row 2 + row 3 - 2 row 1 of `diag(rho) J^-1` is
-/// `(0, 0, -2 k l cos(theta))`.
+/// Tests `det(diag(rho) J^-1) = 2 k l cos(theta) (k (x cos(theta) + z sin(theta)) - l z)`, where
+/// row n of `J^-1` contains the derivatives of leg n's length rho with respect to x, z and theta.
+/// The formula is derived by hand: with the vectors `rho u` of the legs, row 2 + row 3 - 2 row 1 of
+/// `diag(rho) J^-1` is `(0, 0, -2 k l cos(theta))`.
 #[test]
 fn determinant_of_the_legs_rates() {
     let model = model("zhang2018");
@@ -97,12 +98,12 @@ fn determinant_of_the_legs_rates() {
         greatest = greatest.max(expected / scale);
     }
     assert!(worst <= 1e-10, "{worst:e}");
-    // Both signs occur: on either side of theta = 90 deg.
+    // Both signs occur, on either side of theta = 90 deg.
     assert!(least < -0.1 && greatest > 0.1, "{least} {greatest}");
 }
 
-/// In every pose, the balance of the printed robot lacks one equation, with a self-stress of -2 : 1
-/// : 1.
+/// Tests that, in every pose, one equation of the printed robot's equilibrium depends on the
+/// others, with a self-stress of -2 : 1 : 1.
 #[test]
 fn the_printed_robot_is_singular_in_every_pose() {
     let model = model("zhang2018");

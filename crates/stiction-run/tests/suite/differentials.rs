@@ -13,8 +13,8 @@ use stiction_run::Sink;
 use stiction_run::exchange::{Instant, model_file};
 use stiction_run::inverse::{Sample, Summary};
 
-/// Wrist: pitch about y, then roll about x. The hand of 1.5 kg has its centre of mass on the roll
-/// axis at 80 mm, and is rotationally symmetric about this axis.
+/// Wrist that pitches about y, then rolls about x. The hand of 1.5 kg has its centre of mass on the
+/// roll axis at 80 mm, and is rotationally symmetric about this axis.
 pub(crate) const WRIST: &str = "
 gravity = [0, 0, -9.81]
 [bodies.cradle]
@@ -38,9 +38,11 @@ duration = 2
 pitch = \"0.9 rad*sin(2*pi*t/1 s)\"
 roll = \"1.4 rad*cos(2*pi*t/2 s)\"
 ";
-/// Inertia about the pitch axis, and about the roll axis, kg m^2; moment of weight, N m.
+/// Moment of inertia of the wrist about the pitch axis, kg m^2.
 pub(crate) const PITCH: f64 = 0.004 + 1.5 * 0.08 * 0.08;
+/// Moment of inertia of the hand about the roll axis, kg m^2.
 pub(crate) const ROLL: f64 = 0.002;
+/// Moment of the weight about the pitch axis with the hand horizontal, N m.
 pub(crate) const WEIGHT: f64 = 1.5 * 9.81 * 0.08;
 
 fn run(model: &ModelFile) -> (Csv, Csv, Value) {
@@ -62,7 +64,7 @@ fn errors(parts: &[&str]) -> String {
     read(&Source::new("machine.toml", text), &|_| Err("no files".into())).unwrap_err().to_string()
 }
 
-/// Pitch and roll with rates and accelerations.
+/// Returns angle, rate and acceleration of pitch and roll at a time, s.
 fn motion(t: f64) -> [[f64; 3]; 2] {
     let (sin, cos) = (TAU * t).sin_cos();
     let (sin2, cos2) = (0.5 * TAU * t).sin_cos();
@@ -73,8 +75,8 @@ fn motion(t: f64) -> [[f64; 3]; 2] {
     ]
 }
 
-/// Efforts of pitch and roll. The hand is rotationally symmetric about the roll axis, so pitch and
-/// roll are decoupled.
+/// Returns the efforts of pitch and roll. The hand is rotationally symmetric about the roll axis,
+/// so pitch and roll are decoupled.
 fn efforts([pitch, roll]: [[f64; 3]; 2]) -> [f64; 2] {
     // The weight acts at the centre of mass of the hand, which positive pitch lowers.
     [PITCH * pitch[2] - WEIGHT * pitch[0].cos(), ROLL * roll[2]]
@@ -138,8 +140,9 @@ fn wrist_differential() {
     assert_eq!(again.mechanism.drive_trains(), model.mechanism.drive_trains());
 }
 
-/// Separate motor shafts with gearings are equivalent to the differential. Therefore its motor
-/// friction and gear losses can be simulated: the torques of inverse dynamics cause the motion.
+/// Tests that a differential is equivalent to separate motor shafts with gearings. Its motor
+/// friction and gear losses can therefore be simulated: the torques of inverse dynamics cause the
+/// motion.
 #[test]
 fn differential_by_shafts() {
     let numbers = "ratio = 25\nrotor_inertia = 4e-6\nefficiency = 0.85\nbackward_efficiency = 0.8\n\
@@ -211,9 +214,9 @@ fn differential_by_shafts() {
     }
 }
 
-/// Two motors with dry friction drive two joints together by belts, compared with closed forms:
-/// each joint accelerates according to the motor forces minus losses, and stays at rest while the
-/// friction of both motors holds.
+/// Tests two motors with dry friction that drive two joints together by belts, against closed
+/// forms. Each joint accelerates according to the motor forces minus losses, and remains at rest
+/// while the friction of both motors holds it.
 #[test]
 fn simulated_belt_with_losses() {
     let (bridge, carriage, lead, inertia) = (3.0, 0.8, 0.04, 2e-5);
@@ -289,7 +292,8 @@ fn simulated_belt_with_losses() {
     }
 }
 
-/// A belt over two fixed motors moves bridge and carriage; pulleys of 40 mm per revolution.
+/// Tests a belt over two fixed motors that moves bridge and carriage, with pulleys of 40 mm per
+/// revolution.
 #[test]
 fn belt_of_two_slides() {
     let (bridge, carriage, lead, inertia) = (3.0, 0.8, 0.04, 2e-5);
@@ -341,7 +345,8 @@ fn belt_of_two_slides() {
     assert!(relative_error(&simulation) < 1e-12);
 }
 
-/// A screw nut and a ball-spline nut move a shaft: the motor of the spline nut turns and lifts it.
+/// Tests a screw nut and a ball-spline nut that move a shaft: the motor of the spline nut turns and
+/// lifts the shaft.
 #[test]
 fn turning_and_sliding_together() {
     let text = "gravity = [0, 0, -9.81]\n\
@@ -369,7 +374,8 @@ fn turning_and_sliding_together() {
     }
 }
 
-/// Three motors on two joints: their efforts add up to those of the joints, and the sum of effort^2/share is least.
+/// Tests three motors on two joints. The efforts of the motors add up to those of the joints, and
+/// the sum of effort^2/share is minimal.
 #[test]
 fn more_motors_than_joints() {
     let parts = [[1.0, 0.0], [1.0, 1.0], [0.5, -1.0]];
@@ -391,7 +397,7 @@ fn more_motors_than_joints() {
             let sum: f64 = efforts.iter().zip(&parts).map(|(e, part)| e * part[joint]).sum();
             assert!((sum - tau).abs() < 1e-12);
         }
-        // Optimality of the distribution: the weighted efforts are orthogonal to the null vector,
+        // In the optimal distribution, the weighted efforts are orthogonal to the null vector,
         // along which efforts change no joint effort.
         let null = [-1.5, 1.0, 1.0];
         let slope: f64 =
@@ -399,7 +405,7 @@ fn more_motors_than_joints() {
         assert!(slope.abs() < 1e-12, "{slope}");
         for (m, effort) in efforts.iter().enumerate() {
             let torque = inverse.column(&format!("m{m}.motor_torque [N m]"))[k];
-            // Motors at rest have the same torque without friction.
+            // Without friction, motors at rest have the same torque.
             assert!((torque - effort / (m + 3) as f64).abs() < 1e-12);
         }
     }

@@ -63,7 +63,7 @@ fn value(node: Node<'_, '_>, attribute: &str) -> f64 {
     node.attribute(attribute).unwrap().parse().unwrap()
 }
 
-/// Numbers in all attributes.
+/// Returns the numbers in all attributes of a node.
 fn numbers(node: Node<'_, '_>) -> Vec<f64> {
     let geometry = ["x", "y", "x1", "y1", "x2", "y2", "cx", "cy", "r", "points", "d", "viewBox"];
     let texts = node.attributes().filter(|a| geometry.contains(&a.name())).map(|a| a.value());
@@ -71,7 +71,8 @@ fn numbers(node: Node<'_, '_>) -> Vec<f64> {
     pieces.filter(|piece| !piece.is_empty()).map(|piece| piece.parse().unwrap()).collect()
 }
 
-/// Well formed, with every body and joint once, and all numbers inside the picture's frame.
+/// Checks that a picture is well-formed, contains every body and joint once, and has all numbers
+/// inside its frame.
 fn check_picture(what: &str, solver: &InverseDynamics, svg: &str) {
     let parsed = parse(svg);
     let mechanism = solver.mechanism();
@@ -146,7 +147,7 @@ fn planar_robots_are_seen_face_on() {
     }
 }
 
-/// Centre of a joint that is drawn as a single circle.
+/// Returns the centre of a joint that is drawn as a single circle.
 fn place(picture: &Document<'_>, name: &str) -> (f64, f64) {
     let joint =
         of_class(picture, "joint").find(|n| n.attribute("data-name") == Some(name)).unwrap();
@@ -157,7 +158,7 @@ fn place(picture: &Document<'_>, name: &str) -> (f64, f64) {
     (value(circle, "cx"), value(circle, "cy"))
 }
 
-/// Distances of joints relative to the scale bar, and directions relative to the axes.
+/// Tests distances of joints relative to the scale bar, and directions relative to the axes.
 #[test]
 fn pictures_are_to_scale() {
     let solver = assembled(&model("four-bar"));
@@ -175,15 +176,15 @@ fn pictures_are_to_scale() {
     for (a, b) in [("A", "B"), ("A", "D"), ("C", "B"), ("D", "C")] {
         let apart = (joint(b) - joint(a)) * scale;
         let (from, to) = (place(&parsed, a), place(&parsed, b));
-        // Coordinates have one decimal; the error of the bar is multiplied by the ratio of the
-        // lengths.
+        // Coordinates have one decimal. The error of the scale bar is multiplied by the ratio of
+        // the lengths.
         let tolerance = 0.2 + 0.1 * apart.norm() / length;
         assert!((to.0 - from.0 - apart.x).abs() < tolerance, "{a} {b}: x to the right");
         assert!((from.1 - to.1 - apart.y).abs() < tolerance, "{a} {b}: y upwards");
     }
 }
 
-/// Approximate bounding boxes of the labels of joints, bodies and legs.
+/// Returns approximate bounding boxes of the labels of joints, bodies and legs.
 fn boxes(picture: &Document<'_>) -> Vec<(String, [f64; 4])> {
     let texts = picture.descendants().filter(|node| {
         node.has_tag_name(("http://www.w3.org/2000/svg", "text"))
@@ -251,7 +252,8 @@ fn a_leg_is_one_colour_and_named_once() {
     assert!(driven.len() == 3 && expected.iter().all(|name| driven.contains(name)), "{driven:?}");
 }
 
-/// A chain with one body per type, each one step along x from the previous one.
+/// Creates a chain with one body for each joint type, each body one step along x from the previous
+/// one.
 fn chain(types: &[JointType], step: f64, name: &str) -> InverseDynamics {
     let mut builder = MechanismBuilder::new(name).characteristic_length(step.abs().max(1e-3));
     let mut last = GROUND_NAME.to_owned();
@@ -394,7 +396,7 @@ fn pages_are_well_formed_and_complete() {
             let own = format!("{before}{}", data.split_once("</script>").unwrap().1);
             assert!(!own.contains(word), "{name}: {word}");
         }
-        // The page loads nothing, and its other scripts are data.
+        // The page loads nothing. Its scripts except the viewer are data.
         let foreign = ["link", "img", "iframe", "image", "use"];
         assert!(parsed.descendants().all(|n| !foreign.contains(&n.tag_name().name())), "{name}");
         let mut scripts = parsed.descendants().filter(|n| n.tag_name().name() == "script");
@@ -412,7 +414,7 @@ fn pages_are_well_formed_and_complete() {
     }
 }
 
-/// Numbers of the table against those in JSON.
+/// Tests the numbers in the table against those in JSON.
 #[test]
 fn self_stresses_are_listed_by_joint() {
     let model = model("zhang2018");
@@ -430,14 +432,14 @@ fn self_stresses_are_listed_by_joint() {
     let force = |joint: &str| -> f64 {
         rows.iter().find(|row| row[0] == joint).unwrap()[2].parse().unwrap()
     };
-    // The three parallel forces along y are in equilibrium: by the printed geometry, the platform's
-    // S joints are at 2, -1, -1 times the same distance from the line of their resultant.
+    // The three parallel forces along y are in equilibrium. By the printed geometry, the distances
+    // of the platform's S joints from the line of the resultant are in the ratio 2 : -1 : -1.
     let (one, two, three) = (force("leg1.S"), force("leg2.S"), force("leg3.S"));
     // The table has four digits.
     assert!((one + two + three).abs() < 2e-4 * one.abs() && (two - three).abs() < 2e-4);
 }
 
-/// The picture in the book is that of the program, except for the last digits.
+/// Tests that the picture in the book equals that of the program, except for the last digits.
 #[test]
 fn the_picture_of_the_book_is_current() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/src/pictures/3rps.svg");
@@ -451,7 +453,7 @@ fn the_picture_of_the_book_is_current() {
     assert_eq!(elements(&book), elements(&own), "stiction check 3rps -o DIR writes it");
     for (a, b) in book.descendants().zip(own.descendants()) {
         for (a, b) in numbers(a).iter().zip(numbers(b)) {
-            // Coordinates have one decimal: rounding may differ by one between machines.
+            // Coordinates have one decimal, which may be rounded differently on other machines.
             assert!((a - b).abs() < 0.15, "stiction check 3rps -o DIR writes it anew");
         }
     }

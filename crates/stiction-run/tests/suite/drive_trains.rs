@@ -13,7 +13,8 @@ use stiction_run::exchange::{Instant, model_file};
 use stiction_run::inverse::{Curves, Sample, Summary};
 use stiction_run::{Job, Sink};
 
-/// A pendulum of 2 kg at 0.3 m with 0.05 kg m^2 about its centre of mass; it hangs down at zero.
+/// Pendulum of 2 kg at 0.3 m, with 0.05 kg m^2 about its centre of mass. It hangs down at the
+/// coordinate zero.
 pub(crate) const PENDULUM: &str = "
 gravity = [0, 0, -9.81]
 [bodies.arm]
@@ -27,7 +28,7 @@ to = \"arm\"
 axis = \"y\"
 [loads.none]
 ";
-/// A vertical slide of 40 kg.
+/// Vertical slide of 40 kg.
 pub(crate) const SLIDE: &str = "
 gravity = [0, 0, -9.81]
 [bodies.table]
@@ -53,7 +54,7 @@ fn job_of(model: &ModelFile) -> Job<'_> {
     job(model, "m", "none", FrictionMode::Converged)
 }
 
-/// Tables `inverse.csv` and `motors.csv`, and the summary.
+/// Returns the tables `inverse.csv` and `motors.csv`, and the summary of a run.
 fn run(job: &Job<'_>) -> (Csv, Csv, serde_json::Value) {
     let mut tables = tables(job);
     let mut summary = Summary::new(job);
@@ -67,19 +68,19 @@ fn run(job: &Job<'_>) -> (Csv, Csv, serde_json::Value) {
     (file("inverse.csv"), file("motors.csv"), summary.json(job, &verdict))
 }
 
-/// Errors of the format as text.
+/// Returns the errors that the reader reports for a model, as text.
 fn errors(parts: &[&str]) -> String {
     let text = parts.concat();
     read(&Source::new("machine.toml", text), &|_| Err("no files".into())).unwrap_err().to_string()
 }
 
-/// Angle, rate and acceleration of the swing.
+/// Returns angle, rate and acceleration of the swing at a time, s.
 fn swing(t: f64) -> [f64; 3] {
     let (sin, cos) = (TAU * t).sin_cos();
     [1.2 * sin, 1.2 * TAU * cos, -1.2 * TAU * TAU * sin]
 }
 
-/// Torque at the input of a gear for a given torque at its output.
+/// Returns the torque at the input of a gear for a given torque at its output.
 fn input(output: f64, n: f64, rate: f64, (forward, backward): (f64, f64)) -> f64 {
     if output * rate > 0.0 { output / (n * forward) } else { backward * output / n }
 }
@@ -101,7 +102,7 @@ fn geared_pendulum() {
             let [q, rate, acceleration] = swing(t);
             let drive = (0.05 + 2.0 * 0.3 * 0.3) * acceleration + 2.0 * 9.81 * 0.3 * q.sin();
             let speed = ratio * rate;
-            // The directions before and after a reversal give two torques.
+            // At a reversal, the directions before and after it yield two torques.
             if rate.abs() < 1e-9 {
                 let [low, high] = ["low", "high"]
                     .map(|end| inverse.column(&format!("motor.motor_torque_{end} [N m]"))[k]);
@@ -144,7 +145,7 @@ fn geared_pendulum() {
     }
 }
 
-/// A screw of 10 mm lead at a vertical axis, given as a lead, with a belt of ratio 2 before it.
+/// Tests a screw with a lead of 10 mm on a vertical axis, driven through a belt of ratio 2.
 #[test]
 fn ball_screw_axis() {
     let spellings = [
@@ -179,9 +180,9 @@ fn ball_screw_axis() {
     }
 }
 
-/// A worm gear with a pressure angle of 20 degrees lifts the weight of a pendulum. Its efficiencies
-/// are those of a wedge; at the threshold of self-locking, the torque that keeps the load from
-/// sinking changes its sign.
+/// Tests a worm gear with a pressure angle of 20 degrees that lifts the weight of a pendulum. The
+/// efficiencies are those of a wedge. At the threshold of self-locking, the torque that keeps the
+/// load from sinking changes its sign.
 #[test]
 fn worm_hoist() {
     let lead_angle = 6f64.to_radians();
@@ -210,7 +211,7 @@ fn worm_hoist() {
             let found = inverse.column("worm.motor_torque [N m]")[k];
             assert!((found - expected).abs() < 1e-12, "{found} {expected}");
         }
-        // Pendulum at rest at 30 degrees.
+        // The pendulum is at rest at 30 degrees.
         let still = with(&[PENDULUM, "[motions.m]\nduration = 0\npivot = \"30 deg\"\n", &train]);
         let job = job_of(&still);
         let weight = 2.0 * 9.81 * 0.3 * 0.5 / 40.0;
@@ -228,8 +229,8 @@ fn worm_hoist() {
     }
 }
 
-/// For ratio one and a fixed housing, a rotor is equivalent to an additional moment of inertia of
-/// the driven link.
+/// Tests that a rotor with ratio one and a fixed housing is equivalent to an additional moment of
+/// inertia of the driven link.
 #[test]
 fn rotors_are_inertias_of_their_links() {
     let text = gallery::get("five-bar").unwrap();
@@ -268,7 +269,8 @@ fn rotors_are_inertias_of_their_links() {
     }
 }
 
-/// Copy of the mechanism in which some bodies have larger moments of inertia, in all directions.
+/// Returns a copy of the mechanism in which some bodies have larger moments of inertia in all
+/// directions.
 fn with_inertia(
     mechanism: &Mechanism,
     more: &[(stiction_core::mechanism::BodyId, f64)],
@@ -289,7 +291,8 @@ fn with_inertia(
     model_of("heavier", &document.to_string()).mechanism
 }
 
-/// At rest, the friction of joint, gear and motor opposes the onset of motion in either direction.
+/// Tests that, at rest, the friction of joint, gear and motor opposes the onset of motion in either
+/// direction.
 #[test]
 fn torques_that_hold() {
     let joint =
@@ -317,8 +320,8 @@ fn torques_that_hold() {
     assert!((brake + high).abs() < 1e-12, "{brake} {high}");
 }
 
-/// A hinge with its axis along gravity carries the weight without torque. The remaining rounding
-/// error requires no brake.
+/// Tests a hinge whose axis is parallel to gravity: it carries the weight without torque. The
+/// remaining rounding error requires no brake.
 #[test]
 fn rounding_errors_need_no_brake() {
     let model = with(&["
@@ -351,7 +354,8 @@ pin = 0.3
 
 #[test]
 fn limits_of_the_motor() {
-    // rms of an inertia of 0.05 kg m^2 on a sine of 1 rad at 1 Hz: 0.05 (2 pi)^2 / sqrt 2.
+    // The rms torque of an inertia of 0.05 kg m^2 on a sine of 1 rad at 1 Hz is 0.05 (2 pi)^2 /
+    // sqrt 2.
     let wheel = "
 gravity = [0, 0, 0]
 [bodies.wheel]
@@ -399,7 +403,8 @@ hub = \"1 rad*sin(2*pi*t/1 s)\"
     assert_eq!(labels, ["motion", "rms", "", "rated", "", "peak", "", "speed", ""]);
 }
 
-/// Two motors on one joint share its effort as stated; without shares they are refused.
+/// Tests that two motors on one joint share its effort in the declared ratio, and are rejected
+/// without shares.
 #[test]
 fn several_motors_on_one_joint() {
     let train = |name: &str, rest: &str| {
@@ -470,8 +475,8 @@ fn what_is_refused() {
     assert!(message.contains("translates: give the `lead`"), "{message}");
 }
 
-/// Motors on all legs of a hexapod, one of them of another type; the model is written and read
-/// again.
+/// Tests motors on all legs of a hexapod, one of which has a different type, also after the model
+/// is written and read again.
 #[test]
 fn motors_of_legs() {
     let text = gallery::get("gough").unwrap();
@@ -523,7 +528,8 @@ fn motors_of_legs() {
     assert_eq!(again.mechanism.drive_trains(), geared.mechanism.drive_trains());
 }
 
-/// Position, rate and acceleration of the first joint after a second under a constant effort.
+/// Returns position, rate and acceleration of the first joint after a second under a constant
+/// effort, and the relative energy error.
 fn after(model: &ModelFile, effort: f64, start: (f64, f64)) -> (Target<f64>, f64) {
     let forward = Forward::new(model.mechanism.clone(), &[]);
     let joint = Coordinate::Joint { joint: JointId(0), dof: 0 };
@@ -539,7 +545,7 @@ pub(crate) fn relative_error(simulation: &Simulation<'_>) -> f64 {
     simulation.energy_error().abs() / simulation.energies().turnover.max(1e-300)
 }
 
-/// A slide under a constant effort, with rotor, viscous and constant friction of its motor.
+/// Tests a slide under a constant effort, with rotor, viscous and constant friction of its motor.
 #[test]
 fn simulated_slide() {
     let level = SLIDE.replace("-9.81", "0");
@@ -556,7 +562,7 @@ fn simulated_slide() {
     assert!((motion.rate - rate).abs() < 1e-9 * rate, "{} {rate}", motion.rate);
     assert!((motion.value - (final_rate - rate * time)).abs() < 1e-9, "{}", motion.value);
     assert!(error < 1e-9, "{error}");
-    // The motor friction holds efforts up to its limit, and no greater ones.
+    // The motor friction resists efforts up to its limit, and no greater efforts.
     assert_eq!(after(&model, dry * (1.0 - 1e-9), (0.0, 0.0)).0.rate, 0.0);
     assert!(after(&model, dry * (1.0 + 1e-6), (0.0, 0.0)).0.rate > 0.0);
     // The slide decelerates, stops and stays at rest; without viscous friction it stops after the
@@ -569,7 +575,7 @@ fn simulated_slide() {
     assert!(error < 1e-9, "{error}");
 }
 
-/// Static friction of a joint and of its motor add up.
+/// Tests that the static friction of a joint and that of its motor add up.
 #[test]
 fn joint_and_motor_hold_together() {
     let level = SLIDE
@@ -591,8 +597,8 @@ fn joint_and_motor_hold_together() {
     }
 }
 
-/// Simulations of closed chains. Motors with prescribed motion need the torques of inverse
-/// dynamics, for every choice of the cut joints; without efforts, the energy of the mechanism is
+/// Tests simulations of closed chains for every choice of the cut joints. Motors with prescribed
+/// motion require the torques of inverse dynamics. Without efforts, the energy of the mechanism is
 /// conserved.
 #[test]
 fn simulated_hexapod() {
@@ -617,7 +623,7 @@ fn simulated_hexapod() {
                 }
                 _ => (1e-4, String::new()),
             };
-            // Each motor moves its joint; if `together` is true, also the next one.
+            // Each motor moves its joint and, if `together` is true, also the next joint.
             let next =
                 plain.mechanism.actuators().nth(k + 1).or(plain.mechanism.actuators().next());
             let next = &plain.mechanism.joints()[next.unwrap().0.0].name;
@@ -670,7 +676,7 @@ fn simulated_hexapod() {
                     "{name} {rule:?} m{k}: {found} {expected}"
                 );
             }
-            // The torques of inverse dynamics, friction included, cause the motion.
+            // The torques of inverse dynamics with friction cause the motion.
             let efforts = simulation.instant().drives.clone();
             let unled = Forward::with_tree(mechanism.clone(), rule, &[]);
             let mut efforts = ConstantEfforts(efforts);

@@ -1,4 +1,4 @@
-//! Joint springs, gas springs and bushings of model files: file round trip and reports.
+//! Joint springs, gas springs and bushings of model files: writing and reading again, and reports.
 
 use crate::common::{job, model_of};
 use crate::drive_trains::with;
@@ -8,7 +8,8 @@ use stiction_run::breakaway;
 use stiction_run::exchange::{Instant, model_file};
 use stiction_run::inverse::{Sample, Summary};
 
-/// A lid of 15 kg with a gas spring that is too short for an opening of 80 deg, a torsion spring and a rubber pad.
+/// Lid of 15 kg with a gas spring that is too short for an opening of 80 deg, a torsion spring and
+/// a rubber pad.
 const LID: &str = "
 gravity = [0, 0, -9.81]
 [bodies.lid]
@@ -70,8 +71,8 @@ fn springs_of_all_kinds_are_written_and_read_back() {
         springs
     };
     for (read, known) in by_name(&read).iter().zip(&by_name(&known)) {
-        // The stiffness of a gas spring follows from its progression, and its shortest length from
-        // its stroke, so both are rounded.
+        // The model file contains the progression and the stroke of a gas spring. The stiffness and
+        // the shortest length are computed from them, so both are rounded.
         assert!((read.stiffness / known.stiffness - 1.0).abs() < 1e-14, "{read:?}");
         assert_eq!(read.preload, known.preload);
         assert_eq!(read.lengths.map(|l| l.1), known.lengths.map(|l| l.1));
@@ -86,8 +87,8 @@ fn springs_of_all_kinds_are_written_and_read_back() {
     assert!((turned.trace() - 3.0).abs() < 1e-15);
 }
 
-/// The summary reports the time at which the gas spring leaves its stroke. By the law of cosines,
-/// its length is then 400 mm.
+/// Tests that the summary reports the time at which the gas spring leaves its stroke. By the law of
+/// cosines, its length is then 400 mm.
 #[test]
 fn the_stroke_of_a_gas_spring_is_watched() {
     let model = with(&[LID, OPEN]);
@@ -98,7 +99,7 @@ fn the_stroke_of_a_gas_spring_is_watched() {
     let (foot, top): (f64, f64) = (0.25f64.hypot(0.1), 0.3);
     let cosine = (foot * foot + top * top - 0.16) / (2.0 * foot * top);
     let angle = cosine.acos() - (0.1f64).atan2(0.25);
-    // hinge = 50 deg - 30 deg cos(pi t/2).
+    // The motion is hinge = 50 deg - 30 deg cos(pi t/2).
     let crossed = ((50.0 - angle.to_degrees()) / 30.0).acos() * 2.0 / std::f64::consts::PI;
     let range = &summary["ranges"][0];
     assert_eq!(range["name"], "strut.length");
@@ -112,7 +113,8 @@ fn the_stroke_of_a_gas_spring_is_watched() {
     );
 }
 
-/// At rest, the friction of the hinge opposes the sum of the gravity and spring torques.
+/// Tests that, at rest, the friction of the hinge opposes the sum of the gravity and spring
+/// torques.
 #[test]
 fn breakaway_includes_springs() {
     let closed = "[motions.m]\nduration = 0\nhinge = \"30 deg\"\n";

@@ -8,7 +8,7 @@ use stiction_core::spatial::{Mat3, Pose, Vec3};
 use stiction_format::{ModelFile, gallery};
 use stiction_run::exchange::{Home, json, json_text};
 
-/// A model, assembled at the start of its default motion.
+/// Assembles a model at the start of its default motion.
 fn home(model: &ModelFile) -> Home<'_> {
     Home::of(&default_job(model, FrictionMode::Off)).unwrap()
 }
@@ -17,7 +17,7 @@ fn vector(value: &Value) -> Vec3<f64> {
     Vec3::from(std::array::from_fn(|k| value[k].as_f64().unwrap()))
 }
 
-/// A matrix from its rows.
+/// Reads a matrix from its rows.
 fn matrix(value: &Value) -> Mat3<f64> {
     let row = |i: usize| vector(&value[i]);
     Mat3::from_columns(row(0), row(1), row(2)).transpose()
@@ -27,14 +27,14 @@ fn pose(value: &Value) -> Pose<f64> {
     Pose { position: vector(&value["position"]), rotation: matrix(&value["rotation"]) }
 }
 
-/// Distance of two poses, m and rad.
+/// Returns the distance between two poses, m and rad.
 fn apart(a: Pose<f64>, b: Pose<f64>) -> f64 {
     let turn = (a.rotation.transpose() * b.rotation).rotation_vector();
     (a.position - b.position).norm() + turn.norm()
 }
 
-/// The numbers of the description alone close every loop: the frames of each joint match its
-/// coordinates.
+/// Tests that the numbers of the description alone close every loop: the frames of each joint match
+/// its coordinates.
 #[test]
 fn a_description_is_an_assembled_mechanism() {
     for name in gallery::names() {
@@ -42,7 +42,8 @@ fn a_description_is_an_assembled_mechanism() {
         let home = home(&model);
         let text = json_text(&home);
         let read: Value = serde_json::from_str(&text).unwrap();
-        // The layout affects only white space. (Compared as texts, since parsing rounds numbers.)
+        // The layout affects only white space. Texts are compared, because parsing would round
+        // numbers.
         let bare = |text: &str| text.split_whitespace().collect::<String>();
         assert!(bare(&text) == bare(&json(&home).to_string()), "{name}");
         assert_eq!((&read["format"], &read["version"]), (&"stiction-mechanism".into(), &1.into()));
@@ -80,7 +81,7 @@ fn a_description_is_an_assembled_mechanism() {
     }
 }
 
-/// The numbers are those of the model.
+/// Tests that the numbers of the description are those of the model.
 #[test]
 fn a_description_has_the_numbers_of_the_model() {
     let model = model("andrews");

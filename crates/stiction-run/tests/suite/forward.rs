@@ -7,7 +7,7 @@ use stiction_run::{Sink, SinkError};
 
 const MASS: f64 = 2.0;
 
-/// Position, rate and effort of each sample.
+/// Position, rate and effort of every sample of a simulation.
 struct All(Vec<[f64; 3]>);
 
 impl Sink<Rows> for All {
@@ -32,7 +32,7 @@ impl Given {
         Self { model, motion, control }
     }
 
-    /// Position, rate and effort at each sample.
+    /// Returns position, rate and effort at every sample of a simulation.
     fn run(&self, start: Start<'_>, step: f64) -> Vec<[f64; 3]> {
         let load = LoadCase::default();
         let job = Job {
@@ -50,7 +50,7 @@ impl Given {
     }
 }
 
-/// The recurrence of a mass under an effort that is constant between samples.
+/// Returns position and rate of a mass after a period with constant effort.
 fn held(position: f64, rate: f64, effort: f64, period: f64) -> (f64, f64) {
     let acceleration = effort / MASS;
     (position + rate * period + 0.5 * acceleration * period * period, rate + acceleration * period)
@@ -73,7 +73,7 @@ fn a_pd_controller_agrees_with_its_recurrence() {
     for (k, row) in found.iter().enumerate() {
         let (r, dr) = wanted(k as f64 * period);
         let effort = 3000.0 * (r - position) + 120.0 * (dr - rate);
-        // Steps of the integrator are exact for parabolas.
+        // The steps of the integrator are exact for parabolas.
         for (found, expected) in row.iter().zip([position, rate, effort]) {
             assert!((found - expected).abs() < 1e-10 * expected.abs().max(1.0), "{k}: {row:?}");
         }
@@ -81,7 +81,8 @@ fn a_pd_controller_agrees_with_its_recurrence() {
     }
 }
 
-/// The measured position is quantised, rates are differences of it, and the effort is limited.
+/// Tests a controller whose measured position is quantised, whose rates are differences of this
+/// position, and whose effort is limited.
 #[test]
 fn quantisation_differences_and_saturation_are_in_the_recurrence() {
     let period = 5e-3;
@@ -108,7 +109,7 @@ fn quantisation_differences_and_saturation_are_in_the_recurrence() {
     assert!((5..found.len()).contains(&saturated), "{saturated}");
 }
 
-/// Default gains from bandwidth and damping: kp = m w^2, kd = 2 m z w.
+/// Tests the default gains, which follow from bandwidth and damping: kp = m w^2, kd = 2 m z w.
 #[test]
 fn usual_gains_are_those_of_the_mass() {
     let by_bandwidth = Given::new("", SWAY, "type = pd; bandwidth = 4 Hz; damping = 0.8");
@@ -125,8 +126,8 @@ fn usual_gains_are_those_of_the_mass() {
     }
 }
 
-/// At constant speed, friction F causes a tracking error of F/(m w^2) with computed torque, and
-/// none with friction feed-forward.
+/// Tests the tracking error due to friction F at constant speed: F/(m w^2) with computed torque,
+/// and zero with friction feed-forward.
 #[test]
 fn friction_causes_a_tracking_error_of_computed_torque() {
     let friction = "friction = { mu = 0.3 }";

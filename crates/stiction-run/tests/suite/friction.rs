@@ -6,9 +6,10 @@ use stiction_core::dynamics::{FrictionMode, InverseError};
 use stiction_run::inverse::Sample;
 use stiction_run::{Error, Job};
 
-/// A collar of 10 kg on a vertical guide with pads 0.1 m apart, pushed 0.2 m off its axis through a
-/// rod between two balls. For the upward motion the driver needs `W/(1 - 4 mu)` with `W = 98.1 N`,
-/// and it locks from `mu = 1/4` on. For the downward motion it needs `W/(1 + 4 mu)`.
+/// Returns the model of a collar of 10 kg on a vertical guide with pads 0.1 m apart. A rod between
+/// two balls pushes the collar 0.2 m from its axis. For the upward motion, the driver requires
+/// `W/(1 - 4 mu)` with `W = 98.1 N`, and the collar locks for `mu >= 1/4`. For the downward motion,
+/// the driver requires `W/(1 + 4 mu)`.
 fn collar(mu: f64, rod: &str, motion: &str) -> String {
     format!(
         r#"
@@ -62,7 +63,8 @@ fn a_collar_locks_at_the_computed_offset() {
             }
             assert!(found.verdict.coupling.unwrap() < 1.0, "{mu}: {:?}", found.verdict.coupling);
         }
-        // Just below the limit, normal loads and their rounding are large; this is not locking.
+        // Just below the limit, normal loads and their rounding errors are large, but the mechanism
+        // does not lock.
         for k in 0..40 {
             for below in [1e-3, 1e-4, 1e-5] {
                 let mu = 0.25 * (1.0 - below * (0.5 + f64::from(k) / 40.0));
@@ -85,8 +87,9 @@ fn a_collar_locks_at_the_computed_offset() {
     }
 }
 
-/// The downward motion has a solution for every coefficient. From 1/4 on it is not the only one
-/// (pulling the collar down against binding pads also satisfies all laws), and the result says so.
+/// Tests other solutions of the downward motion, which has a solution for every coefficient. For
+/// coefficients of at least 1/4, pulling the collar down against binding pads is a second solution,
+/// and the result reports it.
 #[test]
 fn other_solutions_are_reported() {
     for mu in [0.1, 0.24, 0.3, 0.5, 1.0] {
@@ -109,8 +112,8 @@ fn other_solutions_are_reported() {
     }
 }
 
-/// For the upward motion, the coefficients can grow to 1/4, where the collar locks; for the
-/// downward motion they can grow without limit.
+/// Tests the friction margin: for the upward motion, the coefficients can grow to 1/4, at which the
+/// collar locks; for the downward motion, they can grow without limit.
 #[test]
 fn friction_margin_of_a_collar() {
     let margin = |text: &str| {
@@ -121,9 +124,9 @@ fn friction_margin_of_a_collar() {
     for mu in [0.01, 0.05, 0.125, 0.2, 0.249] {
         let up = margin(&collar(mu, LIGHT, "0.1 m/s*t"));
         let factor = up.factor.unwrap();
-        // The coefficients grow in steps down to 1e-5 of themselves. So near the end, normal loads
-        // have grown by a factor of ten thousand, and their rounding prevents convergence of
-        // Newton's method.
+        // The search increases the coefficients in relative steps down to 1e-5. Close to the limit,
+        // normal loads have grown by a factor of ten thousand, and their rounding errors prevent
+        // convergence of Newton's method.
         assert!((factor * mu / 0.25 - 1.0).abs() < 2e-4, "{mu}: {factor}");
         assert_eq!(up.joint.as_deref(), Some("guide"));
         let down = margin(&collar(mu, LIGHT, "-0.1 m/s*t"));
@@ -135,9 +138,9 @@ fn friction_margin_of_a_collar() {
     assert!(Run::of(&asked).unwrap().verdict.friction_margin.is_none());
 }
 
-/// The regular twin of the printed robot: the certificate holds up to mu = 0.57 at the worst of the
-/// eleven instants and 1.02 at the best, and the solution ends at 0.60 to 1.8, by an independent
-/// program (two digits).
+/// Tests the friction margin of the regular variant of the printed robot against an independent
+/// program (two digits). The uniqueness certificate holds up to mu = 0.57 at the worst of the
+/// eleven instants and 1.02 at the best, and the solution ends at 0.60 to 1.8.
 #[test]
 fn friction_margin_of_the_twin() {
     let model = model("zhang2018-regular");
@@ -180,7 +183,7 @@ fn at_rest_a_collar_has_an_interval_that_may_be_without_limit() {
     }
 }
 
-/// Gaussian elimination for a few equations.
+/// Solves a few equations by Gaussian elimination.
 fn solve<const N: usize>(mut matrix: [[f64; N]; N], mut right: [f64; N]) -> [f64; N] {
     for i in 0..N {
         let pivot = (i..N).max_by(|&a, &b| matrix[a][i].abs().total_cmp(&matrix[b][i].abs()));
@@ -203,8 +206,8 @@ fn solve<const N: usize>(mut matrix: [[f64; N]; N], mut right: [f64; N]) -> [f64
     right
 }
 
-/// A wedge that lifts a follower, at rest: all eight combinations of the frictions of the three
-/// slides at their limits, with all signs of the three normal forces, solved by hand.
+/// Tests a wedge at rest that lifts a follower. All eight combinations of the friction of the three
+/// slides at their limits, with all signs of the three normal forces, are solved by hand.
 #[test]
 fn a_wedge_at_rest_against_all_combinations_of_frictions() {
     let mut random = 1_u64;
@@ -217,7 +220,7 @@ fn a_wedge_at_rest_against_all_combinations_of_frictions() {
         let (tilt, mu) = (uniform(10.0, 60.0_f64), uniform(0.05, 0.35));
         let (wedge, follower) = (uniform(0.5, 7.0), uniform(0.5, 20.0));
         let (s, c) = tilt.to_radians().sin_cos();
-        // Along the incline and perpendicular to it.
+        // Unit vectors along the incline and perpendicular to it.
         let (along, across) = ([-c, s], [s, c]);
         let mut drives = Vec::new();
         let signs = |bits: usize| [0, 1, 2].map(|k| if bits >> k & 1 == 1 { 1.0 } else { -1.0 });

@@ -1,4 +1,4 @@
-//! Every robot of the gallery: power balance and equilibrium of its bodies.
+//! Power balance of every robot of the gallery, and equilibrium of its bodies.
 
 use crate::common::*;
 use stiction_core::dynamics::{FrictionMode, InverseDynamics, LoadAxes, Settings};
@@ -15,8 +15,8 @@ fn powers_balance_and_loops_close() {
             for friction in MODES {
                 let run = Run::of(&job(&model, motion, load, friction)).unwrap();
                 let what = format!("{name} {motion} {load} {friction:?}");
-                // Decoupled friction follows from the frictionless reactions, which it then
-                // changes; the actuators still supply exactly its power.
+                // Decoupled friction is computed from the frictionless reactions, although it
+                // changes them. The actuators still supply exactly its power.
                 assert!(run.power_residual <= 1e-12, "{what}: {:e}", run.power_residual);
                 assert!(run.closure <= 1e-12, "{what}: {:e}", run.closure);
                 assert!(run.verdict.passed_singularities.is_empty(), "{what}");
@@ -31,18 +31,20 @@ fn powers_balance_and_loops_close() {
     }
 }
 
-/// Weights of central differences of eighth order for the first and the second derivative, for
-/// offsets 1 to 4 (the second also has a weight for offset 0).
+/// Weights of the central difference of eighth order for the first derivative, for offsets 1 to 4.
 const FIRST: [f64; 4] = [4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0];
+/// Weights of the central difference of eighth order for the second derivative, for offsets 1 to 4.
 const SECOND: [f64; 4] = [8.0 / 5.0, -1.0 / 5.0, 8.0 / 315.0, -1.0 / 560.0];
+/// Weight of the same difference for offset 0.
 const SECOND_AT_0: f64 = -205.0 / 72.0;
 
-/// Time step of the differences, s: 2 ms, and less for shorter motions.
+/// Returns the time step of the differences, s: 2 ms, and less for shorter motions.
 fn step_of(job: &Job<'_>) -> f64 {
     2e-3 * job.motion.duration.min(1.0)
 }
 
-/// First and second derivative of a quantity given at nine instants, `step` apart.
+/// Returns the first and second derivative of a quantity from its values at nine instants, `step`
+/// apart.
 fn derivatives(values: &[f64; 9], step: f64) -> (f64, f64) {
     let pairs = (1..=4).map(|k| (values[4 + k], values[4 - k]));
     let first: f64 = pairs.clone().zip(FIRST).map(|((a, b), w)| w * (a - b)).sum();
@@ -50,8 +52,8 @@ fn derivatives(values: &[f64; 9], step: f64) -> (f64, f64) {
     (first / step, (second + SECOND_AT_0 * values[4]) / (step * step))
 }
 
-/// Force and moment about its centre of mass that a body's motion requires, from nine poses alone:
-/// an independent computation.
+/// Computes the force and the moment about its centre of mass that a body's motion requires. The
+/// computation uses only nine poses and is independent of the program.
 fn needed(poses: &[Pose<f64>; 9], step: f64, body: &Body) -> [Vec3<f64>; 2] {
     let &Body { mass, com, inertia, .. } = body;
     let vector = |f: &dyn Fn(usize, &Pose<f64>) -> f64, which: usize| {
@@ -75,7 +77,7 @@ fn needed(poses: &[Pose<f64>; 9], step: f64, body: &Body) -> [Vec3<f64>; 2] {
     [acceleration * mass, tensor * alpha + omega.cross(tensor * omega)]
 }
 
-/// The poses of all bodies around an instant.
+/// Returns the poses of all bodies at nine instants around a time, s.
 fn poses_around(job: &Job<'_>, t: f64) -> Vec<[Pose<f64>; 9]> {
     let coordinates: Vec<_> = job.motion.coordinates.iter().map(|(c, _)| *c).collect();
     let (mechanism, initial_poses) = (job.model.mechanism.clone(), &job.model.initial_poses);
@@ -99,8 +101,8 @@ fn poses_around(job: &Job<'_>, t: f64) -> Vec<[Pose<f64>; 9]> {
     poses
 }
 
-/// Equilibrium computed from `reactions.csv` and the positions of the bodies only, without
-/// velocities, accelerations and forces other than those in the table.
+/// Tests the equilibrium of every body, computed only from `reactions.csv` and the positions of the
+/// bodies, without velocities, accelerations and other forces.
 #[test]
 fn every_body_is_in_equilibrium_from_the_written_reactions() {
     for name in regular() {
@@ -182,8 +184,9 @@ fn every_body_is_in_equilibrium_from_the_written_reactions() {
                     let mut error = moment - needed_moment;
                     let spins = ["rod", "screw", "tube"].iter().any(|s| body.name.ends_with(s));
                     if spins && ["6sps", "delta"].contains(&name) {
-                        // A leg may spin about its own axis, z; friction accelerates this spin, but
-                        // the positions, with zero spin by convention, do not show it.
+                        // A leg may spin about its own axis, z. Friction accelerates this spin, but
+                        // the positions do not show it, because the rate of the spin is zero by
+                        // convention.
                         error = error.across(poses[index][4].rotation.columns[2]);
                     }
                     let error = error.norm();
@@ -216,8 +219,8 @@ fn the_missing_moment_of_the_printed_robot_is_reported() {
             other => panic!("{other:?}"),
         }
     }
-    // Without the load, the missing force is smaller and not present at every sample; friction has
-    // no solution where nothing is missing, which leads to another message.
+    // Without the load, the missing force is smaller and does not occur at every sample. Where no
+    // force is missing, the problem with friction has no solution, which leads to another message.
     for friction in MODES {
         match Run::of(&job(&model, "printed", "none", friction)) {
             Err(Error::CannotCarry(missing)) => {
@@ -229,8 +232,8 @@ fn the_missing_moment_of_the_printed_robot_is_reported() {
     }
 }
 
-/// Six locked actuators do not hold the platform: under its weight it sinks, while all legs keep
-/// their lengths.
+/// Tests that six locked actuators do not hold the platform: under its weight it sinks, while all
+/// legs keep their lengths.
 #[test]
 fn a_griffis_duffy_platform_falls_with_its_legs_locked() {
     let model = model("griffis-duffy");
@@ -257,8 +260,8 @@ fn a_griffis_duffy_platform_falls_with_its_legs_locked() {
     }
 }
 
-/// The platform has a singular architecture: in every pose it has exactly one instantaneous motion
-/// with locked actuators.
+/// Tests that the platform has a singular architecture: in every pose, it has exactly one
+/// instantaneous motion with locked actuators.
 #[test]
 fn a_griffis_duffy_platform_is_singular_everywhere() {
     let model = model("griffis-duffy");
@@ -278,8 +281,8 @@ fn a_griffis_duffy_platform_is_singular_everywhere() {
     }
 }
 
-/// On the axis, the legs have equal forces and carry symmetric loads; a payload off the axis tilts
-/// the platform about the intersection of the legs, 1.2 m above the base.
+/// Tests that, on the axis, the legs have equal forces and carry symmetric loads. A payload off the
+/// axis tilts the platform about the intersection of the legs, 1.2 m above the base.
 #[test]
 fn the_snu_robot_carries_nothing_that_tilts_it() {
     let model = model("3upu-singular");
@@ -291,8 +294,8 @@ fn the_snu_robot_carries_nothing_that_tilts_it() {
                 assert_eq!((missing.samples, missing.of, missing.unit), (101, 101, "N m"));
                 let first = missing.first.to_string();
                 assert!(first.contains("rotation about y through (0, 0, 1.2) m"), "{first}");
-                // 5 kg at 60 mm from the axis, in a pose where their moment acts about this point; the
-                // motion begins and ends without acceleration.
+                // 5 kg at 60 mm from the axis, in a pose in which the moment of the payload acts
+                // about this intersection. The motion begins and ends without acceleration.
                 let at_rest = 5.0 * 9.81 * 0.06;
                 assert!(first.contains("2.94300 N m"), "{first}");
                 let (least, greatest) = missing.range;
@@ -301,8 +304,8 @@ fn the_snu_robot_carries_nothing_that_tilts_it() {
             other => panic!("{friction:?} {other:?}"),
         }
     }
-    // Off the axis, three legs constrain the platform weakly: friction of four sevenths of the
-    // given one locks it.
+    // Off the axis, three legs constrain the platform weakly: four sevenths of the given friction
+    // already lock it.
     Run::of(&job(&model, "aside", "payload", FrictionMode::Off)).unwrap();
     let locked = Run::of(&job(&model, "aside", "payload", FrictionMode::Converged));
     assert!(locked.unwrap_err().to_string().contains("friction locks the mechanism"));

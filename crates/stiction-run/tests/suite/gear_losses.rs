@@ -11,12 +11,12 @@ use stiction_format::ModelFile;
 const MASS: f64 = 40.0;
 const GRAVITY: f64 = 9.81;
 
-/// A hoist: the slide with a screw of 10 mm/rev.
+/// Hoist: the slide driven by a screw of 10 mm/rev.
 struct Hoist {
     model: ModelFile,
-    /// Reflected inertia, kg.
+    /// Inertia of the rotor, reflected to the slide, kg.
     rotor: f64,
-    /// Efficiencies.
+    /// Efficiencies of the gear: forward and backward.
     eta: (f64, f64),
     /// Friction of guide and motor, N.
     dry: [f64; 2],
@@ -38,8 +38,8 @@ impl Hoist {
         Self { model: with(&[&slide, LIFT, &train]), rotor, eta, dry }
     }
 
-    /// Accelerations that the laws allow for an effort of the motor while it moves in the direction
-    /// `sense`.
+    /// Returns the accelerations that satisfy all laws for an effort of the motor while the hoist
+    /// moves in the direction `sense`.
     fn accelerations(&self, effort: f64, sense: f64) -> Vec<f64> {
         let load = MASS * GRAVITY + sense * self.dry[0];
         let (forward, backward) = self.eta;
@@ -75,7 +75,7 @@ fn started<'a>(
 const PAIRS: [(f64, f64); 7] =
     [(0.8, 0.7), (0.4, -0.2), (0.5, 0.0), (0.9, 1.0), (1.0, 0.6), (0.3, 0.9), (0.6, -1.5)];
 
-/// Accelerations while the motor drives, brakes, or is back-driven.
+/// Tests the accelerations while the motor drives, brakes, or is back-driven.
 #[test]
 fn accelerations_of_a_hoist() {
     let mut cases = [0; 2];
@@ -109,8 +109,9 @@ fn accelerations_of_a_hoist() {
     assert!(cases.iter().all(|count| *count > 50), "{cases:?}");
 }
 
-/// The hoist stays at rest for efforts between the onsets of upward and downward motion, and for no
-/// others. With negative backward efficiency, it holds the load without a motor effort.
+/// Tests that the hoist remains at rest for efforts between the onsets of upward and downward
+/// motion, and for no others. With negative backward efficiency, the hoist holds the load without a
+/// motor effort.
 #[test]
 fn rest_of_a_hoist() {
     for eta in PAIRS {
@@ -138,7 +139,7 @@ fn rest_of_a_hoist() {
     }
 }
 
-/// Runs up and down with their energy balance: driven up, then released.
+/// Tests the energy balance of motions up and down: the hoist is driven up, then released.
 #[test]
 fn runs_of_a_hoist() {
     for eta in [(0.8, 0.7), (0.4, -0.2)] {
@@ -173,9 +174,9 @@ fn runs_of_a_hoist() {
     }
 }
 
-/// A light rotor with a self-locking gear that moves down: no acceleration satisfies the laws, and
-/// the hoist stops at once. Under a lowering torque, two accelerations satisfy them, and both are
-/// reported.
+/// Tests a light rotor with a self-locking gear that moves down: no acceleration satisfies the
+/// laws, and the hoist stops at once. Under a lowering torque, two accelerations satisfy the laws,
+/// and both are reported.
 #[test]
 fn self_locking_gears_jam() {
     let hoist = Hoist::new(2.0, (0.3, -0.5), [0.0; 2]);
@@ -199,7 +200,8 @@ fn self_locking_gears_jam() {
     assert!((others[0].accelerations[0] - expected[1]).abs() < 1e-11, "{others:?} {expected:?}");
 }
 
-/// Steady lifting: `inverse` and `forward` state the same torque, its limits, and which of them are exceeded.
+/// Tests that, for steady lifting, `inverse` and `forward` report the same torque, the same limits,
+/// and the same exceeded limits.
 #[test]
 fn motors_in_summaries() {
     use crate::common::job;

@@ -11,7 +11,7 @@ use stiction_core::mobility::Mobility;
 use stiction_core::topology::TreeRule;
 use stiction_format::{ModelFile, Source, gallery, read};
 
-/// Coordinate of a joint with one degree of freedom.
+/// Returns the coordinate of a joint with one degree of freedom.
 fn coordinate(mechanism: &Mechanism, joint: &str) -> Coordinate {
     Coordinate::Joint { joint: mechanism.joint_id(joint).unwrap(), dof: 0 }
 }
@@ -45,7 +45,8 @@ fn assert_same_reactions(found: &Forces, expected: &Forces, within: f64, what: &
     }
 }
 
-/// Two links in a vertical plane with friction in both joints; `more` follows.
+/// Creates two links in a vertical plane with friction in both joints; `more` is appended to the
+/// model.
 fn arm(more: &str) -> ModelFile {
     let friction = "friction = { mu = 0.1, radius = \"8 mm\", viscous = \"1 N s/m\" }";
     let text = format!(
@@ -61,14 +62,14 @@ fn arm(more: &str) -> ModelFile {
 
 const GEARED: &str = "[gearings.belt]\njoints = { a = 5, b = 2 }\noffset = \"0.3 rad\"\n";
 
-/// Motion of both joints of the arm under [`GEARED`].
+/// Returns the motion of both joints of the arm with the gearing [`GEARED`].
 fn arm_motion() -> [(&'static str, Target<f64>); 2] {
     let a = at(0.4, 1.3, -2.0);
     [("a", a), ("b", at((0.3 - 5.0 * a.value) / 2.0, -2.5 * a.rate, -2.5 * a.acceleration))]
 }
 
-/// The gearing exerts the same effort on the second joint as an actuator of that joint would; the
-/// actuator of the first joint carries the reaction.
+/// Tests that the gearing exerts the same effort on the second joint as an actuator of this joint
+/// would. The actuator of the first joint carries the reaction.
 #[test]
 fn geared_arm() {
     let geared = arm(GEARED).mechanism;
@@ -86,7 +87,7 @@ fn geared_arm() {
     let b = solver.joint_motion(JointId(1), 0);
     let wanted = arm_motion()[1].1;
     assert!((b.value - wanted.value).abs() < 1e-14 && (b.rate - wanted.rate).abs() < 1e-14);
-    // Friction of the second joint reaches the actuator through the gearing.
+    // Friction of the second joint acts on the actuator through the gearing.
     let shares = solver.shares().clone();
     let sum: f64 = shares.of_actuator(0).sum();
     assert!((sum - (found.efforts[0] - found.efforts_frictionless[0])).abs() < 1e-11);
@@ -98,7 +99,7 @@ fn geared_arm() {
     assert_same_reactions(dense, &expected, 1e-9, "dense");
 }
 
-/// Mobility of the arm and of a five-bar whose motors are geared.
+/// Tests the mobility of the arm and of a five-bar whose motors are geared.
 #[test]
 fn gearings_count_in_mobility() {
     let mut solver = solved(&arm(GEARED).mechanism, &arm_motion()[..1], TreeRule::Structure);
@@ -114,7 +115,7 @@ fn gearings_count_in_mobility() {
     assert_eq!(mobility.redundant_constraints, 3);
 }
 
-/// The five-bar of the gallery; geared, only the left crank is driven.
+/// Creates the five-bar of the gallery. If `geared` is true, only the left crank is driven.
 fn five_bar(geared: bool) -> ModelFile {
     let text = gallery::get("five-bar").unwrap();
     let (before, right) = text.split_once("[joints.right_motor]").unwrap();
@@ -142,7 +143,8 @@ fn five_bar_motion() -> [(&'static str, Target<f64>); 2] {
     [("left_motor", left), ("right_motor", right)]
 }
 
-/// Geared five-bar: results for every spanning tree, by the sparse and the dense solver.
+/// Tests the results of the geared five-bar for every spanning tree, with the sparse and the dense
+/// solver.
 #[test]
 fn geared_five_bar() {
     let mut expected = solved(&five_bar(false).mechanism, &five_bar_motion(), TreeRule::Structure);
@@ -168,7 +170,7 @@ fn geared_five_bar() {
     }
 }
 
-/// Both motors of a geared five-bar: their efforts have the least sum of squares.
+/// Tests that the efforts of both motors of a geared five-bar have the least sum of squares.
 #[test]
 fn two_motors_on_geared_joints() {
     let text = five_bar(true).mechanism.with_actuator(JointId(1), 0);
@@ -179,15 +181,16 @@ fn two_motors_on_geared_joints() {
     // The effort on the single degree of freedom is left - right / 0.8.
     let (left, right) = (found.efforts[0], found.efforts[1]);
     assert!((left - right / 0.8 - one.efforts[0]).abs() < 1e-9);
-    // Least squares: efforts are orthogonal to the coefficients (1, 0.8), along which they can be
-    // redistributed.
+    // In the least-squares solution, the efforts are orthogonal to the coefficients (1, 0.8), along
+    // which they can be redistributed.
     assert!((left + 0.8 * right).abs() < 1e-9, "{left} {right}");
     let statics = solver.statics();
     assert_eq!(statics.determined_gearings(), [false]);
     assert_eq!(statics.determined_drives(), [false, false]);
 }
 
-/// A gearing between rotation and translation of a cylindrical joint is equivalent to a screw.
+/// Tests that a gearing between rotation and translation of a cylindrical joint is equivalent to a
+/// screw.
 #[test]
 fn a_geared_cylinder_is_a_screw() {
     let body = "gravity = [1, 2, -9.81]\n[bodies.nut]\nmass = 3\ncom = [0.1, 0.02, 0.05]\n\
@@ -231,8 +234,8 @@ fn a_geared_cylinder_is_a_screw() {
     assert!((a.value - b.value).abs() < 1e-9 && (a.rate - b.rate).abs() < 1e-9, "{a:?} {b:?}");
 }
 
-/// Motion of the first joint after 0.2 s under constant efforts, with the relative energy error,
-/// and the efforts of the gearings. Checks that the gearing equations hold.
+/// Returns the motion of the first joint after 0.2 s under constant efforts, the relative energy
+/// error, and the efforts of the gearings. Checks that the gearing equations are satisfied.
 fn released(
     mechanism: &Mechanism,
     start: &[(&str, Target<f64>)],
@@ -262,8 +265,9 @@ fn begun<'a>(
     model.start(0.0, state, forward::Settings::default(), inputs).unwrap()
 }
 
-/// The efforts of inverse dynamics cause the motion in forward dynamics, with the same efforts of
-/// the gearing and the same reactions, for every spanning tree. The energy balance closes.
+/// Tests that the efforts of inverse dynamics cause the motion in forward dynamics, with the same
+/// efforts of the gearing and the same reactions, for every spanning tree, and that the energy
+/// balance closes.
 #[test]
 fn forward_against_inverse() {
     let cases = [
@@ -294,8 +298,9 @@ fn forward_against_inverse() {
     }
 }
 
-/// Two flywheels with a gearing a = n b: the second adds J / n^2 to the inertia of the first.
-/// Friction of the second holds the first up to the friction torque divided by n.
+/// Tests two flywheels with a gearing a = n b: the second flywheel adds J / n^2 to the inertia of
+/// the first one. Friction of the second flywheel holds the first one up to the friction torque
+/// divided by n.
 #[test]
 fn geared_flywheels() {
     let n = 4.0;
@@ -331,7 +336,8 @@ fn geared_flywheels() {
     assert!(error < 1e-10);
 }
 
-/// A gripper: one motor with its own shaft moves two fingers that can move independently (a differential).
+/// Tests a gripper: one motor with its own shaft moves two fingers that can move independently (a
+/// differential).
 #[test]
 fn one_motor_for_two_fingers() {
     let (ratio, rotor, left, right) = (200.0, 3e-6, 0.4, 0.7);
@@ -368,14 +374,14 @@ fn one_motor_for_two_fingers() {
     let away = [("left", at(0.01, 0.0, 1.0)), ("right", at(0.02, 0.0, 1.0))];
     let state = solved(&model.mechanism, &away, TreeRule::Structure);
     assert_eq!(Mobility::of(&state).instantaneous, 2);
-    // The motor alone cannot carry out any motion of both fingers.
+    // The motor alone cannot produce arbitrary motions of both fingers.
     let mut inverse = state;
     let refused = inverse.solve(&[]).unwrap_err();
     assert!(matches!(refused, InverseError::CannotCarry { .. }), "{refused}");
 }
 
-/// The loss of a gear follows from the effort that it transmits from its motor, not from the effort
-/// of a gearing on the same joint.
+/// Tests that the loss of a gear follows from the effort that the gear transmits from its motor,
+/// not from the effort of a gearing on the same joint.
 #[test]
 fn gear_losses_beside_gearings() {
     let text = "gravity = [0, 0, 0]\n\
@@ -394,8 +400,8 @@ fn gear_losses_beside_gearings() {
     assert!(error < 1e-10, "{error}");
 }
 
-/// Tables and summaries contain the effort of the gearing, also after the model was written and
-/// read again.
+/// Tests that tables and summaries contain the effort of the gearing, also after the model was
+/// written and read again.
 #[test]
 fn results_of_runs() {
     let model = arm(&format!(

@@ -1,5 +1,5 @@
-//! Statically indeterminate reactions follow from a rule that does not depend on units, unlike the
-//! least-norm solution of the equations.
+//! Statically indeterminate reactions are determined by a rule that does not depend on units,
+//! unlike the least-norm solution of the equations.
 
 use crate::common::change::{Change, NONE};
 use crate::common::*;
@@ -9,7 +9,7 @@ use stiction_core::kinematics::Target;
 use stiction_core::linalg::Svd;
 use stiction_core::spatial::{Pose, Vec3, Wrench};
 
-/// For each joint, force and moment about its origin, in N and N m.
+/// Force, N, and moment about the origin of the joint, N m, for each joint.
 type Reactions = Vec<[f64; 6]>;
 
 struct Answers {
@@ -21,9 +21,9 @@ struct Answers {
     determined: Vec<[bool; 6]>,
 }
 
-/// The first position of the default motion, at rest, under its weight and a load on one body,
-/// computed with a unit of length of 1/`scale` metre. With kg and s, the unit of force is then
-/// 1/`scale` newton.
+/// Computes the reactions at the first position of the default motion, at rest, under the weight of
+/// the mechanism and a load on one body. The unit of length is 1/`scale` metre; with kg and s, the
+/// unit of force is then 1/`scale` newton.
 fn answers(name: &str, scale: f64, body: &str, force: Vec3<f64>, moment: Vec3<f64>) -> Answers {
     let model = model(name);
     let motion = model.motion(model.default_motion.as_ref().unwrap()).unwrap();
@@ -79,8 +79,8 @@ fn answers(name: &str, scale: f64, body: &str, force: Vec3<f64>, moment: Vec3<f6
     Answers { ours, shortest, determined }
 }
 
-/// Largest difference of the statically indeterminate components (or of the others), and the
-/// largest component of all, for forces and moments separately.
+/// Returns the largest difference of the statically indeterminate components (or of the others if
+/// `open` is false), and the largest component of all, for forces and moments separately.
 fn apart(a: &Reactions, b: &Reactions, determined: &[[bool; 6]], open: bool) -> f64 {
     let part = |range: std::ops::Range<usize>| {
         let (mut difference, mut largest) = (0.0_f64, 0.0_f64);
@@ -99,8 +99,8 @@ fn apart(a: &Reactions, b: &Reactions, determined: &[[bool; 6]], open: bool) -> 
 
 #[test]
 fn indeterminate_reactions_do_not_depend_on_units() {
-    // Loads on the redundant constraints: perpendicular to the plane of the planar linkages, and
-    // along the three parallel constraint forces of the printed robot.
+    // The loads act on the redundant constraints: perpendicular to the plane of the planar
+    // linkages, and along the three parallel constraint forces of the printed robot.
     let cases = [
         ("3rrr", "platform", [0.0, 0.0, -40.0], [3.0, -2.0, 0.0]),
         ("four-bar", "coupler", [0.0, 0.0, 25.0], [1.0, 2.0, 0.0]),

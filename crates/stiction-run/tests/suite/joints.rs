@@ -11,7 +11,8 @@ fn joints(job: &Job<'_>) -> Csv {
     Csv::parse(&files(job, tables)["joints.csv"])
 }
 
-/// Rates are the derivatives of coordinates, accelerations those of rates, across full turns as well.
+/// Tests that rates are the derivatives of coordinates, and accelerations those of rates, also
+/// across full turns.
 #[test]
 fn rates_and_accelerations_are_derivatives() {
     let mut seen = 0;
@@ -51,8 +52,8 @@ fn rates_and_accelerations_are_derivatives() {
     assert!(seen > 10_000, "{seen}");
 }
 
-/// The length of a Stewart platform's leg is the coordinate of its slide plus a constant, and a
-/// prescribed angle keeps its full turns.
+/// Tests that the length of a Stewart platform's leg is the coordinate of its slide plus a
+/// constant, and that a prescribed angle keeps its full turns.
 #[test]
 fn legs_and_full_turns() {
     let model = model("gough");
@@ -75,7 +76,7 @@ fn legs_and_full_turns() {
     }
 }
 
-/// The powers of the actuators add up to the actuator power in the power balance.
+/// Tests that the powers of the actuators add up to the actuator power in the power balance.
 #[test]
 fn actuators_have_the_power_of_the_drives() {
     for name in ["gough", "five-bar", "zhang2018-regular"] {
@@ -101,8 +102,8 @@ fn actuators_have_the_power_of_the_drives() {
     }
 }
 
-/// The summary of a block at rest on a slope contains the interval of the effort: the weight
-/// component less and plus the static friction limit.
+/// Tests that the summary of a block at rest on a slope contains the interval of the effort: the
+/// weight component minus and plus the static friction limit.
 #[test]
 fn the_summary_has_the_interval_at_rest() {
     let text = "gravity = [0, 0, -10]\n[bodies.block]\nmass = 2\ncom = [0, 0, 0]\ninertia = [1, 1, 1]\n[joints.slide]\ntype = \"P\"\n\

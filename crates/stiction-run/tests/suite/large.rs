@@ -1,18 +1,19 @@
-//! Sparse factors, which decide the verdicts on large mechanisms, on the gallery.
+//! Tests on the gallery of sparse factorizations, which decide the verdicts on large mechanisms.
 
 use crate::common::*;
 use stiction_core::dynamics::{InverseDynamics, Settings};
 use stiction_core::linalg::{Decomposition, Limit, Svd};
 use stiction_format::gallery;
 
-/// Sparse factors decide the balance of every gallery model as the dense decomposition does.
+/// Tests that sparse factorizations decide the rank of the equilibrium equations of every gallery
+/// model like the dense decomposition.
 #[test]
 fn gallery() {
     for name in gallery::names() {
         let model = model(name);
         let motion = model.motion(model.default_motion.as_ref().unwrap()).unwrap();
         let coordinates: Vec<_> = motion.coordinates.iter().map(|(own, _)| *own).collect();
-        // Away from reversals and symmetric positions.
+        // This instant is away from reversals and symmetric positions.
         let time = motion.start + 0.07 * motion.duration;
         let targets: Vec<_> = motion.at(time).collect();
         let (homes, settings) = (&model.initial_poses, Settings::default());

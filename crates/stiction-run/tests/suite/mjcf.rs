@@ -1,4 +1,4 @@
-//! Export to MuJoCo's XML, read with MuJoCo's conventions.
+//! Export to MuJoCo's XML, interpreted with MuJoCo's conventions.
 
 use crate::common::{default_job, model, model_of};
 use roxmltree::{Document, Node};
@@ -12,7 +12,8 @@ use stiction_run::exchange::{Home, Mjcf, Unfit, mjcf};
 
 const ZOO: &str = include_str!("common/zoo.toml");
 
-/// All models of the gallery, and one with all joint types at all positions of the tree.
+/// Returns all models of the gallery, and one that has all joint types at all positions of the
+/// tree.
 fn models() -> impl Iterator<Item = ModelFile> {
     gallery::names().map(model).chain([model_of("zoo", ZOO)])
 }
@@ -25,7 +26,7 @@ fn home(model: &ModelFile) -> Home<'_> {
     Home::of(&job).unwrap()
 }
 
-/// The first motion without a load.
+/// Creates the job of the first motion without a load.
 fn without_load(model: &ModelFile) -> Job<'_> {
     static NONE: LoadCase = LoadCase {
         title: String::new(),
@@ -61,13 +62,13 @@ fn name<'a>(node: &Node<'a, 'a>) -> &'a str {
     node.attribute("name").unwrap()
 }
 
-/// Poses of MuJoCo's bodies for given coordinates: in each body the joints act one after the other,
-/// with axes and anchors in the preceding pose of the body.
+/// Poses of MuJoCo's bodies for given coordinates. In each body, the joints act one after the
+/// other, with axes and anchors in the preceding pose of the body.
 #[derive(Default)]
 struct World<'a> {
     poses: HashMap<&'a str, Pose<f64>>,
     sites: HashMap<&'a str, Pose<f64>>,
-    /// For each joint, its body, the parent of this body, and the number of coordinates.
+    /// Body of each joint, and the parent of this body.
     joints: BTreeMap<&'a str, (&'a str, &'a str)>,
     mass: f64,
 }
@@ -105,7 +106,7 @@ impl<'a> World<'a> {
                         let position = anchor - turn * anchor;
                         here = here * Pose { rotation: turn, position };
                     }
-                    // Joints of balls and free bodies are not moved.
+                    // Coordinates of balls and free bodies are not changed.
                     _ => {}
                 }
             }
@@ -140,7 +141,7 @@ fn every_model_is_a_tree_and_equalities() {
         let world = World::at(&document, &|_| 0.0);
         let (mechanism, name_of) = (&model.mechanism, &model.name);
 
-        // Bodies have their assembled poses, including all parts of split bodies.
+        // Bodies, including all parts of split bodies, have their assembled poses.
         for (body, pose) in mechanism.bodies().iter().zip(&home.poses) {
             let further = format!("{}@", body.name);
             let is_part = |name: &str| name == body.name || name.starts_with(&further);
@@ -153,7 +154,8 @@ fn every_model_is_a_tree_and_equalities() {
         let mass: f64 = mechanism.bodies().iter().map(|body| body.mass).sum();
         assert!((world.mass - mass).abs() < 1e-14 * mass, "{name_of}");
 
-        // Equalities hold: balls coincide in a point, all others in position and orientation.
+        // Equality constraints are satisfied: at balls, two points coincide; at all others,
+        // position and orientation.
         let equality = document.descendants().find(|node| node.has_tag_name("equality"));
         let equalities: Vec<Node<'_, '_>> = equality
             .iter()
@@ -189,8 +191,8 @@ fn every_model_is_a_tree_and_equalities() {
     }
 }
 
-/// Joint coordinates have the same meaning as in the model: for any values, the frames of each
-/// joint agree with the formulas of the kernel.
+/// Tests that joint coordinates have the same meaning as in the model: for any values, the frames
+/// of each joint agree with the formulas of the kernel.
 #[test]
 fn joints_move_as_ours() {
     let mut tried = std::collections::BTreeSet::new();
@@ -198,7 +200,7 @@ fn joints_move_as_ours() {
         let home = home(&model);
         let text = mjcf(&home).unwrap().text;
         let document = Document::parse(&text).unwrap();
-        // A fixed large displacement of each joint; of threads, both coordinates together.
+        // Each joint has a fixed large displacement; the two coordinates of a thread move together.
         let amount = |name: &str| {
             let sum: u32 =
                 name.bytes().enumerate().map(|(k, b)| (k as u32 + 3) * u32::from(b)).sum();
@@ -253,7 +255,7 @@ fn joints_move_as_ours() {
             tried.insert((joint.joint_type.symbol(), reversed, child.contains('@')));
         }
     }
-    // All types with coordinates, most of them in all four variants.
+    // All types with coordinates occur, most of them in all four variants.
     for symbol in ["R", "P", "H", "C", "U", "E"] {
         for reversed in [false, true] {
             assert!(
@@ -268,7 +270,7 @@ fn joints_move_as_ours() {
     }
 }
 
-/// The position of the file is the home position, and so is its key.
+/// Tests that the reference position of the file and its keyframe are the home position.
 #[test]
 fn the_key_is_the_home() {
     for model in models() {
@@ -295,7 +297,7 @@ fn the_key_is_the_home() {
     }
 }
 
-/// Viscous friction without coefficients becomes damping of equal power.
+/// Tests that viscous friction without coefficients of friction becomes damping of equal power.
 #[test]
 fn viscous_friction_is_damping() {
     let model = model_of("zoo", ZOO);
@@ -331,8 +333,8 @@ fn viscous_friction_is_damping() {
     assert!(notes[0].starts_with("friction at 15 of 15 friction interfaces"), "{notes:?}");
 }
 
-/// The parts of a split body add up to its mass and inertia; motors are in the order of the model;
-/// springs end at their points.
+/// Tests that the parts of a split body add up to its mass and inertia, that motors are in the
+/// order of the model, and that springs end at their points.
 #[test]
 fn parts_motors_and_springs() {
     let model = model_of("zoo", ZOO);
@@ -380,7 +382,7 @@ fn parts_motors_and_springs() {
     }
 }
 
-/// If a loop has balls, the export opens it at a ball.
+/// Tests that the export opens a loop at a ball, if the loop has one.
 #[test]
 fn loops_are_opened_at_balls() {
     for name in ["3rps", "gough", "delta", "6sps", "zhang2018"] {
@@ -390,7 +392,7 @@ fn loops_are_opened_at_balls() {
     }
 }
 
-/// Moments of inertia that MuJoCo would refuse are increased, with a note.
+/// Tests that moments of inertia that MuJoCo would reject are increased, with a note.
 #[test]
 fn planar_inertias_are_those_of_laminas() {
     let model = model("andrews");
@@ -400,8 +402,8 @@ fn planar_inertias_are_those_of_laminas() {
     let crank = document.descendants().find(|node| node.attribute("name") == Some("K1"));
     let inertial = children(&crank.unwrap(), "inertial").next().unwrap();
     let [xx, yy, zz, xy, xz, yz] = numbers(&inertial, "fullinertia").try_into().unwrap();
-    // About the axis it is that of the benchmark; about the other axes it is half of it, plus a
-    // margin for rounding.
+    // About the joint axis, the moment of inertia is that of the benchmark. About the other axes,
+    // it is half as large, plus a margin for rounding.
     assert_eq!((zz, xy, xz, yz), (2.194e-6, 0.0, 0.0, 0.0));
     for across in [xx, yy] {
         assert!(across > zz / 2.0 && across < zz / 2.0 * (1.0 + 1e-8), "{across}");
@@ -461,7 +463,7 @@ fn bodies_without_mass_are_reported() {
     let model = model_of("massless", MASSLESS);
     let error = mjcf(&home(&model)).unwrap_err();
     assert_eq!(error, Unfit::Massless { body: "rod".into() });
-    // Between two bodies without mass, a part has no inertia.
+    // If a joint that closes a loop connects two bodies without mass, neither of them can be split.
     let ring = MASSLESS
         .replace("[bodies.block]\nmass = 1\ncom = [0, 0, 0]", "[bodies.block]")
         .replace("[0.01, 0.01, 0.01]\n\n[joints.A]", "[0, 0, 0]\n\n[joints.A]")
@@ -469,7 +471,7 @@ fn bodies_without_mass_are_reported() {
     let model = model_of("ring", &ring);
     let error = mjcf(&home(&model)).unwrap_err();
     assert_eq!(error, Unfit::CannotClose { joint: "slide".into() });
-    // A body fixed to one with mass is a part of it.
+    // A body without mass is accepted if it is fixed to a body with mass.
     let fixed = MASSLESS
         .replace("to = \"rod\"\nat = [0.2, 0, 0]\naxis = \"z\"", "to = \"rod\"\nat = [0.2, 0, 0]")
         .replace("[joints.B]\ntype = \"R\"", "[joints.B]\ntype = \"fixed\"");
@@ -482,7 +484,7 @@ fn bodies_without_mass_are_reported() {
     assert!(text.contains("<body name=\"rod\""));
 }
 
-/// Another motion starts at another position.
+/// Tests that another motion starts at another position.
 #[test]
 fn the_motion_selects_the_position() {
     let model = model("four-bar");

@@ -1,4 +1,4 @@
-//! Mobility of the gallery's robots by three methods.
+//! Mobility of the robots of the gallery by three methods.
 
 use crate::common::*;
 use stiction_core::dynamics::{InverseDynamics, Settings};
@@ -44,11 +44,12 @@ fn motions_of_bodies_in_words() {
     assert_eq!(lasting, ["x", "y", "z"].map(|k| format!("rotation about {k} through (0, 0, 0) m")));
 }
 
-/// For each robot: Gruebler count, instantaneous mobility, finite mobility, redundant constraints.
+/// Tests, for each robot, the Gruebler count, instantaneous mobility, finite mobility, and the
+/// number of redundant constraints.
 #[test]
 fn of_the_gallery() {
     let known = [
-        // The robot as printed: its three constraint forces are parallel and coplanar, so the
+        // For the robot as printed, the three constraint forces are parallel and coplanar, so the
         // platform rolls to first order only.
         ("zhang2018", 3, 4, 3, 1),
         ("zhang2018-regular", 3, 3, 3, 0),
@@ -72,8 +73,9 @@ fn of_the_gallery() {
         // 7 bodies, 6 U, 3 P: 42 - 24 - 15. Three constraint couples, along the normals of the two
         // axis directions of each leg; these are independent.
         ("3upu", 3, 3, 3, 0),
-        // The same count, but the three couples are all vertical, so only one is independent: 6 -
-        // 1. Two are redundant. Finite motions: the three translations, or as many others.
+        // The Gruebler count is the same, but the three couples are all vertical, so only one is
+        // independent: 6 - 1. Two couples are redundant. Finite motions are the three translations,
+        // or as many others.
         ("3upu-singular", 3, 5, 3, 2),
         // 7 bodies, 9 R: 42 - 45. On the sphere, each of the two loops has three redundant
         // constraints.

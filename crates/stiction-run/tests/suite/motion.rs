@@ -5,7 +5,8 @@ use stiction_core::dynamics::FrictionMode;
 use stiction_format::{LoadCase, gallery};
 use stiction_run::Job;
 
-/// A body on three slides and three revolute joints: every pose is reachable.
+/// Returns the model of a body on three slides and three revolute joints, which can reach every
+/// pose.
 fn six_axes(coordinates: &str) -> String {
     let slide = |name: &str, from: &str, to: &str, kind: &str, axis: &str| {
         format!(
@@ -43,7 +44,8 @@ fn drives(text: &str) -> Vec<Vec<f64>> {
     columns.map(|(_, values)| values.clone()).collect()
 }
 
-/// Rotation vectors beyond half a turn and beyond whole turns, against the same motion in angles.
+/// Tests rotation vectors beyond half a turn and beyond whole turns, against the same motion in
+/// angles.
 #[test]
 fn rotation_vectors_exceed_whole_turns() {
     let pairs = [
@@ -65,7 +67,7 @@ fn rotation_vectors_exceed_whole_turns() {
     )));
 }
 
-/// A crank drives a lever through a rod between two balls.
+/// Returns the model of a crank that drives a lever through a rod between two balls.
 fn rssr(rod: &str, friction: &str) -> String {
     format!(
         r#"
@@ -97,8 +99,8 @@ fn rssr(rod: &str, friction: &str) -> String {
     )
 }
 
-/// Results for a massless rod are the limit of those for a light rod, also with friction in its
-/// balls.
+/// Tests that results for a massless rod are the limit of those for a light rod, also with friction
+/// in its balls.
 #[test]
 fn a_massless_rod_is_a_light_one() {
     let light = "mass = 1e-9\ncom = [0, 0, 0]\ninertia = [1e-11, 1e-11, 1e-11]";
@@ -116,7 +118,8 @@ fn a_massless_rod_is_a_light_one() {
     }
 }
 
-/// A slider drives its crank through both dead centres, at which it cannot transmit torque.
+/// Tests a slider that drives its crank through both dead centres, at which it cannot transmit
+/// torque.
 #[test]
 fn passed_singular_positions_are_reported() {
     let text = gallery::get("slider-crank").unwrap();
@@ -135,8 +138,8 @@ fn passed_singular_positions_are_reported() {
     assert!(near(&passed[0], 1.0) && near(&passed[1], 2.0), "{passed:?}");
 }
 
-/// A parallelogram that rotates steadily in the horizontal plane needs forces but no power; it can
-/// be computed at any speed.
+/// Tests a parallelogram that rotates steadily in the horizontal plane. It requires forces but no
+/// power, and can be computed at any speed.
 #[test]
 fn steady_rotation_is_not_noise() {
     for speed in [1.0, 50.0, 1e3, 1e4] {
@@ -175,8 +178,8 @@ A="1 rad + {speed} rad/s*t"
     }
 }
 
-/// The solver follows motions with kinks for any samples: on the kink, on both sides of it, or far
-/// from it. The derivatives at the kink are the right-hand ones.
+/// Tests that the solver follows motions with kinks for any samples: on the kink, on both sides of
+/// it, or far from it. The derivatives at the kink are the right-hand derivatives.
 #[test]
 fn kinks_are_followed() {
     let slider = gallery::get("slider-crank").unwrap();
@@ -207,7 +210,7 @@ fn kinks_are_followed() {
                 );
             }
         }
-        // Closed loops are followed as well.
+        // The solver also follows motions with kinks in closed loops.
         let text = slider.replacen("A = \"10 rad/s*t\"", "A = \"1 rad*abs(sin(10*t))\"", 1);
         let model = model_of("kink", &text);
         let job = Job { step: Some(step), ..default_job(&model, FrictionMode::Off) };
@@ -216,8 +219,9 @@ fn kinks_are_followed() {
     }
 }
 
-/// Angles of orders such as zxz are undefined for the identity, the initial orientation. The
-/// assembly nevertheless finds any orientation, and it is the prescribed one.
+/// Tests angles of orders such as zxz, which are undefined for the identity, the initial
+/// orientation. The assembly nevertheless finds any orientation, and the result is the prescribed
+/// one.
 #[test]
 fn all_orders_of_angles_assemble_without_a_guess() {
     for order in ["xyx", "yzy", "zxz", "xzx", "zyz", "yxy", "xyz", "zyx"] {
@@ -237,9 +241,9 @@ fn all_orders_of_angles_assemble_without_a_guess() {
     }
 }
 
-/// A slider that is pulled farther than the linkage reaches is reported as out of reach, not as
-/// singular, although the last reachable position is always singular, whatever the step size.
-/// Starting at a dead centre does not imply that no other position is reachable.
+/// Tests a slider that is pulled farther than the linkage reaches. It is reported as out of reach,
+/// not as singular, although the last reachable position is always singular, regardless of the step
+/// size. Starting at a dead centre does not imply that no other position is reachable.
 #[test]
 fn reachable_positions_are_reported() {
     let text = gallery::get("slider-crank").unwrap();
@@ -256,8 +260,8 @@ fn reachable_positions_are_reported() {
     }
 }
 
-/// Sixteen parallelograms in a row, followed in coarse samples: an order of elimination chosen at
-/// one position loses digits at the others. The torque is that of one pendulum.
+/// Tests sixteen parallelograms in a row, followed in coarse samples. An order of elimination
+/// chosen at one position loses digits at the others. The torque is that of one pendulum.
 #[test]
 fn a_long_linkage_is_followed_in_coarse_steps() {
     let count = 16;

@@ -6,7 +6,7 @@ use stiction_core::spatial::{Mat3, Vec3};
 use stiction_format::{Drives, LoadCase, ModelFile, Source, gallery};
 use stiction_run::forward::{Ending, Feed, Job};
 
-/// A model of the gallery with a load `part`.
+/// Reads a model of the gallery with an additional load `part`.
 fn with_part(name: &str, part: &str) -> ModelFile {
     let text = gallery::get(name).unwrap();
     let loads = format!("[loads.empty]\ntitle = \"\"\n[[loads.part.payload]]\n{part}");
@@ -25,7 +25,7 @@ fn part() -> Body {
     }
 }
 
-/// A permanent payload is equivalent to a heavier body, with and without friction.
+/// Tests that a permanent payload is equivalent to a heavier body, with and without friction.
 #[test]
 fn a_payload_equals_a_heavier_body() {
     for (name, body, motion) in [
@@ -57,8 +57,8 @@ fn a_payload_equals_a_heavier_body() {
     }
 }
 
-/// The table has two rows for the instant at which a part is picked up or placed: the values before
-/// and after.
+/// Tests that the table has two rows for the instant at which a part is picked up or placed: the
+/// values before and after the change.
 #[test]
 fn forces_jump_where_a_part_is_picked_up() {
     let body = format!("body = \"platform\"\n{PART}");
@@ -93,7 +93,7 @@ fn forces_jump_where_a_part_is_picked_up() {
     }
 }
 
-/// A part of 3 kg on a slide of 2 kg that is pushed by 10 N: 2 m/s^2.
+/// Tests a part of 3 kg on a slide of 2 kg that is pushed by 10 N: the acceleration is 2 m/s^2.
 #[test]
 fn a_simulated_slide_carries_a_part() {
     let loads = r#"

@@ -1,12 +1,12 @@
-//! Motion of zero duration, i.e. a single pose: all results are available, and none is undefined as
-//! a ratio of zeros.
+//! Motion of zero duration, that is, a single pose: all results are available, and none is
+//! undefined as a ratio of zeros.
 
 use crate::common::tables;
 use stiction_format::{LoadCase, ModelFile, Source, gallery, read};
 use stiction_run::inverse::{Curves, Summary, Verdict, write_summary};
 use stiction_run::{Job, Sink};
 
-/// The verdict, the summary as text and as JSON, the tables and the plots.
+/// Returns the verdict, the summary as text and as JSON, the tables and the plots.
 fn run(model: &ModelFile, motion: &str) -> (Verdict, String, serde_json::Value, Vec<String>) {
     let motion = Source::new("--motion", motion);
     let motion = model.parse_motion(&motion, &|_| Err(String::new())).unwrap();
@@ -53,7 +53,8 @@ fn nothing_is_undefined() {
     }
 }
 
-/// At a reversal, rounding leaves rates of 1e-17, which must not count as sliding.
+/// Tests a reversal, at which rounding leaves rates of 1e-17. These rates must not count as
+/// sliding.
 #[test]
 fn a_reversal_is_rest() {
     let tilts = "platform.rx = 0; platform.ry = 0";

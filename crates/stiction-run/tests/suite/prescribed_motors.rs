@@ -1,5 +1,5 @@
 //! Simulations of motors that drive several joints: prescribed and locked joints, and efforts that
-//! inverse dynamics finds for motors with unequal losses.
+//! inverse dynamics computes for motors with unequal losses.
 
 use crate::common::{Csv, files, job, model_of, tables};
 use crate::differentials::{PITCH, ROLL, WEIGHT, WRIST};
@@ -17,7 +17,8 @@ const ROTOR: f64 = 4e-6;
 const ETA: (f64, f64) = (0.85, 0.6);
 const DRY: f64 = 0.003;
 
-/// Wrist with two motors with losses, which act on pitch and, in opposite directions, on roll.
+/// Creates a wrist whose two motors have losses. Both motors act on pitch and, in opposite
+/// directions, on roll.
 fn wrist(joints: &str) -> ModelFile {
     let train = |name: &str, sign: &str| {
         format!(
@@ -29,7 +30,7 @@ fn wrist(joints: &str) -> ModelFile {
     with(&[WRIST, joints, &train("left", ""), &train("right", "-")])
 }
 
-/// `forward.csv` of a simulation.
+/// Returns `forward.csv` of a simulation.
 fn simulated(job: &Job<'_>) -> Result<Csv, String> {
     let tables = Tables::new(job, std::array::from_fn(|_| Vec::new())).unwrap();
     let mut recorder = Recorder::new(job, tables);
@@ -38,7 +39,7 @@ fn simulated(job: &Job<'_>) -> Result<Csv, String> {
     Ok(Csv::parse(&recorder.sink.finish().unwrap()[0]))
 }
 
-/// `inverse.csv` along the motion `m`.
+/// Returns `inverse.csv` along the motion `m`.
 fn inverse(model: &ModelFile) -> Csv {
     let job = job(model, "m", "none", FrictionMode::Converged);
     let mut tables = tables(&job);
@@ -73,8 +74,8 @@ const COORDINATES: [Coordinate; 2] = [
     Coordinate::Joint { joint: JointId(1), dof: 0 },
 ];
 
-/// With both joints prescribed, the motors need the torques of inverse dynamics, also with dry
-/// friction in a joint and in both motors.
+/// Tests that, with both joints prescribed, the motors require the torques of inverse dynamics,
+/// also with dry friction in a joint and in both motors.
 #[test]
 fn prescribed_differential() {
     let dry = "[joints.roll.friction]\nmu = 0.2\nradius = 0.01\nbending_span = 0.05\n";
@@ -98,7 +99,8 @@ fn prescribed_differential() {
             let at = |csv: &Csv, name: &str| csv.column(name)[k];
             let names = ["left", "right"];
             let speeds = names.map(|name| at(&found, &format!("{name}.motor_speed [rad/s]")));
-            // Inverse dynamics assumes no friction at interfaces whose rate is zero at the sample.
+            // Inverse dynamics assumes zero friction at interfaces whose rate is zero at the
+            // sample.
             let roll = at(&found, "roll.rate [rad/s]");
             if speeds.into_iter().chain([roll]).any(|speed| speed.abs() < 1e-6) {
                 continue;
@@ -121,8 +123,8 @@ fn prescribed_differential() {
     }
 }
 
-/// With roll prescribed at a constant rate and pitch under an effort, the equations of both motors
-/// and the energy balance hold.
+/// Tests the equations of both motors and the energy balance with roll prescribed at a constant
+/// rate and pitch under an effort.
 #[test]
 fn half_prescribed_differential() {
     let model = wrist("");
@@ -160,9 +162,10 @@ fn half_prescribed_differential() {
     assert_eq!(ROLL, 0.002);
 }
 
-/// With pitch locked under the weight of the hand, roll begins to move at the effort at which one
-/// motor drives and the other is back-driven, including the friction of both; below this effort it
-/// stays at rest. If both joints are locked, only the weight has to be held.
+/// Tests the onset of motion with pitch locked under the weight of the hand. Roll begins to move at
+/// the effort at which one motor drives and the other is back-driven, including the friction of
+/// both; below this effort it remains at rest. If both joints are locked, only the weight must be
+/// held.
 #[test]
 fn locked_differential() {
     let model = wrist("");
@@ -192,8 +195,8 @@ fn locked_differential() {
     assert!((drives[0] + WEIGHT).abs() < 1e-13 && drives[1].abs() < 1e-13, "{drives:?}");
 }
 
-/// Models of a pendulum with two motors of unequal losses, and of the wrist with three motors on
-/// its two joints.
+/// Creates a pendulum with two motors of unequal losses, and the wrist with three motors on its two
+/// joints.
 fn shared() -> [ModelFile; 2] {
     let train = |name: &str, joints: &str, (forward, backward): (f64, f64), more: &str| {
         format!(
@@ -217,7 +220,7 @@ fn shared() -> [ModelFile; 2] {
     [pendulum, wrist]
 }
 
-/// The efforts of inverse dynamics for motors with unequal losses cause the motion.
+/// Tests that the efforts of inverse dynamics for motors with unequal losses cause the motion.
 #[test]
 fn efforts_of_inverse_dynamics() {
     for (model, names) in shared().iter().zip([&["pivot"][..], &["pitch", "roll"]]) {
@@ -280,8 +283,8 @@ fn efforts_of_inverse_dynamics() {
     );
 }
 
-/// Efforts at which the motor friction holds the hanging pendulum. For the wrist, they depend on
-/// each other and are reported as unknown.
+/// Tests the efforts for which the motor friction holds the hanging pendulum. For the wrist, these
+/// efforts depend on each other and are reported as unknown.
 #[test]
 fn holding_efforts_of_shared_motors() {
     let load = LoadCase::default();
@@ -307,8 +310,8 @@ fn holding_efforts_of_shared_motors() {
     );
 }
 
-/// One motor with a lossy gear on pitch, one lossless motor on pitch and roll: the gear transmits
-/// only the effort of the first motor, not all efforts on pitch.
+/// Tests one motor with a lossy gear on pitch and one lossless motor on pitch and roll. The gear
+/// transmits only the effort of the first motor, not all efforts on pitch.
 #[test]
 fn geared_motor_beside_a_free_one() {
     let model = with(&[
@@ -331,8 +334,8 @@ fn geared_motor_beside_a_free_one() {
     }
 }
 
-/// Two motors with unequal gears on every joint of a loop give the same results as the loop with
-/// one body divided by a fixed joint.
+/// Tests that two motors with unequal gears on every joint of a loop have the same results as in
+/// the loop with one body divided by a fixed joint.
 #[test]
 fn loop_of_shared_joints() {
     let body = |name: &str| {
@@ -398,8 +401,8 @@ fn loop_of_shared_joints() {
     }
 }
 
-/// Two motors with unequal gears on each leg of a hexapod: the hexapod assembles as without motors,
-/// and the efforts of inverse dynamics cause the motion.
+/// Tests two motors with unequal gears on each leg of a hexapod. The hexapod assembles as without
+/// motors, and the efforts of inverse dynamics cause the motion.
 #[test]
 fn hexapod_with_two_motors_on_each_leg() {
     let mut text = gallery::get("gough").unwrap().to_owned();

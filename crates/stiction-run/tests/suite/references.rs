@@ -1,9 +1,9 @@
-//! Tables of the gallery's robots against results of independent programs.
+//! Tables for the robots of the gallery against results of independent programs.
 
 use crate::common::*;
 use stiction_core::dynamics::FrictionMode;
 
-/// A file of reference data by column; comment lines begin with `#`.
+/// Reads a file of reference data by column; comment lines begin with `#`.
 fn reference(file: &str) -> Csv {
     let path = format!("{}/../../reference/{file}", env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(path).unwrap();
@@ -11,8 +11,8 @@ fn reference(file: &str) -> Csv {
     Csv::parse(lines.join("\n").as_bytes())
 }
 
-/// Compares the columns of the reference that the tables contain in the same axes; the tests of the
-/// core compare the others.
+/// Compares the columns of the reference that the tables contain in the same axes. Tests of
+/// `stiction-core` compare the other columns.
 #[test]
 fn symmetric_3rps() {
     let model = model("3rps");
@@ -44,8 +44,9 @@ fn symmetric_3rps() {
     }
 }
 
-/// Crank angle in degrees, torque without and with friction in N m, forces at A, B, C and
-/// perpendicular to the guide in N. Newton's method and a fixed-point iteration agree to 2.5e-14.
+/// Tests a slider-crank against reference values: crank angle in degrees, torque without and with
+/// friction in N m, forces at A, B, C and perpendicular to the guide in N. Newton's method and a
+/// fixed-point iteration for these values agree to 2.5e-14.
 #[test]
 fn slider_crank() {
     let rows: [[f64; 7]; 3] = [
@@ -68,7 +69,7 @@ fn slider_crank() {
             let component = |axis| run.reactions.column(&format!("{joint}.f{axis} [N]"))[row];
             let found = component("x").hypot(component("y"));
             assert!((found - expected).abs() < 1e-6, "{degrees} {joint}: {found} {expected}");
-            // The pin's friction follows from its normal load.
+            // The friction of the pin follows from its normal load.
             let friction = run.friction.column(&format!("{joint}.friction [N]"))[row];
             assert!((friction.abs() - 0.1 * found).abs() < 1e-9);
         }
@@ -77,7 +78,7 @@ fn slider_crank() {
     }
 }
 
-/// Two programs agree to fifteen digits at the initial state of the motion.
+/// Tests the initial state of the motion, at which two programs agree to fifteen digits.
 #[test]
 fn planar_3rrr() {
     let model = model("3rrr");
@@ -89,7 +90,8 @@ fn planar_3rrr() {
     }
 }
 
-/// All actuator forces of the regular twin in three modes, with ten digits.
+/// Tests all actuator forces of the regular variant of the printed robot in three friction modes,
+/// with ten digits.
 #[test]
 fn regular_twin() {
     let model = model("zhang2018-regular");

@@ -42,7 +42,7 @@ fn report_of(name: &str) -> Run {
     report(&default_job(&model, FrictionMode::Converged))
 }
 
-/// Checks that the path in the page is that of `bodies.csv`, with the same scale on both axes.
+/// Tests that the path in the page equals that of `bodies.csv`, with the same scale on both axes.
 #[test]
 fn paths_are_those_of_the_table() {
     let model = model("five-bar");
@@ -69,7 +69,7 @@ fn paths_are_those_of_the_table() {
     };
     let across = (number("right") - number("left")) / (number("end") - number("first"));
     let up = (number("bottom") - number("top")) / (number("high") - number("low"));
-    // Places are rounded to a tenth of a pixel.
+    // Coordinates in the page are rounded to a tenth of a pixel.
     assert!((across / up - 1.0).abs() < 2e-3, "{across} {up} px/m");
 }
 
@@ -113,7 +113,7 @@ fn a_person_uses_a_report() {
     person.press("ArrowLeft", 37);
     assert_eq!(person.value(time), 0.99);
 
-    // Searches a joint: the shape of the pointer changes there.
+    // Searches for a joint: the shape of the pointer changes there.
     let (x, y) = person.centre("canvas");
     let mut found = None;
     'search: for row in -12..12 {
@@ -164,7 +164,7 @@ fn a_person_uses_a_report() {
     let value: f64 = row[column].parse().unwrap();
     assert_eq!(value, run.reactions.column(&format!("{name}.fx [N]"))[sample]);
 
-    // Selecting the least constrained motion moves to its sample.
+    // Selecting the least-constrained motion moves to the sample at which it occurs.
     person.value("document.querySelectorAll('.controls input[type=checkbox]').forEach(box => box.parentElement.textContent === 'least constrained motion' && box.click())");
     let least = &run.summary["verdicts"]["distance_actuation"];
     person.wait_for(&format!("{time} === {}", least["time"]));
@@ -174,7 +174,8 @@ fn a_person_uses_a_report() {
     person.press("End", 35);
     person.press("ArrowLeft", 37);
 
-    // The link contains view, joint and time, and a page that is opened with it begins with them.
+    // The link contains view, joint and time. A page that is opened with this link begins with
+    // them.
     person.drag((x - 300.0, y + 150.0), (x - 200.0, y + 120.0));
     let link = person.value("location.hash");
     let link = link.as_str().unwrap().to_owned();
@@ -223,7 +224,7 @@ fn a_person_reads_a_plot() {
     let mut person = browser.open("plot", &run.html, 1000);
     let plot = "document.querySelector('svg[data-left]')";
     person.centre("svg[data-left]");
-    // In the middle of the first panel, a quarter of its width from its left end.
+    // The pointer is in the middle of the first panel, a quarter of its width from its left end.
     let place = person.value(&format!(
         "(() => {{ const p = {plot}, g = p.querySelector('g.panel'), n = (e, k) => Number(e.getAttribute('data-' + k)); \
          const at = new DOMPoint(0.75 * n(p, 'left') + 0.25 * n(p, 'right'), 0.5 * (n(g, 'top') + n(g, 'bottom'))); \
@@ -234,7 +235,7 @@ fn a_person_reads_a_plot() {
     person.point_at((place[0].as_f64().unwrap(), place[1].as_f64().unwrap()));
     let said = person.value(hint);
     let said = said.as_str().unwrap().replace('−', "-");
-    // Page and tables contain the same records, so the value is compared with that of the animated
+    // Page and tables contain the same samples, so the value is compared with that of the animated
     // robot at the same time.
     let words: Vec<&str> = said.split(' ').collect();
     assert_eq!(&words[..3], ["t", "≈", "0.25"], "{said}");
@@ -266,8 +267,8 @@ fn a_person_reads_a_plot() {
     assert!(person.noise.is_empty(), "{:?}", person.noise);
 }
 
-/// If the reader's settings ask for reduced motion, views change without a transition, and the
-/// motion is played once.
+/// Tests that, if the reader's settings ask for reduced motion, views change without a transition,
+/// and the motion is played once.
 #[cfg(unix)]
 #[test]
 fn reduced_motion_is_respected() {
@@ -292,8 +293,8 @@ fn reduced_motion_is_respected() {
     ));
 }
 
-/// The script draws a picture of a robot of 13 bodies and 18 joints in a few milliseconds (median
-/// while playing).
+/// Tests that the script draws a picture of a robot of 13 bodies and 18 joints in a few
+/// milliseconds (median while playing).
 #[cfg(unix)]
 #[test]
 fn pictures_are_drawn_fast() {
@@ -346,7 +347,7 @@ fn hostile() -> ModelFile {
     }
 }
 
-/// Names and titles from the user's files are shown as text, not interpreted as markup.
+/// Tests that names and titles from the user's files are shown as text, not interpreted as markup.
 #[test]
 fn hostile_names_stay_text() {
     let model = hostile();
@@ -375,8 +376,9 @@ fn hostile_names_stay_text() {
     }
 }
 
-/// A page with meshes contains the meshes and a script that draws them; a build without the shaded
-/// view states that it is missing. Names and contents of mesh files are not interpreted as markup.
+/// Tests that a page with meshes contains the meshes and a script that draws them, and that a build
+/// without the shaded view states that it is missing. Names and contents of mesh files are not
+/// interpreted as markup.
 #[test]
 fn meshes_are_part_of_the_page() {
     let name = "</script><img src=x onerror=window.hacked=1>.obj";
@@ -390,7 +392,7 @@ fn meshes_are_part_of_the_page() {
     assert_eq!(model.visuals.len(), 2);
     let cube =
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 1 3 4\nf 2 3 4\n# </script>\n";
-    // STL file without its last line.
+    // The STL file lacks its last line.
     let flat = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 0 0 0\nvertex 0 0 0\nendloop\nendfacet\n";
     model.load_meshes(&|file| Ok(if file == name { cube } else { flat }.as_bytes().to_vec()));
     assert!(model.visuals.iter().all(|visual| visual.mesh.is_some()), "{:?}", model.warnings);
@@ -408,7 +410,7 @@ fn meshes_are_part_of_the_page() {
     if let Some(browser) = Browser::find() {
         let mut person = browser.open("meshes", &html, 1000);
         person.wait_for("document.querySelector('canvas.shaded') !== null");
-        // Without its last line, the file contains no facet for the viewer; the other mesh is
+        // Without its last line, the STL file contains no facet for the viewer; the other mesh is
         // drawn.
         let remark = person.value("document.querySelector('.kept').textContent");
         let remark = remark.as_str().unwrap();
@@ -424,13 +426,14 @@ fn meshes_are_part_of_the_page() {
         let count = person.value(painted).as_u64().unwrap();
         assert!(count > 300, "{count} pixels");
         assert_eq!(person.value("typeof window.hacked"), "undefined");
-        // Reading the picture back is slow, about which the graphics driver warns.
+        // The graphics driver warns that reading the picture back is slow.
         person.noise.retain(|noise| !noise.contains("GL Driver Message"));
         assert!(person.noise.is_empty(), "{:?}", person.noise);
     }
 }
 
-/// The report of a long run is small, and contains the samples of all peaks in its tables.
+/// Tests that the report of a long run is small, and contains the samples of all peaks in its
+/// tables.
 #[test]
 fn long_runs_are_thinned_and_keep_their_peaks() {
     let model = model("slider-crank");

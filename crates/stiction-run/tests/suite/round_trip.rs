@@ -15,12 +15,12 @@ enum Format {
     Urdf,
 }
 
-/// Converts a model to a format and back.
+/// Converts a model to a format and back to a model.
 fn round_trip(original: &ModelFile, format: Format) -> ModelFile {
     model_of(&original.name, &imported(original, format))
 }
 
-/// Text of the model that returns from a format.
+/// Converts a model to a format and back, and returns the text of the resulting model.
 fn imported(original: &ModelFile, format: Format) -> String {
     let job = default_job(original, FrictionMode::Off);
     let home = Home::of(&job).unwrap();
@@ -53,7 +53,7 @@ fn joint(mechanism: &Mechanism, name: &str) -> JointId {
     JointId(found.unwrap_or_else(|| panic!("no joint {name}")))
 }
 
-/// Coordinate of `to` that corresponds by name to a coordinate of `from`.
+/// Returns the coordinate of `to` that corresponds by name to a coordinate of `from`.
 fn same(coordinate: Coordinate, from: &Mechanism, to: &Mechanism) -> Coordinate {
     let there = |id: BodyId| body(to, &from.bodies()[id.0].name);
     match coordinate {
@@ -70,26 +70,28 @@ fn same(coordinate: Coordinate, from: &Mechanism, to: &Mechanism) -> Coordinate 
     }
 }
 
-/// Wrench of a joint.
+/// Reaction of a joint.
 struct Reaction {
     name: String,
-    /// Components that statics determines: force and moment about the joint's origin, world axes.
+    /// True for each component that is statically determinate: force and moment about the joint's
+    /// origin, world axes.
     determined: [bool; 6],
     origin: Vec3<f64>,
     force: Vec3<f64>,
-    /// Moment about the origin of the world.
+    /// Moment about the origin of the world, N m.
     moment: Vec3<f64>,
 }
 
 struct Results {
-    /// Frictionless and frictional efforts by the name of the actuator.
+    /// Name of each actuator with its efforts without and with friction.
     efforts: Vec<(String, f64, f64)>,
     reactions: Vec<Reaction>,
-    /// True if statics determines all reactions, and with them the friction.
+    /// True if statics determines all reactions, and therefore the friction.
     is_determined: bool,
 }
 
-/// Forces at an instant of the default motion of `original`; `None` if the robot cannot carry its load.
+/// Computes the forces at an instant of the default motion of `original`; `None` if the robot
+/// cannot carry its load.
 fn forces(original: &ModelFile, model: &ModelFile, t: f64) -> Option<Results> {
     let job = default_job(original, FrictionMode::Off);
     let mechanism = &model.mechanism;
@@ -175,7 +177,8 @@ fn the_gallery_returns_from_each_format() {
                     // A format may divide a joint into several.
                     let again = found.reactions.iter().find(|other| other.name == own.name);
                     let Some(again) = again else { continue };
-                    // Both about the same point, so that a moment is compared where it is determined.
+                    // Both reactions refer to the same point, so that a moment is compared where it
+                    // is determined.
                     let six = |joint: &Reaction| {
                         let moment = joint.moment + -own.origin.cross(joint.force);
                         [joint.force.to_array(), moment.to_array()].concat()
@@ -380,7 +383,7 @@ fn gearings_and_motors_return_from_each_format() {
         let found = forces(&original, &again, 0.3).unwrap();
         for (name, effort, frictional) in &expected.efforts {
             let (_, a, b) = found.efforts.iter().find(|(other, ..)| other == name).unwrap();
-            // Efforts of some N m, through the rounding of rotated frames.
+            // The efforts are some N m and contain the rounding errors of rotated frames.
             assert!((a - effort).abs() < 1e-12, "{format:?} {name}: {a} {effort}");
             assert!((b - frictional).abs() < 1e-12, "{format:?} {name}: {b} {frictional}");
         }

@@ -10,17 +10,17 @@ use stiction_format::ModelFile;
 const MASS: f64 = 40.0;
 const WEIGHT: f64 = MASS * 9.81;
 
-/// A motor on the slide; all values are reflected to the slide.
+/// Motor on the slide; all its values are reflected to the slide.
 #[derive(Clone, Copy, Debug)]
 struct Drive {
     share: f64,
-    /// Inertia, kg.
+    /// Inertia of the rotor, reflected to the slide, kg.
     rotor: f64,
-    /// Efficiencies while the motor drives, and while it is driven.
+    /// Efficiencies of the gear while the motor drives, and while it is back-driven.
     eta: (f64, f64),
-    /// Constant friction, N.
+    /// Constant friction of the motor, N.
     dry: f64,
-    /// Viscous friction, N s/m.
+    /// Viscous friction of the motor, N s/m.
     viscous: f64,
 }
 
@@ -43,9 +43,9 @@ impl Drive {
         )
     }
 
-    /// Effort of the gear on the slide when the motor is about to move in the direction `sense`. If
-    /// several efforts are possible, the one closest to that of a lossless gear is returned. `None`
-    /// for a self-locking gear that its motor cannot turn.
+    /// Returns the effort of the gear on the slide when the motor is about to move in the direction
+    /// `sense`. If several efforts are possible, the one closest to that of a lossless gear is
+    /// returned. `None` for a self-locking gear that its motor cannot turn.
     fn holds(&self, effort: f64, sense: f64) -> Option<f64> {
         let input = (self.share * effort - sense * self.dry) * sense;
         let factor = if input >= 0.0 { self.eta.0 } else { 1.0 / self.eta.1 };
@@ -61,8 +61,8 @@ fn hoist(drives: &[Drive], guide: f64) -> ModelFile {
     with(&[&slide, LIFT, &trains])
 }
 
-/// Accelerations that satisfy all laws while the slide moves at `rate`; each gear is assumed to
-/// drive and to be back-driven in turn.
+/// Returns the accelerations that satisfy all laws while the slide moves at `rate`. Each gear is
+/// assumed to drive and to be back-driven in turn.
 fn accelerations(drives: &[Drive], guide: f64, effort: f64, rate: f64) -> Vec<f64> {
     let sense = rate.signum();
     let mut found: Vec<f64> = Vec::new();
@@ -106,9 +106,9 @@ fn acceleration(simulation: &Simulation<'_>) -> f64 {
     simulation.joint_motion(JointId(0), 0).acceleration
 }
 
-/// Pairs of motors and one triple: unequal losses; equal losses with unequal rotors and frictions,
-/// so that one gear may drive while the other is back-driven; a motor with zero share; a lossless
-/// gear with a lossy one.
+/// Returns pairs of motors and one triple: unequal losses; equal losses with unequal rotors and
+/// friction, so that one gear may drive while the other is back-driven; a motor with zero share; a
+/// lossless gear with a lossy one.
 fn sets() -> Vec<Vec<Drive>> {
     vec![
         vec![Drive::new(0.5, 90.0, (0.9, 0.85), 10.0), Drive::new(0.5, 30.0, (0.6, 0.3), 25.0)],
@@ -125,7 +125,7 @@ fn sets() -> Vec<Vec<Drive>> {
 
 const EFFORTS: [f64; 9] = [-9000.0, -900.0, -300.0, 0.0, 150.0, 392.4, 500.0, 900.0, 3000.0];
 
-/// Accelerations in both directions, with each gear driving or back-driven.
+/// Tests the accelerations in both directions, with each gear driving or back-driven.
 #[test]
 fn accelerations_with_unequal_losses() {
     let (mut mixed, mut alike) = (0, 0);
@@ -139,7 +139,7 @@ fn accelerations_with_unequal_losses() {
                     assert_eq!(expected.len(), 1, "{drives:?} {effort} {rate}");
                     let simulation = started(&forward, effort, rate).unwrap();
                     let a = acceleration(&simulation);
-                    // Rounding of forces over the least inertia.
+                    // Tolerance for the rounding errors of forces, divided by the least inertia.
                     let size = (effort.abs() + WEIGHT) / MASS;
                     assert!(
                         (a - expected[0]).abs() < 1e-12 * size,
@@ -166,8 +166,8 @@ fn accelerations_with_unequal_losses() {
     assert!(mixed > 20 && alike > 20, "{mixed} {alike}");
 }
 
-/// The slide stays at rest for efforts between the onsets of motion, and for no others. At an
-/// onset, the friction of every motor is at its limit.
+/// Tests that the slide remains at rest for efforts between the onsets of motion, and for no
+/// others. At an onset, the friction of every motor is at its limit.
 #[test]
 fn rest_with_unequal_losses() {
     for drives in sets() {
@@ -203,7 +203,7 @@ fn rest_with_unequal_losses() {
     }
 }
 
-/// A run up, to rest and down again keeps its energy balance.
+/// Tests the energy balance of a motion up, to rest and down again.
 #[test]
 fn runs_with_unequal_losses() {
     for drives in sets() {
@@ -229,8 +229,9 @@ fn runs_with_unequal_losses() {
     }
 }
 
-/// With power off, a self-locking worm gear holds the slide at rest, whatever the other gear is,
-/// and stops its motion. `breakaway` reports this, and requires brakes if no gear is self-locking.
+/// Tests that, with power off, a self-locking worm gear holds the slide at rest, regardless of the
+/// other gear, and stops its motion. `breakaway` reports this, and requires brakes if no gear is
+/// self-locking.
 #[test]
 fn one_worm_holds_for_both() {
     use crate::common::job;

@@ -1,5 +1,5 @@
-//! Singular positions along motions: instants, infeasible loads, and whether another motion avoids
-//! them.
+//! Singular positions along motions: their instants, loads that cannot be carried, and whether
+//! another motion avoids them.
 
 use crate::common::*;
 use stiction_core::dynamics::FrictionMode;
@@ -10,8 +10,9 @@ fn found(job: &Job<'_>) -> Findings {
     examine(job, |_, _, _| true).unwrap()
 }
 
-/// A slider-crank with an actuated slider is singular at its dead centres, where the crank and the
-/// rod are collinear: with prescribed crank, at known instants between samples.
+/// Tests a slider-crank with an actuated slider. It is singular at its dead centres, where the
+/// crank and the rod are collinear. With a prescribed crank angle, the dead centres occur at known
+/// instants between samples.
 #[test]
 fn dead_centres_are_located_between_samples() {
     let text = stiction_format::gallery::get("slider-crank").unwrap();
@@ -42,8 +43,8 @@ fn dead_centres_are_located_between_samples() {
     assert!(found.passed.iter().zip(crossings).all(|((a, b), (t, _))| a < t && t < b));
 }
 
-/// A parallelogram passes its flat position: a constraint singularity, where another motion branch
-/// begins.
+/// Tests a parallelogram that passes its flat position: a constraint singularity, at which another
+/// motion branch begins.
 #[test]
 fn a_flat_parallelogram_is_located() {
     let bar = |name: &str, length: f64| {
@@ -77,9 +78,9 @@ fn a_flat_parallelogram_is_located() {
     assert_eq!(found.everywhere(Kind::Constraint), Some(false));
 }
 
-/// The robot as printed: its roll is blocked at second order only, by `sqrt(3)/2 k roll^2`. It is
-/// singular in every pose, and along its printed motion it has a second singularity that other
-/// poses do not have.
+/// Tests the robot as printed, whose roll is blocked at second order only, by `sqrt(3)/2 k roll^2`.
+/// The robot is singular in every pose. Along its printed motion, it has a second singularity that
+/// other poses do not have.
 #[test]
 fn the_printed_robot() {
     let model = model("zhang2018");
@@ -96,7 +97,8 @@ fn the_printed_robot() {
     for clearance in [1e-6, 1e-5, 1e-4] {
         let roll = (2.0 * clearance / (3f64.sqrt() * k)).sqrt();
         let error = play.with(clearance) / roll - 1.0;
-        // The position is closed to 1e-13, and the result has the square root of this error.
+        // The position closes the loops to 1e-13, and the result has an error of the square root of
+        // this value.
         assert!(error.abs() < 1e-6, "{clearance}: {error}");
     }
     assert_eq!(format!("{:.2}", play.with(1e-5).to_degrees()), "0.50");
@@ -122,8 +124,8 @@ fn singular_architectures_are_distinguished() {
         assert_eq!(kinds.map(|kind| found.everywhere(kind)), expected.map(Some), "{name}");
         let [a, c] = [&found.architecture.actuated, &found.architecture.constraints];
         for rank in [a, c] {
-            // Values that vanish are zero up to rounding or, if blocked at second order, up to its
-            // square root.
+            // Singular values that vanish are zero up to rounding or, if a motion is blocked at
+            // second order, up to the square root of the rounding error.
             assert!(rank.kept.unwrap() > 1e-4, "{name}");
             assert!(rank.dropped.is_none_or(|dropped| dropped < 1e-6), "{name}");
         }
@@ -132,8 +134,8 @@ fn singular_architectures_are_distinguished() {
     }
 }
 
-/// At a singular pose that carries its load, the forces are finite and unique up to the self-stress
-/// -2 : 1 : 1.
+/// Tests that, at a singular pose that carries its load, the forces are finite and unique up to the
+/// self-stress -2 : 1 : 1.
 #[test]
 fn a_load_in_the_range_of_a_singular_pose() {
     let text = stiction_format::gallery::get("zhang2018").unwrap().to_owned()

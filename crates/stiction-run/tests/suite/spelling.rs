@@ -4,7 +4,7 @@ use crate::common::*;
 use stiction_core::dynamics::FrictionMode;
 use stiction_format::{ModelFile, gallery};
 
-/// All columns of actuator forces of a model's default run, by name.
+/// Returns all columns of actuator forces in a model's default run, by name.
 fn drives(model: &ModelFile) -> Vec<(String, Vec<f64>)> {
     let run = Run::of(&default_job(model, FrictionMode::Converged)).unwrap();
     let drives = run.inverse.columns().filter(|(name, _)| name.contains(".drive"));

@@ -18,7 +18,7 @@ struct Rotor {
     axis: Vec3<f64>,
     ratio: f64,
     mass: f64,
-    /// Moments of inertia about the axis, and across it.
+    /// Moments of inertia about the axis of the rotor, and about axes perpendicular to it, kg m^2.
     inertia: [f64; 2],
 }
 
@@ -36,7 +36,7 @@ fn rotors() -> [Rotor; 3] {
             mass: 1.2,
             inertia: [8e-4, 5e-4],
         },
-        // Mounted on a link that its joint does not connect.
+        // Rotor on a link that is not connected by the joint to which the rotor is geared.
         Rotor {
             joint: 2,
             link: 1,
@@ -46,7 +46,7 @@ fn rotors() -> [Rotor; 3] {
             mass: 0.7,
             inertia: [2e-3, 4e-3],
         },
-        // Mounted on a link that its joint moves.
+        // Rotor on a link that is moved by the joint to which the rotor is geared.
         Rotor {
             joint: 0,
             link: 3,
@@ -63,7 +63,8 @@ fn turned(axis: Vec3<f64>) -> Mat3<f64> {
     Mat3::between(Vec3::unit(2), axis)
 }
 
-/// Spatial arm of three links. Its rotors are separate bodies, or spin on the links.
+/// Creates a spatial arm of three links. Its rotors are separate bodies if `as_bodies` is true;
+/// otherwise they spin on the links.
 fn arm(as_bodies: bool) -> Mechanism {
     let axes = [Vec3::new(0.1, 0.0, 1.0), Vec3::new(0.2, 1.0, 0.1), Vec3::new(1.0, -0.3, 0.4)];
     let at = [Vec3::zero(), Vec3::new(0.1, 0.0, 0.4), Vec3::new(0.3, 0.1, 0.0)];
@@ -74,8 +75,8 @@ fn arm(as_bodies: bool) -> Mechanism {
         let mut com = Vec3::new(0.1, 0.02 * size, 0.1);
         let mut inertia = Mat3::diagonal(Vec3::new(0.05, 0.06, 0.04));
         for rotor in rotors().iter().filter(|rotor| rotor.link == k && !as_bodies) {
-            // The link with the rotor at rest on it is one rigid body, by the parallel axis
-            // theorem.
+            // By the parallel axis theorem, the link with the rotor at rest on it is one rigid
+            // body.
             let [along, across] = rotor.inertia;
             let r = turned(rotor.axis);
             let own = r * Mat3::diagonal(Vec3::new(across, across, along)) * r.transpose();
@@ -134,8 +135,8 @@ fn solved(mechanism: Mechanism, targets: &[Target<f64>]) -> InverseDynamics {
     solver
 }
 
-/// Inverse dynamics gives the same efforts, motor torques and reactions; the dense system has the
-/// same right-hand side.
+/// Tests that inverse dynamics yields the same efforts, motor torques and reactions for both
+/// models, and that the dense system has the same right-hand side.
 #[test]
 fn rotors_as_bodies() {
     let mut all = targets();
@@ -179,8 +180,8 @@ fn rotors_as_bodies() {
     assert!(rows.amax() < 1e-11, "{}", rows.amax());
 }
 
-/// The motor torques of inverse dynamics cause the motion; without efforts, the energy of the arm
-/// is conserved.
+/// Tests that the motor torques of inverse dynamics cause the motion, and that, without efforts,
+/// the energy of the arm is conserved.
 #[test]
 fn rotors_in_simulations() {
     let mut inverse = solved(arm(false), &targets());

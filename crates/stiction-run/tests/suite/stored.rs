@@ -9,7 +9,7 @@ use stiction_format::{Contents, Drives, LoadCase, ModelFile, Motion, Source, Sto
 use stiction_run::forward::{self, Ending, Feed, Start};
 use stiction_run::{Error, Job};
 
-/// File whose content changes after a given number of bytes was read.
+/// File whose content changes after a given number of bytes has been read.
 #[derive(Debug)]
 struct Spoilt {
     bytes: Mutex<Vec<u8>>,
@@ -40,10 +40,10 @@ fn stored(text: &str) -> Contents {
     spoilt(text, usize::MAX)
 }
 
-/// Number of samples for three windows.
+/// Number of samples that fill three windows of a recording.
 const COUNT: usize = 13_000;
 
-/// Recording of the crank of a four-bar linkage, or of a force on it, with a sample every
+/// Returns a recording of the crank of a four-bar linkage, or of a force on it, with a sample every
 /// millisecond.
 fn recording(column: &str, value: impl Fn(f64) -> f64) -> String {
     let mut text = format!("time [s], {column}\n");
@@ -68,7 +68,7 @@ fn drives(model: &ModelFile, contents: &Contents) -> Drives {
     model.parse_drives(&Source::new("--drives", "drive.csv"), &files).unwrap()
 }
 
-/// Actuator forces at all samples, as bits.
+/// Returns the actuator forces at all samples, as bit patterns.
 fn follow(model: &ModelFile, motion: &Motion, threads: usize) -> Result<Vec<(u64, u64)>, Error> {
     let job = Job { motion, ..default_job(model, FrictionMode::Off) };
     let mut found = Vec::new();
@@ -93,13 +93,14 @@ fn forces_are_the_same_on_several_threads() {
     assert!(whole == pieces, "drives differ");
 }
 
-/// An overwritten file is reported at any point of the run, and none of its data are used.
+/// Tests that an overwritten file is reported at any point of the run, and that none of its new
+/// data are used.
 #[test]
 fn a_file_that_is_overwritten_stops_the_motion() {
     let (model, text) = (model("four-bar"), turning());
     for threads in [1, 4] {
-        // The file is read once completely, then in windows. It changes before the first, second
-        // and third window.
+        // The file is read once completely, then in windows. Its content changes before the first,
+        // second and third window.
         for part in [1.0, 1.01, 1.5] {
             let after = (part * text.len() as f64) as usize;
             let error = follow(&model, &motion(&model, &spoilt(&text, after)), threads);
@@ -113,7 +114,7 @@ fn a_file_that_is_overwritten_stops_the_motion() {
     }
 }
 
-/// Inputs of a simulation of the crank.
+/// Simulates the crank with inputs from recordings.
 fn simulate(
     model: &ModelFile,
     motion: &Motion,

@@ -1,12 +1,12 @@
-//! Friction under mirror images and time reversal, the effect of single frictions on reactions, and
-//! a pendulum whose journal is loaded by its own swing.
+//! Friction under mirror images and time reversal, the effect of the friction of single interfaces
+//! on reactions, and a pendulum whose journal is loaded by its own swing.
 
 use crate::common::*;
 use stiction_core::dynamics::FrictionMode;
 
 const TWIN: &str = "zhang2018-regular";
 
-/// The regular twin with further motions and frictions.
+/// Creates the regular variant of the printed robot with further motions and friction laws.
 fn twin(change: impl Fn(String) -> String) -> stiction_format::ModelFile {
     let motion = |name: &str, x: &str, ry: &str, t: &str| {
         format!(
@@ -39,7 +39,8 @@ fn assert_near(what: &str, a: &[f64], b: &[f64]) {
     }
 }
 
-/// The robot is its own mirror image in the plane y z, which exchanges legs 2 and 3.
+/// Tests that a mirrored motion exchanges legs 2 and 3, because the robot is its own mirror image
+/// in the plane y z.
 #[test]
 fn a_mirrored_motion_swaps_legs() {
     let model = twin(|text| text);
@@ -53,8 +54,8 @@ fn a_mirrored_motion_swaps_legs() {
     }
 }
 
-/// Mirrored and reversed in time, a motion needs the same frictionless forces with the legs
-/// exchanged, and frictions of opposite sign.
+/// Tests that a motion that is mirrored and reversed in time requires the same frictionless forces
+/// with the legs exchanged, and friction of opposite sign.
 #[test]
 fn a_mirrored_motion_backwards_swaps_legs_and_turns_friction_round() {
     let model = twin(|text| text);
@@ -81,8 +82,8 @@ fn a_mirrored_motion_backwards_swaps_legs_and_turns_friction_round() {
     }
 }
 
-/// Friction of a slide acts along the leg and is carried by the actuator of this leg: it changes
-/// the force of this actuator and no reaction.
+/// Tests that the friction of a slide, which acts along the leg, changes only the force of the
+/// actuator of this leg and no reaction.
 #[test]
 fn friction_of_slides_changes_no_reaction() {
     let slide = "friction = { mu = 0.12, viscous = \"0.02 N s/m\" }\n\n[legs.joints.S]";
@@ -110,8 +111,9 @@ fn friction_of_slides_changes_no_reaction() {
     assert!(apart > 0.1, "the drives do change: {apart}");
 }
 
-/// A point mass on a rod swings freely against the friction of its journal, `mu r |R|` with the
-/// full reaction. The closed form of the swing is known; along it the actuator torque must be zero.
+/// Tests a point mass on a rod that swings freely against the friction of its journal, `mu r |R|`
+/// with the full reaction. The closed form of the swing is known; along this swing the actuator
+/// torque must be zero.
 #[test]
 fn a_pendulum_in_its_journal_swings_by_itself() {
     let (mu, r, g): (f64, f64, f64) = (0.3, 0.05, 9.81);
@@ -122,7 +124,7 @@ fn a_pendulum_in_its_journal_swings_by_itself() {
     let start = -80f64.to_radians();
     let c = -(big_a * start.cos() + big_b * start.sin()) * (2.0 * a * start).exp();
     let squared = |q: f64| big_a * q.cos() + big_b * q.sin() + c * (-2.0 * a * q).exp();
-    // Numbers of the reference: the speed at the bottom, and the position of rest.
+    // The reference states the speed at the bottom, and the position of rest.
     assert!((squared(0.0).sqrt() - 3.936_696_880_601_61).abs() < 1e-12);
     assert!(squared(75.843_919_085_01f64.to_radians()).abs() < 1e-11);
     for degrees in [-79, -60, -31, 0, 14, 45, 70, 75] {
@@ -155,7 +157,7 @@ fn a_pendulum_in_its_journal_swings_by_itself() {
         let model = model_of("pendulum", &text);
         let run = Run::of(&job(&model, "swing", "none", FrictionMode::Converged)).unwrap();
         let drive = run.inverse.column("pivot.drive [N m]")[0];
-        // Relative to about 20 N m.
+        // The tolerance is relative to about 20 N m.
         assert!(drive.abs() < 1e-12, "{degrees}: {drive}");
         // The radial load is the full reaction of the mass alone.
         let along = rate * rate + g * q.cos();

@@ -6,7 +6,7 @@ use stiction_format::{ModelFile, gallery};
 use stiction_run::inverse::{Sample, Summary, Verdict};
 use stiction_run::{Error, Job, Sink};
 
-/// All tables, the summary and the verdict of a run, as written.
+/// Returns all tables, the summary and the verdict of a run, as written.
 fn run(job: &Job<'_>, threads: usize) -> Result<(Vec<Vec<u8>>, Verdict), Error> {
     let mut tables = tables(job);
     let mut summary = Summary::new(job);
@@ -26,15 +26,15 @@ fn run(job: &Job<'_>, threads: usize) -> Result<(Vec<Vec<u8>>, Verdict), Error> 
     Ok((files, verdict))
 }
 
-/// Job of a gallery model with its default motion in a given number of samples.
+/// Creates the job of a gallery model with its default motion in a given number of samples.
 fn finely<'a>(model: &'a ModelFile, friction: FrictionMode, samples: usize) -> Job<'a> {
     let job = default_job(model, friction);
     let step = job.motion.duration / (samples - 1) as f64;
     Job { step: Some(step), ..job }
 }
 
-/// For robots with and without redundant constraints, with interfaces at rest and with turning
-/// cranks, all results are equal byte by byte.
+/// Tests that all results are equal byte by byte, for robots with and without redundant
+/// constraints, with interfaces at rest and with turning cranks.
 #[test]
 fn bytes_do_not_depend_on_the_number_of_threads() {
     for (name, samples) in
@@ -52,8 +52,8 @@ fn bytes_do_not_depend_on_the_number_of_threads() {
     }
 }
 
-/// Errors do not depend on the threads: the first in time is reported, whichever thread finds one
-/// first.
+/// Tests that errors do not depend on the number of threads: the first error in time is reported,
+/// regardless of which thread finds an error first.
 #[test]
 fn errors_do_not_depend_on_the_number_of_threads() {
     let model = model("zhang2018");
@@ -72,8 +72,8 @@ fn errors_do_not_depend_on_the_number_of_threads() {
     assert!(matches!(refused, Err(Error::Receiver(_))));
 }
 
-/// Pieces start at the positions of a motion followed sample by sample, even if a long step covers
-/// whole turns of a crank.
+/// Tests that pieces start at the positions of a motion followed sample by sample, even if a long
+/// step covers whole turns of a crank.
 #[test]
 fn chunks_start_on_the_motion() {
     let fast = "\n[motions.fast]\nduration = \"2 s\"\nA = \"60 deg + 62.5*360 deg*t\"\n";
@@ -84,7 +84,7 @@ fn chunks_start_on_the_motion() {
         default_job(&robot, FrictionMode::Off),
     ];
     for job in jobs {
-        // The crank takes sixteen samples per turn.
+        // The crank turns once in sixteen samples.
         let job = Job { step: Some(job.motion.duration / 2000.0), ..job };
         let (name, motion) = (&job.model.name, job.motion);
         let mut found = Vec::new();
@@ -113,7 +113,7 @@ fn chunks_start_on_the_motion() {
             let expected = &solver.solve(&loads).unwrap().efforts;
             let largest = expected.iter().fold(1.0_f64, |most, drive| most.max(drive.abs()));
             for (drive, expected) in drives.iter().zip(expected) {
-                // Newton's method ends at 1e-14; forces magnify errors of positions.
+                // Newton's method ends at 1e-14; forces amplify the errors of positions.
                 assert!((drive - expected).abs() < 1e-11 * largest, "{name} at {time}");
             }
         }

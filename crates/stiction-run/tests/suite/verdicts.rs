@@ -11,21 +11,20 @@ use stiction_core::statics::Constraints;
 use stiction_format::{ModelFile, gallery};
 use stiction_run::check::{Findings, examine};
 
-/// All verdicts at one position.
+/// All verdicts on a mechanism at one position.
 #[derive(Debug)]
 struct Said {
     counts: Vec<usize>,
     gruebler: i64,
-    /// For each body, the number of its motions, and the number of those that are only
-    /// instantaneous.
+    /// Number of motions of each body, and the number of those that are only instantaneous.
     motions: BTreeMap<String, (usize, usize)>,
-    /// Determined components of each joint's reaction.
+    /// True for each component of a joint's reaction that is statically determinate.
     determined: BTreeMap<String, [bool; 6]>,
     drives: BTreeMap<String, bool>,
     distances: Vec<f64>,
 }
 
-/// Verdicts at four instants of the default motion.
+/// Returns the verdicts at four instants of the default motion.
 fn said(model: &ModelFile, change: &Change) -> Vec<Said> {
     let mechanism = change.mechanism(&model.mechanism);
     let types: Vec<_> = mechanism.joints().iter().map(|joint| joint.joint_type).collect();
@@ -51,7 +50,7 @@ fn said(model: &ModelFile, change: &Change) -> Vec<Said> {
             .unwrap();
     (0..4)
         .map(|k| {
-            // Away from reversals and symmetric positions.
+            // These instants are away from reversals and symmetric positions.
             let time = motion.start + motion.duration * (0.07 + 0.21 * f64::from(k));
             solver.follow(before, time, |t, targets| targets.copy_from_slice(&at(t))).unwrap();
             before = time;
@@ -104,8 +103,8 @@ fn here(solver: &InverseDynamics) -> Said {
     }
 }
 
-/// Asserts that two lists of verdicts agree. `axes` maps each new axis to an old one; `None` if the
-/// axes are not compared.
+/// Asserts that two lists of verdicts agree. `axes` maps each new axis to an old axis; `None` if
+/// the axes are not compared.
 fn assert_same(what: &str, old: &[Said], new: &[Said], axes: Option<[usize; 3]>) {
     assert_eq!(old.len(), new.len());
     for (old, new) in old.iter().zip(new) {
@@ -155,7 +154,8 @@ fn scale() {
 #[test]
 fn base() {
     let position = Vec3::new(-7.0, 30.0, 2.0);
-    // Quarter turns about z and x, and the old axes (up to signs) of the new x, y, z.
+    // The base is rotated by quarter turns about z and x. The array contains the old axes (up to
+    // signs) of the new x, y, z.
     let quarter = |axis: usize| Mat3::about_axis(axis, (1.0, 0.0));
     let bases = [
         (quarter(2), Some([1, 0, 2])),
@@ -188,7 +188,7 @@ fn names() {
             examine(&job, |_, _, _| true).unwrap()
         };
         let (old, mut new) = (report(&model), report(&renamed));
-        // Texts contain names of bodies and joints, which are the new ones in the new report.
+        // Texts contain names of bodies and joints; the new report contains the new names.
         let old_name = |name: &mut String| {
             let known = renamed.mechanism.body_id(name).unwrap();
             name.clone_from(&model.mechanism.bodies()[known.0].name);

@@ -1,5 +1,6 @@
-//! Warm starts: each sample along a motion starts from the previous ones, and a run without tables
-//! computes singularity indices only where they may be least. Neither changes results or verdicts.
+//! Warm starts: each sample along a motion starts from the previous samples, and a run without
+//! tables computes singularity indices only where they may be least. Neither changes results or
+//! verdicts.
 
 use crate::common::*;
 use serde_json::Value;
@@ -8,7 +9,7 @@ use stiction_core::kinematics::Target;
 use stiction_run::inverse::{Sample, Summary};
 use stiction_run::{Indices, Job, Sink};
 
-/// Samples of a run, and its summary.
+/// Returns the samples of a run, and its summary.
 fn run(job: &Job<'_>) -> (Vec<Sample>, Value, f64) {
     let (mut samples, mut summary) = (Vec::new(), Summary::new(job));
     let receive = |sample: &Sample| {
@@ -19,8 +20,8 @@ fn run(job: &Job<'_>) -> (Vec<Sample>, Value, f64) {
     (samples, summary.json(job, &verdict), verdict.rest_speed)
 }
 
-/// The efforts, with and without friction, are those of the kernel for each sample alone, from the
-/// home position and without data of other samples.
+/// Tests that the efforts, with and without friction, equal those of the kernel for each sample
+/// alone, starting from the home position and without data of other samples.
 #[test]
 fn efforts_are_those_of_the_kernel() {
     let mut compared = 0;
@@ -63,9 +64,10 @@ fn efforts_are_those_of_the_kernel() {
     assert!(compared > 100, "{compared}");
 }
 
-/// The greatest bound on the friction coupling equals that of a run that computes the least bound
-/// at every sample, although a run without tables accepts greater bounds in between. In samples so
-/// dense that extrapolated normal loads need no Newton step, the efforts equal those of the kernel.
+/// Tests the friction coupling and the efforts in dense samples. The greatest bound on the coupling
+/// equals that of a run that computes the least bound at every sample, although a run without
+/// tables accepts greater bounds in between. In samples so dense that extrapolated normal loads
+/// require no Newton step, the efforts equal those of the kernel.
 #[test]
 fn dense_samples_agree_with_the_kernel_and_with_tables() {
     for (name, step) in [("3rps", 2e-4), ("slider-crank", 1e-3), ("gough", 4e-3)] {
@@ -98,8 +100,8 @@ fn dense_samples_agree_with_the_kernel_and_with_tables() {
     }
 }
 
-/// A dwell is solved once in each piece: its samples are equal to each other and to those of a
-/// mechanism at rest.
+/// Tests that a dwell is solved once in each piece: its samples are equal to each other and to
+/// those of a mechanism at rest.
 #[test]
 fn samples_of_a_dwell_are_those_of_rest() {
     let still = "\n[motions.still]\nduration = \"1 s\"\nplatform.z = \"home_height\"\n\
@@ -138,7 +140,7 @@ fn samples_of_a_dwell_are_those_of_rest() {
     }
 }
 
-/// The least indices and their instants equal those of a run that computes all indices.
+/// Tests that the least indices and their instants equal those of a run that computes all indices.
 #[test]
 fn the_least_indices_are_those_of_all_samples() {
     let (mut left_out, mut total) = (0, 0);

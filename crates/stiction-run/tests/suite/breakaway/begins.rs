@@ -1,4 +1,5 @@
-//! Onset of motion: at the ends of intervals, and as the limit of slow motion.
+//! Onset of motion: breakaway efforts at the ends of the intervals at rest, and as the limit of
+//! slow motion.
 
 use crate::breakaway::holder::Holder;
 use crate::common::*;
@@ -6,11 +7,12 @@ use stiction_core::dynamics::{Bounds, Breakaway, FrictionMode, InverseDynamics, 
 use stiction_core::kinematics::{Coordinate, Target};
 use stiction_run::breakaway::evaluate;
 
-/// Statics gives the static friction that raises an actuator force most, and kinematics gives the
-/// impending motion. Friction takes power from the motion, so both results agree except for normal
-/// loads: to first order in the coefficients, the ends of the interval are the breakaway efforts.
-/// If interfaces have only one direction of sliding, and none slides slowly (pins of planar
-/// mechanisms), the normal loads keep their directions and the results agree.
+/// Tests breakaway efforts against the ends of the intervals. Statics yields the static friction
+/// that raises an actuator force most, and kinematics yields the impending motion. Friction takes
+/// power from the motion, so both results agree except for the effect of normal loads: to first
+/// order in the coefficients, the ends of the interval are the breakaway efforts. In some
+/// mechanisms, the interfaces have only one direction of sliding, and none slides slowly (pins of
+/// planar mechanisms). The normal loads then keep their directions, and the results agree.
 #[test]
 fn breakaway_is_at_the_ends_of_the_interval() {
     let mut compared = 0;
@@ -35,8 +37,8 @@ fn breakaway_is_at_the_ends_of_the_interval() {
     assert!(compared > 10, "{compared}");
 }
 
-/// A guide and a plate that load each other strongly: at the onset of motion, all frictions are
-/// within their limits, so the inner bounds extend at least as far.
+/// Tests a guide and a plate that load each other strongly. At the onset of motion, all friction
+/// forces are within their limits, so the inner bounds extend at least to the breakaway efforts.
 #[test]
 fn motion_begins_within_the_interval() {
     const STRONG: &str = r#"
@@ -130,8 +132,8 @@ load = "press"
     assert_eq!(some, 12);
 }
 
-/// The breakaway effort of a leg is the effort of a slow motion of that leg with the other legs at
-/// rest.
+/// Tests that the breakaway effort of a leg is the effort of a slow motion of this leg while the
+/// other legs are at rest.
 #[test]
 fn breakaway_is_the_limit_of_slow_motion() {
     let model = model("3rps");

@@ -101,15 +101,15 @@ fn a_screw_jack() {
         let holding = &found.rest.unpowered;
         let locks = friction >= climb;
         assert_eq!(holding.verdict, if locks { Verdict::Holds } else { Verdict::Slips });
-        // The normal force of a thread depends on its friction; if the equilibrium is satisfied, it
-        // does not.
+        // The normal force of a thread depends on its friction, unless the equilibrium is
+        // satisfied.
         near(holding.needed.1, slope * flank.cos() / mu);
         near(holding.needed.0, slope * flank.cos() / mu);
     }
 }
 
-/// A collar on a rod with supports at a distance s, pushed along it at the offset e, holds under
-/// any force if `mu 2 e / s >= 1`.
+/// Tests a collar on a rod with supports at a distance s. A force along the rod at the offset e
+/// cannot move the collar, regardless of its magnitude, if `mu 2 e / s >= 1`.
 #[test]
 fn a_collar_that_binds() {
     for (offset, mu) in [(0.3_f64, 0.2_f64), (0.2, 0.2), (0.25, 0.2), (0.9, 0.05)] {
@@ -142,9 +142,9 @@ fn a_collar_that_binds() {
     }
 }
 
-/// A crank with a weight on its slider. The rod presses the slider against its guide: with the
-/// crank at the angle t and the rod at the angle p below the horizontal, its push P satisfies
-/// `P cos p = F + f`, `N = |W + P sin p|`.
+/// Tests a crank with a weight on its slider. The rod presses the slider against its guide. With
+/// the crank at the angle t and the rod at the angle p below the horizontal, the push P of the rod
+/// satisfies `P cos p = F + f`, `N = |W + P sin p|`.
 #[test]
 fn a_slider_crank() {
     for (turn, mu, load) in [(50.0_f64, 0.15, 200.0), (120.0, 0.3, -80.0), (300.0, 0.2, 40.0)] {

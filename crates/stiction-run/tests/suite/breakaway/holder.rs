@@ -5,8 +5,7 @@ use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Rest, 
 use stiction_core::kinematics::{Coordinate, Target};
 use stiction_format::ModelFile;
 
-/// Mechanism at rest with static friction given as a fraction of the limit at every interface. The
-/// actuator forces are `None` if friction and reactions do not converge.
+/// Mechanism at rest whose static friction at every interface is a given fraction of its limit.
 pub(crate) struct Holder {
     pub(crate) solver: InverseDynamics,
     pub(crate) loads: Vec<AppliedLoad<f64>>,
@@ -38,7 +37,8 @@ impl Holder {
         self.balance(held).map(|(drives, _)| drives)
     }
 
-    /// Actuator forces and normal loads for static friction `held`, as fractions of the limits.
+    /// Computes the actuator forces and the normal loads for the static friction `held`, as
+    /// fractions of the limits. `None` if friction and reactions do not converge.
     pub(crate) fn balance(&self, held: &[[f64; 3]]) -> Option<(Vec<f64>, Vec<f64>)> {
         let compiled = self.solver.model().unwrap();
         let parameters = self.solver.parameters();

@@ -1,4 +1,4 @@
-//! Intervals and verdicts against all combinations of static frictions.
+//! Intervals and verdicts against all combinations of static friction forces.
 
 use crate::breakaway::holder::Holder;
 use crate::breakaway::near;
@@ -7,7 +7,8 @@ use stiction_core::dynamics::Verdict;
 use stiction_core::friction::InterfaceShape;
 use stiction_core::random::Random;
 
-/// Two actuators: all combinations of the frictions of a five-bar's pins at a limit or at zero.
+/// Tests two actuators against all combinations of the friction of a five-bar's pins at a limit or
+/// at zero.
 #[test]
 fn a_five_bar_against_all_combinations_of_frictions() {
     let model = model("five-bar");
@@ -36,7 +37,7 @@ fn a_five_bar_against_all_combinations_of_frictions() {
     }
 }
 
-/// Random admissible static frictions: none leads outside the intervals.
+/// Tests that no random admissible static friction leads outside the intervals.
 #[test]
 fn a_robot_against_random_static_frictions() {
     let model = model("3rps");
@@ -53,7 +54,8 @@ fn a_robot_against_random_static_frictions() {
                 if interface.shape != InterfaceShape::Ball {
                     held = [held[0], 0.0, 0.0];
                 }
-                // In every second round, all friction forces are at their limits, otherwise within.
+                // In every second round, all friction forces are at their limits; in the other
+                // rounds, they are within the limits.
                 let size = held.iter().map(|x| x * x).sum::<f64>().sqrt();
                 let over = if round % 2 == 0 { 1.0 / size } else { 1.0 / size.max(1.0) };
                 held.map(|x| x * over)
@@ -67,7 +69,8 @@ fn a_robot_against_random_static_frictions() {
             widest[k] = widest[k].max(((drive - centre) / (high - centre)).abs());
         }
     }
-    // The random signs rarely agree at many interfaces, but the results cover part of the interval.
+    // The random signs rarely agree at many interfaces, so the results cover only a part of the
+    // interval.
     assert!(widest.iter().all(|w| *w > 0.4), "{widest:?}");
     for ((low, high), (outer_low, outer_high)) in
         forces.effort_bounds.iter().zip(&forces.effort_outer_bounds)
@@ -76,8 +79,8 @@ fn a_robot_against_random_static_frictions() {
     }
 }
 
-/// A five-bar with two actuators without effort: the kernel with the reported frictions, as
-/// fractions of their limits, computes zero actuator forces.
+/// Tests a five-bar with two actuators without effort: with the reported friction forces, as
+/// fractions of their limits, the kernel computes zero actuator forces.
 #[test]
 fn reported_frictions_hold() {
     let text = stiction_format::gallery::get("five-bar").unwrap();
@@ -92,7 +95,8 @@ fn reported_frictions_hold() {
             slipped += usize::from(holding.verdict == Verdict::Slips);
             continue;
         }
-        // Only the kernel computes the normal loads under these frictions, so both are iterated.
+        // Only the kernel computes the normal loads under these friction forces, so friction and
+        // loads are iterated.
         let mut loads: Vec<f64> =
             holder.solver.forces().interfaces.iter().map(|c| c.load).collect();
         let mut left = f64::INFINITY;

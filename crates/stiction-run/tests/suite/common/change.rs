@@ -1,10 +1,11 @@
-//! Changes of a mechanism that must not affect results.
+//! Changes of the description of a mechanism that must not affect results.
 
 use stiction_core::joint::JointType;
 use stiction_core::mechanism::{BodySpec, JointSpec, Mechanism, MechanismBuilder};
 use stiction_core::spatial::Pose;
 
-/// Change of a mechanism: lengths multiplied by `scale`, another base, other names.
+/// Change of the description of a mechanism: lengths multiplied by `scale`, another base, other
+/// names.
 pub(crate) struct Change {
     pub(crate) scale: f64,
     pub(crate) base: Option<Pose<f64>>,
@@ -15,7 +16,7 @@ pub(crate) const NONE: Change = Change { scale: 1.0, base: None, rename: false }
 
 impl Change {
     pub(crate) fn name(&self, kind: char, index: usize, name: &str) -> String {
-        // The alphabetical order also changes.
+        // The new names also have another alphabetical order.
         if self.rename { format!("{kind}{}", 99 - index) } else { name.to_owned() }
     }
 

@@ -1,7 +1,7 @@
 //! Collars with eccentric forces.
 
-/// A driver that pushes a collar at a given offset from its guide, m, through a rod between two
-/// balls: its joints.
+/// Returns the joints of a driver that pushes a collar at a given offset from the guide of the
+/// collar, m, through a rod between two balls.
 pub(crate) fn push_beside(offset: f64) -> String {
     format!(
         r#"

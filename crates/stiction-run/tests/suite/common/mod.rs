@@ -13,8 +13,8 @@ use stiction_run::{Error, Job, Sink};
 pub(crate) const MODES: [FrictionMode; 3] =
     [FrictionMode::Off, FrictionMode::OnePass, FrictionMode::Converged];
 
-/// Model of a mass of 2 kg on a horizontal guide. `joint` is appended to the table of the joint,
-/// `more` to the file.
+/// Returns the model of a mass of 2 kg on a horizontal guide. `joint` is appended to the table of
+/// the joint, `more` to the file.
 pub(crate) fn slide(joint: &str, more: &str) -> ModelFile {
     let text = format!(
         r#"
@@ -36,18 +36,18 @@ pub(crate) fn slide(joint: &str, more: &str) -> ModelFile {
     model_of("slide", &text)
 }
 
-/// A model of the gallery.
+/// Reads a model of the gallery.
 pub(crate) fn model(name: &str) -> ModelFile {
     model_of(name, gallery::get(name).unwrap())
 }
 
-/// A model from its text.
+/// Reads a model from its text.
 pub(crate) fn model_of(name: &str, text: &str) -> ModelFile {
     read(&Source::new(format!("{name}.toml"), text), &|_| Err("no files".into()))
         .unwrap_or_else(|diagnostics| panic!("{name}: {diagnostics}"))
 }
 
-/// A motion of a model under one of its loads.
+/// Creates the job of a motion of a model under one of its loads.
 pub(crate) fn job<'a>(
     model: &'a ModelFile,
     motion: &str,
@@ -58,13 +58,13 @@ pub(crate) fn job<'a>(
     Job { friction, ..Job::new(model, motion, (load, model.load(load).unwrap())) }
 }
 
-/// The default motion and load.
+/// Creates the job of the default motion and load of a model.
 pub(crate) fn default_job(model: &ModelFile, friction: FrictionMode) -> Job<'_> {
     let (motion, load) = (model.default_motion.as_ref(), model.default_load.as_ref());
     job(model, motion.unwrap(), load.unwrap(), friction)
 }
 
-/// A table of numbers by column.
+/// Table of numbers by column.
 #[derive(Debug)]
 pub(crate) struct Csv(BTreeMap<String, Vec<f64>>);
 
@@ -83,7 +83,7 @@ impl Csv {
         Self(columns)
     }
 
-    /// A column, given its complete name with unit.
+    /// Returns a column, given its complete name with unit.
     pub(crate) fn column(&self, name: &str) -> &[f64] {
         let column = self.0.get(name);
         column.unwrap_or_else(|| panic!("no column {name}; there are {:?}", self.0.keys()))
@@ -94,12 +94,12 @@ impl Csv {
     }
 }
 
-/// Empty tables of a job.
+/// Creates empty tables of a job.
 pub(crate) fn tables(job: &Job<'_>) -> Tables<Vec<u8>> {
     Tables::new(job, vec![Vec::new(); Tables::<Vec<u8>>::files(job).len()]).unwrap()
 }
 
-/// The tables of a job by their names.
+/// Returns the tables of a job by their names.
 pub(crate) fn files(job: &Job<'_>, tables: Tables<Vec<u8>>) -> BTreeMap<&'static str, Vec<u8>> {
     Tables::<Vec<u8>>::files(job).into_iter().zip(tables.finish().unwrap()).collect()
 }
@@ -113,7 +113,7 @@ pub(crate) struct Run {
     pub(crate) verdict: Verdict,
     /// Largest power residual, relative to the gross power at that instant.
     pub(crate) power_residual: f64,
-    /// The largest closure error, m.
+    /// Largest closure error, m.
     pub(crate) closure: f64,
 }
 
@@ -141,19 +141,19 @@ impl Run {
 /// Robots of the gallery that are singular along their default motions.
 pub(crate) const SINGULAR: [&str; 3] = ["3upu-singular", "griffis-duffy", "zhang2018"];
 
-/// Robots of the gallery with finite actuator forces.
+/// Returns the names of the robots of the gallery with finite actuator forces.
 pub(crate) fn regular() -> impl Iterator<Item = &'static str> {
     gallery::names().filter(|name| !SINGULAR.contains(name))
 }
 
-/// All pairs of a motion and a load.
+/// Returns the names of all pairs of a motion and a load.
 pub(crate) fn cases(model: &ModelFile) -> impl Iterator<Item = (&str, &str)> {
     model.motions.iter().flat_map(|(motion, _)| {
         model.loads.iter().map(move |(load, _)| (motion.as_str(), load.as_str()))
     })
 }
 
-/// Splits a model file into its head and its tables, each with its header.
+/// Splits a model file into the text before its first table and its tables, each with its header.
 fn sections(text: &str) -> (String, Vec<String>) {
     let mut head = String::new();
     let mut tables: Vec<String> = Vec::new();
@@ -168,10 +168,10 @@ fn sections(text: &str) -> (String, Vec<String>) {
     (head, tables)
 }
 
-/// Text of a model file with its tables in reverse order.
+/// Returns the text of a model file with its tables in reverse order.
 pub(crate) fn in_reverse(text: &str) -> String {
     let (head, mut tables) = sections(text);
-    // Entries of `place` are numbered by their order, so they keep it.
+    // The entries of the array `place` are numbered by their order, so this order is preserved.
     let is_free = |table: &String| !table.starts_with("[[");
     let mut reversed: Vec<String> = tables.iter().filter(|t| is_free(t)).rev().cloned().collect();
     reversed.extend(tables.drain(..).filter(|table| !is_free(table)));
@@ -195,7 +195,8 @@ pub(crate) fn in_other_units(text: &str) -> String {
     ];
     let mut out = String::new();
     for line in text.lines() {
-        // Only quoted texts that are a single quantity: expressions contain units between names.
+        // Only quoted texts that are a single quantity are rewritten, because expressions contain
+        // units between names.
         for (k, part) in line.split('"').enumerate() {
             let quoted = k % 2 == 1;
             let quantity = part.split_once(' ').and_then(|(number, unit)| {

@@ -18,8 +18,8 @@ fn power_is_balanced() {
     try_everywhere("power is balanced", 0.5, identity);
 }
 
-/// The Newton-Euler equations for each body about its centre of mass, in plain vectors: joint
-/// reactions, weight and loads equal the rate of change of momentum. The momentum of the whole
+/// Tests the Newton-Euler equations of each body about its centre of mass, in plain vectors: joint
+/// reactions, weight and loads equal the rate of change of momentum. The balance of the whole
 /// mechanism follows, since each reaction acts on two bodies with opposite signs.
 #[test]
 fn every_body_obeys_newton_and_euler() {
@@ -65,7 +65,7 @@ fn every_body_obeys_newton_and_euler() {
             found.extend((moment - spin).to_array());
         }
         let nothing = vec![0.0; found.len()];
-        // Near singular positions, large forces act at arms of the size of the mechanism.
+        // Near singular positions, large forces act at lever arms of the size of the mechanism.
         Ok(agree("component of what is left", &nothing, &found, largest.max(1e-9), 1e-10))
     }
     try_everywhere("every body obeys Newton and Euler", 0.5, identity);

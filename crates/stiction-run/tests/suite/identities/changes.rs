@@ -75,7 +75,7 @@ fn order_of_bodies_and_joints() {
             mechanism: mechanism.clone(),
         };
         let found = solve(&again)?;
-        // Restore the original order.
+        // The forces are compared in the original order of bodies and joints.
         let sorted = |solved: &Solved, mechanism: &Mechanism| {
             let joint = |id: usize| mechanism.joints()[id].name.clone();
             let drives = mechanism.actuators().zip(&solved.forces.efforts);
@@ -101,7 +101,7 @@ fn order_of_bodies_and_joints() {
     try_everywhere("order of bodies and joints", 0.5, identity);
 }
 
-/// The mechanism with replaced bodies and joints.
+/// Returns the mechanism with replaced bodies and joints.
 fn rebuilt(
     mechanism: &Mechanism,
     builder: MechanismBuilder,
@@ -150,8 +150,8 @@ fn a_moved_and_turned_base() {
     try_everywhere("a moved and turned base", 0.5, identity);
 }
 
-/// Very small and very large mechanisms: with lengths and masses multiplied by `s` and unchanged
-/// time, forces are multiplied by `s^2`, with gravity and loads scaled accordingly.
+/// Tests very small and very large mechanisms. With lengths and masses multiplied by `s` and
+/// unchanged time, forces are multiplied by `s^2`, if gravity and loads are scaled accordingly.
 #[test]
 fn scale() {
     fn identity(specimen: &Specimen) -> Result<Verdict, Verdict> {
@@ -249,7 +249,7 @@ fn turned_laws(joint: &Joint, signs: &[f64]) -> Vec<JointFriction> {
     joint.friction.iter().map(turned).collect()
 }
 
-/// Signs of prescribed coordinates and actuators from the signs of the joints' DOFs.
+/// Returns the signs of prescribed coordinates and actuators from the signs of the joints' DOFs.
 fn signed(case: &Case, signs: &[Vec<f64>]) -> (Vec<Target<f64>>, Vec<f64>) {
     let targets = case.targets.iter().zip(&case.coordinates).map(|(target, coordinate)| {
         let Coordinate::Joint { joint, dof } = *coordinate else { unreachable!("joints only") };
@@ -268,7 +268,7 @@ fn times(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a * b).collect()
 }
 
-/// Exchanging the two bodies of a joint changes the signs of its coordinates and nothing else.
+/// Tests that exchanging the two bodies of a joint changes only the signs of its coordinates.
 #[test]
 fn joints_the_other_way_round() {
     fn identity(specimen: &Specimen) -> Result<Verdict, Verdict> {
@@ -325,7 +325,8 @@ fn joints_the_other_way_round() {
     try_everywhere("joints the other way round", 0.5, identity);
 }
 
-/// The mirror image in the plane x = 0 has the mirror image of the forces.
+/// Tests that the mirror image of a mechanism in the plane x = 0 has the mirror image of the
+/// forces.
 #[test]
 fn mirror_images() {
     fn identity(specimen: &Specimen) -> Result<Verdict, Verdict> {
@@ -341,7 +342,8 @@ fn mirror_images() {
             inertia: mirror * body.inertia * mirror,
             ..body.clone()
         };
-        // Frames stay right-handed: their x axes are the reversed mirror images.
+        // The frames of the mirror image are right-handed: their x axes are the reversed mirror
+        // images.
         let signs: Vec<Vec<f64>> = case
             .mechanism
             .joints()
@@ -385,7 +387,7 @@ fn mirror_images() {
     try_everywhere("mirror images", 0.5, identity);
 }
 
-/// A model file describes the same mechanism as the one from which it was written.
+/// Tests that a model file describes the same mechanism as the one from which it was written.
 #[test]
 fn written_models_are_read_back() {
     fn identity(specimen: &Specimen) -> Result<Verdict, Verdict> {
@@ -408,8 +410,8 @@ fn written_models_are_read_back() {
         let targets = |case: &Case| -> Vec<f64> {
             case.targets.iter().flat_map(|t| [t.value, t.rate, t.acceleration]).collect()
         };
-        // Interfaces without friction are written together with those with friction, so the indices
-        // of normal loads change.
+        // A joint that contains interfaces with friction is written with all its interfaces, so the
+        // indices of normal loads change.
         let largest = expected.largest;
         Ok(agree("target", &targets(&case), &targets(&again), 1.0, 1e-15).and(|| {
             match solve(&again) {

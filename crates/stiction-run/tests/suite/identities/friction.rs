@@ -7,7 +7,8 @@ use crate::mechanisms::random::Case;
 use stiction_core::friction::{Curve, Law};
 use stiction_core::kinematics::Target;
 
-/// Friction dissipates power at every interface and equals its law at its normal load.
+/// Tests that friction dissipates power at every interface, and equals the friction law at the
+/// normal load of the interface.
 #[test]
 fn friction_dissipates() {
     fn identity(specimen: &Specimen) -> Result<Verdict, Verdict> {
@@ -27,8 +28,8 @@ fn friction_dissipates() {
     try_everywhere("friction dissipates", 0.5, identity);
 }
 
-/// As the coefficients tend to zero, actuator forces tend linearly to the frictionless ones: half
-/// of small coefficients gives half of the difference.
+/// Tests the limit of small friction. As the coefficients tend to zero, actuator forces tend
+/// linearly to the frictionless forces: half of small coefficients yields half of the difference.
 #[test]
 fn small_friction_acts_in_proportion() {
     fn identity(specimen: &Specimen) -> Result<Verdict, Verdict> {
@@ -77,8 +78,8 @@ fn weaken(law: &mut Law, factor: f64) {
     }
 }
 
-/// The actuator forces of a slow forward motion lie in the interval at rest, because static
-/// friction can have any value between those of slow forward and slow backward sliding.
+/// Tests that the actuator forces of a slow forward motion lie in the interval at rest, because
+/// static friction can have any value between those of slow forward and slow backward sliding.
 #[test]
 fn slow_motions_are_within_the_interval_at_rest() {
     fn identity(specimen: &Specimen) -> Result<Verdict, Verdict> {

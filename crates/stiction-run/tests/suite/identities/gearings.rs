@@ -11,7 +11,8 @@ use stiction_core::mechanism::Mechanism;
 use stiction_format::{Source, read};
 use toml::{Table, Value};
 
-/// The mechanism with a gearing of two joints in place of the actuator of the second; `None` if they form a loop.
+/// Returns the mechanism with a gearing of two joints in place of the actuator of the second joint;
+/// `None` if the joints form a loop.
 fn geared(specimen: &Specimen, joints: [&str; 2], ratio: f64, offset: f64) -> Option<Mechanism> {
     let mut file: Table = specimen.file().parse().unwrap();
     for key in ["motions", "loads", "default"] {
@@ -35,9 +36,10 @@ fn geared(specimen: &Specimen, joints: [&str; 2], ratio: f64, offset: f64) -> Op
     }
 }
 
-/// A gearing that is compatible with the motion can replace the actuator of one of its joints. It
-/// exerts the same effort there, the actuator of the other joint additionally carries its reaction,
-/// and all joint reactions and frictions are unchanged.
+/// Tests that a gearing that is compatible with the motion can replace the actuator of one of its
+/// joints. The gearing exerts the same effort there, and the actuator of the other joint
+/// additionally carries the reaction of the gearing. All joint reactions and friction forces are
+/// unchanged.
 #[test]
 fn gearings_replace_actuators() {
     fn identity(specimen: &Specimen) -> Result<Verdict, Verdict> {
@@ -46,7 +48,8 @@ fn gearings_replace_actuators() {
         }
         let case = specimen.case();
         let joints = case.mechanism.joints();
-        // Actuated joints with one degree of freedom whose coordinate is prescribed.
+        // The gearing connects actuated joints with one degree of freedom whose coordinates are
+        // prescribed.
         let both = case.coordinates.iter().enumerate().filter_map(|(k, coordinate)| {
             let Coordinate::Joint { joint, .. } = *coordinate else { return None };
             (joints[joint.0].actuated == [true]).then_some((k, joint))

@@ -10,7 +10,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Verdict {
     Holds,
-    /// The identity does not apply, for this reason.
+    /// The identity does not apply. The variant contains the reason.
     Apart(&'static str),
     Broken(String),
 }
@@ -21,10 +21,11 @@ impl Verdict {
     }
 }
 
-/// Law of mechanics. If its computation fails, the law does not apply or is violated.
+/// Law of mechanics, as a function of a specimen. If the computation fails, the law does not apply
+/// or is violated.
 pub(crate) type Identity = fn(&Specimen) -> Result<Verdict, Verdict>;
 
-/// Evaluates the identity; a panic is a violation.
+/// Evaluates the identity on a specimen; a panic counts as a violation.
 pub(crate) fn verdict(identity: Identity, specimen: &Specimen) -> Verdict {
     let tried = catch_unwind(AssertUnwindSafe(|| identity(specimen)));
     let said = |panic: Box<dyn std::any::Any + Send>| {
@@ -37,7 +38,7 @@ pub(crate) fn verdict(identity: Identity, specimen: &Specimen) -> Verdict {
     }
 }
 
-/// Number of specimens of each class.
+/// Returns the number of specimens of each class.
 fn cases() -> u64 {
     match std::env::var("STICTION_CASES") {
         Ok(text) => text.parse().expect("STICTION_CASES is a number"),
@@ -45,8 +46,8 @@ fn cases() -> u64 {
     }
 }
 
-/// Evaluates an identity on specimens of all classes; panics with the smallest counterexample. The
-/// identity must apply to at least the fraction `enough` of them.
+/// Evaluates an identity on specimens of all classes, and panics with the smallest counterexample.
+/// The identity must apply to at least the fraction `enough` of the specimens.
 pub(crate) fn try_everywhere(name: &str, enough: f64, identity: Identity) {
     let (mut held, mut tried) = (0, 0);
     let mut apart = BTreeMap::<_, u64>::new();
@@ -70,7 +71,7 @@ pub(crate) fn try_everywhere(name: &str, enough: f64, identity: Identity) {
     assert!(f64::from(held) >= enough * f64::from(tried), "{name}: {held} of {tried}; {apart:?}");
 }
 
-/// Reduces the specimen, writes it to a file, and panics.
+/// Reduces the specimen that violates the identity, writes it to a file, and panics.
 fn report(name: &str, identity: Identity, specimen: &Specimen) -> ! {
     let small = shrink(identity, specimen);
     let Verdict::Broken(why) = verdict(identity, &small) else {

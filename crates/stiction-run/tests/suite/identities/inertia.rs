@@ -8,8 +8,8 @@ use nalgebra::DMatrix;
 use stiction_core::dynamics::AppliedLoad;
 use stiction_core::kinematics::{Coordinate, Target};
 
-/// Derivatives of actuator forces with respect to the accelerations of the actuated coordinates are
-/// the mass matrix: symmetric and positive definite.
+/// Tests that the derivatives of actuator forces with respect to the accelerations of the actuated
+/// coordinates form the mass matrix: symmetric and positive definite.
 #[test]
 fn inertia_is_symmetric_and_positive() {
     fn identity(specimen: &Specimen) -> Result<Verdict, Verdict> {
@@ -47,7 +47,7 @@ fn inertia_is_symmetric_and_positive() {
                 matrix[(row, column)] = moved[row] - rest[row];
             }
         }
-        // Differences of actuator forces have the rounding of the forces.
+        // Differences of actuator forces contain the rounding errors of the forces.
         let asymmetry = (&matrix - matrix.transpose()).amax();
         if asymmetry > 1e-11 * largest {
             return Ok(Verdict::Broken(format!(
@@ -65,8 +65,8 @@ fn inertia_is_symmetric_and_positive() {
     try_everywhere("inertia is symmetric and positive", 0.4, identity);
 }
 
-/// Superposition: without friction, actuator forces are the sum of the forces for the motion under
-/// gravity and for each load, minus those at rest without it.
+/// Tests superposition: without friction, actuator forces are the sum of the forces for the motion
+/// without loads and, for each load, the change of the forces due to this load.
 #[test]
 fn loads_superpose() {
     fn identity(specimen: &Specimen) -> Result<Verdict, Verdict> {
@@ -92,8 +92,8 @@ fn loads_superpose() {
     try_everywhere("loads superpose", 0.5, identity);
 }
 
-/// Rates enter quadratically: reversing them does not change frictionless actuator forces. At rest,
-/// without gravity and loads, the actuator forces vanish.
+/// Tests that rates enter quadratically: reversing all rates does not change frictionless actuator
+/// forces. At rest, without gravity and loads, the actuator forces vanish.
 #[test]
 fn rates_enter_by_their_squares() {
     fn identity(specimen: &Specimen) -> Result<Verdict, Verdict> {

@@ -7,8 +7,8 @@ use crate::identities::specimen::Specimen;
 use crate::mechanisms::random::Class;
 use stiction_format::{Source, read};
 
-/// "Friction never decreases an actuator force", which is wrong for an actuator that holds a weight
-/// while it sinks.
+/// States "Friction never decreases an actuator force", which is wrong for an actuator that holds a
+/// weight while it sinks.
 fn friction_costs(specimen: &Specimen) -> Result<Verdict, Verdict> {
     let forces = solve(&specimen.case())?.forces;
     let pairs = forces.efforts.iter().zip(&forces.efforts_frictionless);

@@ -6,8 +6,8 @@ use stiction_core::joint::JointType;
 use stiction_core::kinematics::Target;
 use stiction_core::spatial::{Mat3, Vec3};
 
-/// Smallest specimen found that violates the identity in the same way, by repeated reductions, the
-/// large ones first.
+/// Returns the smallest specimen found that violates the identity in the same way. The search
+/// reduces the specimen repeatedly, and tries large reductions first.
 pub(crate) fn shrink(identity: Identity, specimen: &Specimen) -> Specimen {
     let kind = |specimen: &Specimen| match verdict(identity, specimen) {
         // Message of the violation, without its numbers.
@@ -45,15 +45,15 @@ fn smaller(of: &Specimen) -> Vec<Specimen> {
     all
 }
 
-/// Variants without one branch: a connected component that remains when one body (the hub) and the
-/// ground are removed, such as a leg.
+/// Returns variants of a specimen without one branch. A branch is a connected component that
+/// remains when one body (the hub) and the ground are removed, such as a leg.
 fn without_branches(of: &Specimen) -> Vec<Specimen> {
     let draft = &of.draft;
     let mut all = Vec::new();
     for hub in 1..=draft.bodies.len() {
         let mut part: Vec<usize> = (0..=draft.bodies.len()).collect();
         let apart = |body: usize| body == 0 || body == hub;
-        // Bodies that are connected without the hub and the ground have the same number.
+        // Bodies that are connected without the hub and the ground have the same component number.
         for _ in 0..draft.bodies.len() {
             for joint in draft.joints.iter().filter(|j| !apart(j.ends.0) && !apart(j.ends.1)) {
                 let least = part[joint.ends.0].min(part[joint.ends.1]);
@@ -74,7 +74,7 @@ fn without_branches(of: &Specimen) -> Vec<Specimen> {
     all
 }
 
-/// Makes a joint fixed.
+/// Returns a variant in which a joint is fixed.
 fn welded(of: &Specimen, joint: usize) -> Option<Specimen> {
     if of.draft.joints[joint].joint_type == JointType::Fixed {
         return None;
@@ -88,7 +88,8 @@ fn welded(of: &Specimen, joint: usize) -> Option<Specimen> {
     Some(smaller)
 }
 
-/// Merges the two bodies of a fixed joint; the one with the lower number remains.
+/// Returns a variant in which the two bodies of a fixed joint are merged; the body with the lower
+/// number remains.
 fn merged(of: &Specimen, joint: usize) -> Option<Specimen> {
     let fixed = &of.draft.joints[joint];
     let (kept, gone) = (fixed.ends.0.min(fixed.ends.1), fixed.ends.0.max(fixed.ends.1));
@@ -118,7 +119,7 @@ fn without_friction(of: &Specimen, joint: usize) -> Option<Specimen> {
     Some(smaller)
 }
 
-/// Variants with zero rates or zero accelerations.
+/// Returns variants with zero rates or zero accelerations.
 fn calmer(of: &Specimen, place: usize) -> Vec<Specimen> {
     let target = of.prescribed[place].2;
     let mut calmer = vec![Target { acceleration: 0.0, ..target }];
@@ -134,7 +135,7 @@ fn calmer(of: &Specimen, place: usize) -> Vec<Specimen> {
     calmer.into_iter().map(with).collect()
 }
 
-/// Variants in which a body has no mass, or rounded numbers.
+/// Returns variants in which a body has no mass, or rounded numbers.
 fn plainer(of: &Specimen, body: usize) -> Vec<Specimen> {
     let old = &of.draft.bodies[body];
     let mut all = Vec::new();

@@ -1,4 +1,5 @@
-//! Solution of a case by inverse dynamics, refused if rounding dominates the result.
+//! Solution of a case by inverse dynamics. A case is rejected if rounding errors dominate the
+//! result.
 
 use crate::identities::harness::Verdict;
 use crate::identities::specimen::Solver;
@@ -13,7 +14,7 @@ pub(crate) struct Solved {
     pub(crate) forces: Forces,
 }
 
-/// Solves a case; returns a reason if rounding dominates its forces.
+/// Solves a case by inverse dynamics; returns a reason if rounding errors dominate the forces.
 pub(crate) fn solve(case: &Case) -> Result<Solved, Verdict> {
     solve_with(case, TreeRule::Structure)
 }
@@ -45,8 +46,8 @@ pub(crate) fn solve_with(case: &Case, rule: TreeRule) -> Result<Solved, Verdict>
     if smallest < 1e-2 || statics.open_motions() > solver.constraints().spins().len() {
         return Err(Verdict::Apart("nearly singular"));
     }
-    // Prescribed coordinates may determine the platform's pose poorly, which also magnifies
-    // rounding.
+    // Prescribed coordinates may determine the platform's pose poorly, which also amplifies
+    // rounding errors.
     if solver.bodies().twist.iter().any(|twist| twist.angular.norm() > 100.0) {
         return Err(Verdict::Apart("badly prescribed"));
     }
@@ -59,7 +60,7 @@ pub(crate) fn solve_with(case: &Case, rule: TreeRule) -> Result<Solved, Verdict>
         let lengths = (0..drives.len()).map(|actuator| per_length(case, actuator));
         drives.iter().zip(lengths).fold(0.0_f64, |max, (x, unit)| max.max((x / unit).abs()))
     };
-    // Near self-locking, friction also magnifies rounding.
+    // Near self-locking, friction also amplifies rounding errors.
     if largest(&forces.efforts) > 20.0 * largest(&forces.efforts_frictionless) {
         return Err(Verdict::Apart("nearly locked"));
     }
@@ -77,12 +78,12 @@ pub(crate) fn solve_with(case: &Case, rule: TreeRule) -> Result<Solved, Verdict>
     Ok(solved)
 }
 
-/// Characteristic length for an actuator torque, 1 for a force.
+/// Returns the characteristic length for an actuator torque, and 1 for an actuator force.
 fn per_length(case: &Case, actuator: usize) -> f64 {
     if exerts_moment(case, actuator) { case.mechanism.characteristic_length() } else { 1.0 }
 }
 
-/// True if the effort of an actuator is a torque.
+/// Returns true if the effort of an actuator is a torque.
 pub(crate) fn exerts_moment(case: &Case, actuator: usize) -> bool {
     let (joint, dof) = case.mechanism.actuators().nth(actuator).expect("an actuator");
     let dofs = case.mechanism.joints()[joint.0].joint_type.dofs();
@@ -92,9 +93,10 @@ pub(crate) fn exerts_moment(case: &Case, actuator: usize) -> bool {
 /// Quantities compared between two descriptions of the same mechanism.
 pub(crate) struct Numbers {
     pub(crate) drives: Vec<f64>,
-    /// Normal loads.
+    /// Normal load on each friction interface, N.
     pub(crate) loads: Vec<f64>,
-    /// Largest force or moment anywhere: rounding of other forces is relative to it.
+    /// Largest force or moment anywhere in the mechanism. Rounding errors of other forces are
+    /// relative to this value.
     pub(crate) largest: f64,
 }
 
@@ -110,7 +112,7 @@ impl Solved {
     }
 }
 
-/// True if two lists agree to a fraction of `largest`.
+/// Checks that two lists agree within a fraction of `largest`.
 pub(crate) fn agree(
     what: &str,
     expected: &[f64],
@@ -123,7 +125,7 @@ pub(crate) fn agree(
     }
     for (place, (x, y)) in expected.iter().zip(found).enumerate() {
         let apart = (x - y).abs() / largest;
-        // NaN differs from everything.
+        // NaN differs from every value.
         if apart.is_nan() || apart > tolerance {
             return Verdict::Broken(format!(
                 "{what} {place}: {x:e} and {y:e}, {apart:.1e} of {largest:e}"
@@ -133,13 +135,14 @@ pub(crate) fn agree(
     Verdict::Holds
 }
 
-/// Checks actuator forces and normal loads, up to rounding magnified by the singularity index.
+/// Checks actuator forces and normal loads up to rounding errors, which the singularity index
+/// amplifies.
 pub(crate) fn same(expected: &Numbers, drives: &[f64], loads: &[f64]) -> Verdict {
     let largest = expected.largest;
     agree("drive", &expected.drives, drives, largest, TOLERANCE)
         .and(|| agree("load", &expected.loads, loads, largest, TOLERANCE))
 }
 
-/// Tolerance: rounding, amplified by a singularity index of 1e-2, by proximity to locking and by
-/// about a hundred operations.
+/// Tolerance for rounding errors, amplified by a singularity index of 1e-2, by proximity to locking
+/// and by about a hundred operations.
 pub(crate) const TOLERANCE: f64 = 1e-11;

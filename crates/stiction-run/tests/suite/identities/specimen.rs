@@ -7,17 +7,18 @@ use stiction_core::kinematics::{Coordinate, Target};
 use stiction_core::mechanism::{BodyId, JointId};
 use stiction_run::exchange::{Instant, model_file};
 
-/// Largest friction coefficient of the specimens, such that most of them do not lock.
+/// Largest friction coefficient of the specimens, chosen so that most of them do not lock.
 pub(crate) const MU: f64 = 0.15;
 
-/// A generated mechanism with its prescribed motion and loads. Bodies and joints are named by their
-/// index: body 0 is the ground.
+/// Random mechanism with its prescribed motion and loads. Bodies and joints are identified by their
+/// index; body 0 is the ground.
 #[derive(Clone)]
 pub(crate) struct Specimen {
     pub(crate) class: Class,
     pub(crate) seed: u64,
     pub(crate) draft: Draft,
-    /// Joint, DOF, and its target; coordinates are zero in the generated position.
+    /// Prescribed motion: indices of a joint and of its DOF, and the target. Coordinates are zero
+    /// in the generated position.
     pub(crate) prescribed: Vec<(usize, usize, Target<f64>)>,
     pub(crate) loads: Vec<AppliedLoad<f64>>,
 }
@@ -33,7 +34,8 @@ impl Specimen {
         Self { class, seed, prescribed: prescribed.collect(), loads: case.loads, draft }
     }
 
-    /// Random numbers for the changes that an identity makes; they are equal in every run.
+    /// Returns the random numbers for the changes that an identity makes; they are equal in every
+    /// run.
     pub(crate) fn random_changes(&self) -> Random {
         Random(self.seed + 1000)
     }
@@ -68,7 +70,7 @@ impl Specimen {
         self.part(&joints)
     }
 
-    /// Keeps only these joints and the bodies connected by them.
+    /// Returns the specimen with only the given joints and the bodies that they connect.
     pub(crate) fn part(&self, joints: &[usize]) -> Self {
         let held = held(&self.draft, joints);
         let body = |old: usize| held[..old].iter().filter(|held| **held).count();
@@ -97,7 +99,8 @@ impl Specimen {
     }
 }
 
-/// For each body, including the ground: true if these joints connect it to the ground.
+/// Returns, for each body including the ground, true if the given joints connect the body to the
+/// ground.
 fn held(draft: &Draft, joints: &[usize]) -> Vec<bool> {
     let mut held = vec![false; draft.bodies.len() + 1];
     held[0] = true;
@@ -108,5 +111,5 @@ fn held(draft: &Draft, joints: &[usize]) -> Vec<bool> {
     }
 }
 
-/// The solver of a case in its assembled position.
+/// Solver for the inverse dynamics of a case in its assembled position.
 pub(crate) type Solver = InverseDynamics;

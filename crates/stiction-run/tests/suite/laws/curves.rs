@@ -2,7 +2,8 @@
 
 use crate::laws::{G, body, model, run};
 
-/// Actuator force of a block of 2 kg on a guide at this angle to the ground, and its interval.
+/// Returns the actuator force of a block of 2 kg on a guide at an angle to the ground, and the
+/// interval of this force at rest.
 fn block(angle: f64, friction: &str, motion: &str) -> [f64; 3] {
     let parts = format!(
         r#"{}
@@ -40,7 +41,7 @@ fn an_inclined_plane() {
     }
 }
 
-/// Apparent coefficient of a level guide at a sliding velocity.
+/// Returns the apparent friction coefficient of a level guide at a sliding velocity.
 fn coefficient(friction: &str, velocity: f64) -> f64 {
     let [drive, ..] = block(0.0, friction, &format!("{velocity:?} m/s*t"));
     drive / (2.0 * G) * velocity.signum()
@@ -84,7 +85,7 @@ fn coefficients_over_the_speed() {
         let found = coefficient(table, speed);
         assert!((found - expected).abs() < 1e-14, "{speed}: {found} {expected}");
     }
-    // At rest, the first row limits the actuator force.
+    // At rest, the first row of the table limits the actuator force.
     let [_, low, high] = block(0.0, table, "1 m");
     assert!((high - 0.3 * 2.0 * G).abs() < 1e-12 && (low + high).abs() < 1e-12);
 }
@@ -101,8 +102,8 @@ fn coefficients_of_both_directions() {
     assert!(rest.abs() < 1e-12);
     assert!((low + 0.4 * weight).abs() < 1e-12, "{low}");
     assert!((high - 0.1 * weight).abs() < 1e-12, "{high}");
-    // Keys that are not given are those of the forward direction; a table may replace a
-    // coefficient, and a coefficient a table.
+    // Missing keys have the values of the forward direction. A table may replace a coefficient, and
+    // a coefficient a table.
     let inherited = "mu = 0.1, viscous = \"3 N s/m\", backward = { table = [[0, 0.3], [1, 0.2]] }";
     assert!((coefficient(inherited, -0.5) - (0.25 + 1.5 / weight)).abs() < 1e-14);
     let turned = "table = [[0, 0.3], [1, 0.2]], backward = { mu = 0.05 }";
@@ -110,7 +111,7 @@ fn coefficients_of_both_directions() {
     assert!((coefficient(turned, -0.5) - 0.05).abs() < 1e-14);
 }
 
-/// Regularised friction has no interval at rest, because nothing sticks.
+/// Tests that regularised friction has no interval at rest, because nothing sticks.
 #[test]
 fn a_regularised_friction_does_not_hold() {
     let friction = "mu = 0.3, regularised = \"tanh\", regularisation_velocity = \"1 mm/s\"";

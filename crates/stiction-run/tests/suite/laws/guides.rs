@@ -5,7 +5,8 @@ use crate::laws::{G, body, model, run};
 use stiction_core::dynamics::InverseError;
 use stiction_run::Error;
 
-/// A collar of 10 kg on a vertical rod with pads 0.1 m apart and an eccentric driving force.
+/// Returns the model of a collar of 10 kg on a vertical rod with pads 0.1 m apart and an eccentric
+/// actuator force.
 fn collar(mu: f64, offset: f64, friction: &str, motion: &str) -> String {
     let parts = format!(
         r#"{}
@@ -25,7 +26,8 @@ fn collar(mu: f64, offset: f64, friction: &str, motion: &str) -> String {
     model(&parts, &format!("guide = \"{motion}\""))
 }
 
-/// `P = W / (1 - 2 mu e / s)` for a hundred offsets `e`, and self-locking beyond `s / (2 mu)`.
+/// Tests `P = W / (1 - 2 mu e / s)` for a hundred offsets `e`, and self-locking beyond `s / (2
+/// mu)`.
 #[test]
 fn a_collar_at_a_hundred_offsets() {
     let (mu, span, weight) = (0.2, 0.1, 10.0 * G);
@@ -54,8 +56,8 @@ fn a_collar_at_a_hundred_offsets() {
     }
 }
 
-/// A rod with a weight at its end extends from a horizontal cylinder: it is a lever between gland
-/// and piston, whose overlap decreases.
+/// Tests a rod with a weight at its end that extends from a horizontal cylinder. The rod is a lever
+/// between gland and piston, whose overlap decreases.
 #[test]
 fn a_rod_in_its_cylinder() {
     let (mu, weight) = (0.1, 2.0 * G);
@@ -92,7 +94,7 @@ fn a_rod_in_its_cylinder() {
     }
 }
 
-/// Supports on the other body are equivalent to the reversed joint.
+/// Tests that supports on the other body are equivalent to the reversed joint.
 #[test]
 fn supports_on_either_body() {
     let friction = "mu = 0.15, bending_span = 0.1, torsion_arm = 0.05";
@@ -121,6 +123,6 @@ fn supports_on_either_body() {
     for (a, b) in on_carriage.iter().zip(&turned) {
         assert!((a - b).abs() < 1e-12, "{a} {b}");
     }
-    // If they are on the carriage, its position does not matter.
+    // If the supports are on the carriage, the position of the carriage does not matter.
     assert!((on_carriage[0] - on_carriage[2]).abs() < 1e-12);
 }

@@ -16,7 +16,7 @@ pub(crate) fn run(text: &str) -> Result<Run, Error> {
     Run::of(&default_job(&model, FrictionMode::Converged))
 }
 
-/// Computes a model text with one motion and no load, with gravity downwards.
+/// Returns the text of a model with one motion, without load and with gravity downwards.
 pub(crate) fn model(parts: &str, motion: &str) -> String {
     format!(
         r#"

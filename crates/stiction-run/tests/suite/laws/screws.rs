@@ -4,7 +4,7 @@ use crate::laws::{G, body, model, run};
 use stiction_core::dynamics::InverseError;
 use stiction_run::Error;
 
-/// A screw jack under 50 kg: lead angle, half flank angle in the section normal to the thread, and
+/// Screw jack under 50 kg: lead angle, half flank angle in the section normal to the thread, and
 /// friction angle.
 struct Jack {
     radius: f64,
@@ -28,7 +28,7 @@ impl Jack {
         format!("friction = {{ mu = {mu:?}, radius = {radius:?}, flank_angle = \"{flank} deg\" }}")
     }
 
-    /// A motor turns the spindle in a fixed nut.
+    /// Returns the model in which a motor turns the spindle in a fixed nut.
     fn turned_spindle(&self, motion: &str) -> String {
         let parts = format!(
             "{}\n[joints.drive]\ntype = \"H\"\nfrom = \"ground\"\nto = \"spindle\"\naxis = \"z\"\n\
@@ -40,7 +40,7 @@ impl Jack {
         model(&parts, &format!("drive = \"{motion}\""))
     }
 
-    /// A motor turns the nut on a spindle that does not turn.
+    /// Returns the model in which a motor turns the nut on a spindle that does not turn.
     fn turned_nut(&self, motion: &str) -> String {
         let parts = format!(
             r#"{}{}
@@ -80,7 +80,7 @@ fn a_screw_jack() {
             for mu in [0.0, 0.05, 0.15, 0.4] {
                 let jack = Jack { radius, pitch, flank, mu };
                 let (lead, rub) = jack.angles();
-                // Forward is up for a right-hand thread.
+                // For a right-hand thread, the forward motion is upward.
                 let up = Jack::WEIGHT * radius * (lead + rub * pitch.signum()).tan();
                 let down = Jack::WEIGHT * radius * (lead - rub * pitch.signum()).tan();
                 let (up_rate, down_rate) = (pitch.signum(), -pitch.signum());
@@ -101,7 +101,7 @@ fn a_screw_jack() {
                     let (low, high) = (up.min(down), up.max(down));
                     near(torque("1 rad".into(), "drive_low"), low);
                     near(torque("1 rad".into(), "drive_high"), high);
-                    // It is self-locking if the friction angle exceeds the lead angle.
+                    // The jack is self-locking if the friction angle exceeds the lead angle.
                     assert_eq!(low < 0.0 && 0.0 < high, rub > lead.abs(), "{lead} {rub}");
                     held[usize::from(rub > lead.abs())] += 1;
                 }
@@ -111,11 +111,11 @@ fn a_screw_jack() {
     assert!(held.iter().all(|count| *count > 10), "{held:?}");
 }
 
-/// If lead and friction angle sum up to a right angle, no torque raises a load.
+/// Tests that no torque raises a load if lead and friction angle add up to a right angle.
 #[test]
 fn a_screw_that_locks() {
     let jack = |mu| Jack { radius: 0.01, pitch: 0.02, flank: 0.0, mu };
-    // The tangent of the lead angle is 2, so it locks from mu = 1/2 on.
+    // The tangent of the lead angle is 2, so the screw locks for mu >= 1/2.
     for mu in [0.45, 0.49] {
         let run = run(&jack(mu).turned_spindle("1 rad/s*t")).unwrap();
         let torque = run.inverse.column("drive.drive [N m]")[1];
@@ -131,7 +131,7 @@ fn a_screw_that_locks() {
             other => panic!("{mu}: {other:?}"),
         }
     }
-    // A radial load also causes friction on the flanks, which carries part of the axial load: N =
+    // A radial load also causes friction on the flanks, which carries a part of the axial load: N =
     // (W + mu N sin l) / cos l + F, with the lead angle l.
     let (mu, side) = (0.1, 300.0);
     let text = jack(mu).turned_spindle("1 rad/s*t");

@@ -4,7 +4,8 @@ use crate::laws::{G, body, model, run};
 use stiction_core::dynamics::InverseError;
 use stiction_run::Error;
 
-/// A block in a groove: each face carries `W / (2 sin a)`, with half of the groove's angle `a`.
+/// Tests a block in a groove: each face carries `W / (2 sin a)`, where `a` is half of the groove's
+/// angle.
 #[test]
 fn a_groove() {
     for half in [10.0, 30.0, 45.0, 75.0_f64] {
@@ -38,8 +39,8 @@ fn a_groove() {
     }
 }
 
-/// A plate that slides and turns: friction opposes the velocity of its middle and its rotation, in
-/// the ratio of the velocity to the effective radius times the angular rate.
+/// Tests a plate that slides and turns: friction opposes the velocity of its middle and its
+/// rotation, in the ratio of the velocity to the effective radius times the angular rate.
 #[test]
 fn a_plate_that_slides_and_turns() {
     let (mu, radius, weight) = (0.2, 0.05, 2.0 * G);
@@ -74,9 +75,9 @@ fn a_plate_that_slides_and_turns() {
     }
 }
 
-/// A sleeve has a single friction force of magnitude `mu N` along its surface velocity. A pin and a
-/// guide that are declared separately have one each. A viscous coefficient in N m s/rad is divided
-/// by the square of the radius.
+/// Tests a sleeve, which has a single friction force of magnitude `mu N` along its surface
+/// velocity. A pin and a guide that are declared separately have one friction force each. A viscous
+/// coefficient in N m s/rad is divided by the square of the radius.
 #[test]
 fn a_sleeve_that_slides_and_turns() {
     let (mu, radius, weight) = (0.15, 0.01, 2.0 * G);
@@ -121,11 +122,11 @@ fn a_sleeve_that_slides_and_turns() {
     }
 }
 
-/// A shoe on a lever brakes a straight rope that is pulled past it. The pin of the shoe is at the
-/// distance `a` from the lever's pivot along the rope and `c` across. With the force `P` at the arm
-/// `l`, the normal load of the shoe is `N = P l / (a - mu c)` if the rope pulls it away from the
-/// pivot and `P l / (a + mu c)` if it pulls towards the pivot; the rope needs `mu N`. Away from the
-/// pivot, the brake is self-locking from `mu = a/c` on.
+/// Tests a shoe on a lever that brakes a straight rope. The pin of the shoe is at the distance `a`
+/// from the lever's pivot along the rope and `c` across the rope. With the force `P` at the lever
+/// arm `l`, the normal load of the shoe is `N = P l / (a - mu c)` if the rope pulls the shoe away
+/// from the pivot, and `P l / (a + mu c)` if it pulls towards the pivot. The rope requires `mu N`.
+/// For pulls away from the pivot, the brake is self-locking for `mu >= a/c`.
 #[test]
 fn a_rope_brake_with_a_shoe() {
     let (force, arm, a, c) = (50.0, 0.4, 0.1, 0.15);
