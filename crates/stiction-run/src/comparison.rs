@@ -16,7 +16,7 @@ use stiction_draw::numbers::{exact, number, percent};
 pub struct Headline {
     /// Name of the figure, which is the same in all runs.
     pub name: String,
-    /// SI unit.
+    /// SI unit of the figure.
     pub unit: &'static str,
     /// Value of the figure in SI units.
     pub value: f64,
@@ -49,7 +49,8 @@ impl Headline {
     }
 }
 
-/// Headline figures of each motor: torque, speed, power, and the used percentage of its limits.
+/// Returns the headline figures of each motor: torque, speed, power, and the used percentage of its
+/// limits.
 pub(crate) fn motor_headlines<'a>(
     motors: impl Iterator<Item = (&'a DriveTrain, &'a MotorLoad)>,
 ) -> impl Iterator<Item = Headline> {

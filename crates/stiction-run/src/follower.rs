@@ -9,7 +9,7 @@ use stiction_format::{ModelFile, Motion};
 #[derive(Clone, Debug)]
 pub struct Follower<'a> {
     motion: &'a Motion,
-    /// The mechanism at [`Self::time`].
+    /// Mechanism at the time [`Self::time`].
     pub solver: InverseDynamics,
     time: f64,
     /// Buffer for the values of the motion at the next instant.
@@ -44,7 +44,7 @@ impl<'a> Follower<'a> {
         Ok(())
     }
 
-    /// Present instant, s.
+    /// Returns the present time, s.
     pub fn time(&self) -> f64 {
         self.time
     }

@@ -39,9 +39,9 @@ impl Kind {
 pub struct Weakness {
     /// Name of the moving body.
     pub body: String,
-    /// Motion of that body.
+    /// Motion of the moving body in words.
     pub motion: String,
-    /// Load that does work on this motion, so that the mechanism cannot carry it.
+    /// Load in words that does work on the gained motion, so that the mechanism cannot carry it.
     pub load: String,
     /// Motions that the body with the most joints can still perform at a singularity of a leg;
     /// `None` for other kinds of singularities.
@@ -69,18 +69,17 @@ pub struct Nearness {
 /// Largest number of close approaches of one kind that are examined. Each examination takes about
 /// fifty matrix decompositions.
 const REFINED: usize = 100;
-/// A local minimum with a singularity index above this value is not examined, unless it is the
-/// least one so far.
+/// Singularity index above which a local minimum is not examined, unless it is the least minimum so
+/// far.
 const NEAR: f64 = 0.05;
-/// A local minimum with a singularity index below this value counts as a passage through a singular
-/// pose. The search stops before the singular pose itself, because the motion may be undetermined
-/// there.
+/// Singularity index below which a local minimum counts as a passage through a singular pose. The
+/// search stops before the singular pose itself, because the motion may be undetermined there.
 const CROSSED: f64 = 1e-7;
 /// Largest number of steps of a search for a least index or a passage. A golden-section step
 /// shortens the interval by the golden ratio, a bisection step halves it.
 const STEPS: usize = 60;
 
-/// Mechanism and its singularity indices at a sample.
+/// Mechanism and its singularity indices at one sample.
 struct Sample<'a> {
     follower: Follower<'a>,
     distances: [Option<f64>; 3],
@@ -364,7 +363,8 @@ impl<'a> Watch<'a> {
     }
 }
 
-/// Describes the motions that the body with the most joints can still perform at a time, s, at which a leg is singular.
+/// Describes the motions that the body with the most joints can still perform at `time`, s, when a
+/// leg is singular.
 pub(super) fn left_at(start: &Follower<'_>, time: f64) -> Result<Option<String>, Error> {
     let mut follower = start.clone();
     follower.go_to(time)?;

@@ -15,7 +15,7 @@ const ROUNDING: f64 = 1e-9;
 pub struct Range {
     /// Name of the quantity.
     pub name: String,
-    /// SI unit: rad or m.
+    /// SI unit of the quantity: rad or m.
     pub unit: &'static str,
     /// Least value along the motion, in `unit`.
     pub least: f64,
@@ -26,22 +26,22 @@ pub struct Range {
 /// Mass properties of a moving body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyMass {
-    /// Name of the body.
+    /// Name of the moving body.
     pub name: String,
-    /// Mass, kg.
+    /// Mass of the body, kg.
     pub mass: f64,
-    /// Centre of mass at the first pose, in world coordinates, m.
+    /// Centre of mass of the body at the first pose, in world coordinates, m.
     pub centre: Vec3<f64>,
-    /// Principal moments of inertia, kg m^2, smallest first.
+    /// Principal moments of inertia of the body, kg m^2, smallest first.
     pub moments: [f64; 3],
 }
 
 /// Masses of a mechanism, and the ranges of its joints, legs and bodies along a motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sizes {
-    /// All moving bodies.
+    /// Mass properties of all moving bodies.
     pub bodies: Vec<BodyMass>,
-    /// Total mass, kg.
+    /// Total mass of all moving bodies, kg.
     pub mass: f64,
     /// Common centre of mass of all bodies at the first pose, in world coordinates, m.
     pub centre: Vec3<f64>,
@@ -132,7 +132,8 @@ impl Measuring {
         }
     }
 
-    /// Coordinate of a degree of freedom at the last sample; angles count full turns.
+    /// Returns the coordinate of a degree of freedom at the last sample, m or rad; angles count
+    /// full turns.
     pub(super) fn coordinate(&self, joint: JointId, dof: usize) -> Option<f64> {
         let own =
             self.joints.iter().find(|(known, index, _)| (*known, *index) == (joint.0, dof))?;

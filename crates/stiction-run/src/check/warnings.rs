@@ -6,8 +6,8 @@ use stiction_draw::numbers::number;
 
 /// Singularity index below which the forces can be a hundred or more times as large as the load.
 const NEAR: f64 = 0.01;
-/// A rank decision is doubtful if a singular value of the loop constraints is below this fraction
-/// of the largest one.
+/// Ratio of a singular value of the loop constraints to the largest one, below which a rank
+/// decision is doubtful.
 const DOUBTFUL: f64 = 1e-6;
 
 /// Composes all warnings of a check.

@@ -12,9 +12,9 @@ use stiction_core::spatial::{Pose, Vec3};
 /// Topic of the joint states. If an MCAP log has several topics with joint states,
 /// [`stiction_format`] reads this one.
 const JOINT_STATES: &str = "/joint_states";
-/// Topic of the skeleton.
+/// Topic of the messages with the moving skeleton of the robot.
 const SCENE: &str = "/scene";
-/// Frame of all poses.
+/// Name of the frame to which all poses in the log refer.
 const WORLD: &str = "world";
 /// Endings of column names in `joints.csv` and `forward.csv`. Each ending is paired with the field
 /// of `foxglove.JointStates` that contains the values of the column.
@@ -27,14 +27,18 @@ const LINE_LIST: u8 = 2;
 
 /// Writes a run as an MCAP log.
 ///
-/// Each row of the tables becomes a message on `/joint_states` (`foxglove.JointStates`: position, velocity,
-/// acceleration and, for actuators, effort, in m, rad, s, N and N m, named like the columns) and one on `/scene`
-/// (`foxglove.SceneUpdate`: a line from the middle of each body to each of its joints, in the frame `world`).
-/// Times are those of the tables, from zero. The tables are `joints` with the coordinates of joints (`joints.csv` or
-/// `forward.csv`), `efforts` with the actuator efforts (`inverse.csv` or `forward.csv`), and `bodies` (`bodies.csv`).
+/// Each row of the tables becomes two messages. The message on `/joint_states`
+/// (`foxglove.JointStates`) contains position, velocity, acceleration and, for actuators, effort,
+/// in m, rad, s, N and N m, with the names of the columns. The message on `/scene`
+/// (`foxglove.SceneUpdate`) contains a line from the middle of each body to each of its joints, in
+/// the frame `world`. Times are those of the tables, from zero.
+///
+/// The table `joints` contains the coordinates of joints (`joints.csv` or `forward.csv`), `efforts`
+/// the actuator efforts (`inverse.csv` or `forward.csv`), and `bodies` the motion of the bodies
+/// (`bodies.csv`).
 ///
 /// # Errors
-/// A table cannot be read, the log cannot be written, or a time is negative.
+/// Returns an error if a table cannot be read, the log cannot be written, or a time is negative.
 pub fn mcap_of_csv(
     mechanism: &Mechanism,
     joints: impl Read,

@@ -35,7 +35,7 @@ use stiction_format::ModelFile;
 /// Model together with an assembled configuration, the home position.
 #[derive(Clone, Debug)]
 pub struct Home<'a> {
-    /// The model.
+    /// Model of the exported mechanism.
     pub model: &'a ModelFile,
     /// Pose of each body in the world, with all loops closed.
     pub poses: Vec<Pose<f64>>,

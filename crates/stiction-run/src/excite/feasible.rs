@@ -91,7 +91,8 @@ pub(super) fn random_start(
     resumed(objective, &(&x * (START * low)))
 }
 
-/// Computes the sums of a motion that is known to lie within the limits.
+/// Computes information, used fractions of limits, efforts and barrier over one period of a motion
+/// that is known to satisfy the limits.
 pub(super) fn resumed(objective: &mut Objective, x: &DVector<f64>) -> Result<Point, ExciteError> {
     let sweep = objective.sweep(x).ok_or_else(|| {
         ExciteError::no_answer(

@@ -81,7 +81,7 @@ pub(super) struct Snapshot<'a> {
     pub(super) bodies: &'a Bodies<f64>,
     pub(super) topology: &'a Topology,
     pub(super) parameters: &'a Parameters<f64>,
-    /// Efforts of all actuators, for each payload.
+    /// Efforts of all actuators, N or N m, for each payload.
     pub(super) efforts: &'a [Vec<f64>],
     /// Singularity index of actuation.
     pub(super) index: f64,

@@ -168,7 +168,8 @@ impl Objective {
         outcome
     }
 
-    /// Positions, rates and accelerations of the degrees of freedom `dofs` for a motion near that of the last instant.
+    /// Computes positions, rates and accelerations of the degrees of freedom `dofs`, in a motion
+    /// near that of the previous evaluation.
     pub(super) fn actuators_at(
         &mut self,
         motion: [&[f64]; 3],
@@ -197,7 +198,8 @@ impl Objective {
         })
     }
 
-    /// Computes the sums over a period on another grid. `None` if the robot cannot follow the motion.
+    /// Computes information, used fractions of limits, efforts and barrier over a period on another
+    /// time grid. `None` if the robot cannot follow the motion.
     pub(super) fn sweep_on(&mut self, grid: &Grid, x: &DVector<f64>) -> Option<Sweep> {
         let (weights, columns) = (self.weights.clone(), self.columns.clone());
         let size = columns.len();

@@ -27,9 +27,9 @@ pub struct Excitation {
     pub frequency: f64,
     /// Number of periods.
     pub periods: usize,
-    /// Duration, s.
+    /// Duration of the motion, s.
     pub duration: f64,
-    /// Time between samples, s.
+    /// Time between samples of the reference motion, s.
     pub step: f64,
     /// Seed of the random start.
     pub seed: u64,

@@ -13,7 +13,7 @@ pub struct ExciteSettings {
     pub by_actuators: bool,
     /// Patterns of the parameters that the logs must determine; empty for all parameters.
     pub parameters: Vec<String>,
-    /// Duration, s: a whole number of periods.
+    /// Duration of the motion, s: a whole number of periods.
     pub duration: f64,
     /// Frequency of the first harmonic, Hz; `None` for one period.
     pub base_frequency: Option<f64>,
@@ -120,7 +120,7 @@ impl LimitSetting {
 }
 
 impl ExciteSettings {
-    /// Frequency of the first harmonic, Hz, and number of periods.
+    /// Returns the frequency of the first harmonic, Hz, and the number of periods.
     pub(super) fn periods(&self) -> Result<(f64, usize), ExciteError> {
         let positive = |value: f64, what: &str| match value > 0.0 && value.is_finite() {
             true => Ok(value),
@@ -152,7 +152,7 @@ impl ExciteSettings {
         Ok((whole / duration, whole as usize))
     }
 
-    /// Time between samples, s, which divides the duration.
+    /// Returns the time between samples, s, which divides the duration of the motion.
     pub(super) fn sample_step(&self, frequency: f64) -> Result<f64, ExciteError> {
         let highest = frequency * self.harmonics as f64;
         let wanted = self.step.unwrap_or_else(|| round_step(0.01 / highest));

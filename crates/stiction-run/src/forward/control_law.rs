@@ -9,7 +9,7 @@ use stiction_core::kinematics::Target;
 /// Measured state that a control law receives at a sample.
 #[derive(Clone, Copy, Debug)]
 pub struct Measured<'a> {
-    /// Time, s.
+    /// Time of the sample, s.
     pub time: f64,
     /// Positions of all actuators, m or rad; angles count full turns.
     pub positions: &'a [f64],
@@ -26,8 +26,8 @@ pub(super) fn actuator_motion(view: &View<'_>, actuators: usize) -> (Vec<f64>, V
 
 type Compute = dyn Fn(&Measured<'_>) -> Result<Vec<f64>, SinkError> + Send + Sync;
 
-/// Control law that the caller provides. It is evaluated at each sample, and its efforts are held
-/// until the next sample.
+/// Control law that the caller provides. It is evaluated at each sample, and its efforts remain
+/// constant until the next sample.
 #[derive(Clone)]
 pub struct ControlLaw {
     /// Time between samples, s.

@@ -59,12 +59,12 @@ impl<'a> Guide<'a> {
         }
     }
 
-    /// Motion of the bodies at the present instant.
+    /// Returns the motion of the bodies at the present instant.
     pub(super) fn bodies(&self) -> &Bodies<f64> {
         self.follower.solver.bodies()
     }
 
-    /// Poses of bodies in the world at the present instant.
+    /// Returns the poses of `bodies` in the world at the present instant.
     pub(super) fn poses(&self, bodies: &[Tracked]) -> impl Iterator<Item = Pose<f64>> {
         let (solver, origin) = (&self.follower.solver, self.follower.solver.parameters().origin);
         let poses = bodies.iter().map(|tracked| solver.bodies().pose[tracked.body]);

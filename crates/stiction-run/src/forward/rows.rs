@@ -40,7 +40,7 @@ pub(super) struct Layout {
 /// Rows of all tables for one sample, without the time column.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rows {
-    /// Time, s.
+    /// Time of the sample, s.
     pub time: f64,
     /// Row of `forward.csv`.
     pub forward: Vec<f64>,

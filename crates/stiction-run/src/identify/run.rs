@@ -125,7 +125,8 @@ pub struct Identified {
     pub residuals: Vec<f64>,
 }
 
-/// Largest number of iterations between parameter values and normal loads.
+/// Largest number of iterations that alternate between the fit of parameter values and the
+/// computation of normal loads.
 const SWEEPS: usize = 12;
 /// Largest change of a parameter value, in standard deviations, at which the iteration has
 /// converged.

@@ -10,7 +10,7 @@ use stiction_core::statics::Distances;
 /// Results of inverse dynamics at one sample.
 #[derive(Clone, Debug)]
 pub struct Sample {
-    /// Time, s.
+    /// Time of the sample, s.
     pub time: f64,
     /// Efforts, reactions, friction and powers at the sample.
     pub forces: Forces,

@@ -19,7 +19,7 @@ use stiction_format::Side;
 pub(super) struct Solving<'a> {
     pub(super) job: &'a Job<'a>,
     pub(super) track: &'a Track,
-    /// Initial state of the verdicts, copied at the start of each chunk.
+    /// Uniqueness of the solution, in its initial state, copied at the start of each chunk.
     pub(super) uniqueness: Uniqueness,
     /// Degrees of freedom whose motion [`Sample::joints`] contains.
     pub(super) dofs: Vec<Dof>,

@@ -28,11 +28,11 @@ pub struct Summary {
     /// Statistics of the coordinate (m or rad), the speed (m/s or rad/s) and the power (W) of each
     /// actuator.
     motions: Vec<(Range, Size, Size)>,
-    /// Width of the interval of each actuator's effort at rest.
+    /// Width of the interval of each actuator's effort at rest, N or N m.
     pub(super) widest: Vec<Size>,
     /// Ends of the widest interval of each actuator's effort at rest, N or N m.
     pub(super) widest_bounds: Vec<(f64, f64)>,
-    /// Guaranteed bounds of each effort at the instant of its widest interval.
+    /// Guaranteed bounds of each effort at the instant of its widest interval, N or N m.
     widest_outer: Vec<(f64, f64)>,
     /// Largest difference between the guaranteed bounds of each actuator's effort and the ends of
     /// its interval, N or N m.

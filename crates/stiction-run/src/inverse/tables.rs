@@ -7,13 +7,15 @@ use crate::table::{self, Table, header};
 use crate::{Sink, SinkError};
 use std::io;
 
-/// Writer of the tables of a run, one row for each sample.
+/// Writer of the tables of a run, one row for each sample:
 ///
-/// `inverse.csv` contains the actuators, the power balance, the closure error and the singularity indices; `joints.csv`
-/// the motion of every scalar joint coordinate and the lengths of legs; `reactions.csv` the complete wrench of every
-/// joint; `friction.csv` the state of every friction interface; `bodies.csv` the motion of every body; `motors.csv` the
-/// power of every motor and its losses; `contributions.csv` the contribution of every friction interface to every
-/// actuator's effort.
+/// - `inverse.csv`: actuators, power balance, closure error and singularity indices;
+/// - `joints.csv`: motion of every scalar joint coordinate, and lengths of legs;
+/// - `reactions.csv`: complete wrench of every joint;
+/// - `friction.csv`: state of every friction interface;
+/// - `bodies.csv`: motion of every body;
+/// - `motors.csv`: power of every motor, and its losses;
+/// - `contributions.csv`: contribution of every friction interface to every actuator's effort.
 pub struct Tables<W: io::Write> {
     tables: table::Tables<W>,
     rows: Rows,

@@ -49,7 +49,8 @@ pub struct Singular {
 }
 
 impl Uniqueness {
-    /// Creates the verdicts before the first sample.
+    /// Creates the buffers before the first sample; `mobility` is the mobility for which the
+    /// mechanism is designed.
     pub(super) fn new(solver: &InverseDynamics, mobility: usize) -> Self {
         let mechanism = solver.mechanism();
         Self {

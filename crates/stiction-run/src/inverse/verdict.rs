@@ -7,7 +7,7 @@ use stiction_core::dynamics::{InverseDynamics, Weighting};
 /// Uniqueness, mobility and singularity of the results along a whole motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
-    /// Number of samples.
+    /// Number of samples of the run.
     pub samples: usize,
     /// Notes on differences between the assembled first configuration and the declared `home` and `start`.
     pub assembly_notes: Vec<String>,

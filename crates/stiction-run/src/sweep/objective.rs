@@ -11,12 +11,16 @@ use stiction_format::{Diagnostic, Diagnostics, Place, Source, did_you_mean};
 
 /// Objectives of a study: statistics of columns along a run.
 ///
-/// An objective is a function of a column: `FUNCTION(COLUMN)`. The functions are `peak` (largest magnitude), `rms`,
-/// `mean`, `min`, `max`, `range`, `final` and `work` (the integral of a power over time). A column is one of the tables
-/// of [`Tables`](crate::inverse::Tables), without its unit: `leg1.P.drive`, `distance.actuation`; `leg1.P.effort`
-/// stands for `leg1.P.drive`, `leg1.S.reaction.force` and `leg1.S.reaction.moment` for magnitudes. A column name that
-/// occurs in several tables refers to the first of these tables in the order `inverse`, `joints`, `reactions`,
-/// `friction`, `bodies`, `motors`, `contributions`; `friction:leg1.P.power` names the table.
+/// An objective is a function of a column: `FUNCTION(COLUMN)`. The functions are `peak` (largest
+/// magnitude), `rms`, `mean`, `min`, `max`, `range`, `final` and `work` (the integral of a power
+/// over time).
+///
+/// A column is a column of one of the [`Tables`](crate::inverse::Tables), written without its unit,
+/// such as `leg1.P.drive` or `distance.actuation`. `leg1.P.effort` is an alias of `leg1.P.drive`.
+/// `leg1.S.reaction.force` and `leg1.S.reaction.moment` are magnitudes of vectors. A column name
+/// that occurs in several tables refers to the first of these tables in the order `inverse`,
+/// `joints`, `reactions`, `friction`, `bodies`, `motors`, `contributions`. A prefix selects another
+/// table, as in `friction:leg1.P.power`.
 pub struct Objectives {
     rows: Rows,
     items: Vec<Item>,
