@@ -2,9 +2,9 @@
 //! slips, and several states in which the robot remains stuck.
 //!
 //! The actuators carry the weight and oscillate. In the moving simulation, springs and dampers in
-//! the actuators keep the robot near its position, and the robot stops at every reversal. `cargo
-//! bench -p stiction-run --bench forward` prints the number of events and evaluations, and measures
-//! the time.
+//! the actuators keep the robot near its position, and the robot stops at every reversal.
+//! `cargo bench -p stiction-run --bench forward` prints the number of events and evaluations, and
+//! measures the time.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use stiction_core::dynamics::{FrictionMode, InverseDynamics};

@@ -62,7 +62,7 @@ pub struct Nearness {
     /// Times, s, at which the motion passes through or touches a singular pose, with the motion gained there. Times
     /// within a sequence of singular samples are not included.
     pub crossings: Vec<(f64, Weakness)>,
-    /// Number of further close approaches that were not examined, because at most [`REFINED`] are.
+    /// Number of further close approaches that were not examined, because too many occurred.
     pub not_searched: usize,
 }
 

@@ -1,9 +1,10 @@
 //! Finite Fourier series whose periods begin and end at rest.
 //!
-//! The theory is in equation (X1) of the book: `q(t) = c + sum a_k sin(k w t) + b_k (cos(k w t) -
-//! 1)` with `sum k a_k = 0` and `sum k^2 b_k = 0`. At the ends of a period the position is
-//! therefore `c`, and rate and acceleration vanish. The motion contains no frequency above the
-//! highest harmonic, and successive periods join smoothly.
+//! The theory is in equation (X1) of the book:
+//! `q(t) = c + sum a_k sin(k w t) + b_k (cos(k w t) - 1)` with `sum k a_k = 0` and
+//! `sum k^2 b_k = 0`. At the ends of a period the position is therefore `c`, and rate and
+//! acceleration vanish. The motion contains no frequency above the highest harmonic, and successive
+//! periods join smoothly.
 
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;

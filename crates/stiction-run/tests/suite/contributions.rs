@@ -222,8 +222,8 @@ fn none_loaded<'a>(model: &'a ModelFile, motion: &str) -> Job<'a> {
 
 /// Tests an inclined plane. With the guide at the angle a and the friction angle r, the force along
 /// the guide is `W sin(a + r) / cos r` upward, `W sin(a - r) / cos r` downward, and `W sin a`
-/// without friction. With a horizontal push, the forces are `W tan(a + r)`, `W tan(a - r)`, `W tan
-/// a`. Efficiencies are ratios of these forces. For r >= a, the block is self-locking.
+/// without friction. With a horizontal push, the forces are `W tan(a + r)`, `W tan(a - r)`,
+/// `W tan a`. Efficiencies are ratios of these forces. For r >= a, the block is self-locking.
 #[test]
 fn an_inclined_plane_has_the_efficiencies_of_the_textbook() {
     let weight = 2.0 * 9.81;
@@ -333,9 +333,10 @@ fn a_level_plane_has_no_load() {
 
 /// Tests a collar of weight W with its centre of mass 0.8 m from its guide. A rod moves the collar
 /// at 0.2 m from the guide on the same side; the pads are 0.1 m apart and have a preload of 20/3 W.
-/// For the upward motion, the actuator relieves the pads: `d = (1 + 20/3 mu + 16 mu) / (1 + 4 mu)
-/// W` for every mu. For the downward motion, the actuator must push and increases the load on the
-/// pads: `d = -(20/3 mu - 1 + 16 mu) / (1 - 4 mu) W`, without a solution for mu >= 1/4.
+/// For the upward motion, the actuator relieves the pads:
+/// `d = (1 + 20/3 mu + 16 mu) / (1 + 4 mu) W` for every mu. For the downward motion, the actuator
+/// must push and increases the load on the pads: `d = -(20/3 mu - 1 + 16 mu) / (1 - 4 mu) W`,
+/// without a solution for mu >= 1/4.
 #[test]
 fn locking_against_back_driving_is_detected() {
     let text = |mu: f64| {

@@ -150,9 +150,9 @@ impl Prepared {
     }
 
     /// Computes the derivatives of the load-dependent friction with respect to groups of
-    /// parameters, through the normal loads alone, at each instant. The index is `group * actuators
-    /// + channel`. The derivatives are zero where the loads have no derivative, such as near
-    /// jamming.
+    /// parameters, through the normal loads alone, at each instant. The index is
+    /// `group * actuators + channel`. The derivatives are zero where the loads have no derivative,
+    /// such as near jamming.
     fn load_friction_slopes(
         &self,
         values: &[f64],

@@ -26,8 +26,8 @@ fn collar(mu: f64, offset: f64, friction: &str, motion: &str) -> String {
     model(&parts, &format!("guide = \"{motion}\""))
 }
 
-/// Tests `P = W / (1 - 2 mu e / s)` for a hundred offsets `e`, and self-locking beyond `s / (2
-/// mu)`.
+/// Tests `P = W / (1 - 2 mu e / s)` for a hundred offsets `e`, and self-locking beyond
+/// `s / (2 mu)`.
 #[test]
 fn a_collar_at_a_hundred_offsets() {
     let (mu, span, weight) = (0.2, 0.1, 10.0 * G);
