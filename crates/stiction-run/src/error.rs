@@ -151,8 +151,9 @@ pub enum Error {
         /// Names of the motors that share efforts.
         motors: String,
     },
-    /// Motors with losses share the efforts of several joints, or one of their gears jams, so that
-    /// the efforts that hold the joints do not form independent intervals.
+    /// Intervals of holding efforts cannot be computed. Motors with losses share the efforts of
+    /// several joints, or one of their gears jams, so that the efforts that hold the joints do not
+    /// form independent intervals.
     #[error(
         "the motors {motors} share the efforts of several joints and have gear losses, or one of \
          their gears jams when its motor pushes along the load: the efforts that hold the joints \

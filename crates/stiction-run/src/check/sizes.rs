@@ -50,8 +50,9 @@ pub struct Sizes {
     /// Distance between the origins of the first and the last joint of each leg, m.
     pub legs: Vec<Range>,
     /// Reach of each body at which legs end, or of all bodies if the mechanism has no legs. An
-    /// entry contains the name of the body and two opposite corners, m, of the smallest box
-    /// parallel to the world axes that contains the centre of mass of the body along the motion.
+    /// entry contains the name of the body and two opposite corners, m, of a box parallel to the
+    /// world axes. The box is the smallest one that contains the centre of mass of the body along
+    /// the motion.
     pub reach: Vec<(String, Vec3<f64>, Vec3<f64>)>,
 }
 

@@ -36,8 +36,8 @@ pub struct Confounded {
     /// Correlation of the errors of the two parameters; -1 if only a combination of them is
     /// determined.
     pub correlation: f64,
-    /// Load of the model that is not in the plan and separates the two parameters best, with the
-    /// correlation of their errors if the motion is repeated with this payload.
+    /// Load of the model that is not in the plan and separates the two parameters best. The number
+    /// is the correlation of their errors if the motion is repeated with this load.
     pub with: Option<(String, f64)>,
 }
 

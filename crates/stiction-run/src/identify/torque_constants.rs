@@ -157,8 +157,8 @@ fn partners(structure: &Structure, constant: usize) -> Vec<usize> {
 }
 
 /// Sets the verdict to `FitsOnly` for the torque constants `open`, whose scale depends on the
-/// inertias of the model, and for other values that are precise enough but not excited. Returns a
-/// caution that names the torque constants.
+/// inertias of the model. The same verdict applies to other values that are precise enough but not
+/// excited. Returns a caution that names the torque constants.
 pub(super) fn judge(named: &mut [Named], open: &[usize], strength: f64) -> Option<String> {
     if open.is_empty() {
         return None;

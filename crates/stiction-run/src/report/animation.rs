@@ -1,8 +1,8 @@
 //! Samples of a run for the animated robot of its report.
 //!
-//! For a long run, only some evenly spaced samples are stored, and in addition the samples at which
-//! the quantities in the tables of the report have extremes. The page therefore remains small and
-//! shows all peaks.
+//! For a long run, only some evenly spaced samples are stored. In addition, the samples with
+//! extremes of the quantities in the report's tables are stored. The page therefore remains small
+//! and shows all peaks.
 
 use crate::bodies::poses_in_world;
 use crate::dofs::{Dof, actuated, dofs_of};

@@ -87,9 +87,9 @@ impl Writer<'_> {
         self.xml.close();
     }
 
-    /// Returns the name of a gearing of two joints, its MJCF joints, and the change of the first
-    /// coordinate per unit change of the second, both measured from the home pose. `None` for
-    /// gearings of more than two joints, or of joints that close a loop.
+    /// Returns the name of a gearing of two joints, its MJCF joints, and its ratio. The ratio is
+    /// the change of the first coordinate per unit change of the second. `None` for gearings of
+    /// more than two joints, or of joints that close a loop.
     pub(super) fn geared(&self, gearing: &Gearing) -> Option<(String, [String; 2], f64)> {
         let [first, second] = &gearing.dofs[..] else { return None };
         let joint = |dof: &GearedDof| Some(self.step_of(dof.joint, dof.dof)?.name.clone());

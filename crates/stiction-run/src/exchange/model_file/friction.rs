@@ -158,8 +158,9 @@ fn load(table: &mut Table, joint: &Joint, interface: &JointFriction) {
     };
 }
 
-/// Computes the flank angle in the axial section of a thread, rad, as drawings specify it, from the
-/// cosine of the angle in the section normal to the thread: `tan normal = tan axial cos lead`.
+/// Computes the flank angle in the axial section of a thread, rad, as in drawings. `cosine` is the
+/// cosine of the flank angle in the section normal to the thread: `tan normal = tan axial cos
+/// lead`.
 fn flank_angle(cosine: f64, pitch: f64, radius: f64) -> f64 {
     let lead = (pitch / radius).atan();
     (cosine.acos().tan() / lead.cos()).atan()

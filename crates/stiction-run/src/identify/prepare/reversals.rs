@@ -27,9 +27,9 @@ pub(super) fn common_delay(delays: Option<&[f64]>, rate: f64) -> Option<f64> {
     (high - low <= 0.25 / rate).then_some(0.5 * (low + high))
 }
 
-/// Replaces the instants of a motion near each reversal of a joint by the times of the last effort
-/// sample before and the first effort sample after the reversal. If the delay of the efforts is
-/// unknown, instants immediately before and after the reversal are used instead.
+/// Replaces the instants of a motion near each reversal of a joint by two times: the last effort
+/// sample before the reversal and the first effort sample after it. If the delay of the efforts is
+/// unknown, the times are immediately before and after the reversal instead.
 pub(super) fn refine(
     regressor: &Regressor,
     motion: &mut Motion,
