@@ -55,7 +55,7 @@ impl<T: Scalar> Bristles<T> {
 }
 
 impl Bristles {
-    /// Converts the constants to another scalar type.
+    /// Converts stiffness and damping to constants of another scalar type.
     pub fn lift<T: Scalar>(self) -> Bristles<T> {
         Bristles { stiffness: T::from_f64(self.stiffness), damping: T::from_f64(self.damping) }
     }

@@ -76,7 +76,8 @@ pub struct Resistance<T> {
 }
 
 impl<T: Scalar> Resistance<T> {
-    /// Resistance of Coulomb and viscous friction at a sliding speed of magnitude `speed`, m/s.
+    /// Returns the friction of Coulomb's law with viscous friction at a sliding speed of magnitude
+    /// `speed`, m/s.
     #[inline]
     pub fn coulomb_viscous(mu: T, viscous: T, speed: T) -> Self {
         Self { coefficient: mu, constant: viscous * speed }
@@ -152,7 +153,7 @@ impl Law {
         self.coefficient(0.0) == self.at_rest()
     }
 
-    /// Converts the constants to another scalar type.
+    /// Converts all parameters to constants of another scalar type.
     pub fn lift<T: Scalar>(&self) -> Law<T> {
         let lift = T::from_f64;
         Law {

@@ -304,7 +304,7 @@ impl<T: Scalar> NormalLoadMap<T> {
 }
 
 impl NormalLoadMap<f64> {
-    /// Converts the constants to another scalar type.
+    /// Converts all parameters to constants of another scalar type.
     pub fn lift<T: Scalar>(&self) -> NormalLoadMap<T> {
         NormalLoadMap {
             bending_span: self.bending_span.map(T::from_f64),

@@ -20,16 +20,16 @@ const CONTRACTS: f64 = 0.5;
 /// Number of earlier iterations that Anderson's method combines.
 const MEMORY: usize = 3;
 
-/// Buffers of the iteration.
+/// Buffers of the fixed-point iteration.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct FixedPoint {
     mapped: Vec<f64>,
     residual: Vec<f64>,
-    /// Iterate and residual of the previous iteration.
+    /// Normal loads and residual of the previous iteration.
     before: (Vec<f64>, Vec<f64>),
-    /// Latest changes of the iterate, one vector per iteration.
+    /// Changes of the normal loads in the latest iterations, one vector per iteration.
     points: Vec<Vec<f64>>,
-    /// Latest changes of the residual, one vector per iteration.
+    /// Changes of the residual in the latest iterations, one vector per iteration.
     residuals: Vec<Vec<f64>>,
 }
 

@@ -429,7 +429,8 @@ fn floating_screw<T: Scalar>(k: usize) -> Twist<T> {
     }
 }
 
-/// Writes the coordinates of a floating body with the given pose.
+/// Writes the coordinates `q` of a floating body with the given pose relative to the reference
+/// point.
 pub(crate) fn write_floating(pose: Pose<f64>, q: &mut [f64]) {
     q[..3].copy_from_slice(&pose.position.to_array());
     Quaternion::from_rotation(pose.rotation).write(&mut q[3..]);

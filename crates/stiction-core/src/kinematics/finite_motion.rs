@@ -26,9 +26,9 @@ const REMAINS: f64 = 0.5;
 pub struct FiniteMotion {
     /// The body that moves farthest.
     pub body: String,
-    /// Displacement of the origin of this body, m.
+    /// Displacement of the origin of [`Self::body`], m.
     pub moved: f64,
-    /// Rotation of this body, rad.
+    /// Rotation of [`Self::body`], rad.
     pub turned: f64,
     /// Largest loop error along the motion, in rad and characteristic lengths.
     pub closure: f64,

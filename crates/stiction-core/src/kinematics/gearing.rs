@@ -1,4 +1,4 @@
-//! Gearings as equations between the coordinates of the tree.
+//! Gearings as equations between coordinates of the spanning tree.
 //!
 //! Equation (G12) of the book's theory.
 

@@ -22,9 +22,9 @@ const DAMPING: f64 = 1e-3;
 const LEAST_DAMPING: f64 = 1e-15;
 /// Largest damping.
 const GREATEST_DAMPING: f64 = 1e12;
-/// Factor on the damping after a successful step.
+/// Factor by which the damping is multiplied after a successful step.
 const RELAX: f64 = 0.2;
-/// Factor on the damping after a failed step.
+/// Factor by which the damping is multiplied after a failed step.
 const TIGHTEN: f64 = 5.0;
 /// Largest permitted component of a step, rad or characteristic lengths. Longer steps could jump to
 /// another assembly mode.

@@ -28,7 +28,7 @@ pub struct MotionConstraints {
 #[derive(Clone, Debug)]
 pub(super) struct Row {
     pub(super) path: Vec<(usize, f64)>,
-    /// True for an angle error, false for a length error.
+    /// True if the error of the row is an angle, false if it is a length.
     pub(super) is_angle: bool,
     /// Index in [`Topology::gearings`]; `None` if the row does not belong to a gearing.
     pub(super) gearing: Option<usize>,
@@ -123,7 +123,7 @@ impl MotionConstraints {
         self.rows.len()
     }
 
-    /// Flags of the rows: `true` for an angle error, `false` for a length error.
+    /// Returns a flag for each row: `true` if its error is an angle, `false` if it is a length.
     pub(super) fn are_angles(&self) -> impl Iterator<Item = bool> + '_ {
         self.rows.iter().map(|row| row.is_angle)
     }

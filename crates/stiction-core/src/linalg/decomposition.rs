@@ -50,17 +50,17 @@ struct SparseRank {
     largest: f64,
     /// Smallest non-zero singular value.
     smallest: f64,
-    /// Right singular vector of this singular value.
+    /// Right singular vector that belongs to `smallest`.
     weakest: Vec<f64>,
 }
 
 /// Limit below which singular values count as zero.
 #[derive(Clone, Copy, Debug)]
 pub enum Limit {
-    /// Relative to the largest singular value.
+    /// Limit relative to the largest singular value.
     OfLargest(f64),
-    /// Relative to the largest singular value or to one, whichever is greater. For matrices whose
-    /// entries are either of order one or round-off.
+    /// Limit relative to the largest singular value or to one, whichever is greater. For matrices
+    /// whose entries are either of order one or round-off.
     OfOrderOne(f64),
 }
 

@@ -79,7 +79,7 @@ struct Front {
     /// Positions of the front's columns in the order of elimination, ascending.
     places: Vec<usize>,
     rows: usize,
-    /// Entries, column by column.
+    /// Entries of the front, column by column.
     values: Vec<f64>,
 }
 

@@ -194,7 +194,7 @@ impl StaticLu {
         self.solve_by(|slot| values[slot as usize], right, solution);
     }
 
-    /// Solves for several right-hand sides, one in each lane.
+    /// Solves for several right-hand sides at once, one in each SIMD lane.
     pub(crate) fn solve_lanes<const N: usize>(
         &self,
         values: &[f64],

@@ -8,7 +8,7 @@ pub(crate) struct Twofold {
 }
 
 impl Twofold {
-    /// Adds a product with twice the working precision (Ogita, Rump, Oishi 2005: Dot2).
+    /// Adds the product `a * b` with twice the working precision (Ogita, Rump, Oishi 2005: Dot2).
     pub(crate) fn add_product(&mut self, a: f64, b: f64) {
         let (product, product_error) = exact_product(a, b);
         let (sum, sum_error) = exact_sum(self.high, product);

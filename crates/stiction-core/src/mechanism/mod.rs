@@ -88,11 +88,11 @@ pub struct Joint {
     pub predecessor: BodyId,
     /// Body that carries frame K.
     pub successor: BodyId,
-    /// `X_PJ`: the joint frame in the predecessor.
+    /// `X_PJ`: pose of frame J in the predecessor's frame.
     pub frame_j: Pose<f64>,
-    /// `X_SK`: the joint frame in the successor.
+    /// `X_SK`: pose of frame K in the successor's frame.
     pub frame_k: Pose<f64>,
-    /// Advance of a helical joint, m/rad; zero for the other types.
+    /// Pitch of a helical joint: its advance in m/rad; zero for all other types.
     pub pitch: f64,
     /// Flag of each degree of freedom: `true` if it is actuated.
     pub actuated: Vec<bool>,

@@ -18,7 +18,7 @@ pub enum RangeOf {
 pub struct JointRange {
     /// The bounded quantity.
     pub of: RangeOf,
-    /// Least and greatest value, rad or m.
+    /// Least and greatest permitted value, rad or m.
     pub limits: (f64, f64),
 }
 

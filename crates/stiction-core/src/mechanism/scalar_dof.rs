@@ -18,7 +18,8 @@ pub struct GearedDof {
     pub translates: bool,
 }
 
-/// Reason why named joints with coefficients do not define a sum of coordinates.
+/// Error in a list of joint names and coefficients that should define a weighted sum of
+/// coordinates.
 pub(super) enum Coefficients {
     /// No joint has this name.
     Unknown(String),

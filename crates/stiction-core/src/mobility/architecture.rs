@@ -42,7 +42,8 @@ pub struct Architecture {
     pub actuation_of_motion: Option<f64>,
 }
 
-/// A generic rank, expressed by the generic mobility and the gap of the singular values.
+/// A generic rank: the generic mobility, and the singular values on either side of the limit
+/// between zero and non-zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GenericRank {
     /// Generic instantaneous mobility: the minimum over all configurations, including passive

@@ -48,10 +48,10 @@ pub struct Mobility {
     pub play: Vec<Play>,
 }
 
-/// Finite mobility: the number of independent finite motions, or its bounds.
+/// Finite mobility: the number of independent finite motions, or bounds on it.
 ///
-/// The number is decided if tracing confirms all motions that are open at second order, and the gap of the
-/// singular values is clear.
+/// The number is decided if tracing confirms all motions that are open at second order, and if the
+/// singular values clearly decide the rank.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FiniteMobility {
     /// Lower bound: number of motions traced over a finite distance within the closure tolerance of

@@ -91,7 +91,7 @@ pub trait Scalar:
         Self::one() / self
     }
 
-    /// Magnitude.
+    /// Absolute value.
     #[inline(always)]
     fn abs(self) -> Self {
         self.if_positive(self, -self)

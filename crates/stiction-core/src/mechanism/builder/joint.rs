@@ -56,7 +56,7 @@ impl JointSpec {
         self
     }
 
-    /// Sets the advance of a helical joint, m/rad.
+    /// Sets the pitch of a helical joint: its advance in m/rad.
     pub fn pitch(mut self, pitch: f64) -> Self {
         self.pitch = pitch;
         self

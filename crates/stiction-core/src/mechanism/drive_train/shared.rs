@@ -28,7 +28,8 @@ pub struct SharedMotors {
     pub trains: Vec<usize>,
     /// Indices of the actuators, in the order of [`Mechanism::actuators`].
     pub actuators: Vec<usize>,
-    /// Derivatives of the output coordinates (rows) with respect to the degrees of freedom (columns).
+    /// Derivatives of the gears' output coordinates (rows) with respect to the degrees of freedom
+    /// (columns).
     parts: DMatrix<f64>,
     /// Efforts of the motors (rows) per unit effort of each degree of freedom (columns).
     shares: DMatrix<f64>,

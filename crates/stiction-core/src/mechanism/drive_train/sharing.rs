@@ -98,7 +98,8 @@ impl Group {
         groups
     }
 
-    /// Derivatives of the output coordinates (rows) with respect to the degrees of freedom (columns).
+    /// Derivatives of the gears' output coordinates (rows) with respect to the degrees of freedom
+    /// (columns).
     pub(super) fn parts(&self, trains: &[DriveTrain]) -> DMatrix<f64> {
         let mut parts = DMatrix::zeros(self.trains.len(), self.dofs.len());
         for (row, &train) in self.trains.iter().enumerate() {

@@ -39,7 +39,7 @@ const TINY: f64 = 1e-6;
 /// the previous configurations, within round-off.
 #[derive(Clone, Debug)]
 pub struct SingularityDistances {
-    /// Number of bodies without the ground.
+    /// Number of bodies, not counting the ground.
     bodies: usize,
     joints: Vec<Content>,
     /// Gram matrix of constraints and actuators, one block per pair of bodies with a common joint.
@@ -313,8 +313,8 @@ impl SingularityDistances {
         }
     }
 
-    /// Computes the actuation index by inverse iteration with the shifted matrix or, without a shift, with refined
-    /// solutions.
+    /// Computes the actuation index by inverse iteration: with the shifted matrix or, without a
+    /// shift, with refined solutions.
     fn smallest_between_bodies_at(&mut self, shift: Option<Shift>) -> Option<f64> {
         self.multiply_between_bodies();
         let (joints, on) = (&self.joints, &self.on);
@@ -405,8 +405,8 @@ impl SingularityDistances {
         }
     }
 
-    /// Computes the constraint index by inverse iteration with the shifted matrix or, without a shift, with refined
-    /// solutions.
+    /// Computes the constraint index by inverse iteration: with the shifted matrix or, without a
+    /// shift, with refined solutions.
     fn smallest_between_joints_at(&mut self, shift: Option<Shift>) -> Option<f64> {
         self.multiply_between_joints(shift.map_or(0.0, |shift| shift.by));
         let matrix = &mut self.by_joints;
