@@ -76,8 +76,7 @@ pub struct Resistance<T> {
 }
 
 impl<T: Scalar> Resistance<T> {
-    /// Returns the friction of Coulomb's law with viscous friction at a sliding speed of magnitude
-    /// `speed`, m/s.
+    /// Returns the Coulomb and viscous friction at a sliding speed of magnitude `speed`, m/s.
     #[inline]
     pub fn coulomb_viscous(mu: T, viscous: T, speed: T) -> Self {
         Self { coefficient: mu, constant: viscous * speed }

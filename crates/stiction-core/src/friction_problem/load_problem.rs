@@ -134,10 +134,10 @@ impl LoadProblem {
         self.newton(at, loads, (1.0, accepted), &mut workspace.newton).is_some()
     }
 
-    /// Converts the derivatives of a function with respect to the normal loads at a solution
-    /// (`weights`) to its derivatives `y` with respect to the right-hand sides, by `(I - J)^T y =
-    /// weights` with the Jacobian `J` of the loads. Also computes the gradients of the loads.
-    /// Returns `None` if the system is singular.
+    /// Solves the adjoint problem at a solution: converts the derivatives `weights` of a function
+    /// with respect to the normal loads to its derivatives `y` with respect to the right-hand
+    /// sides. They satisfy `(I - J)^T y = weights` with the Jacobian `J` of the loads. Also
+    /// computes the gradients of the loads. Returns `None` if the system is singular.
     pub(crate) fn adjoint(
         &self,
         at: Configuration<'_>,

@@ -66,9 +66,9 @@ pub(super) struct Descent {
 
 impl Descent {
     /// Returns `true` if the steps shrink from the beginning, as those of Newton's method near a
-    /// simple root. For a quadratic equation, the second step is less than a quarter of the first
-    /// one if and only if the distance from the start to the other root exceeds about 3.8 times the
-    /// distance to the root that the method reaches.
+    /// simple root. For a quadratic equation, this means that the second step is less than a
+    /// quarter of the first one. The other root is then more than about 3.8 times as far from the
+    /// start as the root that the method reaches.
     pub(super) fn contracts(&self) -> bool {
         let [first, second] = self.first_steps;
         first < 0.5 && second <= 0.25 * first

@@ -1,11 +1,11 @@
 //! Closed-form coordinates of legs.
 //!
-//! A leg is a chain from the ground or a floating body (the root) to the cut joint (S, U, R) that
-//! connects the last body of the leg to the ground or to another floating body. The poses of both
-//! bodies determine the point of the cut joint. The other coordinates then follow from distances
-//! and heights that depend on only one of them (subproblems in the sense of Paden 1986 and Kahan).
-//! Rule and branch of each coordinate are selected by trial, such that they reproduce the
-//! coordinates of known configurations.
+//! A leg is a chain of joints from its root (the ground or a floating body) to a cut joint (S, U,
+//! R). The cut joint connects the last body of the leg to the ground or to another floating body.
+//! The poses of these bodies determine the point of the cut joint. The coordinates of the leg then
+//! follow from distances and heights that depend on only one of them (subproblems in the sense of
+//! Paden 1986 and Kahan). Rule and branch of each coordinate are selected by trial, such that they
+//! reproduce the coordinates of known configurations.
 //!
 //! Equation (K7) of the book's theory.
 

@@ -22,8 +22,9 @@ impl Target<f64> {
     }
 }
 
-/// A rotation vector `r` of length `a`. For the angular velocity `omega`, its rate is `r' = omega -
-/// r x omega / 2 + c r x (r x omega)` with the coefficient `c = 1/a^2 - (1 + cos a) / (2 a sin a)`.
+/// A rotation vector `r` of length `a`. For the angular velocity `omega`, the rate of the vector is
+/// `r' = omega - r x omega / 2 + c r x (r x omega)`, with the coefficient
+/// `c = 1/a^2 - (1 + cos a) / (2 a sin a)`.
 pub(crate) struct RotationVector<T> {
     pub(crate) value: Vec3<T>,
     /// Coefficient `c` of the rate.

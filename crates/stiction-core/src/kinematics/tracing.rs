@@ -15,9 +15,9 @@ use crate::topology::Topology;
 use nalgebra::{DMatrix, DVector};
 
 /// Size of a step, in radians and characteristic lengths. After a step along a blocked motion,
-/// closing the loops leaves a displacement of about the square root of the closure tolerance if the
-/// motion is blocked at second order, and of about the fourth root, 6e-4, if it is blocked at
-/// fourth order.
+/// closing the loops leaves a displacement that depends on the closure tolerance. It is about the
+/// square root of this tolerance if the motion is blocked at second order, and about the fourth
+/// root, 6e-4, if it is blocked at fourth order.
 const STEP: f64 = 4e-3;
 /// Size of the step away from a possible intersection of branches of motion. Near an intersection,
 /// the radius of curvature of a branch is about its distance from the intersection. Over a

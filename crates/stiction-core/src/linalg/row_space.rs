@@ -2,7 +2,7 @@
 
 use crate::scalar::Scalar;
 
-/// QR decomposition of the transposed matrix `J` with column pivoting: `J^T P = Q R`.
+/// QR decomposition of the transpose of a matrix `J` with column pivoting: `J^T P = Q R`.
 ///
 /// The rows of `J` are ordered by their components orthogonal to the previous rows; rows without
 /// such a component are dependent. Householder reflections, Businger and Golub 1965.

@@ -21,9 +21,9 @@ const POSITIONS: usize = 8;
 const ZERO: f64 = 1e-9;
 /// Relative singular values above this value count as non-zero.
 const NOT_ZERO: f64 = 1e-4;
-/// Limit up to which singular values above `ZERO` count as zero if a motion is blocked at second
-/// order, because such a configuration is accurate only to the square root of round-off. Otherwise
-/// these values are undecided.
+/// Upper limit of the singular values that count as zero if a motion is blocked at second order.
+/// The configuration is then accurate only to the square root of round-off. Without such a motion,
+/// values between [`ZERO`] and this limit are undecided.
 const ROOT_OF_ZERO: f64 = 1e-6;
 
 /// Generic ranks of constraints and actuators, from random configurations.

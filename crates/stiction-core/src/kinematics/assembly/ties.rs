@@ -28,10 +28,12 @@ const ROUGHLY: f64 = 1e-3;
 pub(super) const TIE: f64 = 1e-6;
 
 impl Assembly {
-    /// If the given data do not determine the poses of all bodies, searches for assembly modes that
-    /// agree with the given poses as well as the assembled one does, and reports the first one
-    /// found. Modes count as the same if bodies only rotate about a line through their joints and
-    /// their centre of mass, such as the legs of a hexapod. Modes with a leg that points in the
+    /// Searches for assembly modes that agree with the given poses as well as the assembled one
+    /// does, and reports the first one found. Does nothing if the given data determine the poses of
+    /// all bodies.
+    ///
+    /// Two modes count as the same if bodies, such as the legs of a hexapod, only rotate about a
+    /// line through their joints and their centre of mass. Modes with a leg that points in the
     /// opposite direction do not count.
     pub(super) fn find_ties(
         &mut self,

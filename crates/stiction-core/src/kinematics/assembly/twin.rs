@@ -14,11 +14,12 @@ const DIFFERENCE: f64 = 1e-3;
 const NEARBY: f64 = 1.0;
 
 impl Assembly {
-    /// Estimates a state near another assembly mode from the smallest singular value `d` of the
-    /// Jacobian of the position equations. With the second derivative `h` of the equations along
-    /// the right singular vector, as its component along the left singular vector, the equation `d
-    /// s + h s^2 / 2 = 0` has a second root `s = -2 d / h`. Returns `None` if this root is far
-    /// away.
+    /// Estimates a state near another assembly mode; `None` if that mode is far away.
+    ///
+    /// Let `d` be the smallest singular value of the Jacobian of the position equations, with the
+    /// singular vectors `u` and `v`. Let `h` be the component along `u` of the second derivative of
+    /// the equations along `v`. Besides zero, the equation `d s + h s^2 / 2 = 0` has the root `s =
+    /// -2 d / h`; the returned state is at the distance `s` along `v`.
     pub(super) fn twin(&self, parameters: &Parameters<f64>) -> Option<State<f64>> {
         let (topology, constraints) = (&*self.model.topology, &*self.model.constraints);
         let mut kinematics = Kinematics::new(topology, constraints, &self.model.rates);

@@ -43,13 +43,13 @@ impl Motor {
 }
 
 impl DriveTrain {
-    /// Computes the state of the motor from the effort at the output of its gear (N or N m, from
-    /// [`MotorMap`](super::MotorMap)), the interval of this effort, and the rate and acceleration
-    /// of the output coordinate.
+    /// Computes the state of the motor from the motion and the effort at the output of its gear.
     ///
-    /// The rate is `None` at rest, where static friction of motor and gear makes the torque an
-    /// interval. `carrier` is the angular acceleration (rad/s^2) of the body that carries the
-    /// rotor, about the rotor's axis; zero if only the reflected inertia acts.
+    /// `effort` (N or N m, from [`MotorMap`](super::MotorMap)) and its interval `bounds` belong to
+    /// the gear's output, as do the rate and acceleration of the output coordinate. The rate is
+    /// `None` at rest, where static friction of motor and gear makes the torque an interval.
+    /// `carrier` is the angular acceleration (rad/s^2) of the body that carries the rotor, about
+    /// the rotor's axis; zero if only the reflected inertia acts.
     pub fn motor(
         &self,
         effort: f64,
