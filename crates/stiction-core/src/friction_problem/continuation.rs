@@ -62,7 +62,8 @@ pub(crate) trait Branch {
 /// Follows a solution branch from the frictionless solution to `until` times the given friction
 /// coefficients, halving steps that fail. Returns the number of steps.
 ///
-/// # Errors Returns the [`Lock`] at which the branch ends if no further step succeeds, because the
+/// # Errors
+/// Returns the [`Lock`] at which the branch ends if no further step succeeds, because the
 /// determinant of the coupled system vanishes there, or if the number of steps exceeds its limit.
 pub(crate) fn follow(
     branch: &mut impl Branch,

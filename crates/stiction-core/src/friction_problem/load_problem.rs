@@ -90,7 +90,8 @@ impl LoadProblem {
     /// the mechanism). If this finds no solution on the branch that begins at the frictionless
     /// solution, solves by continuation with the step sizes `steps`.
     ///
-    /// # Errors Returns the [`Lock`] at which the continuation ends.
+    /// # Errors
+    /// Returns the [`Lock`] at which the continuation ends.
     pub(crate) fn solve(
         &self,
         at: Configuration<'_>,

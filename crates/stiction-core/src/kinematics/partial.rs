@@ -72,7 +72,8 @@ fn targets(values: &[f64]) -> Vec<Target<f64>> {
 /// given values of coordinates. Newton steps have minimum norm, so unrelated coordinates do not
 /// move.
 ///
-/// # Errors Returns the condition with the largest residual if the conditions cannot all be met.
+/// # Errors
+/// Returns the condition with the largest residual if the conditions cannot all be met.
 pub(crate) fn assemble_partly(
     mechanism: &Mechanism,
     topology: &Topology,

@@ -478,8 +478,9 @@ impl Kinematics<f64> {
     /// Selects the independent rows and the elimination order of the system from its current
     /// values; requires [`Self::linearise`].
     ///
-    /// # Errors Returns [`RankDeficient`] if loops and prescribed coordinates leave some degrees of
-    /// freedom of the spanning tree undetermined.
+    /// # Errors
+    /// Returns [`RankDeficient`] if loops and prescribed coordinates leave some degrees of freedom
+    /// of the spanning tree undetermined.
     pub(super) fn plan(
         &self,
         topology: &Topology,

@@ -61,7 +61,8 @@ impl Plan {
     /// on the values of one representative matrix. Every listed entry is structurally nonzero, even
     /// if its value is zero; repeated entries are added.
     ///
-    /// # Errors [`RankDeficient`] if some columns depend on the others.
+    /// # Errors
+    /// [`RankDeficient`] if some columns depend on the others.
     pub(crate) fn new(
         rows: usize,
         columns: usize,

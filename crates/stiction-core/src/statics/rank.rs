@@ -267,7 +267,8 @@ impl Statics {
     /// declared weighting [`crate::dynamics::Weighting`]. `friction` are the friction wrenches at
     /// each joint; they load the bodies and are part of the weighted reactions.
     ///
-    /// # Errors Returns [`InfeasibleLoad`] if the demand is infeasible.
+    /// # Errors
+    /// Returns [`InfeasibleLoad`] if the demand is infeasible.
     pub fn carry(
         &self,
         demand: &DVector<f64>,

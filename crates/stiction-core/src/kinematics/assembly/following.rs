@@ -22,9 +22,10 @@ impl Assembly {
     /// Moves along a motion from time `from` (the current configuration) to `to`, s, within the
     /// same assembly mode. `motion` writes the targets at a given time.
     ///
-    /// # Errors See [`AssemblyError`], which includes a jump that persists at the smallest step.
-    /// After an error, loops may be open: move the mechanism to a reachable configuration before
-    /// further use.
+    /// # Errors
+    /// See [`AssemblyError`], which includes a jump that persists at the smallest step. After an
+    /// error, loops may be open: move the mechanism to a reachable configuration before further
+    /// use.
     pub(crate) fn follow(
         &mut self,
         parameters: &Parameters<f64>,
@@ -105,7 +106,8 @@ impl Assembly {
     /// configuration and returns `false`. The step may span many samples. Unlike [`Self::follow`],
     /// this method starts no search, so a failure is cheap.
     ///
-    /// # Panics Panics unless there is one target for each prescribed coordinate.
+    /// # Panics
+    /// Panics unless there is one target for each prescribed coordinate.
     #[must_use = "it may have stayed where it was"]
     pub(crate) fn follow_in_one_step(
         &mut self,

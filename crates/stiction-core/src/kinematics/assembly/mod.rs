@@ -87,10 +87,12 @@ pub(crate) struct Assembly {
 /// the prescribed coordinates at the configuration near the given one. Returns an empty list if the
 /// prescribed coordinates determine the motion and the configuration is regular.
 ///
-/// # Errors [`AssemblyError::Gap`] if the loops do not close at that configuration.
+/// # Errors
+/// [`AssemblyError::Gap`] if the loops do not close at that configuration.
 ///
-/// # Panics Panics unless there is one target for each coordinate, and all named bodies, joints and
-/// degrees of freedom exist.
+/// # Panics
+/// Panics unless there is one target for each coordinate, and all named bodies, joints and degrees
+/// of freedom exist.
 #[doc(hidden)]
 pub fn locks(
     mechanism: &Mechanism,
@@ -111,10 +113,12 @@ impl Assembly {
     /// the mechanism's start coordinates and from the guessed poses in `initial_poses` (in the
     /// ground's frame).
     ///
-    /// # Errors See [`AssemblyError`].
+    /// # Errors
+    /// See [`AssemblyError`].
     ///
-    /// # Panics Panics unless there is one target for each coordinate, and all named bodies, joints
-    /// and degrees of freedom exist.
+    /// # Panics
+    /// Panics unless there is one target for each coordinate, and all named bodies, joints and
+    /// degrees of freedom exist.
     pub(crate) fn new(
         mechanism: &Mechanism,
         topology: &Arc<Topology>,
@@ -234,9 +238,11 @@ impl Assembly {
     /// configuration. Unlike [`Self::follow`], this method does not check that the assembly mode
     /// stays the same.
     ///
-    /// # Errors See [`AssemblyError`]; after an error the configuration is unchanged.
+    /// # Errors
+    /// See [`AssemblyError`]; after an error the configuration is unchanged.
     ///
-    /// # Panics Panics unless there is one target for each prescribed coordinate.
+    /// # Panics
+    /// Panics unless there is one target for each prescribed coordinate.
     pub(crate) fn move_to(
         &mut self,
         parameters: &Parameters<f64>,

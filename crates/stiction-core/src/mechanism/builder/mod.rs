@@ -152,7 +152,8 @@ impl MechanismBuilder {
 
     /// Builds the mechanism.
     ///
-    /// # Errors Returns all [`Defect`]s of the description together.
+    /// # Errors
+    /// Returns all [`Defect`]s of the description together.
     pub fn build(self) -> Result<Mechanism, Defects> {
         let mut defects = Vec::new();
         check_finite(&mut defects, "gravity", &self.gravity.to_array());
