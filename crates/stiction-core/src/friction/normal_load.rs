@@ -36,8 +36,8 @@ pub struct NormalLoadMap<T> {
     pub supports: Supports<T>,
     /// Cosine of a thread's half flank angle in the section normal to the thread.
     pub flank_cosine: Option<T>,
-    /// Smoothing force, N. It rounds the kink of every norm at zero: `sqrt(x^2 + smoothing^2) -
-    /// smoothing`.
+    /// Smoothing force, N. It rounds the kink of every norm at zero:
+    /// `sqrt(x^2 + smoothing^2) - smoothing`.
     pub smoothing: Option<T>,
     /// Losses of a motor's gear per unit of transmitted effort, first while the motor drives, then
     /// while it is driven. Only for the shaft of a motor; see [`Self::in_gear`].

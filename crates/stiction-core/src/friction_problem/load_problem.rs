@@ -65,9 +65,9 @@ impl LoadProblem {
         self.influence.store(self.unknowns.len(), operator);
     }
 
-    /// Stores the influence like [`Self::set_influence`], but four columns at a time. `of(row,
-    /// block)` returns the wrench at the joint of unknown `row` per unit of each of the four
-    /// unknowns of `block`; the wrench must be zero beyond the last unknown.
+    /// Stores the influence like [`Self::set_influence`], but four columns at a time.
+    /// `of(row, block)` returns the wrench at the joint of unknown `row` per unit of each of the
+    /// four unknowns of `block`; the wrench must be zero beyond the last unknown.
     pub(crate) fn set_influence_in_blocks(&mut self, of: impl Fn(usize, usize) -> Wrench<Four>) {
         self.influence.store_blocks(self.unknowns.len(), of);
     }

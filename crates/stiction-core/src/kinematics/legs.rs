@@ -149,8 +149,9 @@ fn meeting<T: Scalar>(axis: Vec3<T>, other: Vec3<T>, through: Vec3<T>) -> Vec3<T
     axis * (along / (T::one() - cosine * cosine))
 }
 
-/// Part of a leg with unknown coordinates. They satisfy `fixed[0] e[0] fixed[1] e[1] ... fixed[n]
-/// point = target`, where `e` are the displacements of the elements.
+/// Part of a leg with unknown coordinates. They satisfy
+/// `fixed[0] e[0] fixed[1] e[1] ... fixed[n] point = target`, where `e` are the displacements of
+/// the elements.
 struct Open<'a, T> {
     elements: &'a [Element],
     fixed: &'a [Pose<T>],

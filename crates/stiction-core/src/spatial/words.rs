@@ -3,8 +3,8 @@
 use super::{Twist, Vec3};
 use crate::words::brief;
 
-/// Describes the instantaneous motion of a twist, for example `rotation about y through (0.1, 0,
-/// 0.3) m`.
+/// Describes the instantaneous motion of a twist, for example
+/// `rotation about y through (0.1, 0, 0.3) m`.
 ///
 /// Positions refer to the reference point of `twist`. Screw motions are described by their pitch.
 /// Rotations are compared with translations by means of `length`, m.

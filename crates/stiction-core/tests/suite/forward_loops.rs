@@ -201,8 +201,8 @@ fn steps_are_of_order_eight() {
 }
 
 /// The centre of mass is at the distance `e` from a guide that slides forward under a force `F`
-/// along it. The pads carry the moment `m e |a|` with a normal load of `2 m e |a| / span`, so `m a
-/// = F - k m |a|` with `k = 2 mu e / span`.
+/// along it. The pads carry the moment `m e |a|` with a normal load of `2 m e |a| / span`, so
+/// `m a = F - k m |a|` with `k = 2 mu e / span`.
 #[test]
 fn short_guides_jam_with_a_message() {
     let (mu, span) = (0.12, 0.02);

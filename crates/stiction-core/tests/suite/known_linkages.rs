@@ -47,8 +47,8 @@ fn moves(mobility: &Mobility, finite: usize) {
 }
 
 /// A. C. Dixon 1899, W. Wunderlich 1976 ("On deformable nine-bar linkages with six triple joints"):
-/// bars between all points of two perpendicular lines. If the squared length of each bar is `x_i^2
-/// + y_k^2`, it is also `(x_i^2 + t) + (y_k^2 - t)`.
+/// bars between all points of two perpendicular lines. If the squared length of each bar is
+/// `x_i^2 + y_k^2`, it is also `(x_i^2 + t) + (y_k^2 - t)`.
 #[test]
 fn deformable_complete_bipartite_linkages() {
     let linkage = |xs: &[f64], ys: &[f64]| {

@@ -6,9 +6,9 @@ use crate::friction_problem::surface_vector::norm;
 use nalgebra::{Matrix3, Vector3};
 use std::ops::Range;
 
-/// Surface rate of one member as a function of the member's own friction: `rates = free - V
-/// diag(values) V^T friction`, with the orthogonal matrix `V` (`vectors`). `free` is the rate
-/// without this friction.
+/// Surface rate of one member as a function of the member's own friction:
+/// `rates = free - V diag(values) V^T friction`, with the orthogonal matrix `V` (`vectors`). `free`
+/// is the rate without this friction.
 pub(super) struct LocalResponse {
     pub(super) vectors: Matrix3<f64>,
     pub(super) values: Vector3<f64>,

@@ -18,8 +18,8 @@ impl Assembly {
     ///
     /// Let `d` be the smallest singular value of the Jacobian of the position equations, with the
     /// singular vectors `u` and `v`. Let `h` be the component along `u` of the second derivative of
-    /// the equations along `v`. Besides zero, the equation `d s + h s^2 / 2 = 0` has the root `s =
-    /// -2 d / h`; the returned state is at the distance `s` along `v`.
+    /// the equations along `v`. Besides zero, the equation `d s + h s^2 / 2 = 0` has the root
+    /// `s = -2 d / h`; the returned state is at the distance `s` along `v`.
     pub(super) fn twin(&self, parameters: &Parameters<f64>) -> Option<State<f64>> {
         let (topology, constraints) = (&*self.model.topology, &*self.model.constraints);
         let mut kinematics = Kinematics::new(topology, constraints, &self.model.rates);

@@ -5,9 +5,9 @@
 /// Friction on an inclined flank of a screw's thread or of a worm.
 ///
 /// Let `l` be the lead angle and `f = mu / cos(b)`, where `b` is half the flank angle in the
-/// section normal to the flank. The screw raises its load with the efficiency `tan l (1 - f tan l)
-/// / (tan l + f)`. The load drives the screw with the efficiency `(tan l - f) / (tan l (1 + f tan
-/// l))`. The screw is self-locking if `f >= tan l`.
+/// section normal to the flank. The screw raises its load with the efficiency
+/// `tan l (1 - f tan l) / (tan l + f)`. The load drives the screw with the efficiency
+/// `(tan l - f) / (tan l (1 + f tan l))`. The screw is self-locking if `f >= tan l`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mesh {
     /// Coefficient of friction, nonnegative.

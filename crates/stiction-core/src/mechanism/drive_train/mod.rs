@@ -30,8 +30,9 @@ use core::f64::consts::TAU;
 /// ```
 ///
 /// accelerates the rotor, overcomes the friction of the motor, and drives the gear with the torque
-/// `tau_g`. The gear exerts the effort `tau_o` at its output. While the motor drives, `tau_g =
-/// tau_o / (n efficiency)`; while the motor is driven, `tau_g = backward_efficiency tau_o / n`.
+/// `tau_g`. The gear exerts the effort `tau_o` at its output. While the motor drives,
+/// `tau_g = tau_o / (n efficiency)`; while the motor is driven,
+/// `tau_g = backward_efficiency tau_o / n`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DriveTrain {
     /// Name, unique among drive trains.
