@@ -1,12 +1,13 @@
 //! Mechanics of closed-chain mechanisms with load-dependent joint friction: kinematics, inverse and forward
 //! dynamics, joint reactions, mobility and singularities. No I/O, no clock, no threads.
 //!
-//! A [`MechanismBuilder`] makes a [`Mechanism`]. [`InverseDynamics`] moves it along prescribed coordinates and
-//! computes efforts (actuator forces and torques), reactions and friction; its [`Model`] is compiled for
-//! control loops and for other scalars. [`Forward`] simulates the mechanism under given efforts.
-//! [`Mobility`] and [`SingularityDistances`](statics::SingularityDistances) determine what can move, and the
-//! distance of a position from singular ones. Quantities are in SI units and radians. A reaction is the wrench that
-//! a joint's predecessor exerts on its successor.
+//! A [`MechanismBuilder`] builds a [`Mechanism`]. [`InverseDynamics`] moves the mechanism along
+//! prescribed coordinates and computes efforts (actuator forces and torques), reactions and
+//! friction; its [`Model`] is compiled for control loops and for other scalar types. [`Forward`]
+//! simulates the mechanism under given efforts. [`Mobility`] and
+//! [`SingularityDistances`](statics::SingularityDistances) determine the possible motions and the
+//! distance of a configuration from singularities. Quantities are in SI units and radians. A
+//! reaction is the wrench that a joint's predecessor exerts on its successor.
 //!
 //! A five-bar linkage with friction in its joints and actuators at both bases:
 //!

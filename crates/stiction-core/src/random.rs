@@ -3,29 +3,30 @@
 use crate::spatial::Vec3;
 use nalgebra::DVector;
 
-/// Knuth's linear congruential generator.
+/// Pseudo-random generator: Knuth's linear congruential method.
 #[derive(Clone, Debug)]
 pub struct Random(u64);
 
 impl Random {
-    /// Creates the generator with a seed.
+    /// Creates the generator with the given seed.
     pub fn new(seed: u64) -> Self {
         Self(seed)
     }
 
-    /// Random number from -1 to 1.
+    /// Returns a random number from -1 to 1.
     pub fn number(&mut self) -> f64 {
         self.0 =
             self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
 
-    /// Random point in the cube from -1 to 1.
+    /// Returns a random point in the cube with coordinates from -1 to 1.
     pub fn vector(&mut self) -> Vec3<f64> {
         Vec3::new(self.number(), self.number(), self.number())
     }
 
-    /// Random unit vector in the span of orthonormal vectors, of which there must be at least one.
+    /// Returns a random unit vector in the span of `basis`, which contains at least one vector and
+    /// is orthonormal.
     pub(crate) fn within(&mut self, basis: &[DVector<f64>]) -> DVector<f64> {
         let mut sum = DVector::zeros(basis[0].len());
         for vector in basis {

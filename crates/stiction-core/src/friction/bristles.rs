@@ -11,10 +11,10 @@ use crate::scalar::Scalar;
 /// force = load (stiffness z + damping dz/dt) + viscous v
 /// ```
 ///
-/// with the sliding velocity `v` and the coefficient `mu(v)` of the law's curve. Without damping
-/// and with a constant coefficient, this is Dahl's law. At constant velocity and load, `stiffness z`
-/// converges to `mu(v) sgn v` for any stiffness: steady friction follows the curve, and inverse
-/// dynamics uses it.
+/// with the sliding velocity `v` and the speed-dependent coefficient `mu(v)` of the law. Without
+/// damping and with a constant coefficient, this is Dahl's law. At constant velocity and load,
+/// `stiffness z` converges to `mu(v) sgn v` for any stiffness. Steady friction therefore follows
+/// `mu(v)`, and inverse dynamics uses this steady value.
 ///
 /// Stiffness and damping are per newton of normal load, so friction vanishes together with the
 /// normal load. Divide data-sheet values in N/m and N s/m at a constant load by that load.
@@ -32,14 +32,15 @@ pub struct Bristles<T = f64> {
 }
 
 impl<T: Scalar> Bristles<T> {
-    /// Computes the rate of the deflection `z` (m) at a sliding velocity (m/s), with the positive
-    /// coefficient `mu` of the law's curve.
+    /// Computes the rate of the deflection `z` (m) at a sliding velocity (m/s); `mu` is the
+    /// positive friction coefficient at that velocity.
     #[inline]
     pub fn rate(&self, z: T, velocity: T, mu: T) -> T {
         velocity - self.stiffness * velocity.abs() * z / mu
     }
 
-    /// Computes the friction per newton of normal load, with the sign of the velocity that it opposes.
+    /// Computes the friction per newton of normal load for the deflection `z` and its `rate`. The
+    /// sign is that of the velocity that the friction opposes.
     #[inline]
     pub fn coefficient(&self, z: T, rate: T) -> T {
         self.stiffness * z + self.damping * rate
@@ -54,7 +55,7 @@ impl<T: Scalar> Bristles<T> {
 }
 
 impl Bristles {
-    /// Converts the constants to another scalar type.
+    /// Converts stiffness and damping to constants of another scalar type.
     pub fn lift<T: Scalar>(self) -> Bristles<T> {
         Bristles { stiffness: T::from_f64(self.stiffness), damping: T::from_f64(self.damping) }
     }
@@ -105,7 +106,7 @@ mod tests {
             // The method's error is of the order (2.5 / 400)^4 = 1.5e-9.
             let found = bristles.coefficient(z, rate(z)).value.0[lane];
             assert!((found - mu * (1.0 - left)).abs() < 1e-9, "{found}");
-            // Remainder of an initial deflection.
+            // What remains of an initial deflection.
             assert!((z.slope[0].0[lane] - left).abs() < 1e-8);
         }
     }

@@ -7,14 +7,15 @@ use crate::joint::{Carrier, JointType};
 /// Friction parameters of one friction interface of a joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointFriction {
-    /// Index of the interface in the list that [`interfaces_of`] returns for the joint's type.
+    /// Index of the interface in the list returned by [`interfaces_of`] for the joint's type.
     pub place: usize,
-    /// Radius of the sliding surface, m; for a plate, the effective radius at which friction
-    /// opposes rotation. `None` for guides, which slide along their axis.
+    /// Radius of the sliding surface, m; for a plate, the effective radius of friction against
+    /// rotation. `None` for guides, which slide along their axis.
     pub radius: Option<f64>,
     /// Friction law: friction force as a function of speed and normal load.
     pub law: Law,
-    /// Law for backward sliding, if different; only for interfaces with one degree of freedom.
+    /// Law for backward sliding, if different from `law`; only for interfaces with one degree of
+    /// freedom.
     pub backward: Option<Law>,
     /// Map from the joint's reaction to the normal load.
     pub load: NormalLoadMap<f64>,
@@ -26,16 +27,16 @@ impl JointFriction {
         Self { place: 0, radius: None, law, backward: None, load: NormalLoadMap::force_only() }
     }
 
-    /// Creates the friction of a joint's first interface, a rotating surface of radius `radius`
-    /// (m), such as a pin, ball, plate or thread; the normal load is the resultant force on the
+    /// Creates the friction of a joint's first interface, a rotating surface such as a pin, ball,
+    /// plate or thread, with its radius in m. The normal load is the resultant force on the
     /// surface.
     pub fn round(radius: f64, law: Law) -> Self {
         Self { radius: Some(radius), ..Self::guide(law) }
     }
 
-    /// Creates the friction of a cylindrical joint's sleeve of radius `radius` (m), one surface
-    /// that turns and slides, with the lateral force as normal load. A joint has either a sleeve or
-    /// a separate pin (index 0) and guide (index 1).
+    /// Creates the friction of a cylindrical joint's sleeve: one surface that turns and slides,
+    /// with its radius in m and the lateral force as normal load. A joint has either a sleeve or a
+    /// separate pin (index 0) and guide (index 1).
     pub fn sleeve(radius: f64, law: Law) -> Self {
         Self { place: SLEEVE, ..Self::round(radius, law) }
     }
@@ -51,7 +52,7 @@ pub enum InterfaceShape {
     Pin {
         /// Index of the rotation among the joint's degrees of freedom.
         dof: usize,
-        /// Axis 0, 1, 2 for x, y, z of the carrier's frame.
+        /// Coordinate axis of the carrier's frame (0, 1, 2 for x, y, z).
         axis: usize,
         /// Body in which the axis is fixed.
         carrier: Carrier,
@@ -106,9 +107,9 @@ impl InterfaceShape {
 const PIN_Z: InterfaceShape =
     InterfaceShape::Pin { dof: 0, axis: 2, carrier: Carrier::Predecessor };
 
-/// Friction interfaces of a joint type, each with its name; the name of a single interface is
-/// empty. Fixed and free joints have no interfaces. A cylindrical joint has either its sleeve or
-/// its pin and guide.
+/// Returns the friction interfaces of a joint type, each with its name. The name is empty if there
+/// is only one. Fixed and free joints have no interfaces. A cylindrical joint has either its sleeve
+/// or its pin and guide.
 pub const fn interfaces_of(joint_type: JointType) -> &'static [(&'static str, InterfaceShape)] {
     match joint_type {
         JointType::Revolute => &[("", PIN_Z)],

@@ -12,8 +12,8 @@ use crate::scalar::Scalar;
 /// the force (not a torque) as its result.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Law<T = f64> {
-    /// Kinetic friction coefficient, dimensionless and nonnegative; its high-speed limit if it
-    /// depends on speed. A [`Curve::Table`] replaces it.
+    /// Kinetic friction coefficient, dimensionless and nonnegative. If the coefficient depends on
+    /// speed, this is the limit at high speed; [`Curve::Table`] ignores it.
     pub mu: T,
     /// Viscous coefficient at the sliding surface, N s/m, nonnegative.
     pub viscous: T,
@@ -65,18 +65,18 @@ pub enum Exponent<T = f64> {
     Other(T),
 }
 
-/// Friction law evaluated at one speed: `force = coefficient * load + constant`. Since it is affine
-/// in the normal load, each Newton step of the friction coupling is a linear system.
+/// Friction law evaluated at one speed: `force = coefficient * load + constant`. Each Newton step
+/// of the friction coupling is a linear system, because the force is affine in the normal load.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Resistance<T> {
     /// Friction force per newton of normal load.
     pub coefficient: T,
-    /// Friction force without normal load, N: the viscous part of a law, nonnegative.
+    /// Friction force at zero normal load, N: the viscous part of a law, nonnegative.
     pub constant: T,
 }
 
 impl<T: Scalar> Resistance<T> {
-    /// Resistance of Coulomb and viscous friction at a sliding speed of magnitude `speed`, m/s.
+    /// Returns the Coulomb and viscous friction at a sliding speed of magnitude `speed`, m/s.
     #[inline]
     pub fn coulomb_viscous(mu: T, viscous: T, speed: T) -> Self {
         Self { coefficient: mu, constant: viscous * speed }
@@ -152,7 +152,7 @@ impl Law {
         self.coefficient(0.0) == self.at_rest()
     }
 
-    /// Converts the constants to another scalar type.
+    /// Converts all parameters to constants of another scalar type.
     pub fn lift<T: Scalar>(&self) -> Law<T> {
         let lift = T::from_f64;
         Law {
@@ -199,7 +199,7 @@ impl Exponent {
 }
 
 impl<T: Scalar> Exponent<T> {
-    /// Raises `x`, nonnegative, to this power.
+    /// Raises a nonnegative `x` to this power.
     fn of(self, x: T) -> T {
         match self {
             Self::One => x,
@@ -213,8 +213,8 @@ impl<T: Scalar> Exponent<T> {
     }
 }
 
-/// Interpolates a table linearly at `speed`. Each SIMD lane may need another row of the table, so
-/// the loop visits all rows.
+/// Interpolates a table linearly at `speed`. The loop visits all rows, because each SIMD lane may
+/// need a different row.
 fn interpolated<T: Scalar>(rows: &[[T; 2]], speed: T) -> T {
     let mut value = rows.last().map_or(T::zero(), |row| row[1]);
     for (&[speed_0, value_0], &[speed_1, value_1]) in rows.iter().zip(rows.iter().skip(1)).rev() {
@@ -255,14 +255,15 @@ mod tests {
     fn curves_agree_with_their_formulas() {
         let found = |curve: Curve, speed: f64| law(curve, None).sliding(speed).coefficient;
         let stribeck = |exponent, velocity| Curve::Stribeck { mu_static: 0.3, velocity, exponent };
-        // At the Stribeck velocity 1/e of the difference remains, for any exponent.
+        // At the Stribeck velocity, the factor 1/e of the difference remains, for any exponent.
         let one_over_e = 0.1 + 0.2 / std::f64::consts::E;
         for exponent in [1.0, 2.0, 0.5, 7.0] {
             let curve = stribeck(Exponent::new(exponent), 0.04);
             assert!((found(curve.clone(), 0.04) - one_over_e).abs() < 1e-16);
             assert_eq!(found(curve, 0.0), 0.3);
         }
-        // At twice this velocity e^-4 remains, or e^-2 with the exponential law.
+        // At twice the Stribeck velocity, e^-4 of the difference remains, or e^-2 for the
+        // exponential law.
         let (gauss, exponential) = (Exponent::new(2.0), Exponent::new(1.0));
         let expected = [0.1 + 0.2 * 0.018_315_638_888_734_18, 0.1 + 0.2 * 0.135_335_283_236_612_7];
         assert!((found(stribeck(gauss, 0.04), 0.08) - expected[0]).abs() < 1e-16);
@@ -285,8 +286,8 @@ mod tests {
     }
 
     proptest! {
-        /// Checks that eight SIMD lanes give the same digits as eight single numbers, dual numbers
-        /// give the derivative, and every law dissipates power.
+        /// Checks that eight SIMD lanes yield the same digits as eight single numbers, that dual
+        /// numbers yield the derivative, and that every law dissipates power.
         #[test]
         fn all_scalars_agree(speeds in prop::array::uniform8(0.0..0.5_f64)) {
             for law in laws() {
@@ -309,8 +310,8 @@ mod tests {
                     };
                     if !near_kink {
                         let slope = (ahead.coefficient - behind.coefficient) / (2.0 * step);
-                        // Second-order differences of curves that change within 2 mm/s: the third
-                        // derivative is about mu / (2 mm/s)^3, and the step 1e-6 m/s.
+                        // Error of second-order differences for curves that change within 2 mm/s:
+                        // the third derivative is about mu / (2 mm/s)^3, and the step is 1e-6 m/s.
                         let error = (dual.coefficient.slope[0] - slope).abs();
                         prop_assert!(error < 1e-4 * (1.0 + slope.abs()), "{law:?} {speed} {error}");
                     }

@@ -1,9 +1,9 @@
 //! Load-dependent joint friction.
 //!
 //! Friction at an interface is described by a *normal load map* ([`NormalLoadMap`]: components of
-//! the joint's reaction that contribute to the normal load) and a *law* ([`Law`]: coefficient as a
-//! function of speed, and viscous part). A [`JointFriction`] applies both at one interface of the
-//! joint, with the radius of the surface.
+//! the joint's reaction that contribute to the normal load) and a *law* ([`Law`]: friction
+//! coefficient as a function of speed, and a viscous part). [`JointFriction`] combines both for one
+//! interface of a joint, with the radius of the surface.
 
 mod bristles;
 mod interface;
@@ -18,7 +18,7 @@ pub use law::{Curve, Exponent, Law};
 pub use normal_load::{Combine, NormalLoadMap, Supports};
 pub(crate) use thread::OwnFriction;
 
-// Used by the project's other crates; no part of the stable interface.
+// Used by other crates of the project; not part of the stable interface.
 #[doc(hidden)]
 pub use interface::{InterfaceShape, interfaces_of};
 #[doc(hidden)]

@@ -17,16 +17,16 @@ use crate::spatial::{Twist, Vec3, Wrench};
 /// | `torsion_arm` | - | torsional moment / arm | - | - | - |
 /// | `preload` | added | added | added | added | added |
 ///
-/// [`Combine`] defines how the parts are combined. Moments are about the midpoint between the supports, see
-/// [`Supports`]: by default the joint's origin; for a plate, the origin of K. A part whose length or
-/// ratio is not given is omitted.
+/// [`Combine`] defines how the parts are combined. Moments are about the midpoint between the
+/// supports, see [`Supports`]. By default, this is the joint's origin; for a plate, it is the
+/// origin of K. A part is omitted if its length or ratio is not given.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NormalLoadMap<T> {
     /// Distance between the two supports of a pin or guide, or across a plate, m.
     pub bending_span: Option<T>,
     /// Ratio of collar radius to pin radius, dimensionless.
     pub axial_ratio: Option<T>,
-    /// Lever arm at which a guide carries a torsional moment, m.
+    /// Lever arm of the forces by which a guide carries a torsional moment, m.
     pub torsion_arm: Option<T>,
     /// Constant part of the normal load, N.
     pub preload: T,
@@ -36,11 +36,11 @@ pub struct NormalLoadMap<T> {
     pub supports: Supports<T>,
     /// Cosine of a thread's half flank angle in the section normal to the thread.
     pub flank_cosine: Option<T>,
-    /// Smoothing force, N, which rounds the kink of every norm at zero: `sqrt(x^2 + smoothing^2) -
-    /// smoothing`.
+    /// Smoothing force, N. It rounds the kink of every norm at zero:
+    /// `sqrt(x^2 + smoothing^2) - smoothing`.
     pub smoothing: Option<T>,
-    /// Losses of a gear per unit of transmitted effort: `[motor drives, motor is driven]`. Only for
-    /// the shaft of a motor; see [`Self::in_gear`].
+    /// Losses of a motor's gear per unit of transmitted effort, first while the motor drives, then
+    /// while it is driven. Only for the shaft of a motor; see [`Self::in_gear`].
     pub gear: Option<[T; 2]>,
 }
 
@@ -50,9 +50,10 @@ pub enum Combine {
     /// Sum of the parts, for parts that act on separate surfaces.
     #[default]
     Sum,
-    /// Radial (lateral) force and bending moment are combined into one force at each of two supports, a
-    /// span apart. The load is the sum of their magnitudes, `|F/2 + M x e/span| + |F/2 - M x e/span|` with
-    /// the axis `e`, plus the parts of axial force and torsion.
+    /// Radial (lateral) force `F` and bending moment `M` are combined into one force at each of two
+    /// supports, which are one `span` apart. The load is the sum of the magnitudes of these forces,
+    /// `|F/2 + M x e/span| + |F/2 - M x e/span|` with the axis `e`, plus the parts of axial force
+    /// and torsion.
     Pads,
     /// Square root of the sum of the squares of all parts, plus the preload.
     RootSumSquare,
@@ -61,10 +62,10 @@ pub enum Combine {
 /// Positions of the two supports that carry the bending moment.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub enum Supports<T> {
-    /// On the predecessor, half a span before and behind the origin of J.
+    /// Both on the predecessor, half a span in front of and behind the origin of J.
     #[default]
     Predecessor,
-    /// On the successor, half a span before and behind the origin of K.
+    /// Both on the successor, half a span in front of and behind the origin of K.
     Successor,
     /// One support on each body, such as the gland of a cylinder and the piston of its rod. The span
     /// changes with the displacement and replaces [`NormalLoadMap::bending_span`].
@@ -82,7 +83,8 @@ pub struct Load<T> {
     /// Normal load, N, nonnegative.
     pub value: T,
     /// Gradient with respect to the wrench, as a twist: a small change `d` of the wrench changes
-    /// the load by `gradient.power(d)`. Parts of the load that are zero contribute nothing.
+    /// the load by `gradient.power(d)`. Parts of the load that are zero do not contribute to the
+    /// gradient.
     pub gradient: Twist<T>,
 }
 
@@ -108,8 +110,9 @@ impl<T: Scalar> NormalLoadMap<T> {
         Self { preload: T::zero(), smoothing: None, ..*self }
     }
 
-    /// Computes the distance between supports on both bodies when the origin of K is at `slide`
-    /// along the axis of J, m; positive for overlapping bodies. `None` for a constant span.
+    /// Computes the distance between two supports that are on different bodies, m, when the origin
+    /// of K is at `slide` along the axis of J; positive for overlapping bodies. `None` if both
+    /// supports are on the same body.
     #[inline]
     pub fn overlap(&self, slide: T) -> Option<T> {
         let Supports::OneOnEach { gland, piston } = self.supports else { return None };
@@ -134,16 +137,17 @@ impl<T: Scalar> NormalLoadMap<T> {
         self.across(wrench, middle, axis, span)
     }
 
-    /// Computes the normal load of a pin or guide under `wrench` (about the reference point): a
-    /// surface around the line through `point` along the unit vector `axis`. `point` is the
-    /// midpoint between the supports.
+    /// Computes the normal load of a pin or guide under `wrench` (about the reference point). The
+    /// surface lies around an axis through `point`, the midpoint between the supports, with the
+    /// unit vector `axis`.
     pub fn around_axis(&self, wrench: Wrench<T>, point: Vec3<T>, axis: Vec3<T>) -> Load<T> {
         self.across(wrench, point, axis, self.bending_span)
     }
 
-    /// Computes the load of a motor's shaft whose gear transmits `wrench` (about the reference point) to a degree of
-    /// freedom with the unit twist `unit`: the preload plus the loss of the gear. The loss depends on the direction
-    /// of motion, 1 or -1; zero stands for an unknown direction.
+    /// Computes the normal load of a motor shaft: the preload plus the loss of the gear. The gear
+    /// transmits `wrench` (about the reference point) to a degree of freedom with the unit twist
+    /// `unit`. The loss depends on the direction of motion, 1 or -1; pass zero if the direction is
+    /// unknown.
     pub fn in_gear(&self, wrench: Wrench<T>, unit: Twist<T>, direction: T) -> Load<T> {
         let Some([driving, driven]) = self.gear else {
             return Load { value: self.preload, gradient: Twist::zero() };
@@ -245,8 +249,8 @@ impl<T: Scalar> NormalLoadMap<T> {
         sum.load(point)
     }
 
-    /// Computes the normal load of a plate with origin `point` and unit normal `normal` under
-    /// `wrench` (about the reference point).
+    /// Computes the normal load of a plate with the origin `point` and the unit normal `normal`
+    /// under `wrench` (about the reference point).
     pub fn on_plane(&self, wrench: Wrench<T>, point: Vec3<T>, normal: Vec3<T>) -> Load<T> {
         let factor = self.bending_span.map_or(T::zero(), |span| T::from_f64(2.0) / span);
         let pressing = normal * wrench.force.dot(normal);
@@ -282,8 +286,8 @@ impl<T: Scalar> NormalLoadMap<T> {
         }
     }
 
-    /// Computes the root of a sum of squares, smoothed if `smoothing` is set, and the factor that
-    /// converts the gradient of half the sum to the gradient of the root.
+    /// Computes the square root of a sum of squares, smoothed if `smoothing` is set, and the factor
+    /// that converts the gradient of half the sum to the gradient of the root.
     fn root(&self, square: T) -> Part<T, T> {
         match self.smoothing {
             None => {
@@ -300,7 +304,7 @@ impl<T: Scalar> NormalLoadMap<T> {
 }
 
 impl NormalLoadMap<f64> {
-    /// Converts the constants to another scalar type.
+    /// Converts all parameters to constants of another scalar type.
     pub fn lift<T: Scalar>(&self) -> NormalLoadMap<T> {
         NormalLoadMap {
             bending_span: self.bending_span.map(T::from_f64),
@@ -336,7 +340,7 @@ fn norm<T: Scalar>(v: Vec3<T>) -> Part<T, Vec3<T>> {
     Part { value, direction: v * safe.recip() }
 }
 
-/// Computes `sqrt(v^2 + e^2) - e` and its gradient, without cancellation.
+/// Computes `sqrt(|v|^2 + e^2) - e` and its gradient without cancellation.
 fn smooth<T: Scalar>(v: Vec3<T>, e: T) -> Part<T, Vec3<T>> {
     let square = v.norm_squared();
     let root = (square + e * e).sqrt();
@@ -350,7 +354,7 @@ struct Sum<T> {
 }
 
 impl<T: Scalar> Sum<T> {
-    /// Converts the derivatives with respect to the force and the moment about `point` to the
+    /// Converts the derivatives with respect to the force and to the moment about `point` to the
     /// gradient with respect to the wrench about the reference point.
     #[inline(always)]
     fn load(self, point: Vec3<T>) -> Load<T> {
@@ -464,9 +468,10 @@ mod tests {
         }
     }
 
-    /// Compares two pads with a calculation by hand: 30 N lateral force and 4 N m about the normal
-    /// of the same direction, 0.2 m apart, give 15 N + 20 N on one pad and 15 N - 20 N on the
-    /// other; perpendicular to each other they give the square root of 15^2 + 20^2 on each.
+    /// Compares two pads with a calculation by hand: a lateral force of 30 N and a moment of 4 N m
+    /// on pads 0.2 m apart. If the moment's forces are parallel to the lateral force, the pads
+    /// carry 15 N + 20 N and 15 N - 20 N; if they are perpendicular to it, each pad carries the
+    /// square root of 15^2 + 20^2.
     #[test]
     fn two_pads() {
         let map = NormalLoadMap {

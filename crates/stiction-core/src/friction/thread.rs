@@ -6,7 +6,7 @@ use super::{Load, NormalLoadMap};
 use crate::scalar::Scalar;
 use crate::spatial::{Twist, Vec3, Wrench};
 
-/// Helix of a thread, given by radius and pitch.
+/// Helix of a thread, given by its radius and pitch.
 ///
 /// The flanks exert a normal force on each other and friction along the helix. The friction `R`
 /// carries a part of the joint's axial force `F`. With the lead angle `l` (`tan l = pitch /
@@ -17,10 +17,10 @@ use crate::spatial::{Twist, Vec3, Wrench};
 /// N cos b = | F / cos l + d R tan l |,    R = constant + coefficient (N + N_other)
 /// ```
 ///
-/// The equation is solved for `N`; it is linear on either side of zero. The actuator does not
-/// appear, so a motor may turn the spindle through this joint or through another. The result agrees
-/// with the textbook torques `F r tan(l + r')` to raise a load and `F r tan(r' - l)` to lower it,
-/// with `tan r' = coefficient / cos b`.
+/// The equation is solved for `N`; it is linear on either side of `N = 0`. The actuator does not
+/// appear in it, so a motor may turn the spindle through this joint or through another one. The
+/// result agrees with the textbook torques `F r tan(l + r')` to raise a load and `F r tan(r' - l)`
+/// to lower it, with `tan r' = coefficient / cos b`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thread<T> {
     /// Contact radius of the flanks, m.
@@ -30,14 +30,14 @@ pub struct Thread<T> {
 }
 
 /// Friction force of one interface. In a thread, this force carries a part of the joint's axial
-/// force and so changes the normal force of the flanks.
+/// force and thereby changes the normal force of the flanks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OwnFriction<T> {
     /// Friction force per newton of normal load.
     pub coefficient: T,
     /// Friction force without normal load, N.
     pub constant: T,
-    /// Sliding direction: 1 forward, -1 backward; at rest the mobilised fraction of static
+    /// Sliding direction: 1 for forward, -1 for backward. At rest, the mobilised fraction of static
     /// friction.
     pub direction: T,
 }
@@ -50,8 +50,8 @@ impl<T: Scalar> OwnFriction<T> {
 }
 
 impl OwnFriction<f64> {
-    /// Creates friction of the given force, N, with the sign of the sliding velocity that it
-    /// opposes.
+    /// Creates a friction force, N, that does not depend on the normal load. Its sign is that of
+    /// the sliding velocity that it opposes.
     pub(crate) fn of(force: f64) -> Self {
         Self { coefficient: 0.0, constant: force.abs(), direction: force.signum() }
     }
@@ -64,9 +64,9 @@ impl<T: Scalar> Thread<T> {
         (self.radius * self.radius + self.pitch * self.pitch).sqrt()
     }
 
-    /// Computes the normal load under `wrench` (about the reference point): the normal force of the
-    /// flanks plus `other`, the normal load of the thread's bore as a pin. Infinite if friction
-    /// jams the thread.
+    /// Computes the normal load of a thread under `wrench` (about the reference point): the normal
+    /// force of the flanks plus `other`, the normal load of the bore as a pin. The load is infinite
+    /// if friction jams the thread.
     pub fn load(
         &self,
         map: &NormalLoadMap<T>,
@@ -131,7 +131,7 @@ mod tests {
             let load = thread.load(&MAP, other, wrench, axis, own);
             prop_assert!(load.value >= other.value);
 
-            // Along the axis, per unit: the normal has cos b cos l, friction sin l.
+            // Axial components per unit: cos b cos l of the normal force, sin l of the friction.
             let lead = (pitch / thread.radius).atan();
             let normal = load.value - other.value;
             let friction = own.constant + coefficient * load.value;
@@ -164,7 +164,7 @@ mod tests {
         }
     }
 
-    /// Checks that friction which jams the thread while it raises the load gives an infinite normal
+    /// Checks that friction that jams the thread while raising the load yields an infinite normal
     /// load.
     #[test]
     fn a_jammed_thread_has_an_infinite_load() {

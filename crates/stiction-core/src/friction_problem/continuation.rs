@@ -2,8 +2,8 @@
 //!
 //! Equation (F8) of the book's theory.
 
-/// Point at which friction locks the mechanism: the solution branch ends there, and the normal loads
-/// grow without bound.
+/// Friction locking: the solution branch ends at a fraction of the friction coefficients, where the
+/// normal loads grow without bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Lock {
     /// Fraction of the given friction coefficients at which the solution branch ends.
@@ -12,8 +12,8 @@ pub(crate) struct Lock {
     pub(crate) interface: usize,
 }
 
-/// The first step may extend to the fraction at which the coupling bound reaches this value,
-/// slightly below one, because the solution is unique up to there.
+/// The first step may extend to the fraction of the friction coefficients at which the coupling
+/// bound reaches this value. The solution is unique while the bound is below one.
 const CERTAIN: f64 = 0.99;
 
 /// Step sizes of the continuation, as fractions of the given friction coefficients.
@@ -23,18 +23,18 @@ pub(crate) struct StepPolicy {
     pub(crate) first: f64,
     /// Growth factor of the step after a success.
     pub(crate) growth: f64,
-    /// Largest step, relative to the fraction reached.
+    /// Largest step, relative to the fraction of the friction coefficients reached so far.
     pub(crate) longest: f64,
-    /// Smallest step before the continuation stops; relative to the fraction reached if that
-    /// exceeds one.
+    /// Smallest step, below which the continuation stops; relative to the fraction reached so far
+    /// if that exceeds one.
     pub(crate) shortest: f64,
     /// Largest number of steps, failed ones included.
     pub(crate) most: usize,
 }
 
 impl StepPolicy {
-    /// Extends the first step up to the fraction at which the coupling bound still guarantees
-    /// uniqueness, at most `until`.
+    /// Extends the first step to the fraction, but at most to `until`, up to which the coupling
+    /// `bound` guarantees uniqueness.
     pub(crate) fn with_bound(self, bound: f64, until: f64) -> Self {
         let certain = if bound > 0.0 { CERTAIN / bound } else { f64::INFINITY };
         Self { first: certain.min(until).max(self.first), ..self }
@@ -44,8 +44,8 @@ impl StepPolicy {
 /// Solution branch, parametrised by the fraction of the friction coefficients.
 pub(crate) trait Branch {
     /// Solves with the fraction `part` of the friction coefficients, starting from the last
-    /// accepted solution. Returns true if it finds a solution on the same branch, along which the
-    /// determinant keeps its sign.
+    /// accepted solution. Returns `true` if it finds a solution on the same branch, that is, with
+    /// the same sign of the determinant.
     fn correct(&mut self, part: f64) -> bool;
 
     /// Accepts the solution of the last [`Self::correct`].
@@ -54,15 +54,16 @@ pub(crate) trait Branch {
     /// Returns to the last accepted solution.
     fn reject(&mut self);
 
-    /// Index of the interface whose normal load has grown most since the frictionless solution.
+    /// Index of the interface whose normal load has the largest growth factor since the
+    /// frictionless solution.
     fn fastest_growing(&self) -> usize;
 }
 
-/// Follows a branch from the frictionless solution to `until` times the given friction
+/// Follows a solution branch from the frictionless solution to `until` times the given friction
 /// coefficients, halving steps that fail. Returns the number of steps.
 ///
 /// # Errors
-/// Returns the state in which friction locks the mechanism if no further step succeeds, because the
+/// Returns the [`Lock`] at which the branch ends if no further step succeeds, because the
 /// determinant of the coupled system vanishes there, or if the number of steps exceeds its limit.
 pub(crate) fn follow(
     branch: &mut impl Branch,
@@ -93,7 +94,7 @@ pub(crate) fn follow(
     Err(Lock { part, interface: branch.fastest_growing() })
 }
 
-/// Index of the normal load with the largest growth factor from `start` to `now`.
+/// Index of the normal load with the largest growth factor between the lists `start` and `now`.
 pub(crate) fn fastest_growing(start: &[f64], now: &[f64]) -> usize {
     let size = start.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
     let growth = |k: usize| now[k] / (start[k] + 1e-12 * size);
@@ -104,7 +105,7 @@ pub(crate) fn fastest_growing(start: &[f64], now: &[f64]) -> usize {
 mod tests {
     use super::*;
 
-    /// Branch on which corrections converge only in steps shorter than `reach`, and only before `end`.
+    /// Branch on which corrections converge only in steps of at most `reach`, and only up to `end`.
     struct Narrow {
         reach: f64,
         end: f64,
@@ -138,7 +139,7 @@ mod tests {
         let mut wide = Narrow { reach: 0.2, end: f64::INFINITY, at: 0.0, trial: 0.0 };
         assert!(follow(&mut wide, policy, 1.0).is_ok_and(|steps| steps < 30));
         assert_eq!(wide.at, 1.0);
-        // The end is located to the shortest step.
+        // The end of the branch is located to within the shortest step.
         let mut ends = Narrow { reach: 0.2, end: 0.7, at: 0.0, trial: 0.0 };
         let lock = follow(&mut ends, policy, 1.0).unwrap_err();
         assert!(0.7 - lock.part < 2e-6 && lock.part < 0.7, "{lock:?}");

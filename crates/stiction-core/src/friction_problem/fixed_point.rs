@@ -1,8 +1,8 @@
 //! Fixed-point iteration on the normal loads, accelerated by Anderson's method.
 //!
 //! Each iteration computes the normal loads for given friction by one solution of the equations of
-//! motion, without an influence matrix. The iteration converges to the solution on the branch of
-//! zero friction if its map contracts there; otherwise Newton's method is used.
+//! motion, without an influence matrix. If its map is a contraction, the iteration converges to the
+//! solution on the branch that begins at zero friction; otherwise Newton's method is used.
 
 use super::newton::largest;
 
@@ -10,32 +10,33 @@ use super::newton::largest;
 const STEPS: usize = 16;
 /// The iteration has converged if the relative change of the loads is below this value.
 const SETTLED: f64 = 1e-14;
-/// A relative change of the loads below this value counts as round-off once the changes stop
-/// decreasing.
+/// Once the changes of the loads stop decreasing, a relative change below this value counts as
+/// round-off.
 const STAGNATED: f64 = 1e-12;
-/// Largest ratio of the change of `map(x)` to the change of `x` at which the map counts as a
-/// contraction. The determinant of the coupled system is then positive; the distance to 1 is a
-/// margin for directions that the iteration has not explored.
+/// The map counts as a contraction up to this ratio of the change of `map(x)` to the change of `x`.
+/// The determinant of the coupled system is then positive. The distance to 1 is a margin for
+/// directions that the iteration has not explored.
 const CONTRACTS: f64 = 0.5;
 /// Number of earlier iterations that Anderson's method combines.
 const MEMORY: usize = 3;
 
-/// Buffers of the iteration.
+/// Buffers of the fixed-point iteration.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct FixedPoint {
     mapped: Vec<f64>,
     residual: Vec<f64>,
-    /// Iterate and residual of the previous iteration.
+    /// Normal loads and residual of the previous iteration.
     before: (Vec<f64>, Vec<f64>),
-    /// Latest changes of the iterate, one vector per iteration.
+    /// Changes of the normal loads in the latest iterations, one vector per iteration.
     points: Vec<Vec<f64>>,
-    /// Latest changes of the residual, one vector per iteration.
+    /// Changes of the residual in the latest iterations, one vector per iteration.
     residuals: Vec<Vec<f64>>,
 }
 
 impl FixedPoint {
-    /// Solves `x = map(x)` from `x`, which becomes the solution. Returns false if the map does not
-    /// contract along the iteration. The map is last evaluated at the solution.
+    /// Solves `x = map(x)`, starting from `x`, which becomes the solution. Returns `false` if the
+    /// map does not contract along the iteration. The last evaluation of the map is at the
+    /// solution.
     pub(crate) fn solve(
         &mut self,
         x: &mut Vec<f64>,
@@ -92,8 +93,8 @@ fn difference(to: &mut Vec<f64>, a: &[f64], b: &[f64]) {
     to.extend(a.iter().zip(b).map(|(a, b)| a - b));
 }
 
-/// Computes the coefficients of the linear combination of vectors that is nearest to `right`;
-/// linearly dependent vectors get the coefficient zero.
+/// Computes the coefficients of the linear combination of `vectors` that is nearest to `right`.
+/// Linearly dependent vectors get the coefficient zero.
 fn least_squares(vectors: &[Vec<f64>], right: &[f64]) -> [f64; MEMORY] {
     let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let count = vectors.len();
@@ -105,8 +106,8 @@ fn least_squares(vectors: &[Vec<f64>], right: &[f64]) -> [f64; MEMORY] {
         }
         amounts[i] = product(a, right);
     }
-    // Cholesky decomposition of the Gram matrix, which squares the condition number of the vectors; the
-    // next iteration removes the error.
+    // Cholesky decomposition of the Gram matrix. It squares the condition number of the vectors;
+    // the next iteration removes the resulting error.
     let mut kept = [true; MEMORY];
     for i in 0..count {
         for j in 0..i {
@@ -130,7 +131,7 @@ fn least_squares(vectors: &[Vec<f64>], right: &[f64]) -> [f64; MEMORY] {
 mod tests {
     use super::*;
 
-    /// Creates a linear map with the given factors along rotated axes.
+    /// Creates a linear map that scales by the given factors along rotated axes.
     fn map(factors: [f64; 3]) -> impl Fn(&[f64], &mut Vec<f64>) {
         move |x: &[f64], out: &mut Vec<f64>| {
             let (a, b) = (0.6 * x[0] + 0.8 * x[1], -0.8 * x[0] + 0.6 * x[1]);
@@ -152,7 +153,7 @@ mod tests {
         }
     }
 
-    /// Checks that the map is last evaluated at the solution, even if all loads vanish.
+    /// Checks that the last evaluation of the map is at the solution, even if all loads vanish.
     #[test]
     fn vanishing_loads_are_evaluated() {
         let (mut x, mut last) = (vec![1.0; 3], Vec::new());
@@ -165,8 +166,8 @@ mod tests {
         assert_eq!((&x, &last), (&vec![0.0; 3], &vec![0.0; 3]));
     }
 
-    /// Checks that a map that does not contract is rejected: Anderson's method would find its
-    /// solution, which is not on the branch of zero friction.
+    /// Checks that a map that does not contract is rejected. Anderson's method would find a
+    /// solution, but not on the branch that begins at zero friction.
     #[test]
     fn other_maps_are_refused() {
         assert!(!FixedPoint::default().solve(&mut vec![1.0; 3], map([3.0, 0.1, 0.1])));

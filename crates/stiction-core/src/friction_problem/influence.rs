@@ -1,5 +1,4 @@
-//! Influence operator: from friction unknowns to the wrenches at the joints of all friction
-//! interfaces.
+//! Influence operator: maps friction unknowns to the joint wrenches of all friction interfaces.
 
 use super::small_system::{Four, blocks_of, by_width};
 use crate::scalar::Scalar;
@@ -8,14 +7,14 @@ use crate::spatial::{Vec3, Wrench};
 /// Linear operator from friction unknowns, one or more per interface, to the wrenches at the joints
 /// of the interfaces.
 pub(crate) trait Influence {
-    /// Calls `put(row, column, wrench)` once for each pair: `wrench` is the change of the complete wrench at the
-    /// joint of interface `row` per unit of unknown `column`.
+    /// Calls `put(row, column, wrench)` for each pair of interface and unknown: `wrench` is the
+    /// change of the total wrench at the joint of interface `row` per unit of unknown `column`.
     fn visit(&mut self, put: impl FnMut(usize, usize, Wrench<f64>));
 }
 
-/// Operator with one unknown per interface, stored as a matrix. Each interface has six rows, the
-/// components of the wrench at its joint (force first), in blocks of four columns, the last padded
-/// with zeros.
+/// Influence operator with one unknown per interface, stored as a matrix. Each interface has six
+/// rows, one per component of the wrench at its joint (force first). The columns are in blocks of
+/// four; the last block is padded with zeros.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct InfluenceMatrix {
     count: usize,
@@ -23,7 +22,7 @@ pub(crate) struct InfluenceMatrix {
 }
 
 impl InfluenceMatrix {
-    /// Stores the operator of `count` interfaces, reusing the buffer.
+    /// Stores an operator with `count` interfaces, reusing the buffer.
     pub(super) fn store(&mut self, count: usize, operator: &mut impl Influence) {
         let width = blocks_of(count);
         self.count = count;
@@ -38,8 +37,8 @@ impl InfluenceMatrix {
         });
     }
 
-    /// Stores an operator of `count` interfaces; `of` returns the wrench of each row for a block of
-    /// four columns.
+    /// Stores an operator with `count` interfaces. `of(row, block)` returns the wrench at the joint
+    /// of interface `row` for a block of four columns.
     pub(super) fn store_blocks(&mut self, count: usize, of: impl Fn(usize, usize) -> Wrench<Four>) {
         let width = blocks_of(count);
         self.count = count;
@@ -60,7 +59,7 @@ impl InfluenceMatrix {
         self.count
     }
 
-    /// Wrenches at the joint of an interface per unit of each unknown in a block of four.
+    /// Wrench at the joint of an interface per unit of each of the four unknowns in a block.
     pub(super) fn block(&self, interface: usize, block: usize) -> Wrench<Four> {
         let width = blocks_of(self.count);
         let rows = &self.blocks[6 * width * interface + block..];
@@ -74,7 +73,8 @@ impl InfluenceMatrix {
         self.blocks[6 * width * interface..6 * width * (interface + 1)].chunks_exact(width)
     }
 
-    /// Computes the wrench at the joint of an interface for given unknowns, in blocks of four.
+    /// Computes the wrench at the joint of an interface for given values of the unknowns, which are
+    /// in blocks of four.
     pub(super) fn apply(&self, interface: usize, unknowns: &[Four]) -> Wrench<f64> {
         let width = blocks_of(self.count);
         let rows = &self.blocks[6 * width * interface..6 * width * (interface + 1)];
@@ -107,7 +107,7 @@ impl InfluenceMatrix {
         Wrench { force, moment }
     }
 
-    /// Computes the sum of the six rows of an interface, each multiplied by its factor, in `sums`.
+    /// Multiplies the six rows of an interface by one factor each and writes their sum to `sums`.
     pub(super) fn combine(&self, interface: usize, factors: [f64; 6], sums: &mut [Four]) {
         let width = blocks_of(self.count);
         let rows = &self.blocks[6 * width * interface..6 * width * (interface + 1)];

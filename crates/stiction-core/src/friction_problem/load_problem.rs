@@ -1,5 +1,5 @@
-//! Friction problem with the normal loads as unknowns, for given stick-slip modes and slip
-//! directions.
+//! Friction problem with the normal loads as unknowns. Stick-slip modes and slip directions are
+//! given.
 //!
 //! Equation (D3) of the book's theory.
 
@@ -12,19 +12,18 @@ use super::uniqueness::{BoundStart, BoundWorkspace, coupling_bound_in_blocks};
 use crate::friction::OwnFriction;
 use crate::spatial::{Twist, Wrench};
 
-/// Interface whose normal load is unknown because its friction depends on it.
+/// Interface whose normal load is an unknown, because its friction depends on this load.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Unknown {
     pub(super) interface: usize,
-    /// Friction of the interface itself, on which the normal load of a thread depends.
+    /// Friction of this interface; it affects the normal load of a thread.
     pub(super) own: OwnFriction<f64>,
     /// Wrench at the joint of the interface, without the friction that depends on normal loads.
     pub(super) base: Wrench<f64>,
 }
 
 impl Unknown {
-    /// Returns the friction of the interface with the fraction `part` of the given friction
-    /// coefficient.
+    /// Returns the friction of the interface with `part` times the given friction coefficient.
     pub(super) fn own_at(&self, part: f64) -> OwnFriction<f64> {
         OwnFriction { coefficient: part * self.own.coefficient, ..self.own }
     }
@@ -41,7 +40,7 @@ pub(crate) struct LoadProblem {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LoadWorkspace {
     pub(crate) loads: Vec<f64>,
-    /// Number of continuation steps in the last solution; zero if continuation was not needed.
+    /// Number of continuation steps in the last solution; zero if no continuation was needed.
     pub(crate) continuation_steps: usize,
     start: Vec<f64>,
     trial: Vec<f64>,
@@ -66,20 +65,20 @@ impl LoadProblem {
         self.influence.store(self.unknowns.len(), operator);
     }
 
-    /// Stores the influence like [`Self::set_influence`], four columns at a time: `of(row, block)`
-    /// returns the wrench at the joint of unknown `row` per unit of each of the four unknowns of
-    /// `block`; zero beyond the last unknown.
+    /// Stores the influence like [`Self::set_influence`], but four columns at a time.
+    /// `of(row, block)` returns the wrench at the joint of unknown `row` per unit of each of the
+    /// four unknowns of `block`; the wrench must be zero beyond the last unknown.
     pub(crate) fn set_influence_in_blocks(&mut self, of: impl Fn(usize, usize) -> Wrench<Four>) {
         self.influence.store_blocks(self.unknowns.len(), of);
     }
 
-    /// Indices of the interfaces, in the order of the unknowns.
+    /// Index of the interface of each unknown.
     pub(crate) fn interfaces(&self) -> impl Iterator<Item = usize> {
         self.unknowns.iter().map(|unknown| unknown.interface)
     }
 
-    /// Computes the normal loads, N, without the friction that depends on them: the solution for
-    /// zero friction coefficients.
+    /// Computes the normal loads, N, for zero friction coefficients. They are the loads without the
+    /// friction that depends on them.
     pub(crate) fn uncoupled_loads(&self, at: Configuration<'_>, loads: &mut Vec<f64>) {
         loads.clear();
         loads.extend(self.unknowns.iter().map(|unknown| {
@@ -87,12 +86,12 @@ impl LoadProblem {
         }));
     }
 
-    /// Solves by Newton's method from the `known` normal loads (N, one per interface of the
-    /// mechanism). If this finds no solution connected with the frictionless one, solves by
-    /// continuation with the step sizes `steps`.
+    /// Solves by Newton's method, starting from the `known` normal loads (N, one per interface of
+    /// the mechanism). If this finds no solution on the branch that begins at the frictionless
+    /// solution, solves by continuation with the step sizes `steps`.
     ///
     /// # Errors
-    /// Returns the lock at which the continuation ends.
+    /// Returns the [`Lock`] at which the continuation ends.
     pub(crate) fn solve(
         &self,
         at: Configuration<'_>,
@@ -124,8 +123,8 @@ impl LoadProblem {
             .map_err(|lock| Lock { interface: self.unknowns[lock.interface].interface, ..lock })
     }
 
-    /// Solves by Newton's method from the given normal loads, N, and accepts a solution on any
-    /// branch. Returns true if it finds a solution.
+    /// Solves by Newton's method from the given normal loads, N. Accepts a solution on any branch;
+    /// returns `true` if it finds one.
     pub(crate) fn solve_from(
         &self,
         at: Configuration<'_>,
@@ -136,10 +135,10 @@ impl LoadProblem {
         self.newton(at, loads, (1.0, accepted), &mut workspace.newton).is_some()
     }
 
-    /// Computes the sensitivity of a function of the normal loads at a solution: converts its derivatives
-    /// with respect to the loads (`weights`) to derivatives `y` with respect to the right-hand sides by
-    /// `(I - J)^T y = weights`, with the Jacobian `J` of the loads. Also computes the gradients of the
-    /// loads. `None` if the system is singular.
+    /// Solves the adjoint problem at a solution: converts the derivatives `weights` of a function
+    /// with respect to the normal loads to its derivatives `y` with respect to the right-hand
+    /// sides. They satisfy `(I - J)^T y = weights` with the Jacobian `J` of the loads. Also
+    /// computes the gradients of the loads. Returns `None` if the system is singular.
     pub(crate) fn adjoint(
         &self,
         at: Configuration<'_>,
@@ -152,7 +151,8 @@ impl LoadProblem {
     }
 
     /// Computes a bound on the coupling, see [`coupling_bound`](super::uniqueness::coupling_bound).
-    /// Returns any bound up to `accepted` at once, without iterating to the smallest bound.
+    /// Returns the first bound found that is at most `accepted`, without searching for the smallest
+    /// bound.
     pub(crate) fn coupling_bound(
         &self,
         at: Configuration<'_>,

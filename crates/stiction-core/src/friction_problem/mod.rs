@@ -1,15 +1,17 @@
-//! Friction coupled with the reactions on which its limit depends: a common problem of inverse and
-//! forward dynamics.
+//! Coupled problem of friction and the reactions that determine its limits. Inverse and forward
+//! dynamics use it in common.
 //!
-//! A friction interface carries a normal load `N`, and its friction is affine in `N`. All joint wrenches are affine in
-//! the friction forces. If all coefficients of friction are scaled by `s`, the normal loads satisfy
+//! A friction interface carries a normal load `N`, and its friction is affine in `N`. All joint
+//! wrenches are affine in the friction forces. If all coefficients of friction are multiplied by
+//! `s`, the normal loads satisfy
 //!
 //! ```text
 //! N = load(w),    w = w_0 + s A N
 //! ```
 //!
-//! with the wrenches `w_0` that do not depend on `N` and the influence `A` of a normal load, through its friction,
-//! on the wrenches of all joints. `load` is a norm of the wrench and therefore nonlinear.
+//! Here `w` are the joint wrenches, `w_0` their parts that do not depend on `N`, and `A` is the
+//! influence of the normal loads, through friction, on the joint wrenches. `load` is a norm of the
+//! wrench and therefore nonlinear.
 //!
 //! | module | content |
 //! | --- | --- |

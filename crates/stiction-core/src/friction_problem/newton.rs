@@ -9,11 +9,11 @@ use crate::spatial::Twist;
 /// Largest number of Newton steps from one start.
 const STEPS: usize = 30;
 /// The iteration has converged if the relative change of the loads in the last step is at most this
-/// value. The remaining error is about the square of this change, and therefore round-off even if
-/// the system is close to singular.
+/// value. The remaining error is about the square of this change, so it is at round-off even if the
+/// system is close to singular.
 const SETTLED: f64 = 1e-9;
-/// Loads whose relative change is at most this value are accepted once the changes no longer
-/// decrease, because only round-off remains.
+/// Once the changes no longer decrease, loads with a relative change of at most this value are
+/// accepted, because only round-off remains.
 const STAGNATED: f64 = 1e-10;
 /// Normal loads above this multiple of the largest starting load count as unbounded.
 pub(crate) const UNBOUNDED: f64 = 1e9;
@@ -22,7 +22,7 @@ pub(crate) const UNBOUNDED: f64 = 1e9;
 #[derive(Clone, Debug, Default)]
 pub(super) struct NewtonWorkspace {
     blocks: Vec<Four>,
-    /// Residual; after the linear solve, the change of the loads in the Newton step.
+    /// Residual before the linear solve; afterwards the change of the loads in the Newton step.
     change: Vec<f64>,
     /// Gradients of the loads with respect to the wrenches.
     gradients: Vec<Twist<f64>>,
@@ -34,24 +34,24 @@ pub(super) struct NewtonWorkspace {
 pub(crate) struct Accepted {
     /// Largest accepted load, N.
     pub(crate) most: f64,
-    /// Residual, relative to the largest load, below which the loads are accepted without a further
-    /// step. Zero unless the solution is known to be unique: only then does a small residual imply
-    /// a small error.
+    /// Loads with a residual, relative to the largest load, below this value are accepted without a
+    /// further step. Zero unless the solution is known to be unique, because only then does a small
+    /// residual imply a small error.
     pub(crate) residual: f64,
 }
 
 impl Accepted {
-    /// Accepts loads below `most`, N, once a step changes them by round-off only.
+    /// Accepts loads below `most`, N, once the change in a step is at round-off.
     pub(crate) fn below(most: f64) -> Self {
         Self { most, residual: 0.0 }
     }
 }
 
 impl LoadProblem {
-    /// Solves by Newton's method from `loads`, which receive the solution, with `part` times the
-    /// friction coefficients. Returns `Some(true)` if the determinant is positive, as on the branch
-    /// of the frictionless solution and wherever the solution is unique, and `None` if no solution
-    /// is found or a load is too large.
+    /// Solves by Newton's method with `part` times the friction coefficients, starting from
+    /// `loads`, which become the solution. Returns `Some(true)` if the determinant is positive, as
+    /// it is on the branch of the frictionless solution and wherever the solution is unique.
+    /// Returns `None` if no solution is found or a load is too large.
     pub(super) fn newton(
         &self,
         at: Configuration<'_>,
@@ -102,8 +102,8 @@ impl LoadProblem {
         None
     }
 
-    /// Solves the transposed system of a Newton step at the given loads; also returns the gradients
-    /// of the loads.
+    /// Solves the transposed system of a Newton step at the given loads. Also writes the gradients
+    /// of the loads to `gradients`.
     pub(super) fn transposed(
         &self,
         at: Configuration<'_>,
@@ -140,7 +140,7 @@ impl LoadProblem {
     }
 }
 
-/// Largest magnitude of the numbers; NaN if any of them is NaN.
+/// Largest magnitude of the numbers; NaN if any number is NaN.
 pub(crate) fn largest(numbers: &[f64]) -> f64 {
     let nan = |a: f64, b: f64| a.is_nan() || b.is_nan();
     numbers.iter().fold(0.0_f64, |m, x| if nan(m, *x) { f64::NAN } else { m.max(x.abs()) })

@@ -1,4 +1,4 @@
-//! Normal load of a friction interface under the complete wrench of its joint.
+//! Normal load of a friction interface under the total wrench of its joint.
 //!
 //! Equation (F3) of the book's theory.
 
@@ -9,7 +9,7 @@ use crate::parameters::{InterfaceParameters, Parameters};
 use crate::scalar::Scalar;
 use crate::spatial::{Pose, Wrench};
 
-/// Parameters and body poses at which normal loads are evaluated.
+/// Parameters and body poses for which normal loads are evaluated.
 #[derive(Clone, Copy)]
 pub(crate) struct Configuration<'a> {
     pub(crate) parameters: &'a Parameters<f64>,
@@ -22,10 +22,10 @@ impl Configuration<'_> {
         self.parameters.interfaces[interface].joint
     }
 
-    /// Computes the normal load of an interface, N, under the complete wrench of its joint or, for
-    /// a motor shaft, the wrench that the gear transmits. `own` is the friction of the interface
-    /// itself, on which the load of a thread depends; the load of a gear depends on the direction
-    /// of this friction.
+    /// Computes the normal load of an interface, N. `wrench` is the total wrench of its joint or,
+    /// for a motor shaft, the wrench that the gear transmits. `own` is the friction of the
+    /// interface itself: the load of a thread depends on this friction, and the load of a gear
+    /// depends on its direction.
     pub(crate) fn normal_load(
         &self,
         interface: usize,
@@ -38,9 +38,9 @@ impl Configuration<'_> {
     }
 
     /// Computes an upper bound on the change of an interface's normal load, N, if the wrench at its
-    /// joint changes by `wrench`: the load under `wrench` alone, without preload and smoothing. For
-    /// a thread with the friction `coefficient`, and for the shaft of a motor, returns the larger
-    /// of the bounds for both sliding directions.
+    /// joint changes by `wrench`. The bound is the load under `wrench` alone, without preload and
+    /// smoothing. For a thread with the friction `coefficient`, and for the shaft of a motor,
+    /// returns the larger of the bounds for the two sliding directions.
     pub(crate) fn largest_load_change(
         &self,
         interface: usize,
@@ -50,7 +50,7 @@ impl Configuration<'_> {
         self.largest_load_changes(interface, coefficient)(wrench)
     }
 
-    /// Returns [`Self::largest_load_change`] as a function of wrenches in any scalar type.
+    /// Returns [`Self::largest_load_change`] as a function of a wrench with any scalar type.
     pub(crate) fn largest_load_changes<T: Scalar>(
         &self,
         interface: usize,
@@ -80,7 +80,7 @@ impl Configuration<'_> {
     }
 }
 
-/// Computes the normal load under the complete wrench of the joint; `map` is the load map of the
+/// Computes the normal load under the total wrench of the joint; `map` is the load map of the
 /// interface or the seminorm of that map.
 pub(crate) fn normal_load<T: Scalar>(
     map: &NormalLoadMap<T>,
@@ -94,9 +94,9 @@ pub(crate) fn normal_load<T: Scalar>(
     normal_load_between(map, (interface.shape, interface.radius), pitch, (j, k), wrench, own)
 }
 
-/// Computes the normal load of a surface of the given shape and radius from the joint frames `j`
-/// and `k`; `wrench` is expressed in the same frame as `j` and `k`. Inlined, so that callers that
-/// need the value alone do not compute the gradient.
+/// Computes the normal load of a surface of the given shape and radius; the joint frames `j` and
+/// `k` and the `wrench` are expressed in the same frame. Inlined, so that callers that need only
+/// the value do not compute the gradient.
 #[inline(always)]
 pub(crate) fn normal_load_between<T: Scalar>(
     map: &NormalLoadMap<T>,

@@ -2,7 +2,7 @@
 
 use crate::scalar::{Lanes, Scalar};
 
-/// Four numbers, computed at once in SIMD lanes.
+/// Four numbers that are computed together in SIMD lanes.
 pub(crate) type Four = Lanes<f64, 4>;
 
 /// Number of blocks that hold `count` numbers; at least one.
@@ -18,7 +18,7 @@ pub(crate) fn pack(numbers: &[f64], blocks: &mut Vec<Four>) {
 }
 
 /// Evaluates `$fixed` with the constant `$w` equal to `$width`, so that loops over the blocks of a
-/// row are unrolled; evaluates `$rest` for rows of more than six blocks.
+/// row are unrolled. For rows of more than six blocks, evaluates `$rest` instead.
 macro_rules! by_width {
     ($width:expr, $w:ident => $fixed:expr, $rest:expr) => {
         match $width {
@@ -53,7 +53,8 @@ macro_rules! by_width {
 pub(super) use by_width;
 
 /// Solves a small dense system in place by Gaussian elimination with row pivoting; `right` becomes
-/// the solution. Returns true if the determinant is positive, and `None` if the matrix is singular.
+/// the solution. Returns `Some(true)` if the determinant is positive, and `None` if the matrix is
+/// singular.
 pub(super) fn solve_in_place(matrix: &mut [Four], right: &mut [f64]) -> Option<bool> {
     let width = blocks_of(right.len());
     by_width!(width, W => eliminate(matrix, W, right), eliminate(matrix, width, right))
@@ -91,7 +92,7 @@ fn eliminate(matrix: &mut [Four], width: usize, right: &mut [f64]) -> Option<boo
         let over = 1.0 / pivot;
         let (solved, rest) = right.split_at_mut(k + 1);
         for (other, right) in below.chunks_exact_mut(width).zip(rest) {
-            // Entries before the pivot are not used again.
+            // Entries to the left of the pivot are not used again.
             let amount = other[block].0[lane] * over;
             let amounts = Four::from_f64(amount);
             other.iter_mut().zip(row).for_each(|(x, r)| *x -= amounts * *r);

@@ -1,4 +1,4 @@
-//! Friction and sliding vectors at a surface, with up to three components, padded with zeros.
+//! Friction and velocity vectors at a surface, with up to three components, padded with zeros.
 
 /// Euclidean norm of a vector.
 pub(crate) fn norm(v: [f64; 3]) -> f64 {

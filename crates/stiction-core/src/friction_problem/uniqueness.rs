@@ -1,4 +1,4 @@
-//! Bound on the coupling of friction and normal loads: below one the solution is unique.
+//! Bound on the coupling of friction and normal loads. If it is below one, the solution is unique.
 //!
 //! Equations (F6) and (F7) of the book's theory.
 
@@ -7,20 +7,21 @@ use super::normal_load::Configuration;
 use super::small_system::{Four, blocks_of, solve_in_place};
 use crate::scalar::Scalar;
 
-/// Largest number of plain power iterations. They converge faster than damped ones. Every iterate
-/// yields a valid bound.
+/// Largest number of undamped power iterations, which converge faster than damped ones. Every
+/// iterate yields a valid bound.
 const PLAIN: usize = 30;
-/// Largest number of damped power iterations. They converge for every matrix. Every iterate
-/// yields a valid bound.
+/// Largest number of damped power iterations, which converge for every matrix. Every iterate yields
+/// a valid bound.
 const DAMPED: usize = 60;
-/// A relative change of the bound in one iteration counts as round-off below this value.
+/// Relative changes of the bound in one iteration below this value count as round-off.
 const STILL: f64 = 1e-13;
-/// The iteration stops after this number of successive changes of the size of round-off.
+/// The iteration stops after this number of successive changes at round-off.
 const REPEATED: usize = 3;
 
 /// Largest number of steps of inverse iteration.
 const INVERSE: usize = 6;
-/// Inverse iteration has converged if lower and upper bound differ by at most this fraction.
+/// Inverse iteration has converged if the relative difference of lower and upper bound is at most
+/// this value.
 const CONVERGED: f64 = 1e-13;
 
 /// Buffers of [`coupling_bound`].
@@ -46,12 +47,12 @@ pub(crate) struct RadiusWorkspace {
     accepted: f64,
 }
 
-/// Vector at which the computation of a bound starts.
+/// Starting vector for the computation of a bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum BoundStart {
     /// Vector of ones: the bound does not depend on earlier bounds.
     New,
-    /// Eigenvector of the last bound.
+    /// Eigenvector from the last bound.
     Last,
 }
 
@@ -70,14 +71,14 @@ impl BoundWorkspace {
     }
 }
 
-/// Computes a bound on the spectral radius of the coupling. Entry (i, j) of the coupling matrix bounds
-/// the change of the normal load of interface i per newton of change of the normal load of interface j,
-/// through the friction at j. Load maps are seminorms of the wrench, and wrenches are affine in friction.
-/// With a radius below one the solution therefore exists and is unique (Banach's fixed-point
-/// theorem in the maximum norm weighted by the eigenvector of the matrix).
+/// Computes a bound on the spectral radius of the coupling matrix. Entry (i, j) bounds the change
+/// of the normal load of interface i per newton of change of the normal load of interface j,
+/// through the friction at j. Load maps are seminorms of the wrench, and wrenches are affine in
+/// friction. If the spectral radius is below one, the solution therefore exists and is unique
+/// (Banach's fixed-point theorem in the maximum norm weighted by the eigenvector of the matrix).
 ///
 /// `interfaces` lists the interfaces by index, each with its friction coefficient; `influence` is
-/// per unit of normal load.
+/// the change of the joint wrenches per unit of normal load.
 pub(crate) fn coupling_bound(
     at: Configuration<'_>,
     interfaces: impl Iterator<Item = (usize, f64)>,
@@ -127,14 +128,14 @@ pub(crate) fn radius_bound(matrix: &[f64], count: usize, workspace: &mut RadiusW
     if count == 0 {
         return 0.0;
     }
-    // Comparisons with NaN are false: check explicitly.
+    // Check for NaN explicitly, because comparisons with NaN are false.
     if matrix.iter().any(|entry| !entry.is_finite()) {
         return f64::INFINITY;
     }
     if let Some(bound) = bound_by_inverse_iteration(matrix, count, workspace) {
         return bound;
     }
-    // Columns in blocks of four numbers; rows of zeros at the end have no effect.
+    // Store the columns in blocks of four numbers; zero rows at the end have no effect.
     let RadiusWorkspace { columns, x, next, accepted, .. } = workspace;
     let width = blocks_of(count);
     columns.clear();
@@ -165,15 +166,15 @@ pub(crate) fn radius_bound(matrix: &[f64], count: usize, workspace: &mut RadiusW
     if iterate(x, DAMPED, 0.5, true) < 1.0 {
         return bound;
     }
-    // No bound below one is proven yet: run all iterations, without an early stop.
+    // No bound below one is proven yet: run all iterations without stopping early.
     x.fill(Four::one());
     iterate(x, DAMPED, 0.5, false)
 }
 
-/// Computes the bound by inverse iteration with the bound as the shift, starting from the
-/// eigenvector of the last matrix. The iteration keeps the vector positive and converges
-/// quadratically if every interface influences every other one (Noda 1971). `None` if lower and
-/// upper bound do not meet.
+/// Computes the bound by inverse iteration with the bound as the shift, starting from the last
+/// known eigenvector. The iteration keeps the vector positive and converges quadratically if every
+/// interface influences every other one (Noda 1971). Returns `None` if lower and upper bound do not
+/// converge to each other.
 fn bound_by_inverse_iteration(
     matrix: &[f64],
     count: usize,
@@ -212,7 +213,7 @@ fn bound_by_inverse_iteration(
         let largest = x.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
         let sign = if x[0] < 0.0 { -1.0 } else { 1.0 };
         x.iter_mut().for_each(|x| *x *= sign / largest);
-        // Round-off close to the eigenvalue, or a matrix that decouples.
+        // Happens for round-off close to the eigenvalue, or for a matrix that decouples.
         if !x.iter().all(|x| *x > 1e-9) {
             return None;
         }

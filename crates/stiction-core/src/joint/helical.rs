@@ -22,7 +22,7 @@ pub(super) fn pose<T: Scalar>(q: &[T], pitch: T) -> Pose<T> {
 
 #[inline]
 pub(super) fn nearest<T: Scalar>(relative: Pose<T>, pitch: T) -> (Pose<T>, [T; 3]) {
-    // The displacement gives the number of turns, the orientation the angle within the turn.
+    // The displacement determines the number of turns, the orientation the angle within a turn.
     let coarse = relative.rotation.columns[2].dot(relative.position) / pitch;
     let (s, c) = (angle_about_z(&relative.rotation) - coarse).sin_cos();
     let angle = coarse + s.atan2(c);

@@ -1,5 +1,5 @@
-//! Joint types with their degrees of freedom and constraints. Each type has one file with the same
-//! items.
+//! Joint types with their degrees of freedom and constraints. The file of each type defines the
+//! same set of items.
 //!
 //! A joint connects frame J, fixed in its *predecessor* body, with frame K, fixed in its
 //! *successor*. At zero coordinates the frames coincide. The axis of a joint is the z axis of J.
@@ -17,8 +17,8 @@
 //! | free | position, unit quaternion | translation x y z of J, rotation x y z of K | nothing |
 //!
 //! Forces pass through the origin of J. The twist of each degree of freedom is constant in the body
-//! that carries it, so the rate of change of every joint's motion subspace has one formula: `d/dt
-//! S_k = (twist of the carrier) x S_k`.
+//! that carries it (the carrier). The rate of change of every joint's motion subspace therefore has
+//! one formula: `d/dt S_k = (twist of the carrier) x S_k`.
 //!
 //! Equation (K3) of the book's theory.
 
@@ -50,17 +50,17 @@ pub enum JointType {
     Cylindrical,
     /// Two rotations about perpendicular, intersecting axes (Hooke or Cardan joint).
     Universal,
-    /// All three rotations about a point.
+    /// All three rotations about one point (ball joint).
     Spherical,
     /// Two translations in a plane and the rotation about its normal.
     Planar,
     /// No degree of freedom: a rigid connection.
     Fixed,
-    /// Six degrees of freedom, without constraints.
+    /// Six degrees of freedom, no constraints.
     Free,
 }
 
-/// Body of a joint in which the twist of a degree of freedom is constant.
+/// Body of a joint in which the unit twist of a degree of freedom is constant.
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Carrier {
@@ -92,7 +92,8 @@ pub enum Motion {
     Rotation,
     /// Translation; rates in m/s, conjugate efforts in N.
     Translation,
-    /// Rotation with `pitch` (m/rad) times translation; rates in rad/s, efforts in N m.
+    /// Rotation combined with a translation of `pitch` (m/rad) times the angle; rates in rad/s,
+    /// efforts in N m.
     Screw,
 }
 
@@ -114,7 +115,8 @@ const fn dof(motion: Motion, axis: usize, carrier: Carrier, name: &'static str) 
     Dof { motion, axis, carrier, name }
 }
 
-/// Expands to an item, such as a constant or function, of the module that belongs to a joint type.
+/// Expands to the item with the given name, such as a constant or function, from the module of a
+/// joint type.
 macro_rules! of_type {
     ($joint_type:expr, $item:ident $($call:tt)*) => {
         match $joint_type {
@@ -132,7 +134,7 @@ macro_rules! of_type {
 }
 
 impl JointType {
-    /// All joint types, in the order of the table above.
+    /// All joint types, in the order of the table in the module documentation.
     pub const ALL: [Self; 9] = [
         Self::Revolute,
         Self::Prismatic,
@@ -175,26 +177,27 @@ impl JointType {
         of_type!(self, COORDINATES)
     }
 
-    /// Returns `true` if every coordinate is the integral of the rate with the same index, that is,
-    /// for all types without quaternions.
+    /// Returns `true` if every coordinate is the integral of the rate with the same index. This
+    /// holds for all types without quaternions.
     pub const fn has_scalar_coordinates(self) -> bool {
         !matches!(self, Self::Spherical | Self::Free)
     }
 
-    /// Computes the pose `X_JK` at coordinates `q` (rad, m; as many as [`Self::coordinates`]).
+    /// Computes the pose `X_JK` for the coordinates `q` (rad, m), which must have the length
+    /// [`Self::coordinates`].
     #[inline]
     pub fn pose<T: Scalar>(self, q: &[T], pitch: T) -> Pose<T> {
         of_type!(self, pose(q, pitch))
     }
 
-    /// Computes the permitted pose of the joint that is nearest to `relative` (an actual `X_JK`), and the
-    /// scalar coordinates of that pose (zeros for quaternions).
+    /// Computes the pose permitted by the joint that is nearest to the actual pose `relative` of K
+    /// in J. Also returns the scalar coordinates of the permitted pose (zeros for quaternions).
     #[inline]
     pub fn nearest<T: Scalar>(self, relative: Pose<T>, pitch: T) -> (Pose<T>, [T; 3]) {
         of_type!(self, nearest(relative, pitch))
     }
 
-    /// Writes the coordinates at which both frames coincide.
+    /// Writes the coordinates for which frames J and K coincide.
     pub fn write_zero<T: Scalar>(self, q: &mut [T]) {
         q[..self.coordinates()].fill(T::zero());
         match self {
@@ -204,7 +207,7 @@ impl JointType {
         }
     }
 
-    /// Writes the coordinates of `relative`, an `X_JK` permitted by the joint.
+    /// Writes the coordinates that belong to `relative`, a pose `X_JK` permitted by the joint.
     pub fn write_coordinates(self, relative: Pose<f64>, pitch: f64, q: &mut [f64]) {
         match self {
             Self::Spherical => Quaternion::from_rotation(relative.rotation).write(q),
@@ -219,8 +222,8 @@ impl JointType {
         }
     }
 
-    /// Advances the coordinates by a small step along the rates (rad, m). Quaternions keep unit
-    /// length.
+    /// Advances the coordinates by a small step (rad, m), one component per degree of freedom.
+    /// Quaternions keep unit length.
     #[inline]
     pub fn advance<T: Scalar>(self, q: &mut [T], step: &[T]) {
         let turn = |q: &mut [T], step: &[T]| {
@@ -255,8 +258,8 @@ impl Dof {
         self.motion == Motion::Translation
     }
 
-    /// Unit twist of the successor relative to the predecessor, given the joint frames J and K in
-    /// the world.
+    /// Computes the unit twist of the successor relative to the predecessor for the given joint
+    /// frames J and K in the world.
     #[inline]
     pub fn twist<T: Scalar>(&self, j: &Pose<T>, k: &Pose<T>, pitch: T) -> Twist<T> {
         let frame = match self.carrier {
@@ -273,7 +276,7 @@ impl Dof {
         }
     }
 
-    /// Units of the rate's integral and of the conjugate effort: (rad, N m) or (m, N).
+    /// Returns the units of the coordinate and of the conjugate effort: (rad, N m) or (m, N).
     pub const fn units(&self) -> (&'static str, &'static str) {
         match self.motion {
             Motion::Translation => ("m", "N"),
@@ -281,10 +284,10 @@ impl Dof {
         }
     }
 
-    /// Wrench, predecessor on successor, of a unit effort on this degree of freedom: a couple along
-    /// the axis, or a force along it through the origin of K. The power of this wrench on a
-    /// relative twist is the rate of this degree of freedom, so the wrench also extracts that rate
-    /// from a twist.
+    /// Computes the wrench of a unit effort on this degree of freedom, exerted by the predecessor
+    /// on the successor: a couple along the axis, or a force along the axis through the origin of
+    /// K. The power of this wrench on a relative twist equals the rate of this degree of freedom,
+    /// so the wrench can also be used to extract the rate from a twist.
     #[inline]
     pub fn effort<T: Scalar>(&self, j: &Pose<T>, k: &Pose<T>) -> Wrench<T> {
         let frame = match self.carrier {
@@ -300,8 +303,8 @@ impl Dof {
 }
 
 impl Constraint {
-    /// Unit constraint wrench, predecessor on successor, given the joint frames J and K in the
-    /// world.
+    /// Computes the unit constraint wrench, exerted by the predecessor on the successor, for the
+    /// given joint frames J and K in the world.
     #[inline]
     pub fn wrench<T: Scalar>(&self, j: &Pose<T>, k: &Pose<T>, pitch: T) -> Wrench<T> {
         let axes = &j.rotation.columns;
@@ -321,8 +324,8 @@ impl Constraint {
         matches!(self, Constraint::Moment(_) | Constraint::Normal)
     }
 
-    /// Component of a small displacement (in J, at the origin of J) that the constraint wrench
-    /// blocks.
+    /// Computes the component of a small displacement (in J, at the origin of J) that the
+    /// constraint wrench blocks.
     #[inline]
     fn blocked<T: Scalar>(&self, displacement: Twist<T>, relative: &Pose<T>, pitch: T) -> T {
         match *self {
@@ -338,9 +341,10 @@ impl Constraint {
 }
 
 impl JointType {
-    /// Deviation of `relative` (an actual `X_JK`) from the nearest permitted pose along each constraint
-    /// (m, rad), and the scalar coordinates of that pose. At zero deviation, the rates of the deviations
-    /// equal the powers of the unit constraint wrenches on the relative twist.
+    /// Computes the deviation of `relative` (the actual pose of K in J) from the nearest permitted
+    /// pose along each constraint (m, rad). Also returns the scalar coordinates of the permitted
+    /// pose. At zero deviation, the rates of the deviations equal the powers of the unit constraint
+    /// wrenches on the relative twist.
     #[inline]
     pub fn misfit<T: Scalar>(self, relative: Pose<T>, pitch: T) -> ([T; 6], [T; 3]) {
         let (allowed, coordinates) = self.nearest(relative, pitch);
@@ -357,22 +361,22 @@ impl JointType {
     }
 }
 
-/// Computes the vector `2 n tan(a/2)` along the axis `n` of a rotation by the angle `a`, bounded
-/// near a half turn. To first order, this is the rotation vector. Unlike the skew-symmetric part of
-/// the rotation matrix, it does not decrease beyond a right angle, which assembly from a poor
-/// initial guess requires.
+/// Computes the vector `2 n tan(a/2)` for a rotation by the angle `a` about the axis `n`, with a
+/// bound near a half turn. At first order, this is the rotation vector. Unlike the skew-symmetric
+/// part of the rotation matrix, it does not decrease beyond a right angle. Assembly from a poor
+/// initial guess relies on this property.
 #[inline]
 fn bounded_tangent<T: Scalar>(turn: Mat3<T>) -> Vec3<T> {
     const FLOOR: f64 = 1e-3;
-    // (1 + cos a)/2 = (1 + trace)/4, with an offset that keeps a half turn finite.
+    // (1 + cos a)/2 = (1 + trace)/4, with an offset that keeps the result finite at a half turn.
     let denominator = (T::one() + turn.trace()) * T::from_f64(0.25) + T::from_f64(FLOOR);
     turn.skew_part() * (T::from_f64(1.0 + FLOOR) / denominator)
 }
 
-/// Angle of a rotation about z, rad.
+/// Computes the angle of a rotation about z, rad.
 #[inline]
 fn angle_about_z<T: Scalar>(rotation: &Mat3<T>) -> T {
-    // Best fit for a rotation that is not exactly about z.
+    // Best fit if the rotation is not exactly about z.
     (rotation.at(1, 0) - rotation.at(0, 1)).atan2(rotation.at(0, 0) + rotation.at(1, 1))
 }
 
@@ -399,9 +403,9 @@ mod tests {
     }
 
     proptest! {
-        /// Checks that constraint wrenches do no work on the degrees of freedom, that each effort
-        /// does work only on its own degree of freedom, and that constraint wrenches and efforts
-        /// together span all wrenches.
+        /// Checks that constraint wrenches do no work on the degrees of freedom, that each unit
+        /// effort does work only on its own degree of freedom, and that constraint wrenches and
+        /// unit efforts together span all wrenches.
         #[test]
         fn dofs_and_constraints_are_reciprocal(numbers in numbers()) {
             for joint_type in JointType::ALL {
@@ -457,7 +461,7 @@ mod tests {
             }
         }
 
-        /// Checks that, to first order, the constraint errors of a displaced pose equal the work of
+        /// Checks that, at first order, the constraint errors of a displaced pose equal the work of
         /// the constraint wrenches on the displacement.
         #[test]
         fn misfit_is_reciprocal_to_the_constraints(numbers in numbers()) {

@@ -22,7 +22,7 @@ pub(super) fn pose<T: Scalar>(q: &[T], _pitch: T) -> Pose<T> {
 
 #[inline]
 pub(super) fn nearest<T: Scalar>(relative: Pose<T>, pitch: T) -> (Pose<T>, [T; 3]) {
-    // Displacement along the successor's axis, which a small tilt does not change.
+    // Displacement along the successor's axis; a small tilt does not change it.
     let slide = relative.rotation.columns[2].dot(relative.position);
     (pose(&[slide], pitch), [slide, T::zero(), T::zero()])
 }

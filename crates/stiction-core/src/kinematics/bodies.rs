@@ -11,15 +11,15 @@ use crate::scalar::Scalar;
 use crate::spatial::{Pose, Quaternion, Twist, Vec3, Wrench};
 use crate::topology::{Actuator, Link, Topology};
 
-/// Coordinates, rates and accelerations of the spanning tree, which determine the motion of all
-/// bodies.
+/// Coordinates of the spanning tree with their rates and accelerations. They determine the motion
+/// of all bodies.
 #[derive(Debug, PartialEq)]
 pub struct State<T> {
-    /// Coordinates, rad and m; unit quaternions for orientations.
+    /// Coordinates of the spanning tree, rad and m; orientations are unit quaternions.
     pub coordinates: Vec<T>,
-    /// Rates, rad/s and m/s.
+    /// Rate of each degree of freedom of the spanning tree, rad/s or m/s.
     pub rates: Vec<T>,
-    /// Accelerations, rad/s^2 and m/s^2.
+    /// Acceleration of each degree of freedom of the spanning tree, rad/s^2 or m/s^2.
     pub accelerations: Vec<T>,
 }
 
@@ -33,7 +33,7 @@ impl<T: Clone> Clone for State<T> {
         }
     }
 
-    /// Copies in place, reusing the buffers, so that tracking does not allocate.
+    /// Copies `other` into the existing buffers, so that tracking does not allocate.
     fn clone_from(&mut self, other: &Self) {
         self.coordinates.clone_from(&other.coordinates);
         self.rates.clone_from(&other.rates);
@@ -42,14 +42,14 @@ impl<T: Clone> Clone for State<T> {
 }
 
 impl State<f64> {
-    /// Round-off of the largest coordinate; it grows with the number of turns of joints and with
-    /// lengths.
+    /// Returns a bound on the round-off of the largest coordinate. The bound grows with the number
+    /// of full turns of a joint and with lengths.
     pub(crate) fn round_off(&self) -> f64 {
         let largest = self.coordinates.iter().fold(0.0_f64, |max, q| max.max(q.abs()));
         8.0 * f64::EPSILON * largest
     }
 
-    /// Converts to constants of another scalar type.
+    /// Converts all numbers to constants of another scalar type.
     pub fn lift<T: Scalar>(&self) -> State<T> {
         let lift = |numbers: &[f64]| numbers.iter().map(|&x| T::from_f64(x)).collect();
         State {
@@ -61,7 +61,8 @@ impl State<f64> {
 }
 
 impl<T: Scalar> State<T> {
-    /// Creates a state at rest with coinciding joint frames.
+    /// Creates the state at rest in which frame K of each joint of the spanning tree coincides with
+    /// frame J.
     pub fn new(topology: &Topology) -> Self {
         let mut coordinates = vec![T::zero(); topology.coordinates()];
         for node in &topology.nodes {
@@ -75,8 +76,8 @@ impl<T: Scalar> State<T> {
         Self { coordinates, rates: zeros.clone(), accelerations: zeros }
     }
 
-    /// Advances the coordinates by a small step: one displacement per degree of freedom of the
-    /// tree, rad or m.
+    /// Advances the coordinates by a small `step`, which contains one displacement (rad or m) per
+    /// degree of freedom of the spanning tree.
     pub fn advance(&mut self, topology: &Topology, step: &[T]) {
         for node in &topology.nodes {
             let q = &mut self.coordinates[node.coordinates.clone()];
@@ -103,23 +104,23 @@ fn advance_floating<T: Scalar>(q: &mut [T], step: &[T]) {
 /// Poses and motions of all bodies, in world axes about the reference point.
 #[derive(Debug)]
 pub struct Bodies<T> {
-    /// Frame of each body, `X_WB`.
+    /// Pose `X_WB` of each body's frame.
     pub pose: Vec<Pose<T>>,
     /// Twist of each body.
     pub twist: Vec<Twist<T>>,
-    /// Time derivative of the twist of each body.
+    /// Time derivative of each body's twist.
     pub acceleration: Vec<Twist<T>>,
-    /// Bias acceleration of each body: the acceleration for given rates if the accelerations of the
-    /// tree are zero.
+    /// Bias acceleration of each body: the part due to the rates, which remains if the
+    /// accelerations of the spanning tree are zero.
     pub(crate) bias: Vec<Twist<T>>,
-    /// Frame J of each joint.
+    /// Pose of frame J of each joint, which is fixed to the predecessor.
     pub frame_j: Vec<Pose<T>>,
-    /// Frame K of each joint.
+    /// Pose of frame K of each joint, which is fixed to the successor.
     pub frame_k: Vec<Pose<T>>,
-    /// Unit twist of each degree of freedom of the tree: motion of the child relative to the
-    /// parent.
+    /// Unit twist of each degree of freedom of the spanning tree: motion of the child body relative
+    /// to its parent.
     pub(crate) screws: Vec<Twist<T>>,
-    /// Coordinate of each spring on a joint, rad or m.
+    /// Coordinate of each joint spring, rad or m.
     pub(crate) spring_coordinates: Vec<T>,
 }
 
@@ -138,7 +139,7 @@ impl<T: Clone> Clone for Bodies<T> {
         }
     }
 
-    /// Copies in place, reusing the buffers, so that simulations do not allocate.
+    /// Copies `other` into the existing buffers, so that simulations do not allocate.
     fn clone_from(&mut self, other: &Self) {
         self.pose.clone_from(&other.pose);
         self.twist.clone_from(&other.twist);
@@ -168,12 +169,13 @@ impl<T: Scalar> Bodies<T> {
         }
     }
 
-    /// Pose of frame K in frame J for each joint.
+    /// Returns the pose of frame K in frame J for each joint.
     pub fn joint_poses(&self) -> impl Iterator<Item = Pose<T>> + '_ {
         self.frame_j.iter().zip(&self.frame_k).map(|(j, k)| j.inverse() * *k)
     }
 
-    /// Computes the poses of bodies and joint frames, and the unit twists of the tree's degrees of freedom.
+    /// Computes the poses of bodies and joint frames, and the unit twists of the spanning tree's
+    /// degrees of freedom.
     pub fn place(&mut self, topology: &Topology, parameters: &Parameters<T>, coordinates: &[T]) {
         self.pose[0] = parameters.ground;
         for node in &topology.nodes {
@@ -223,8 +225,9 @@ impl<T: Scalar> Bodies<T> {
         }
     }
 
-    /// Computes the coordinates of the springs on joints. Angles of joints of the tree include full turns; angles of
-    /// joints that close a loop are wrapped to within half a turn of the middle of their range.
+    /// Computes the coordinates of the joint springs. Angles of joints in the spanning tree include
+    /// full turns; angles of joints that close a loop are wrapped to within half a turn of the
+    /// middle of their range.
     #[inline(never)]
     fn place_springs(&mut self, topology: &Topology, parameters: &Parameters<T>, tree: &[T]) {
         let mut places = std::mem::take(&mut self.spring_coordinates);
@@ -245,7 +248,7 @@ impl<T: Scalar> Bodies<T> {
         self.spring_coordinates = places;
     }
 
-    /// Computes twists and bias accelerations; requires [`Self::place`].
+    /// Computes the twists and bias accelerations of all bodies; requires [`Self::place`].
     pub fn move_with(&mut self, topology: &Topology, rates: &[T]) {
         for node in &topology.nodes {
             let parent = parent_body(topology, node.parent);
@@ -260,7 +263,7 @@ impl<T: Scalar> Bodies<T> {
             if let Link::Joint { joint, reversed } = node.link {
                 let dofs = topology.joint_types[joint].dofs();
                 for (tree_dof, dof) in node.tree_dofs.clone().zip(dofs) {
-                    // The child is the successor unless the joint is traversed against its
+                    // The child body is the successor unless the joint is traversed against its
                     // direction.
                     let by_child = (dof.carrier == Carrier::Successor) != reversed;
                     let carrier = if by_child { twist } else { self.twist[parent] };
@@ -271,7 +274,7 @@ impl<T: Scalar> Bodies<T> {
         }
     }
 
-    /// Computes accelerations; requires [`Self::move_with`].
+    /// Computes the accelerations of all bodies; requires [`Self::move_with`].
     pub fn accelerate(&mut self, topology: &Topology, accelerations: &[T]) {
         for node in &topology.nodes {
             // Accelerations beyond the bias add up along the tree.
@@ -287,8 +290,8 @@ impl<T: Scalar> Bodies<T> {
         }
     }
 
-    /// Adds `amount` times the effect of the given accelerations of the tree to the accelerations
-    /// of all bodies.
+    /// Adds `amount` times the accelerations that `accelerations` of the spanning tree cause to the
+    /// accelerations of all bodies.
     pub(crate) fn accelerate_more(&mut self, topology: &Topology, accelerations: &[T], amount: T) {
         // The bias is unchanged: accelerations add up along the tree.
         for node in &topology.nodes {
@@ -304,7 +307,8 @@ impl<T: Scalar> Bodies<T> {
         }
     }
 
-    /// The rates of a joint's degrees of freedom.
+    /// Computes the rates of a joint's degrees of freedom, rad/s or m/s, from the twists of its
+    /// bodies.
     pub fn joint_rates(&self, topology: &Topology, joint: usize) -> [T; MOST_DOFS] {
         let (predecessor, successor) = topology.ends[joint];
         let relative = self.twist[successor] - self.twist[predecessor];
@@ -320,8 +324,8 @@ impl<T: Scalar> Bodies<T> {
         self.joint_rates(topology, actuator.joint)[actuator.dof]
     }
 
-    /// The sliding velocity of a friction interface along each of its degrees of freedom, m/s; `pitch` is the joint's
-    /// pitch, m/rad.
+    /// Computes the sliding velocity of a friction interface along each of its degrees of freedom,
+    /// m/s; `pitch` is the joint's pitch, m/rad.
     #[inline]
     pub fn surface_velocity(
         &self,
@@ -338,7 +342,8 @@ impl<T: Scalar> Bodies<T> {
         surface
     }
 
-    /// Joint wrench due to given efforts on the degrees of freedom of a friction interface.
+    /// Computes the joint wrench due to the given efforts (N m or N) on the degrees of freedom of a
+    /// friction interface.
     pub(crate) fn wrench_of(
         &self,
         topology: &Topology,
@@ -353,12 +358,13 @@ impl<T: Scalar> Bodies<T> {
         sum
     }
 
-    /// Wrench of a unit effort on a joint's degree of freedom.
+    /// Returns the joint wrench of a unit effort (1 N m or 1 N) on a degree of freedom.
     pub(crate) fn effort(&self, dof: &Dof, joint: usize) -> Wrench<T> {
         dof.effort(&self.frame_j[joint], &self.frame_k[joint])
     }
 
-    /// Computes rate and acceleration of a joint's degree of freedom; returns them with the given coordinate.
+    /// Computes the rate and acceleration of a joint's degree of freedom. Returns them together
+    /// with the coordinate, which the caller passes as `value`.
     pub fn joint_motion(
         &self,
         topology: &Topology,
@@ -376,8 +382,8 @@ impl<T: Scalar> Bodies<T> {
         Target { value, rate: rates[dof], acceleration: relative.power(self.effort(own, joint)) }
     }
 
-    /// Acceleration of a joint's successor relative to its predecessor due to the joint's rates
-    /// alone.
+    /// Acceleration of a joint's successor relative to its predecessor that is due to the rates of
+    /// the joint alone.
     pub(crate) fn joint_bias(
         &self,
         topology: &Topology,
@@ -413,8 +419,8 @@ fn parent_body(topology: &Topology, parent: Option<usize>) -> usize {
     parent.map_or(0, |node| topology.nodes[node].body)
 }
 
-/// Unit twist of degree of freedom `k` of a floating body: translation along x, y, z for 0 to 2,
-/// rotation about x, y, z through the reference point for 3 to 5.
+/// Unit twist of degree of freedom `k` of a floating body: translation along x, y, z for `k` from 0
+/// to 2, rotation about x, y, z through the reference point for `k` from 3 to 5.
 fn floating_screw<T: Scalar>(k: usize) -> Twist<T> {
     if k < 3 {
         Twist::translation(Vec3::unit(k))
@@ -423,7 +429,8 @@ fn floating_screw<T: Scalar>(k: usize) -> Twist<T> {
     }
 }
 
-/// Writes the coordinates of a floating body with the given pose.
+/// Writes the coordinates `q` of a floating body with the given pose relative to the reference
+/// point.
 pub(crate) fn write_floating(pose: Pose<f64>, q: &mut [f64]) {
     q[..3].copy_from_slice(&pose.position.to_array());
     Quaternion::from_rotation(pose.rotation).write(&mut q[3..]);

@@ -1,9 +1,9 @@
 //! Checks prescribed rates and accelerations against the loop constraints.
 //!
-//! If constraint equations outnumber degrees of freedom, the solution for rates omits dependent
-//! equations. Along a feasible motion the omitted equations hold automatically. At a single
-//! position they may be violated: the loops close at this position, but the prescribed rates would
-//! open them.
+//! If there are more constraint equations than degrees of freedom, the solution for the rates omits
+//! dependent equations. Along a feasible motion, the omitted equations hold automatically. At an
+//! isolated configuration they may be violated: the loops close there, but the prescribed rates
+//! would open them.
 
 use super::coordinate::Target;
 use super::model::KinematicModel;
@@ -13,18 +13,19 @@ use super::{AssemblyError, State};
 use crate::parameters::Parameters;
 
 /// Relative tolerance of a constraint equation, as a fraction of the sum of the magnitudes of its
-/// terms. Interpolated recordings of redundant coordinates agree more closely.
+/// terms. It exceeds the inconsistency of interpolated recordings of redundant coordinates.
 const RELATIVE: f64 = 1e-5;
-/// Absolute tolerance, 1/s and 1/s², with lengths in characteristic lengths. It is below the rates
-/// of any practical motion, and above the round-off of rates at a reversal.
+/// Absolute tolerance of a constraint equation, 1/s and 1/s², with lengths in characteristic
+/// lengths. It is below the rates of any practical motion and above the round-off of rates at a
+/// reversal.
 const ABSOLUTE: f64 = 1e-9;
 
-/// A violated constraint equation: its row, and its residual (`by`).
+/// A violated constraint equation: its row, and its residual (`by`) in m or rad per s or s².
 #[derive(Clone, Copy, Default)]
 struct Missed {
     row: usize,
     by: f64,
-    /// Magnitude of the residual, with lengths in characteristic lengths.
+    /// Magnitude of the residual, with lengths divided by the characteristic length.
     size: f64,
 }
 
@@ -53,7 +54,7 @@ impl Kinematics<f64> {
         let loops = topology.cuts.iter().flat_map(|cut| {
             topology.joint_types[cut.joint].constraints().iter().map(|_| cut.joint)
         });
-        // The names of gearings follow those of the joints.
+        // In `joint_names`, the names of the gearings follow those of the joints.
         let gearings = topology.gearings.iter().map(|own| topology.joint_types.len() + own.gearing);
         let joint = loops.chain(gearings).nth(missed.row).map(|joint| joint_names[joint].clone());
         let of_gearing = missed.row >= topology.constraints;
@@ -72,8 +73,8 @@ impl Kinematics<f64> {
         self.most_missed(model, parameters, state, targets).is_some()
     }
 
-    /// Finds the constraint equation that the rates violate most or, if the rates violate none, the
-    /// one that the accelerations violate most.
+    /// Finds the constraint equation that the rates violate most. If the rates violate none, finds
+    /// the equation that the accelerations violate most.
     fn most_missed(
         &mut self,
         model: &KinematicModel,
@@ -97,8 +98,8 @@ impl Kinematics<f64> {
         }
     }
 
-    /// Finds the constraint equation with the greatest residual beyond the tolerances; `found` are
-    /// rates or accelerations.
+    /// Finds the constraint equation whose residual exceeds the tolerances most. `found` contains
+    /// the rates or the accelerations of the spanning tree.
     fn missed(
         &self,
         motion_constraints: &MotionConstraints,

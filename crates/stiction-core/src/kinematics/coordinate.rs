@@ -28,8 +28,8 @@ pub enum Coordinate {
         /// Index of the angle: 0, 1, 2 for the first, second, third.
         index: usize,
     },
-    /// A component of the rotation vector (axis times angle) of a body, rad; its length must stay
-    /// below pi.
+    /// A component of the rotation vector (axis times angle) of a body, rad. The length of the
+    /// vector must stay below pi.
     RotationVector {
         /// Body whose orientation is prescribed.
         body: BodyId,
@@ -96,10 +96,10 @@ pub struct Target<T> {
 }
 
 impl Target<f64> {
-    /// Target at rest with the value zero.
+    /// Target with zero value, rate and acceleration.
     pub(crate) const AT_ZERO: Self = Self { value: 0.0, rate: 0.0, acceleration: 0.0 };
 
-    /// Converts to constants of another scalar type.
+    /// Converts the numbers to constants of another scalar type.
     pub fn lift<T: Scalar>(self) -> Target<T> {
         Target {
             value: T::from_f64(self.value),

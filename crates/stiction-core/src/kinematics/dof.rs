@@ -1,4 +1,4 @@
-//! Motions left undetermined by the prescribed coordinates.
+//! Motions that loops and prescribed coordinates leave undetermined.
 
 use super::bodies::Bodies;
 use super::error::OpenDof;
@@ -10,20 +10,20 @@ use crate::spatial::{Twist, Vec3, describe_motion};
 use crate::topology::{Actuator, Link, Topology};
 use nalgebra::{DMatrix, DVector};
 
-/// Singular values below this fraction of the largest (or of one, if that is greater) count as
-/// zero. If a motion is blocked at second order only, positions and singular values are accurate to
-/// the square root of round-off, 1e-8.
+/// Singular values below this fraction of the largest one (or of 1, if that is greater) count as
+/// zero. If a motion is blocked at second order only, configurations and singular values are
+/// accurate to the square root of round-off, 1e-8.
 pub(super) const OPEN: f64 = 1e-6;
 
-/// Undetermined motions at a position.
+/// Undetermined motions at a configuration.
 pub(super) enum OpenMotion {
-    /// Local degrees of freedom of single bodies only.
+    /// All undetermined motions are local degrees of freedom of single bodies.
     Spins(Vec<Spin>),
-    /// Undetermined motions of which some are not local degrees of freedom.
+    /// Some undetermined motions are not local degrees of freedom.
     Others(Vec<OpenTwist>),
 }
 
-/// Undetermined motion, described by the motion of one body.
+/// An undetermined motion, described in words as the motion of one body.
 pub(super) struct OpenTwist {
     body: usize,
     motion: String,
@@ -36,7 +36,7 @@ impl OpenTwist {
 }
 
 /// Finds the motions that loops and prescribed coordinates leave undetermined at the current
-/// position, from the scaled Jacobian `scaled` of these constraints.
+/// configuration, from the scaled Jacobian `scaled` of these constraints.
 pub(super) fn open_motions(
     topology: &Topology,
     parameters: &Parameters<f64>,
@@ -47,7 +47,7 @@ pub(super) fn open_motions(
     let columns: Vec<usize> = (0..scaled.ncols()).collect();
     let decomposition = Decomposition::new(scaled, &columns, Limit::OfOrderOne(OPEN));
     let null = decomposition.orthonormal_null_space(decomposition.rank());
-    // Rates of the tree for each open direction, then twists of the bodies.
+    // Rates of the spanning tree in each undetermined motion, then the twists of the bodies.
     let rates: Vec<DVector<f64>> = null
         .iter()
         .map(|n| DVector::from_iterator(n.len(), n.iter().zip(column_scales).map(|(x, s)| x * s)))
@@ -62,7 +62,7 @@ pub(super) fn open_motions(
     }
 }
 
-/// Computes the twists of all bodies for given rates of the tree.
+/// Computes the twists of all bodies from the rates of the spanning tree.
 pub(crate) fn body_twists(
     topology: &Topology,
     bodies: &Bodies<f64>,
@@ -96,7 +96,7 @@ pub(crate) fn actuator_rate(
 }
 
 /// Finds the passive spins: rotations of single bodies about axes through their centres of mass
-/// that move no actuator. `None` if other motions are open as well.
+/// that move no actuator. Returns `None` if there are other undetermined motions as well.
 fn idle_spins(
     topology: &Topology,
     parameters: &Parameters<f64>,
@@ -105,7 +105,7 @@ fn idle_spins(
     twists: &[Vec<Twist<f64>>],
 ) -> Option<Vec<Spin>> {
     let length = parameters.length;
-    // Components of unit motions below this value count as zero.
+    // In motions of unit norm, components below this value count as zero.
     let small = 1e-4;
     for actuator in &topology.actuators {
         let dof = &topology.joint_types[actuator.joint].dofs()[actuator.dof];
@@ -116,7 +116,7 @@ fn idle_spins(
             }
         }
     }
-    // Spins of the selected bodies, as rows of their components in each open motion.
+    // Each row contains the components of one selected spin in all undetermined motions.
     let mut chosen = DMatrix::<f64>::zeros(0, rates.len());
     let mut spins = Vec::new();
     for body in 1..bodies.pose.len() {
@@ -156,7 +156,7 @@ fn idle_spins(
     (spins.len() == rates.len()).then_some(spins)
 }
 
-/// Describes a motion by the body with the largest displacement.
+/// Describes a motion in words by the motion of the body with the largest displacement.
 fn in_words(
     parameters: &Parameters<f64>,
     bodies: &Bodies<f64>,
@@ -169,7 +169,7 @@ fn in_words(
     };
     let body = (1..twists.len()).max_by(|&a, &b| size(a).total_cmp(&size(b))).unwrap_or(0);
     let twist = twists[body];
-    // About the world's origin.
+    // Twist about the world's origin.
     let in_world = twist.about(-parameters.origin);
     let largest = twist.angular.norm() * parameters.length + twist.linear.norm();
     let motion = describe_motion(in_world * (1.0 / largest), parameters.length);

@@ -1,13 +1,13 @@
-//! Errors of assembly.
+//! Errors of assembly and of tracking.
 
 use crate::words::significant;
 use thiserror::Error;
 
-/// Errors of assembly and of motion along prescribed coordinates.
+/// Errors of assembly and of tracking along prescribed coordinates.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum AssemblyError {
-    /// The loops do not close at the prescribed position.
+    /// The loops do not close at the prescribed coordinates.
     #[error("{0}")]
     Gap(Gap),
     /// The prescribed coordinates leave degrees of freedom undetermined.
@@ -21,8 +21,9 @@ pub enum AssemblyError {
         /// Description of each undetermined motion.
         open: Vec<OpenDof>,
     },
-    /// At an intermediate position the prescribed coordinates leave motions open that they
-    /// determine elsewhere: a singular position, where branches of motion may meet.
+    /// At an intermediate configuration, the prescribed coordinates do not determine motions that
+    /// they determine elsewhere. Such a configuration is singular; branches of motion may meet
+    /// there.
     #[error(
         "the prescribed coordinates do not determine the motion at this position: {} (a singular \
          position; prescribe other coordinates, or avoid this position)",
@@ -32,7 +33,7 @@ pub enum AssemblyError {
         /// Description of each undetermined motion.
         open: Vec<OpenDof>,
     },
-    /// The prescribed second angle is at a value where the other two angles are undefined.
+    /// The prescribed second angle has a value at which the other two angles are undefined.
     #[error(
         "the second rotation angle of body `{body}` is prescribed as {degrees:.3} deg, at or \
          beyond the limit of its range ({range}) where the other two are not defined; choose \
@@ -55,7 +56,7 @@ pub enum AssemblyError {
         /// Index among the prescribed coordinates.
         index: usize,
     },
-    /// A motion's start or end time is not finite.
+    /// The start or end time of a motion is not finite.
     #[error("a motion cannot be followed from {from} s to {to} s: both must be finite")]
     NoTime {
         /// Start time, s.
@@ -76,11 +77,12 @@ pub enum AssemblyError {
     Contradiction {
         /// Name of the quantities that violate a constraint: rates or accelerations.
         order: &'static str,
-        /// Joint or gearing with the largest violation; `None` if a coordinate is violated more.
+        /// Joint or gearing with the largest violation; `None` if the violation of a prescribed
+        /// coordinate is larger.
         joint: Option<String>,
         /// True if `joint` is a gearing.
         of_gearing: bool,
-        /// Violation of the constraint.
+        /// Magnitude of the violation, in the unit `unit`.
         by: f64,
         /// Unit of the violation.
         unit: &'static str,
@@ -104,8 +106,8 @@ pub enum AssemblyError {
     },
 }
 
-/// Gap of a mechanism that cannot be assembled: the minimum weighted residual of loops and
-/// prescribed coordinates, the latter with the larger weight.
+/// Remaining errors of a mechanism that cannot be assembled, at the minimum of the weighted errors
+/// of loops and prescribed coordinates. Prescribed coordinates have the larger weight.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Gap {
     /// Joint or gearing with the largest gap; `None` in a mechanism without loops and gearings.
@@ -116,21 +118,22 @@ pub struct Gap {
     pub length: f64,
     /// Angle by which `joint` is open, rad.
     pub angle: f64,
-    /// Greatest error of a prescribed length, m.
+    /// Largest deviation from a prescribed length, m.
     pub missed_length: f64,
-    /// Greatest error of a prescribed angle, rad.
+    /// Largest deviation from a prescribed angle, rad.
     pub missed_angle: f64,
-    /// Number of prescribed coordinates, and mobility, if the number exceeds the mobility.
+    /// Number of prescribed coordinates and mobility; `None` unless the number exceeds the
+    /// mobility.
     pub prescribed: Option<(usize, usize)>,
-    /// Characteristic length of the mechanism, m. Gaps that are negligible relative to it are not
-    /// reported.
+    /// Characteristic length of the mechanism, m. Gaps that are negligible compared with this
+    /// length are not reported.
     pub scale: f64,
 }
 
 impl core::fmt::Display for Gap {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        // If all amounts of a gap are small, report all of them except those negligible beside the
-        // largest.
+        // If all amounts of a gap are small, report every amount that is not negligible compared
+        // with the largest one.
         let sizes = [self.length, self.missed_length].map(|length| length / self.scale);
         let angles = [self.angle, self.missed_angle];
         let largest = sizes.into_iter().chain(angles).fold(0.0, f64::max);
@@ -177,7 +180,7 @@ impl core::fmt::Display for Gap {
     }
 }
 
-/// Formats a length and an angle, omitting values negligible at the mechanism's scale.
+/// Formats a length and an angle, omitting values that are negligible at the mechanism's scale.
 fn amounts(length: f64, angle: f64, scale: f64, negligible: f64) -> String {
     let in_words = |length: f64| match length {
         length if length < 1.0 => format!("{} mm", significant(length * 1e3, 4)),
@@ -190,11 +193,11 @@ fn amounts(length: f64, angle: f64, scale: f64, negligible: f64) -> String {
 
 /// Amounts of a gap below this value, in rad or characteristic lengths, are not reported.
 const NEGLIGIBLE: f64 = 1e-6;
-/// If the whole gap is small, amounts below this fraction of the largest one are not reported,
-/// instead of those below [`NEGLIGIBLE`].
+/// If the whole gap is small, this fraction of the largest amount replaces [`NEGLIGIBLE`] as the
+/// limit of reported amounts.
 const PART: f64 = 1e-3;
 
-/// Motion left undetermined by the loops and the prescribed coordinates.
+/// A motion that loops and prescribed coordinates leave undetermined.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OpenDof {
     /// Body with the largest displacement.

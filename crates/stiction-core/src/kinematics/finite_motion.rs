@@ -1,4 +1,4 @@
-//! A motion of a mechanism over a finite distance, as evidence for its finite mobility.
+//! Finite motion of a mechanism, as evidence of its finite mobility.
 //!
 //! Equation (M3) of the book's theory.
 
@@ -6,36 +6,36 @@ use super::bodies::{Bodies, State};
 use super::tracing::Loops;
 use nalgebra::DVector;
 
-/// Size of a step, in rad and characteristic lengths.
+/// Size of a step along the motion, in rad and characteristic lengths.
 const STRIDE: f64 = 0.05;
-/// Number of steps.
+/// Maximum number of steps along the motion.
 const STRIDES: usize = 20;
-/// Number of corrections after each step.
+/// Maximum number of corrections of the loop errors after each step.
 const CORRECTIONS: usize = 8;
-/// Damping of the corrections. It suppresses singular values below 1e-6.
+/// Damping of the corrections; it suppresses singular values below 1e-6.
 const DAMPING: f64 = 1e-12;
-/// Largest permitted scaled error of the loops along the motion. It admits dimensions given with
-/// six digits.
+/// Largest permitted scaled loop error along the motion. It admits dimensions given with six
+/// digits.
 const OPEN: f64 = 1e-6;
-/// The motion ends if the component of a corrected step along its direction is below this fraction
-/// of the step.
+/// The motion ends if a corrected step has a component along the previous direction below this
+/// fraction of its intended size.
 const REMAINS: f64 = 0.5;
 
-/// A motion over a finite distance.
+/// A motion of a mechanism over a finite distance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FiniteMotion {
     /// The body that moves farthest.
     pub body: String,
-    /// Displacement of the origin of this body, m.
+    /// Displacement of the origin of [`Self::body`], m.
     pub moved: f64,
-    /// Rotation of this body, rad.
+    /// Rotation of [`Self::body`], rad.
     pub turned: f64,
-    /// Largest error of the loops along the motion, in rad and characteristic lengths.
+    /// Largest loop error along the motion, in rad and characteristic lengths.
     pub closure: f64,
 }
 
-/// The last state of a followed motion, its path length, and the largest error of the loops along
-/// it, both in rad and characteristic lengths.
+/// Last state of a traced motion, with the length of the path and the largest loop error along the
+/// path, both in rad and characteristic lengths.
 pub(super) struct Path {
     pub(super) state: State<f64>,
     pub(super) length: f64,
@@ -43,7 +43,7 @@ pub(super) struct Path {
 }
 
 impl Loops<'_> {
-    /// Follows a motion from `from` in `direction` (scaled) while the errors of the loops stay
+    /// Traces a motion from the state `from` in the scaled `direction` while the loop errors stay
     /// within [`OPEN`]. Exact closure is not required, because dimensions with few digits make an
     /// overconstrained mechanism strictly rigid.
     pub(super) fn follow(&mut self, from: &State<f64>, direction: &DVector<f64>) -> Path {
@@ -66,8 +66,8 @@ impl Loops<'_> {
         path
     }
 
-    /// Takes a step, then reduces the errors of the loops as far as possible by minimum-norm
-    /// corrections. Returns the state, the total displacement and the largest error; `None` if a
+    /// Takes a step, then reduces the loop errors as far as possible by minimum-norm corrections.
+    /// Returns the state, the total displacement (scaled) and the largest loop error; `None` if a
     /// correction cannot be computed.
     fn stride(
         &mut self,
@@ -94,8 +94,8 @@ impl Loops<'_> {
     }
 }
 
-/// Body with the largest displacement between two placements: its index, its displacement, m, and
-/// its rotation, rad.
+/// Finds the body with the largest displacement from placement `a` to placement `b`. Returns the
+/// index of the body, the displacement of its origin (m) and its rotation (rad).
 pub(super) fn farthest(a: &Bodies<f64>, b: &Bodies<f64>, length: f64) -> Option<(usize, f64, f64)> {
     let each = a.pose.iter().zip(&b.pose).enumerate().skip(1).map(|(body, (a, b))| {
         let apart = a.inverse() * *b;

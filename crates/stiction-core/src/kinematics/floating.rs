@@ -5,8 +5,8 @@ use crate::spatial::{Quaternion, Vec3};
 use crate::topology::{Link, Topology};
 
 impl State<f64> {
-    /// Advances the coordinates by a finite step. Floating bodies move along a screw motion, which
-    /// is accurate to fourth order in the step; for small corrections, [`Self::advance`] suffices.
+    /// Advances the coordinates by a finite step. Floating bodies move along a screw motion, with
+    /// an error of fourth order in the step. For small corrections, [`Self::advance`] suffices.
     pub(crate) fn advance_far(&mut self, topology: &Topology, step: &[f64]) {
         self.advance(topology, step);
         for node in topology.nodes.iter().filter(|node| matches!(node.link, Link::Floating)) {
@@ -14,7 +14,8 @@ impl State<f64> {
             let [linear, angular] = halves(step);
             let turned = angular.cross(linear);
             let more = turned * 0.5 + angular.cross(turned) * (1.0 / 6.0);
-            // The quaternion of a small rotation vector has an error of third order.
+            // The quaternion that `advance` computes from a rotation vector has an error of third
+            // order.
             let turn = angular * (angular.dot(angular) / 12.0);
             let q = &mut self.coordinates[node.coordinates.clone()];
             let position = Vec3::new(q[0], q[1], q[2]) - linear;
@@ -27,8 +28,8 @@ impl State<f64> {
         }
     }
 
-    /// Corrects a step of floating bodies for the fact that twists at two instants do not commute
-    /// (Magnus): adds `factor` times the Lie bracket of `a` and `b`, which are rates or
+    /// Corrects a step of floating bodies for twists that do not commute at two instants (Magnus
+    /// expansion): adds `factor` times the Lie bracket of `a` and `b`, which are rates or
     /// accelerations.
     pub(crate) fn add_bracket(
         topology: &Topology,
@@ -47,7 +48,7 @@ impl State<f64> {
     }
 }
 
-/// Linear and angular part of the step of a floating body.
+/// Splits the step of a floating body into its linear and angular parts.
 fn halves(step: &[f64]) -> [Vec3<f64>; 2] {
     [0, 3].map(|k| Vec3::new(step[k], step[k + 1], step[k + 2]))
 }
@@ -58,11 +59,11 @@ mod tests {
     use crate::joint::JointType;
     use crate::mechanism::{BodySpec, JointSpec, MechanismBuilder};
 
-    /// Compares one step with many small steps, with a twist that changes at a constant rate: the remaining
-    /// error is of fourth order in the step.
+    /// Compares one step with many small steps for a twist that changes at a constant rate: the
+    /// error of the one step is of fourth order.
     #[test]
     fn one_step_follows_a_changing_twist() {
-        // Three legs of one ball joint each: all of them are cut.
+        // Three legs of one ball joint each: all three joints are cut.
         let mut held = MechanismBuilder::new("held").body(BodySpec::new("body").mass(1.0));
         for name in ["a", "b", "c"] {
             held = held.joint(JointSpec::new(name, JointType::Spherical, "ground", "body"));

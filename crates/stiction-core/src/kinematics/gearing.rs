@@ -1,4 +1,4 @@
-//! Gearings as equations between the coordinates of the tree.
+//! Gearings as equations between coordinates of the spanning tree.
 //!
 //! Equation (G12) of the book's theory.
 
@@ -7,7 +7,8 @@ use crate::scalar::Scalar;
 use crate::topology::{GearedDofs, Topology};
 
 impl GearedDofs {
-    /// Error of the gearing: weighted sum of its coordinates less the required value, rad or m.
+    /// Computes the error of the gearing equation, rad or m: the weighted sum of the geared
+    /// coordinates minus the required value.
     pub(crate) fn error<T: Scalar>(&self, parameters: &Parameters<T>, coordinates: &[T]) -> T {
         let numbers = &parameters.gearings[self.gearing];
         let mut sum = -numbers.offset;
@@ -17,16 +18,16 @@ impl GearedDofs {
         sum
     }
 
-    /// Coefficient of a degree of freedom of the tree in the weighted sum; zero if the gearing does
-    /// not contain this degree of freedom.
+    /// Returns the coefficient of degree of freedom `tree_dof` of the spanning tree in the weighted
+    /// sum; zero for a degree of freedom that is not in the sum.
     pub(crate) fn coefficient<T: Scalar>(&self, parameters: &Parameters<T>, tree_dof: usize) -> T {
         let numbers = &parameters.gearings[self.gearing];
         let own = self.dofs.iter().position(|&(known, _)| known == tree_dof);
         own.map_or(T::zero(), |own| numbers.coefficients[own])
     }
 
-    /// Degrees of freedom of the tree that belong to the joints of the gearing, including those
-    /// with the coefficient zero.
+    /// Lists all degrees of freedom of the geared joints, as indices in the spanning tree,
+    /// including those with the coefficient zero.
     pub(crate) fn tree_dofs<'a>(
         &'a self,
         topology: &'a Topology,
@@ -34,7 +35,8 @@ impl GearedDofs {
         self.nodes.iter().flat_map(|&node| topology.nodes[node].tree_dofs.clone())
     }
 
-    /// Degrees of freedom in the gearing's sum, as indices in the tree, with their coefficients.
+    /// Lists the degrees of freedom in the gearing's sum, as indices in the spanning tree, with
+    /// their coefficients.
     pub(crate) fn terms<'a, T: Scalar>(
         &'a self,
         parameters: &'a Parameters<T>,

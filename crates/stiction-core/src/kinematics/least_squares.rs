@@ -1,8 +1,8 @@
 //! Damped least squares (Levenberg 1944, Marquardt 1963) on the position equations of a mechanism.
 //!
 //! The equations are the errors of loop closure and of prescribed coordinates; the unknowns are
-//! small steps of the tree's degrees of freedom. The method needs neither a plan nor a good initial
-//! guess, and it tolerates dependent equations.
+//! small steps of the spanning tree's degrees of freedom. The method needs neither an elimination
+//! plan nor a good initial guess, and it tolerates dependent equations.
 //!
 //! Equation (K5) of the book's theory.
 
@@ -22,24 +22,24 @@ const DAMPING: f64 = 1e-3;
 const LEAST_DAMPING: f64 = 1e-15;
 /// Largest damping.
 const GREATEST_DAMPING: f64 = 1e12;
-/// Factor on the damping after a successful step.
+/// Factor by which the damping is multiplied after a successful step.
 const RELAX: f64 = 0.2;
-/// Factor on the damping after a failed step.
+/// Factor by which the damping is multiplied after a failed step.
 const TIGHTEN: f64 = 5.0;
-/// Largest permitted component of a step, rad or characteristic lengths; longer steps jump between
-/// assembly modes.
+/// Largest permitted component of a step, rad or characteristic lengths. Longer steps could jump to
+/// another assembly mode.
 const STRIDE: f64 = 0.25;
 
 /// Number of steps after which further steps include a correction for the curvature of the errors.
 const SLOW: usize = 20;
-/// Largest ratio of this correction to the step.
+/// Largest permitted norm of this correction, as a fraction of the norm of the step.
 const BEND: f64 = 0.375;
 /// Length of the finite difference for the curvature along a step, as a fraction of the step.
 const PROBE: f64 = 0.1;
-/// Maximum number of steps that leave stationary points that are not minima.
+/// Maximum number of steps that leave stationary points of the error sum other than minima.
 const STEPS_OFF: usize = 3;
 
-/// Position equations of a mechanism, restricted to a selection of equations and of degrees of
+/// Position equations of a mechanism, restricted to selected equations and selected degrees of
 /// freedom.
 pub(super) struct PositionEquations<'a> {
     topology: &'a Topology,
@@ -48,27 +48,27 @@ pub(super) struct PositionEquations<'a> {
     targets: &'a [Target<f64>],
     /// Indices of the selected equations, each with the factor that scales its error.
     rows: Vec<(usize, f64)>,
-    /// Indices of the moving degrees of freedom of the tree, each with its scale factor.
+    /// Indices of the movable degrees of freedom of the spanning tree, each with its scale factor.
     columns: Vec<(usize, f64)>,
 }
 
-/// Result of a search for a position with zero errors.
+/// Result of a search for a configuration with zero errors.
 pub(super) struct Descent {
     /// Largest remaining scaled error.
     pub(super) error: f64,
-    /// Sum of all steps: displacement of each degree of freedom of the tree, rad or m.
+    /// Sum of all steps: displacement of each degree of freedom of the spanning tree, rad or m.
     pub(super) moved: Vec<f64>,
-    /// Norms of the first two steps, rad and characteristic lengths.
+    /// Norms of the first two steps, in rad and characteristic lengths.
     first_steps: [f64; 2],
-    /// True if the errors have no derivatives at the final position.
+    /// True if the errors have no derivatives at the final configuration.
     pub(super) is_undefined: bool,
 }
 
 impl Descent {
-    /// Returns `true` if the steps shrink from the beginning like steps of Newton's method near a
-    /// simple root. For a quadratic equation, the second step is less than a quarter of the first
-    /// exactly if the other root is more than about 3.8 times as far from the start as the root
-    /// found.
+    /// Returns `true` if the steps shrink from the beginning, as those of Newton's method near a
+    /// simple root. For a quadratic equation, this means that the second step is less than a
+    /// quarter of the first one. The other root is then more than about 3.8 times as far from the
+    /// start as the root that the method reaches.
     pub(super) fn contracts(&self) -> bool {
         let [first, second] = self.first_steps;
         first < 0.5 && second <= 0.25 * first
@@ -76,7 +76,7 @@ impl Descent {
 }
 
 impl<'a> PositionEquations<'a> {
-    /// Creates the equations with all rows and all degrees of freedom.
+    /// Creates the equations with all rows and all degrees of freedom selected.
     pub(super) fn new(
         topology: &'a Topology,
         parameters: &'a Parameters<f64>,
@@ -95,7 +95,7 @@ impl<'a> PositionEquations<'a> {
         self
     }
 
-    /// Fixes all degrees of freedom of the tree for which `moves` is false.
+    /// Fixes all degrees of freedom of the spanning tree for which `moves` returns `false`.
     pub(super) fn moving(mut self, moves: impl Fn(usize) -> bool) -> Self {
         self.columns.retain(|(column, _)| moves(*column));
         self
@@ -105,7 +105,7 @@ impl<'a> PositionEquations<'a> {
         self.topology
     }
 
-    /// Places the bodies and returns the scaled errors.
+    /// Computes the poses of the bodies and returns the scaled errors.
     pub(super) fn errors(
         &self,
         kinematics: &mut Kinematics<f64>,
@@ -116,7 +116,7 @@ impl<'a> PositionEquations<'a> {
         DVector::from_iterator(self.rows.len(), self.rows.iter().map(|(r, s)| errors[*r] * s))
     }
 
-    /// Scaled derivatives of the errors at the last placement of the bodies.
+    /// Computes the scaled derivatives of the errors at the last computed poses of the bodies.
     pub(super) fn jacobian(&self, kinematics: &mut Kinematics<f64>) -> SparseMatrix {
         kinematics.linearise(self.topology, self.parameters, self.constraints);
         let mut row_of = vec![usize::MAX; self.constraints.row_count()];
@@ -132,7 +132,7 @@ impl<'a> PositionEquations<'a> {
         SparseMatrix::new((self.rows.len(), self.columns.len()), own)
     }
 
-    /// Converts a scaled step to displacements of the tree's degrees of freedom, rad or m.
+    /// Converts a scaled step to displacements of the spanning tree's degrees of freedom, rad or m.
     pub(super) fn unscaled(&self, step: &DVector<f64>) -> Vec<f64> {
         let mut rates = vec![0.0; self.topology.dofs()];
         for (x, (column, scale)) in step.iter().zip(&self.columns) {
@@ -141,9 +141,9 @@ impl<'a> PositionEquations<'a> {
         rates
     }
 
-    /// Half the second derivative of the errors along a step, by a finite difference. Steps
-    /// corrected by it follow curved valleys of the error (geodesic acceleration, Transtrum and
-    /// Sethna 2012), which occur near singular positions.
+    /// Computes half the second derivative of the errors along a step, by a finite difference. With
+    /// this correction, steps follow the curved valleys of the error sum near singular
+    /// configurations (geodesic acceleration, Transtrum and Sethna 2012).
     fn half_acceleration(
         &self,
         kinematics: &mut Kinematics<f64>,
@@ -157,8 +157,8 @@ impl<'a> PositionEquations<'a> {
         (slope - DVector::from_vec(jacobian.times(step.as_slice()))) / PROBE
     }
 
-    /// Moves `state` until all scaled errors are below `close`, at most `most` steps, or until the
-    /// errors stop decreasing at a minimum of their sum.
+    /// Moves `state` until all scaled errors are below `close`, until the error sum stops
+    /// decreasing at a minimum, or for at most `most` steps.
     pub(super) fn solve(
         &self,
         kinematics: &mut Kinematics<f64>,
@@ -253,17 +253,18 @@ impl<'a> PositionEquations<'a> {
     }
 }
 
-/// Number of columns from which sparse factors are faster than the dense normal matrix.
+/// Minimum number of columns for sparse factors, which are then faster than the dense normal
+/// matrix.
 const LARGE: usize = 60;
 
-/// Computes damped steps for matrices with the same pattern of nonzeros.
+/// Computes damped least-squares steps for matrices with the same pattern of nonzeros.
 #[derive(Default)]
 pub(super) struct DampedSteps {
     order: OnceCell<ColumnOrder>,
 }
 
 impl DampedSteps {
-    /// Damped step `-(J^T J + d 1)^-1 J^T e`; `None` if it cannot be computed.
+    /// Computes the damped step `-(J^T J + d 1)^-1 J^T e`; `None` if it cannot be computed.
     pub(super) fn step(
         &self,
         jacobian: &SparseMatrix,
@@ -277,8 +278,8 @@ impl DampedSteps {
     }
 }
 
-/// Damped step by the smaller of the normal matrices `J^T J` and `J J^T`; `None` if the matrix is
-/// numerically not positive definite.
+/// Computes the damped step from the smaller of the normal matrices `J^T J` and `J J^T`; `None` if
+/// this matrix is not positive definite in floating-point arithmetic.
 fn by_normal_matrix(
     jacobian: &SparseMatrix,
     errors: &DVector<f64>,
@@ -299,9 +300,9 @@ fn by_normal_matrix(
     })
 }
 
-/// Damped step by the triangular factor of the rows `J` and `sqrt(d) 1` together, `R^T R = J^T J +
-/// d 1`, or of `J^T` and `sqrt(d) 1`. For chains of bodies and rows of loops, the cost grows
-/// linearly with their length.
+/// Computes the damped step from the triangular factor `R` of the stacked rows `J` and `sqrt(d) 1`,
+/// with `R^T R = J^T J + d 1`, or of `J^T` and `sqrt(d) 1`. For chains of bodies and rows of loops,
+/// the cost grows linearly with their length.
 fn by_triangular_factor(
     jacobian: &SparseMatrix,
     errors: &DVector<f64>,
@@ -314,7 +315,7 @@ fn by_triangular_factor(
     let (rows, columns) = (narrow.nrows(), narrow.ncols());
     let damped = (0..columns).map(|k| (rows + k, k, damping.sqrt()));
     let matrix = SparseMatrix::new((rows + columns, columns), narrow.entries().chain(damped));
-    // Any order is correct; an order chosen for a pattern with more zeros may be slower.
+    // Any column order is correct; an order chosen for a pattern with more zeros may be slower.
     let order = order.get_or_init(|| ColumnOrder::one_by_one(&matrix));
     let factor = SparseQr::new(&matrix, order, 0.0);
     let inverse = |right: Vec<f64>| factor.solve(&factor.solve_transposed(right));

@@ -1,10 +1,11 @@
-//! Positions of legs in closed form.
+//! Closed-form coordinates of legs.
 //!
-//! A leg is a chain from the ground or a floating body whose cut joint (S, U, R) connects its last
-//! body to another such body. The poses of both bodies determine the point of that joint. The other
-//! coordinates then follow from distances and heights that depend on only one of them (subproblems in
-//! the sense of Paden 1986 and Kahan). Rule and branch of each coordinate are selected by trial, such
-//! that they reproduce the coordinates of known positions.
+//! A leg is a chain of joints from its root (the ground or a floating body) to a cut joint (S, U,
+//! R). The cut joint connects the last body of the leg to the ground or to another floating body.
+//! The poses of these bodies determine the point of the cut joint. The coordinates of the leg then
+//! follow from distances and heights that depend on only one of them (subproblems in the sense of
+//! Paden 1986 and Kahan). Rule and branch of each coordinate are selected by trial, such that they
+//! reproduce the coordinates of known configurations.
 //!
 //! Equation (K7) of the book's theory.
 
@@ -21,26 +22,27 @@ use core::ops::Range;
 /// characteristic lengths.
 const SAME: f64 = 1e-7;
 
-/// Legs of a mechanism with closed-form solutions.
+/// Closed-form solutions for the legs of a mechanism.
 #[derive(Clone, Debug, Default)]
 pub struct Legs {
     legs: Vec<Leg>,
 }
 
-/// One coordinate of a leg: a rotation about, or translation along, an axis of the element's frame.
+/// One coordinate of a leg: a rotation about an axis of the element's frame, or a translation along
+/// it.
 #[derive(Clone, Copy, Debug)]
 struct Element {
     axis: usize,
     slides: bool,
     /// Sign of the coordinate: -1 for a joint traversed against its direction, otherwise 1.
     sign: f64,
-    /// Index among the coordinates of the tree.
+    /// Index among the coordinates of the spanning tree.
     coordinate: usize,
 }
 
 #[derive(Clone, Debug)]
 struct Leg {
-    /// Nodes of the leg's bodies, from the root outwards.
+    /// Spanning-tree nodes of the leg's bodies, from the root outwards.
     nodes: Vec<usize>,
     elements: Vec<Element>,
     root: usize,
@@ -51,19 +53,19 @@ struct Leg {
     choices: Vec<Choice>,
 }
 
-/// Rule that determines the first or the last of the coordinates of a leg that are still unknown.
+/// Rule that determines either the first or the last of a leg's unknown coordinates.
 #[derive(Clone, Copy, Debug)]
 enum Rule {
-    /// Determines the last coordinate: rotations about the common point of all earlier axes preserve
-    /// the distance of the leg's end from that point.
+    /// Determines the last coordinate: rotations about the common point of all earlier axes
+    /// preserve the distance between the end of the leg and that point.
     LastByDistance,
-    /// Determines the first coordinate: the common point of all later axes has a constant distance
-    /// from the end of the leg.
+    /// Determines the first coordinate: the distance between the common point of all later axes and
+    /// the end of the leg is constant.
     FirstByDistance,
-    /// The last coordinate: a rotation about the single axis before it preserves the height along
-    /// that axis.
+    /// Determines the last coordinate: a rotation about the single axis before it preserves the
+    /// height of the leg's end along that axis.
     LastByHeight,
-    /// The only coordinate that is still unknown.
+    /// Determines the only unknown coordinate.
     Alone,
 }
 
@@ -89,8 +91,8 @@ impl Element {
         Vec3::unit(self.axis)
     }
 
-    /// Displacement of the next element's frame at the given coordinate, relative to this element's
-    /// frame.
+    /// Computes the pose of the next element's frame in this element's frame at the given
+    /// coordinate.
     fn pose<T: Scalar>(&self, coordinate: T) -> Pose<T> {
         let q = coordinate * T::from_f64(self.sign);
         if self.slides {
@@ -100,7 +102,7 @@ impl Element {
         }
     }
 
-    /// Coordinate of a translation for a displacement along the element's axis, m.
+    /// Converts a displacement along the element's axis to the coordinate of a translation, m.
     fn slide<T: Scalar>(&self, displacement: T) -> T {
         displacement * T::from_f64(self.sign)
     }
@@ -109,8 +111,8 @@ impl Element {
         (sine * T::from_f64(self.sign)).atan2(cosine)
     }
 
-    /// Coordinate that moves `point` to a position with the squared distance `square` from
-    /// `centre`; `branch` selects one of two solutions.
+    /// Computes the coordinate that moves `point` to a place with the squared distance `square`
+    /// from `centre`; `branch` selects one of two solutions.
     fn by_distance<T: Scalar>(&self, point: Vec3<T>, centre: Vec3<T>, square: T, branch: T) -> T {
         let axis = self.axis();
         if self.slides {
@@ -125,8 +127,8 @@ impl Element {
         self.by_product(point, centre, product, branch)
     }
 
-    /// Angle that rotates `point` about the axis such that its component normal to the axis has the
-    /// scalar product `product` with that of `other`; `branch` selects one of two solutions.
+    /// Computes the angle about the axis for which the components of `point` (rotated) and `other`
+    /// normal to the axis have the scalar product `product`; `branch` selects one of two solutions.
     fn by_product<T: Scalar>(&self, point: Vec3<T>, other: Vec3<T>, product: T, branch: T) -> T {
         let axis = self.axis();
         let cosine = point.dot(other) - point.dot(axis) * other.dot(axis);
@@ -139,16 +141,17 @@ impl Element {
     }
 }
 
-/// Intersection of two axes or, if they are skew, the point of the first axis nearest to the
-/// second. The first axis passes through the origin, the second through the point `through`.
+/// Computes the intersection of two axes or, if they are skew, the point of the first axis nearest
+/// to the second. The first axis passes through the origin, the second through the point `through`.
 fn meeting<T: Scalar>(axis: Vec3<T>, other: Vec3<T>, through: Vec3<T>) -> Vec3<T> {
     let cosine = axis.dot(other);
     let along = axis.dot(through) - cosine * other.dot(through);
     axis * (along / (T::one() - cosine * cosine))
 }
 
-/// Part of a leg with unknown coordinates, which satisfy `fixed[0] e[0] fixed[1] e[1] ... fixed[n]
-/// point = target` with the displacements `e` of the elements.
+/// Part of a leg with unknown coordinates. They satisfy
+/// `fixed[0] e[0] fixed[1] e[1] ... fixed[n] point = target`, where `e` are the displacements of
+/// the elements.
 struct Open<'a, T> {
     elements: &'a [Element],
     fixed: &'a [Pose<T>],
@@ -163,8 +166,8 @@ impl<T: Scalar> Open<'_, T> {
         self.fixed[first + 1..=last].iter().fold(Pose::identity(), |sum, fixed| sum * *fixed)
     }
 
-    /// Common point of the axes of one or two revolute elements, in the frame of the first; `None`
-    /// for other elements.
+    /// Common point of the axes of one or two revolute elements, in the frame of the first element;
+    /// `None` for other elements.
     fn centre(&self, range: Range<usize>) -> Option<Vec3<T>> {
         if self.elements[range.clone()].iter().any(|element| element.slides) {
             return None;
@@ -232,8 +235,8 @@ impl<T: Scalar> Open<'_, T> {
 }
 
 impl Leg {
-    /// Constant poses between the elements, from the frame of the root body to that of the last
-    /// body.
+    /// Computes the constant poses between successive elements, from the frame of the root body to
+    /// that of the last body.
     fn fixed<T: Scalar>(&self, topology: &Topology, parameters: &Parameters<T>) -> Vec<Pose<T>> {
         let mut fixed = Vec::with_capacity(self.elements.len() + 1);
         let mut pose = Pose::identity();
@@ -252,8 +255,8 @@ impl Leg {
         fixed
     }
 
-    /// Position of the point of the cut joint in the frame of the leg's last body and in that of
-    /// the root body, m.
+    /// Computes the position (m) of the cut joint's point, first in the frame of the leg's last
+    /// body, then in the frame of the root body.
     fn points<T: Scalar>(
         &self,
         parameters: &Parameters<T>,
@@ -265,8 +268,8 @@ impl Leg {
         [own, root.inverse().apply(end.apply(other))]
     }
 
-    /// Computes coordinates by the given choices in turn; returns each with the index of its
-    /// element.
+    /// Computes the leg's coordinates by `choices`, one after the other. Returns each value with
+    /// the index of its element.
     fn follow<T: Scalar>(
         &self,
         topology: &Topology,
@@ -297,7 +300,8 @@ impl Leg {
         Some(found)
     }
 
-    /// Returns `true` if these choices reproduce the coordinates of a known position.
+    /// Returns `true` if the last of the choices reproduces its coordinate of a known
+    /// configuration.
     fn agrees(&self, at: &Position<'_>, choices: &[Choice]) -> bool {
         let Position { topology, parameters, bodies, coordinates } = at;
         let poses = [&bodies.pose[self.root], &bodies.pose[self.end]];
@@ -314,7 +318,7 @@ impl Leg {
     }
 }
 
-/// Known coordinates of the tree and the resulting poses of the bodies.
+/// Known coordinates of the spanning tree and the resulting poses of the bodies.
 struct Position<'a> {
     topology: &'a Topology,
     parameters: &'a Parameters<f64>,
@@ -322,14 +326,15 @@ struct Position<'a> {
     coordinates: &'a [f64],
 }
 
-/// Returns `true` for the ground and for floating bodies, whose poses do not depend on coordinates
-/// of legs.
+/// Returns `true` for the ground and for floating bodies. Their poses do not depend on the
+/// coordinates of legs.
 fn is_placed(topology: &Topology, body: usize) -> bool {
     topology.node_of_body[body].is_none_or(|node| topology.nodes[node].link == Link::Floating)
 }
 
-/// Elements of a joint's coordinates in order from J to K: axis (0, 1, 2 for x, y, z), and `true`
-/// for a translation. `None` for joint types without closed forms.
+/// Returns the elements of a joint's coordinates in order from frame J to frame K. Each consists of
+/// an axis (0, 1, 2 for x, y, z) and a flag that is `true` for a translation. `None` for joint
+/// types without closed forms.
 fn elements_of(joint_type: JointType) -> Option<&'static [(usize, bool)]> {
     match joint_type {
         JointType::Fixed => Some(&[]),
@@ -342,9 +347,9 @@ fn elements_of(joint_type: JointType) -> Option<&'static [(usize, bool)]> {
 }
 
 impl Legs {
-    /// Finds the closed forms that reproduce the coordinates of the legs at the given positions
-    /// (each the coordinates of the tree), at which all loops must be closed. Legs without a closed
-    /// form are omitted.
+    /// Finds the closed forms that reproduce the coordinates of the legs at the given
+    /// configurations. Each configuration consists of the coordinates of the spanning tree, and all
+    /// its loops must be closed. Legs without a closed form are omitted.
     pub fn new(topology: &Topology, parameters: &Parameters<f64>, positions: &[Vec<f64>]) -> Self {
         let positions: Vec<Position<'_>> = positions
             .iter()
@@ -371,15 +376,15 @@ impl Legs {
         Self { legs: closed.collect() }
     }
 
-    /// Returns `true` if a coordinate of the tree has a closed form.
+    /// Returns `true` if a coordinate of the spanning tree has a closed form.
     pub fn finds(&self, coordinate: usize) -> bool {
         let elements = self.legs.iter().flat_map(|leg| &leg.elements);
         elements.into_iter().any(|element| element.coordinate == coordinate)
     }
 
-    /// Computes coordinates from the poses of floating bodies (`floating`, by the body's index,
-    /// relative to the reference point) and passes index and value of each to `receive`. Dual
-    /// numbers as the scalar give rates and accelerations.
+    /// Computes the coordinates of the legs and passes the index and value of each to `receive`.
+    /// `floating` returns the pose of a floating body relative to the reference point. Dual numbers
+    /// as the scalar type yield rates and accelerations.
     pub fn find<T: Scalar>(
         &self,
         topology: &Topology,
@@ -400,7 +405,8 @@ impl Legs {
         }
     }
 
-    /// Index of the tree's degree of freedom for a coordinate with a closed form.
+    /// Returns the index of the spanning tree's degree of freedom for a coordinate with a closed
+    /// form.
     pub fn dof(&self, topology: &Topology, coordinate: usize) -> Option<usize> {
         let mut nodes = topology.nodes.iter();
         let node = nodes.find(|node| node.coordinates.contains(&coordinate))?;
@@ -408,7 +414,7 @@ impl Legs {
     }
 }
 
-/// The chain between a cut joint and the ground or a floating body, if this chain is a leg.
+/// Returns the chain between a cut joint and the ground or a floating body, if this chain is a leg.
 fn leg_of(topology: &Topology, cut: usize) -> Option<Leg> {
     // Joints that constrain a point to a plane or line do not fix it.
     let holds_a_point = matches!(

@@ -8,25 +8,26 @@ use crate::scalar::Scalar;
 use crate::spatial::{Mat3, Pose, Vec3, Wrench};
 use crate::topology::{Link, Role, Topology};
 
-/// Value of a coordinate, and the covector that gives its rate from a twist.
+/// Value of a coordinate, and the covector that maps a twist to its rate.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Measured<T> {
     pub(super) value: T,
-    /// Covector with `rate = twist.power(covector)`, where `twist` is that of the body or, for a
-    /// joint coordinate, that of the successor relative to the predecessor.
+    /// Covector with `rate = twist.power(covector)`. The twist is that of the body or, for a joint
+    /// coordinate, that of the successor relative to the predecessor.
     pub(super) covector: Wrench<T>,
 }
 
-/// Kind of difference between two values of a coordinate.
+/// How two values of a coordinate are subtracted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Difference {
-    /// Difference of numbers.
+    /// Ordinary subtraction.
     Plain,
-    /// Difference of angles, modulo a full turn.
+    /// Subtraction of angles, modulo a full turn.
     Angle,
 }
 
-/// Nodes of the tree on which the coordinate depends, each with the sign of its contribution.
+/// Lists the spanning-tree nodes on which the coordinate depends, each with the sign of its
+/// contribution.
 pub(super) fn path(topology: &Topology, coordinate: Coordinate) -> Vec<(usize, f64)> {
     match coordinate {
         Coordinate::Position { body, .. }
@@ -45,8 +46,8 @@ pub(super) fn path(topology: &Topology, coordinate: Coordinate) -> Vec<(usize, f
     }
 }
 
-/// Kind of difference between two values of a coordinate. Joint coordinates of the tree include
-/// full turns; coordinates measured from a pose are known modulo one turn.
+/// Returns how two values of a coordinate are subtracted. Joint coordinates of the spanning tree
+/// include full turns; coordinates computed from a pose are known modulo one turn.
 pub(crate) fn difference(topology: &Topology, coordinate: Coordinate) -> Difference {
     match coordinate {
         Coordinate::Angle { .. } => Difference::Angle,
@@ -60,7 +61,8 @@ pub(crate) fn difference(topology: &Topology, coordinate: Coordinate) -> Differe
     }
 }
 
-/// Index among the tree's coordinates, if the coordinate is an angle of a joint of the tree.
+/// Index among the spanning tree's coordinates, if the coordinate is an angle of a joint in the
+/// tree.
 pub(super) fn tree_angle(topology: &Topology, coordinate: Coordinate) -> Option<usize> {
     let Coordinate::Joint { joint, dof } = coordinate else { return None };
     let node = topology.node_of(joint.0)?;
@@ -80,7 +82,7 @@ pub(crate) fn deviation<T: Scalar>(difference: Difference, found: T, reference: 
     }
 }
 
-/// Measures a coordinate; requires placed bodies.
+/// Computes the value of a coordinate and its covector; requires the poses of the bodies.
 pub(super) fn measure<T: Scalar>(
     coordinate: Coordinate,
     topology: &Topology,
@@ -124,7 +126,8 @@ pub(super) fn measure<T: Scalar>(
     }
 }
 
-/// Measures value and rate of a coordinate; requires poses and twists of the bodies. The acceleration is zero.
+/// Computes the value and rate of a coordinate from the poses and twists of the bodies. Returns
+/// zero as the acceleration.
 pub(crate) fn measure_motion(
     coordinate: Coordinate,
     topology: &Topology,
@@ -142,8 +145,8 @@ pub(crate) fn measure_motion(
     Target { value, rate, acceleration: 0.0 }
 }
 
-/// Computes the second derivative of a coordinate for zero accelerations of the tree; requires the
-/// twists of the bodies.
+/// Computes the second derivative of a coordinate for zero accelerations of the spanning tree;
+/// requires the twists of the bodies.
 pub(super) fn bias<T: Scalar>(
     coordinate: Coordinate,
     topology: &Topology,
@@ -176,7 +179,7 @@ pub(super) fn bias<T: Scalar>(
             bodies.bias[body.0].power(covector) + turning.component(axis)
         }
         Coordinate::Joint { joint, .. } => match topology.role[joint.0] {
-            // The rate is a rate of the tree.
+            // The rate is a rate of the spanning tree.
             Role::Tree { .. } => T::zero(),
             Role::Cut { .. } => {
                 let (predecessor, successor) = topology.ends[joint.0];
@@ -192,16 +195,16 @@ pub(super) fn seen_from<T: Scalar>(ground: Pose<T>, body: Pose<T>) -> Mat3<T> {
     ground.rotation.transpose() * body.rotation
 }
 
-/// Axes of an order, and the sign of their permutation. For orders like zxz, the third axis is the
-/// one that the order does not contain.
+/// Returns the axes of an order and the sign of their permutation. For orders like zxz, the third
+/// returned axis is the one that the order does not contain.
 fn parity(order: AngleOrder) -> (usize, usize, usize, f64) {
     let [i, j, last] = order.axes();
     let k = if order.is_tait_bryan() { last } else { 3 - i - j };
     (i, j, k, if (i + 1) % 3 == j { 1.0 } else { -1.0 })
 }
 
-/// The three angles of a rotation matrix. The second is in [-pi/2, pi/2] for orders of three
-/// different axes, in [0, pi] for orders like zxz.
+/// Computes the three angles of a rotation matrix. The second angle is in [-pi/2, pi/2] for orders
+/// of three different axes, and in [0, pi] for orders like zxz.
 pub(super) fn intrinsic_angles<T: Scalar>(r: Mat3<T>, order: AngleOrder) -> [T; 3] {
     let (i, j, k, sign) = parity(order);
     let sign = T::from_f64(sign);
@@ -222,7 +225,8 @@ pub(super) fn intrinsic_angles<T: Scalar>(r: Mat3<T>, order: AngleOrder) -> [T; 
     }
 }
 
-/// The rotation axes of the three angles, in the frame relative to which the angles turn the body.
+/// Computes the axes of the three rotations, in the frame relative to which the angles rotate the
+/// body.
 fn axes_of<T: Scalar>(order: AngleOrder, angles: [T; 3]) -> [Vec3<T>; 3] {
     let [a, b, c] = order.axes();
     let first = Mat3::about_axis(a, angles[0].sin_cos());
@@ -230,8 +234,8 @@ fn axes_of<T: Scalar>(order: AngleOrder, angles: [T; 3]) -> [Vec3<T>; 3] {
     [Vec3::unit(a), first.columns[b], second.columns[c]]
 }
 
-/// Rows that give the rates of the angles from the angular velocity: the basis reciprocal to the
-/// axes.
+/// Computes the rows of the matrix that maps the angular velocity to the rates of the angles: the
+/// basis reciprocal to the axes.
 fn rate_rows<T: Scalar>([a, b, c]: [Vec3<T>; 3]) -> [Vec3<T>; 3] {
     let over = a.dot(b.cross(c)).recip();
     [b.cross(c) * over, c.cross(a) * over, a.cross(b) * over]

@@ -1,8 +1,8 @@
-//! Position, velocity and acceleration of closed chains.
+//! Configuration, velocity and acceleration of mechanisms with closed chains.
 //!
-//! [`Kinematics`] is the kernel: one Newton step, and exact rates and accelerations, for any scalar type.
-//! `Assembly` applies this kernel in `f64`: it computes the first position, follows a motion within one
-//! assembly mode, and explains failures.
+//! [`Kinematics`] is the kernel: it computes one Newton step, and exact rates and accelerations,
+//! for any scalar type. `Assembly` applies this kernel in `f64`: it computes the first
+//! configuration, tracks a motion within one assembly mode, and explains failures.
 
 mod assembly;
 mod bodies;
@@ -42,7 +42,7 @@ pub(crate) use rotation_vector::RotationVector;
 pub(crate) use system::{closure_error, column_scales};
 pub(crate) use tracing::LoopsAt;
 
-// Used by the project's other crates; no part of the stable interface.
+// Used by other crates of the project; not part of the stable interface.
 #[doc(hidden)]
 pub use error::{Gap, OpenDof};
 #[doc(hidden)]

@@ -6,7 +6,8 @@ use crate::linalg::StaticLu;
 use crate::topology::Topology;
 use std::sync::Arc;
 
-/// Kinematics of a mechanism, compiled for one set of prescribed coordinates near one position.
+/// Kinematics of a mechanism, compiled for one set of prescribed coordinates near one
+/// configuration.
 ///
 /// Immutable and independent of the mechanism's numerical parameters, so it can be used with every
 /// scalar type and every set of [`Parameters`](crate::parameters::Parameters). Clones share all
@@ -15,7 +16,8 @@ use std::sync::Arc;
 pub struct KinematicModel {
     /// Spanning tree and cut joints.
     pub(crate) topology: Arc<Topology>,
-    /// Loop closures and prescribed coordinates: the rows of the rate equations.
+    /// Constraints of the rate equations: loop closures, gearings, prescribed coordinates and
+    /// locked passive spins.
     pub(crate) constraints: Arc<MotionConstraints>,
     /// Static LU factorisation of the rate equations.
     pub(crate) rates: Arc<StaticLu>,
@@ -27,7 +29,7 @@ impl KinematicModel {
         &self.topology
     }
 
-    /// Loop closures and prescribed coordinates.
+    /// Constraints on the motion: loop closures, gearings and prescribed coordinates.
     pub fn constraints(&self) -> &MotionConstraints {
         &self.constraints
     }

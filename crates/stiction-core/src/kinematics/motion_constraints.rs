@@ -12,30 +12,31 @@ use crate::topology::Topology;
 #[derive(Clone, Debug)]
 pub struct MotionConstraints {
     pub(super) rows: Vec<Row>,
-    /// Number of rows of loop closure, which come first: constraints of cut joints, then gearings.
+    /// Number of loop-closure rows, which come first: constraints of cut joints, then gearings.
     pub(super) closures: usize,
     pub(super) coordinates: Vec<Coordinate>,
-    /// Indices of all three components of the rotation vector to which each prescribed coordinate
-    /// belongs, if all of them are prescribed; otherwise `None`.
+    /// For each prescribed coordinate that is a component of a rotation vector: the indices of all
+    /// three components, if all three are prescribed; otherwise `None`.
     pub(super) orientations: Vec<Option<[usize; 3]>>,
     pub(super) differences: Vec<Difference>,
     pub(super) spins: Vec<Spin>,
     pub(super) entries: Vec<Entry>,
 }
 
-/// A row of the system: the nodes whose degrees of freedom it contains, each with a sign.
+/// A row of the system: the spanning-tree nodes whose degrees of freedom it contains, each with a
+/// sign.
 #[derive(Clone, Debug)]
 pub(super) struct Row {
     pub(super) path: Vec<(usize, f64)>,
-    /// True for an angle error, false for a length error.
+    /// True if the error of the row is an angle, false if it is a length.
     pub(super) is_angle: bool,
-    /// Index in [`Topology::gearings`], for the row of a gearing.
+    /// Index in [`Topology::gearings`]; `None` if the row does not belong to a gearing.
     pub(super) gearing: Option<usize>,
 }
 
-/// Rotation of one body about a body-fixed axis that neither the motion nor the loops determine,
-/// such as the spin of a rod between two ball joints. By convention the spin rate is zero; the dynamics
-/// determine the spin acceleration.
+/// Passive spin: rotation of one body about a body-fixed axis that neither the prescribed motion
+/// nor the loops determine, such as the spin of a rod between two ball joints. By convention the
+/// spin rate is zero; the dynamics determine the spin acceleration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spin {
     /// Body that rotates.
@@ -45,8 +46,8 @@ pub struct Spin {
 }
 
 impl MotionConstraints {
-    /// Creates the constraints of all loops and gearings, with `coordinates` prescribed and `spins`
-    /// locked.
+    /// Creates the constraints of all loops and gearings, of the prescribed `coordinates` and of
+    /// the locked `spins`.
     pub fn new(topology: &Topology, coordinates: &[Coordinate], spins: &[Spin]) -> Self {
         let mut rows = Vec::new();
         for cut in &topology.cuts {
@@ -97,8 +98,9 @@ impl MotionConstraints {
         &self.coordinates
     }
 
-    /// Index of each prescribed coordinate among the tree's coordinates, if it is an angle of a joint in the
-    /// tree. Such an angle includes whole turns, which poses do not show.
+    /// Index of each prescribed coordinate among the spanning tree's coordinates if it is an angle
+    /// of a joint in the tree, otherwise `None`. Such an angle includes whole turns, which cannot
+    /// be determined from poses.
     pub fn tree_angles<'a>(
         &'a self,
         topology: &'a Topology,
@@ -111,17 +113,17 @@ impl MotionConstraints {
         &self.spins
     }
 
-    /// Positions of the system's structural nonzeros, row by row.
+    /// Row and column indices of the system's structural nonzeros, row by row.
     pub(super) fn entries(&self) -> &[Entry] {
         &self.entries
     }
 
-    /// Number of rows.
+    /// Number of rows of the system.
     pub(super) fn row_count(&self) -> usize {
         self.rows.len()
     }
 
-    /// Flags of the rows: `true` for an angle error, `false` for a length error.
+    /// Returns a flag for each row: `true` if its error is an angle, `false` if it is a length.
     pub(super) fn are_angles(&self) -> impl Iterator<Item = bool> + '_ {
         self.rows.iter().map(|row| row.is_angle)
     }
@@ -133,8 +135,8 @@ impl MotionConstraints {
     }
 }
 
-/// Indices of all three components of a rotation vector, if `coordinate` is one of them and all are
-/// prescribed. The vector may then exceed half a turn.
+/// Returns the indices of all three components of a rotation vector if `coordinate` is one of them
+/// and all are prescribed. The length of the vector may then exceed half a turn.
 fn orientation(coordinates: &[Coordinate], coordinate: Coordinate) -> Option<[usize; 3]> {
     let Coordinate::RotationVector { body, .. } = coordinate else { return None };
     let place =

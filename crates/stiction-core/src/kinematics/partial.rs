@@ -1,4 +1,4 @@
-//! Assembly from incomplete data, and the constraints on rates at the resulting position.
+//! Assembly from incomplete data, and the constraints on rates at the resulting configuration.
 
 use super::assembly::Given;
 use super::bodies::State;
@@ -13,7 +13,7 @@ use crate::spatial::Pose;
 use crate::topology::Topology;
 use nalgebra::DVector;
 
-/// Tolerance of closed loops and given values (rad, or m divided by the characteristic length).
+/// Tolerance of loop closure and of given values (rad, or m divided by the characteristic length).
 pub(super) const MET: f64 = 1e-12;
 /// Newton's method with minimum-norm steps replaces the damped steps once the scaled error is below
 /// this value.
@@ -22,30 +22,30 @@ const NEAR: f64 = 1e-3;
 const ROUND_OFF: f64 = 1e-15;
 /// Damped steps stop at this fraction of [`MET`].
 const FRACTION: f64 = 0.1;
-/// Longest accepted step of Newton's method, rad and characteristic lengths. At a regular position
-/// with errors below [`NEAR`], shorter steps suffice; near a singular position, a longer step leads
-/// to a distant solution.
+/// Longest accepted step of Newton's method, rad and characteristic lengths. At a regular
+/// configuration with errors below [`NEAR`], shorter steps suffice; near a singular one, a longer
+/// step would lead to a distant solution.
 const LONGEST: f64 = 0.25;
 /// Maximum number of damped steps, and maximum number of Newton steps.
 const STEPS: usize = 500;
-/// A row of the Jacobian counts as dependent on other rows if its independent component is at most
-/// this fraction of the largest norm of a row (or of one, if that is greater).
+/// A row of the Jacobian counts as dependent on other rows if its component orthogonal to them is
+/// at most this fraction of the largest row norm (or of 1, if that is greater).
 const DEPENDENT: f64 = 1e-10;
 
-/// A violated condition and its residual (`by`), m or rad.
+/// A violated condition; `by` is the residual, m or rad.
 pub(crate) struct Missed {
     pub(crate) what: What,
     pub(crate) by: f64,
     pub(crate) is_angle: bool,
 }
 
-/// Kind of a condition on the coordinates.
+/// Condition on the coordinates that a row expresses.
 pub(crate) enum What {
-    /// Closure of a joint, by its index.
+    /// Closure of the joint with this index.
     Joint(usize),
-    /// Gearing of the mechanism, by its index.
+    /// Equation of the gearing with this index in the mechanism.
     Gearing(usize),
-    /// Given value, by its index in the list.
+    /// Given value of the coordinate with this index in the list.
     Given(usize),
 }
 
@@ -71,6 +71,9 @@ fn targets(values: &[f64]) -> Vec<Target<f64>> {
 /// Computes a state near the model's reference configuration that closes the loops and has the
 /// given values of coordinates. Newton steps have minimum norm, so unrelated coordinates do not
 /// move.
+///
+/// # Errors
+/// Returns the condition with the largest residual if the conditions cannot all be met.
 pub(crate) fn assemble_partly(
     mechanism: &Mechanism,
     topology: &Topology,
@@ -87,7 +90,7 @@ pub(crate) fn assemble_partly(
     let equations = PositionEquations::new(topology, parameters, &motion_constraints, &targets);
     let mut reached = equations.solve(&mut kinematics, &mut state, NEAR, STEPS).error;
     if reached > NEAR {
-        // Move from the given starts to the given values.
+        // Retry from the start coordinates of the model, moving to the given values.
         let mut other = given.reference(false).state;
         let error = equations.solve(&mut kinematics, &mut other, NEAR, STEPS).error;
         if error < reached {
@@ -102,13 +105,13 @@ pub(crate) fn assemble_partly(
         || reached.is_nan()
         || errors.iter().any(|error| error.abs() > MET || error.is_nan())
     {
-        // Near a singular position only damped steps converge. Where the loops cannot close, they end at
-        // the least error.
+        // Near a singular configuration, only damped steps converge. If the loops cannot close, the
+        // steps end at the least error.
         equations.solve(&mut kinematics, &mut state, FRACTION * MET, STEPS);
         errors = close(&equations, &mut kinematics, &mut state);
     }
     let size = |row: usize| if errors[row].is_nan() { f64::INFINITY } else { errors[row].abs() };
-    // Report a contradictory value rather than the loop that this value opens.
+    // Report a contradictory given value rather than the loop that this value opens.
     let worst = (0..errors.len()).max_by(|a, b| size(*a).total_cmp(&size(*b)));
     let Some(row) = worst.filter(|row| size(*row) > MET) else { return Ok(state) };
     let given = (topology.closures()..errors.len()).max_by(|a, b| size(*a).total_cmp(&size(*b)));
@@ -151,8 +154,8 @@ fn close(
     equations.errors(kinematics, state)
 }
 
-/// Linear equations for the rates of the tree: equations of the loops, followed by those of the
-/// coordinates with given rates.
+/// Linear equations for the rates of the spanning tree: the equations of loops and gearings,
+/// followed by those of the coordinates with given rates.
 pub(crate) struct RateRows {
     /// Scaled matrix, row by row; rates of lengths are in characteristic lengths per second.
     pub(crate) matrix: Vec<f64>,
@@ -172,7 +175,7 @@ impl RateRows {
         let mut kinematics = Kinematics::new(topology, &motion_constraints, &StaticLu::default());
         let mut here = targets(&vec![0.0; coordinates.len()]);
         kinematics.place(topology, parameters, &motion_constraints, state, &here);
-        // A coordinate's value is its deviation from zero.
+        // With a target of zero, the error of a coordinate equals its value.
         let first = topology.closures();
         for (target, error) in here.iter_mut().zip(&kinematics.errors()[first..]) {
             target.value = *error;
@@ -189,7 +192,7 @@ impl RateRows {
         Self { matrix, rights, scales, are_angles }
     }
 
-    /// Condition that a row of the position or rate equations expresses.
+    /// Returns the condition that a row of the position or rate equations expresses.
     pub(crate) fn what(topology: &Topology, row: usize) -> What {
         what(topology, row)
     }

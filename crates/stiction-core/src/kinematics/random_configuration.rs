@@ -8,27 +8,29 @@ use crate::random::Random;
 use crate::topology::Topology;
 use nalgebra::DVector;
 
-/// Size of a step, angles in radians, lengths in characteristic lengths.
+/// Size of a step, in radians and characteristic lengths.
 const STRIDE: f64 = 0.1;
-/// Number of steps from one position to the next.
+/// Number of steps from one configuration to the next.
 const STRIDES: usize = 8;
-/// Maximum number of further attempts if the first attempt at a step fails. Near the end of the
-/// range of motion, few directions succeed.
+/// Maximum number of retries after a failed step. Near the end of the range of motion, few
+/// directions succeed.
 const TRIES: usize = 6;
-/// Singular vectors with singular values below this fraction of the largest are open motions.
+/// Singular vectors with singular values below this fraction of the largest value are permitted
+/// motions.
 const OPEN: f64 = 1e-6;
 
-/// Random positions, and their largest distance from the initial position.
+/// Random configurations, and the largest distance of any of them from the initial configuration.
 pub(crate) struct RandomConfiguration {
-    /// Positions at which all loops are closed. The initial position appears only if no step from
+    /// Configurations with all loops closed. The initial configuration appears only if no step from
     /// it succeeds, for example if the mechanism is immobile.
     pub(crate) states: Vec<State<f64>>,
-    /// Largest distance of a position from the initial position, in rad and characteristic lengths.
+    /// Largest distance of a configuration from the initial one, in rad and characteristic lengths.
     pub(crate) reach: f64,
 }
 
 impl RandomConfiguration {
-    /// Computes `count` positions from `state` in random directions with all loops closed.
+    /// Computes `count` configurations with all loops closed, starting from `state` and moving in
+    /// random directions.
     pub(crate) fn new(
         topology: &Topology,
         parameters: &Parameters<f64>,
@@ -42,7 +44,8 @@ impl RandomConfiguration {
         let mut reach = 0.0_f64;
         let mut states = Vec::with_capacity(count);
         for _ in 0..count {
-            // A random walk keeps returning; steps in one direction per position do not.
+            // A random walk returns repeatedly to its start; steps that keep one direction between
+            // configurations do not.
             let mut heading: Option<DVector<f64>> = None;
             for _ in 0..STRIDES {
                 let decomposition = loops.decompose(&at, Limit::OfLargest(OPEN));
@@ -66,7 +69,8 @@ impl RandomConfiguration {
 }
 
 /// Takes a random step that keeps the loops closed. The direction is that of the last step
-/// (`heading`), projected on the permitted directions `open`, or random if the projection is short.
+/// (`heading`), projected on the permitted directions `open`, or a random one if the projection is
+/// short.
 fn stride(
     loops: &mut Loops<'_>,
     random: &mut Random,
@@ -98,7 +102,7 @@ fn stride(
 }
 
 impl Loops<'_> {
-    /// Computes the rank and the null space of the scaled loop Jacobian at a position.
+    /// Computes the rank and the null space of the scaled loop Jacobian at a configuration.
     pub(super) fn decompose(&mut self, state: &State<f64>, limit: Limit) -> Decomposition {
         self.errors(state);
         let jacobian = self.jacobian();

@@ -22,9 +22,9 @@ impl Target<f64> {
     }
 }
 
-/// A rotation vector `r` of length `a`, and the coefficient `c` of its rate for the angular
-/// velocity `omega`: `r' = omega - r x omega / 2 + c r x (r x omega)`, `c = 1/a^2 - (1 + cos a) /
-/// (2 a sin a)`.
+/// A rotation vector `r` of length `a`. For the angular velocity `omega`, the rate of the vector is
+/// `r' = omega - r x omega / 2 + c r x (r x omega)`, with the coefficient
+/// `c = 1/a^2 - (1 + cos a) / (2 a sin a)`.
 pub(crate) struct RotationVector<T> {
     pub(crate) value: Vec3<T>,
     /// Coefficient `c` of the rate.
@@ -46,11 +46,11 @@ impl<T: Scalar> RotationVector<T> {
         let a2 = safe * safe;
         let versine = T::one() + c;
         let closed = a2.recip() - versine * half / (safe * s);
-        // d/da of c, over a; the derivative of (1 + cos a)/sin a is -(1 + cos a)/sin^2 a.
+        // `(dc/da) / a`, since the derivative of (1 + cos a)/sin a is -(1 + cos a)/sin^2 a.
         let closed_slope =
             T::from_f64(-2.0) / (a2 * a2) + versine * half * (s + safe) / (a2 * safe * s * s);
         let x = w.norm_squared();
-        // a^2 in terms of sin^2 a = x, and a / sin a.
+        // Power series of a^2 and of a / sin a in x = sin^2 a.
         let asin2 = x * series(
             x,
             &[1.0, 1.0 / 3.0, 8.0 / 45.0, 4.0 / 35.0, 128.0 / 1575.0, 128.0 / 2079.0],
@@ -81,14 +81,14 @@ impl<T: Scalar> RotationVector<T> {
         }
     }
 
-    /// The matrix `A` of `r' = A omega`.
+    /// Returns the matrix `A` of the rate `r' = A omega`.
     pub(crate) fn rate_matrix(&self) -> Mat3<T> {
         self.matrix(|r, e| {
             e - r.cross(e) * T::from_f64(0.5) + r.cross(r.cross(e)) * self.coefficient
         })
     }
 
-    /// The time derivative of [`Self::rate_matrix`].
+    /// Returns the time derivative of [`Self::rate_matrix`].
     pub(super) fn rate_matrix_change(&self, omega: Vec3<T>) -> Mat3<T> {
         let rate = self.rate_matrix() * omega;
         let change = self.slope * self.value.dot(rate);
@@ -117,8 +117,9 @@ fn series<T: Scalar>(x: T, coefficients: &[f64]) -> T {
     sum
 }
 
-/// Prescribed orientation `exp(r)` with its motion. Unlike the inverse map it has no limits: `r`
-/// may exceed half turns and whole turns.
+/// Prescribed orientation `exp(r)` with its angular velocity and acceleration. The length of `r`
+/// may exceed half turns and whole turns, unlike that of the rotation vector computed from an
+/// orientation.
 pub(super) struct Orientation<T> {
     /// Rotation matrix `exp(r)`.
     pub(super) rotation: Mat3<T>,
@@ -134,7 +135,7 @@ impl<T: Scalar> Orientation<T> {
     pub(super) fn of(r: Vec3<T>, rate: Vec3<T>, acceleration: Vec3<T>) -> Self {
         let a2 = r.norm_squared();
         let number = T::from_f64;
-        // Series below one, closed forms above.
+        // Power series for a^2 below 1, closed forms above.
         let large = a2 - T::one();
         let safe2 = large.if_positive(a2, T::one());
         let a = safe2.norm_of_square();
@@ -144,7 +145,7 @@ impl<T: Scalar> Orientation<T> {
         let sinc = choose(s / a, &SINC);
         let b = choose((T::one() - c) * over2, &B);
         let d = choose((a - s) * over2 / a, &D);
-        // db/da and dd/da, over a.
+        // `(db/da) / a` and `(dd/da) / a`.
         let b_slope = choose((a * s - (T::one() - c) * number(2.0)) * over2 * over2, &B_SLOPE);
         let d_slope =
             choose((s * number(3.0) - a * (c + number(2.0))) * over2 * over2 / a, &D_SLOPE);
@@ -161,15 +162,16 @@ impl<T: Scalar> Orientation<T> {
     }
 }
 
-/// Coefficients of powers of `a^2` in the series of `sin a / a` and similar functions: `(-1)^n /
-/// (2n + k)!`.
+/// Coefficients `(-1)^n / (2n + k)!` of the powers of `a^2` in the series of `sin a / a` and
+/// similar functions.
 const SINC: [f64; 9] = alternating(1, false);
 const B: [f64; 9] = alternating(2, false);
 const D: [f64; 9] = alternating(3, false);
 const B_SLOPE: [f64; 9] = alternating(2, true);
 const D_SLOPE: [f64; 9] = alternating(3, true);
 
-/// `(-1)^n / (2n + k)!`, or, of the derivative over `a`, `(-1)^m 2m / (2m + k)!` with `m = n + 1`.
+/// Computes the coefficients `(-1)^n / (2n + k)!`. If `slope` is set, computes those of the
+/// derivative divided by `a`: `(-1)^m 2m / (2m + k)!` with `m = n + 1`.
 const fn alternating(k: usize, slope: bool) -> [f64; 9] {
     let mut terms = [0.0; 9];
     let mut n = 0;
@@ -197,9 +199,9 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Compares, along `r(t) = r0 + r1 t`, the rate matrix times the angular velocity with
-        /// `r1`, and the change of the matrix with its derivative; the angular velocity follows
-        /// from the rotation in dual numbers.
+        /// Along `r(t) = r0 + r1 t`, checks that the rate matrix times the angular velocity equals
+        /// `r1`, and that the change of the matrix equals its computed derivative. The angular
+        /// velocity follows from the rotation in dual numbers.
         #[test]
         fn rotation_vector_rates_are_exact(
             r0 in prop::array::uniform3(-1.7..1.7f64),
@@ -212,7 +214,7 @@ mod tests {
             type D = Dual<f64, 1>;
             let at = |t: D| Vec3::new(D::from_f64(r0.x), D::from_f64(r0.y), D::from_f64(r0.z))
                 + Vec3::new(D::from_f64(r1.x), D::from_f64(r1.y), D::from_f64(r1.z)) * t;
-            // exp by its series, exact for these sizes; w = R' R^T.
+            // exp by its power series, exact for these sizes; w = R' R^T.
             let exp = |r: Vec3<D>| {
                 let column = |e: Vec3<D>| {
                     let (mut term, mut sum) = (e, e);
@@ -245,8 +247,8 @@ mod tests {
             }
         }
 
-        /// Compares the orientation and its motion with the exponential series, also beyond a full
-        /// turn.
+        /// Compares the orientation, its angular velocity and acceleration with the exponential
+        /// series, also beyond a full turn.
         #[test]
         fn orientations_are_exact(
             r0 in prop::array::uniform3(-5.0..5.0f64),

@@ -1,8 +1,8 @@
-//! Steps off stationary points of the error sum that are not its minima.
+//! Steps away from stationary points of the error sum other than minima.
 //!
-//! On a line of symmetry between two solutions, such as a stretched position between two elbows, the
-//! derivatives of the errors vanish along the direction that leads to both: damped least squares stops
-//! there although the loops are open.
+//! On a line of symmetry between two solutions, for example with a stretched arm between its two
+//! elbow configurations, the derivatives of the errors vanish along the direction that leads to
+//! both solutions. Damped least squares stops there although the loops are open.
 
 use super::bodies::State;
 use super::least_squares::PositionEquations;
@@ -10,35 +10,38 @@ use super::system::Kinematics;
 use crate::linalg::Svd;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-/// Step of the central second differences, rad and characteristic lengths; their round-off is about
-/// 1e-8.
+/// Step of the central second differences, rad and characteristic lengths. The differences have a
+/// round-off of about 1e-8.
 const DIFFERENCE: f64 = 1e-4;
-/// Curvatures of the error sum up to this multiple of the error norm may be round-off of the
+/// Curvatures of the error sum up to this multiple of the error norm may be due to round-off of the
 /// differences.
 const FLAT: f64 = 1e-6;
-/// A position counts as stationary unless first-order steps can remove more than this fraction of
+/// A configuration counts as stationary if first-order steps can remove at most this fraction of
 /// the error norm.
 const STATIONARY: f64 = 0.5;
-/// A step is rejected if the second derivative of the errors along a unit step, in characteristic
-/// lengths and without the part that other directions can reduce, is at most this value. Such a
-/// step leaves the loops as open as before.
+/// Limit on the second derivative of the errors along a unit step, in characteristic lengths and
+/// without the part that other directions can reduce. A step with a smaller second derivative is
+/// rejected, because it would leave the loops as open as before.
 const STRAIGHT: f64 = 1e-2;
-/// Steps off stationary points need a dense decomposition, so they are not computed for more
-/// degrees of freedom than this.
+/// Largest number of degrees of freedom for which these steps are computed, because they need a
+/// dense decomposition.
 const LARGE: usize = 150;
-/// Largest number of directions with small derivatives.
+/// Largest number of directions with small derivatives that are considered.
 const DIRECTIONS: usize = 8;
 /// Length of the longest step, rad and characteristic lengths.
 const STRIDE: f64 = 0.25;
-/// Largest number of iterations for the eigenvalues of a symmetric matrix of at most [`DIRECTIONS`]
-/// rows.
+/// Largest number of iterations for the eigenvalues of a symmetric matrix with at most
+/// [`DIRECTIONS`] rows.
 const ITERATIONS: usize = 1000;
 
 impl PositionEquations<'_> {
-    /// Scaled step from a stationary point of the error sum along its most negative curvature; `None` at a
-    /// minimum. With the errors `e`, their derivatives `J` and their second derivative `h` along a unit step
-    /// `w`, the error sum along the step has the curvature `|J w|^2 + e.h`, and the errors that other
-    /// directions cannot reduce are smallest after the step `s w` with `s^2 = -2 (|J w|^2 + e.h) / |h|^2`.
+    /// Computes a scaled step from a stationary point of the error sum along its most negative
+    /// curvature; `None` at a minimum.
+    ///
+    /// Let `e` be the errors, `J` their derivatives, and `h` their second derivative along a unit
+    /// step `w`. The error sum has the curvature `|J w|^2 + e.h` along `w`. The errors that other
+    /// directions cannot reduce are smallest after the step `s w` with `s^2 = -2 (|J w|^2 + e.h) /
+    /// |h|^2`.
     pub(super) fn step_off(
         &self,
         kinematics: &mut Kinematics<f64>,
@@ -51,10 +54,10 @@ impl PositionEquations<'_> {
             return None;
         }
         let svd = Svd::new(&jacobian);
-        // Second derivatives are of order one.
+        // Scaled second derivatives are of order one.
         let rank = svd.rank_of_order_one(size.sqrt());
         let reducible = svd.u.columns(0, rank);
-        // A position is not stationary if steps can reduce the errors to first order.
+        // A configuration is not stationary if steps can reduce the errors at first order.
         if reducible.tr_mul(&errors).norm() > STATIONARY * size {
             return None;
         }

@@ -1,8 +1,8 @@
-//! The linear system of velocities, accelerations and position corrections.
+//! The linear system for rates, accelerations and corrections of the configuration.
 //!
 //! Rows: the constraints of all cut joints, the gearings, the prescribed coordinates, the passive
-//! spins. Columns: the degrees of freedom of the tree. Each row is a wrench that acts on some
-//! bodies, and an entry is the power of this wrench on the unit twist of a degree of freedom. Rows
+//! spins. Columns: the degrees of freedom of the spanning tree. Each row is a wrench that acts on
+//! some bodies; an entry is the power of this wrench on the unit twist of a degree of freedom. Rows
 //! of gearings contain the coefficients of the gearing.
 //!
 //! Equation (K4) of the book's theory.
@@ -19,8 +19,8 @@ use crate::scalar::Scalar;
 use crate::spatial::{Vec3, Wrench};
 use crate::topology::Topology;
 
-/// Orientation prescribed by a rotation vector; `places` are the indices of its three components in
-/// `targets`.
+/// Computes the orientation prescribed by a rotation vector; `places` are the indices of its three
+/// components in `targets`.
 fn reference_orientation<T: Scalar>(targets: &[Target<T>], places: [usize; 3]) -> Orientation<T> {
     let [x, y, z] = places.map(|place| targets[place]);
     Orientation::of(
@@ -30,8 +30,8 @@ fn reference_orientation<T: Scalar>(targets: &[Target<T>], places: [usize; 3]) -
     )
 }
 
-/// Scale factors of the columns: `length` for translations and 1 for rotations, so that scaled
-/// rates are comparable.
+/// Scale factors of the columns: `length` for translations and 1 for rotations. They make rates of
+/// lengths and angles comparable.
 pub(crate) fn column_scales(topology: &Topology, length: f64) -> Vec<f64> {
     let translates = |tree_dof: &crate::topology::TreeDof| topology.tree_dof_translates(tree_dof);
     topology
@@ -41,26 +41,27 @@ pub(crate) fn column_scales(topology: &Topology, length: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Motion of all bodies at one instant, with the buffers of the linear system that determines this
-/// motion.
+/// Motion of all bodies at one instant, with the buffers of the linear system that determines it.
 #[derive(Clone, Debug)]
 pub struct Kinematics<T> {
-    /// Motion of all bodies.
+    /// Poses, twists and accelerations of all bodies.
     pub bodies: Bodies<T>,
-    /// Errors of all rows: misfits of cut joints and gearings, then deviations from prescribed coordinates.
+    /// Errors of all rows: errors of cut joints and gearings, then deviations from prescribed
+    /// coordinates.
     errors: Vec<T>,
     covectors: Vec<Wrench<T>>,
     pub(super) entries: Vec<T>,
     factors: Vec<T>,
     right: Vec<T>,
-    /// Copy of the right-hand side before the solution; used only by scalar types with derivatives.
+    /// Copy of the right-hand side, made before the system is solved; used only by scalar types
+    /// with derivatives.
     right_before: Vec<T>,
     step: Vec<T>,
     closures: usize,
     /// Sign of the determinant at the last factorisation by [`Self::differentiate`] or
     /// [`Self::factor_here`].
     sign: T,
-    /// True if `factors` and `sign` belong to the present position.
+    /// True if `factors` and `sign` belong to the present configuration.
     is_factored: bool,
 }
 
@@ -87,18 +88,20 @@ impl<T: Scalar> Kinematics<T> {
         }
     }
 
-    /// The largest error over all cut joints and gearings, m; angular errors are multiplied by `length`.
+    /// Largest error over all cut joints and gearings, m; angular errors are multiplied by
+    /// `length`.
     pub(crate) fn closure_error(&self, motion_constraints: &MotionConstraints, length: f64) -> f64 {
         let errors = self.errors[..self.closures].iter().zip(&motion_constraints.rows);
         largest_in_metres(errors.map(|(error, row)| (error.largest(), row.is_angle)), length)
     }
 
-    /// The largest error of any row: loop closure or deviation from a prescribed coordinate, m or rad.
+    /// Largest error of any row, m or rad: loop closure or deviation from a prescribed coordinate.
     pub fn largest_error(&self) -> f64 {
         largest(&self.errors)
     }
 
-    /// The largest error of any row: lengths divided by `length`, angles in rad; NaN if undefined.
+    /// Largest error of any row, with lengths divided by `length` and angles in rad; NaN if any
+    /// error is NaN.
     pub(crate) fn scaled_error(&self, constraints: &MotionConstraints, length: f64) -> f64 {
         let rows = self.errors.iter().zip(&constraints.rows);
         let errors = rows.map(|(error, row)| {
@@ -108,7 +111,7 @@ impl<T: Scalar> Kinematics<T> {
         errors.fold(0.0, |max, e| if e > max || e.is_nan() { e } else { max })
     }
 
-    /// Errors of all rows: lengths as multiples of `length`, angles in rad.
+    /// Errors of all rows, with lengths divided by `length` and angles in rad.
     pub fn scaled_errors<'a>(
         &'a self,
         constraints: &'a MotionConstraints,
@@ -124,12 +127,12 @@ impl<T: Scalar> Kinematics<T> {
         model.rates.pivots().map(|place| self.factors[place]).collect()
     }
 
-    /// Errors of all rows, in the order of the rows, m or rad.
+    /// Errors of all rows, in row order, m or rad.
     pub(super) fn errors(&self) -> &[T] {
         &self.errors
     }
 
-    /// Places the bodies and computes the errors of all rows.
+    /// Computes the poses of the bodies and the errors of all rows.
     pub(super) fn place(
         &mut self,
         topology: &Topology,
@@ -216,7 +219,7 @@ impl<T: Scalar> Kinematics<T> {
         }
     }
 
-    /// Takes one Newton step towards loop closure and prescribed values. [`Self::largest_error`]
+    /// Takes one Newton step towards closed loops and prescribed values. [`Self::largest_error`]
     /// returns the error before the step.
     pub fn approach(
         &mut self,
@@ -230,7 +233,7 @@ impl<T: Scalar> Kinematics<T> {
         self.approach_here(model, parameters, state);
     }
 
-    /// Takes one Newton step from the position of the last [`Self::place`].
+    /// Takes one Newton step from the configuration of the last [`Self::place`].
     pub(super) fn approach_here(
         &mut self,
         model: &KinematicModel,
@@ -254,8 +257,8 @@ impl<T: Scalar> Kinematics<T> {
         state.advance(&model.topology, &self.step);
     }
 
-    /// Computes rates and accelerations at the current position, which must satisfy loop closure
-    /// and prescribed coordinates. Also places the bodies and updates the errors.
+    /// Computes rates and accelerations at the current configuration, which must satisfy loop
+    /// closure and prescribed coordinates. Also updates the poses of the bodies and the errors.
     pub fn differentiate(
         &mut self,
         model: &KinematicModel,
@@ -267,7 +270,7 @@ impl<T: Scalar> Kinematics<T> {
         self.differentiate_here(model, parameters, state, targets);
     }
 
-    /// Computes rates and accelerations at the position of the last [`Self::place`].
+    /// Computes rates and accelerations at the configuration of the last [`Self::place`].
     pub(super) fn differentiate_here(
         &mut self,
         model: &KinematicModel,
@@ -290,14 +293,14 @@ impl<T: Scalar> Kinematics<T> {
     }
 
     /// Computes twists and accelerations of the bodies from known rates and accelerations of the
-    /// tree, at the position of the last [`Self::place`], without solving equations.
+    /// spanning tree, at the configuration of the last [`Self::place`]. Solves no equations.
     pub(super) fn move_with(&mut self, topology: &Topology, state: &State<T>) {
         self.is_factored = false;
         self.bodies.move_with(topology, &state.rates);
         self.bodies.accelerate(topology, &state.accelerations);
     }
 
-    /// Factors the equations at the present position, unless they are already factored.
+    /// Factors the equations at the present configuration unless they are factored already.
     pub(crate) fn factor_here(&mut self, model: &KinematicModel, parameters: &Parameters<T>) {
         if !self.is_factored {
             self.linearise(&model.topology, parameters, &model.constraints);
@@ -306,15 +309,15 @@ impl<T: Scalar> Kinematics<T> {
         }
     }
 
-    /// Returns `true` if the last factorisation belongs to the position at which rates were last
-    /// computed.
+    /// Returns `true` if the last factorisation belongs to the configuration for which rates were
+    /// last computed.
     pub(super) fn is_factored(&self) -> bool {
         self.is_factored
     }
 
     /// Solves the system for the current right-hand side. For scalar types with derivatives, the
-    /// derivatives follow from the residual with the solution held constant: equation (P7) of the
-    /// book's theory.
+    /// derivatives follow from the residual with the solution held constant (equation P7 of the
+    /// book's theory).
     fn solve(
         &mut self,
         motion_constraints: &MotionConstraints,
@@ -338,8 +341,8 @@ impl<T: Scalar> Kinematics<T> {
         }
     }
 
-    /// Sets the right-hand side for the rates of the tree: zero for loops, and the prescribed
-    /// rates.
+    /// Sets the right-hand side for the rates of the spanning tree: zero for loops and gearings,
+    /// and the prescribed rates.
     pub(super) fn right_of_rates(
         &mut self,
         motion_constraints: &MotionConstraints,
@@ -367,8 +370,8 @@ impl<T: Scalar> Kinematics<T> {
         &self.right
     }
 
-    /// Sets the right-hand side for the accelerations of the tree: prescribed accelerations less
-    /// the velocity terms of the second derivatives.
+    /// Sets the right-hand side for the accelerations of the spanning tree: prescribed
+    /// accelerations minus the velocity terms of the second derivatives.
     pub(super) fn right_of_accelerations(
         &mut self,
         topology: &Topology,
@@ -432,17 +435,17 @@ impl<T: Scalar> Kinematics<T> {
         self.sign
     }
 
-    /// Sign of the determinant of the system at the current position, computed with the elimination
-    /// order of any program compiled for this system; `None` if the program has other numbers of
-    /// rows or columns.
+    /// Sign of the determinant of the system at the current configuration, computed with the
+    /// elimination order of `program`, which may be any factorisation compiled for this system.
+    /// `None` if the numbers of rows or columns differ.
     pub(crate) fn sign_by(&self, program: &StaticLu) -> Option<T> {
         let fits = program.rows() == self.errors.len() && program.columns() == self.step.len();
         let mut factors = vec![T::zero(); program.values()];
         fits.then(|| program.factor(&self.entries, &mut factors))
     }
 
-    /// Computes the tree's rates for a unit rate of one prescribed coordinate and zero rates of all
-    /// other prescribed coordinates; requires [`Self::differentiate`].
+    /// Computes the spanning tree's rates for a unit rate of one prescribed coordinate and zero
+    /// rates of all other prescribed coordinates; requires [`Self::differentiate`].
     pub(crate) fn response_to_coordinate(
         &mut self,
         model: &KinematicModel,
@@ -455,8 +458,9 @@ impl<T: Scalar> Kinematics<T> {
         self.solve(&model.constraints, &model.rates, rates);
     }
 
-    /// Computes the tree's accelerations for a unit acceleration of one passive spin and zero
-    /// accelerations of all other spins and coordinates; requires [`Self::differentiate`].
+    /// Computes the spanning tree's accelerations for a unit acceleration of one passive spin and
+    /// zero accelerations of all other spins and prescribed coordinates; requires
+    /// [`Self::differentiate`].
     pub(crate) fn response_to_spin(
         &mut self,
         model: &KinematicModel,
@@ -471,11 +475,12 @@ impl<T: Scalar> Kinematics<T> {
 }
 
 impl Kinematics<f64> {
-    /// Plans the rows and the elimination order of the system from its current values; requires
-    /// [`Self::linearise`].
+    /// Selects the independent rows and the elimination order of the system from its current
+    /// values; requires [`Self::linearise`].
     ///
     /// # Errors
-    /// Neither loops nor prescribed coordinates determine some degrees of freedom of the tree.
+    /// Returns [`RankDeficient`] if loops and prescribed coordinates leave some degrees of freedom
+    /// of the spanning tree undetermined.
     pub(super) fn plan(
         &self,
         topology: &Topology,
@@ -489,7 +494,7 @@ impl Kinematics<f64> {
         Plan::new(count, dofs, motion_constraints.entries(), &self.entries, scales)
     }
 
-    /// The matrix of the system with scaled rows and columns; requires [`Self::linearise`].
+    /// Returns the matrix of the system with scaled rows and columns; requires [`Self::linearise`].
     pub(super) fn scaled_matrix(
         &self,
         motion_constraints: &MotionConstraints,
@@ -504,8 +509,9 @@ impl Kinematics<f64> {
     }
 }
 
-/// Largest error, m, over all cut joints for the given body poses and all gearings for the coordinates of the
-/// tree; angular errors are multiplied by the characteristic length.
+/// Largest loop-closure error, m: over all cut joints for the given body poses, and all gearings
+/// for the coordinates of the spanning tree. Angular errors are multiplied by the characteristic
+/// length.
 pub(crate) fn closure_error(
     topology: &Topology,
     parameters: &Parameters<f64>,
@@ -525,7 +531,7 @@ pub(crate) fn closure_error(
     largest_in_metres(errors.chain(gearings), parameters.length)
 }
 
-/// Largest magnitude of errors; angles are multiplied by `length`.
+/// Returns the largest magnitude of the errors, m; angles are multiplied by `length`.
 fn largest_in_metres(errors: impl Iterator<Item = (f64, bool)>, length: f64) -> f64 {
     let in_metres = errors.map(|(size, is_angle)| size * if is_angle { length } else { 1.0 });
     // Propagate NaN.

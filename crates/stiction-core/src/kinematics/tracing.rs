@@ -14,34 +14,34 @@ use crate::random::Random;
 use crate::topology::Topology;
 use nalgebra::{DMatrix, DVector};
 
-/// Size of a step: angles in radians, lengths in characteristic lengths. After closing the loops,
-/// the remainder of a step along a blocked motion is about the square root of the closure tolerance
-/// if the motion is blocked at second order, and the fourth root, 6e-4, if it is blocked at fourth
-/// order.
+/// Size of a step, in radians and characteristic lengths. After a step along a blocked motion,
+/// closing the loops leaves a displacement that depends on the closure tolerance. It is about the
+/// square root of this tolerance if the motion is blocked at second order, and about the fourth
+/// root, 6e-4, if it is blocked at fourth order.
 const STEP: f64 = 4e-3;
-/// Size of the step away from a possible intersection of branches. Near an intersection, the radius
-/// of curvature of a branch is about its distance from the intersection: over a [`STEP`], a branch
-/// deviates by about `STEP / AWAY` of the step.
+/// Size of the step away from a possible intersection of branches of motion. Near an intersection,
+/// the radius of curvature of a branch is about its distance from the intersection. Over a
+/// [`STEP`], a branch therefore deviates by about `STEP / AWAY` of the step.
 const AWAY: f64 = 0.1;
-/// Closure tolerance of the loops.
+/// Scaled closure tolerance of the loops.
 const CLOSED: f64 = 1e-13;
 /// Maximum number of corrections to close the loops.
 const CORRECTIONS: usize = 400;
 /// Minimum and maximum ratio of the error after a correction to the error before it, so that
-/// corrections stay short. For the equations `x^2 = 0` and `x y = 0`, long corrections lead
+/// corrections stay short. For the equations `x^2 = 0` and `x y = 0`, long corrections would lead
 /// straight to the origin, although y is free; short corrections lead to the line `x = 0`.
 const GENTLY: (f64, f64) = (0.25, 0.6);
 /// Error below which the ratio [`GENTLY`] is not checked. At this error, displacements along
 /// blocked motions have decreased to about 1e-3, far below those along free motions.
 const NEAR: f64 = 1e-6;
 /// A displacement that remains after closing the loops counts as motion if it exceeds this fraction
-/// of the step. The curvature of a motion leaves less (about 0.04), and so does a blocked motion
-/// (at most 0.14, see [`STEP`]).
+/// of the step. The curvature of a motion leaves a smaller displacement (about 0.04), and so does a
+/// blocked motion (at most 0.14, see [`STEP`]).
 const MOVES: f64 = 0.2;
 
-/// A path counts as a finite motion above this length, in rad and characteristic lengths.
+/// Minimum length of a path that counts as a finite motion, in rad and characteristic lengths.
 const FINITE: f64 = 0.2;
-/// Largest number of directions that are open at second order and are followed.
+/// Largest number of directions open at second order that are traced.
 const DIRECTIONS: usize = 4;
 
 /// The loop equations of a mechanism, and optionally prescribed coordinates.
@@ -56,25 +56,24 @@ pub(super) struct Loops<'a> {
     pub(super) damped: DampedSteps,
 }
 
-/// Loop equations at a position, with their singular value decomposition.
+/// Loop equations at a configuration, with their singular value decomposition.
 pub(crate) struct LoopsAt<'a> {
     loops: Loops<'a>,
     state: &'a State<f64>,
-    /// Decomposition of the scaled derivatives of the errors with respect to the degrees of freedom
-    /// of the tree.
+    /// Singular value decomposition of the scaled loop Jacobian.
     decomposition: Decomposition,
     /// Number of independent loop equations.
     pub(crate) rank: usize,
     negligible: f64,
-    /// Basis of the motions that are open at first order, scaled.
+    /// Basis of the motions that are open at first order (instantaneous motions), scaled.
     open: Vec<DVector<f64>>,
     /// Displacement along the traced branch with the greatest mobility, scaled.
     traced: Option<DVector<f64>>,
 }
 
 impl<'a> LoopsAt<'a> {
-    /// Decomposes the loop equations at a state; singular values below `negligible`, relative to
-    /// the largest or to one, count as zero.
+    /// Decomposes the loop equations at a state. Singular values below `negligible` times the
+    /// largest one (or times 1, if that is greater) count as zero.
     pub(crate) fn new(
         topology: &'a Topology,
         parameters: &'a Parameters<f64>,
@@ -90,9 +89,10 @@ impl<'a> LoopsAt<'a> {
         Self { loops, state, decomposition, rank, negligible, open, traced: None }
     }
 
-    /// Computes the singular values, largest first, of the equations of loops and `coordinates` together
-    /// at a position: one for each degree of freedom of the tree. For large systems only few of them are
-    /// known, see [`Decomposition::values`]; `negligible` then decides the rank.
+    /// Computes the singular values of the combined equations of loops and `coordinates` at a
+    /// configuration, largest first, one for each degree of freedom of the spanning tree. For large
+    /// systems only a few of them are known, see [`Decomposition::values`]; `negligible` then
+    /// decides the rank.
     pub(crate) fn singular_values_with(
         topology: &Topology,
         parameters: &Parameters<f64>,
@@ -105,8 +105,8 @@ impl<'a> LoopsAt<'a> {
         loops.decompose(state, Limit::OfOrderOne(negligible)).values()
     }
 
-    /// Smallest singular value that counts as non-zero, and largest that counts as zero, both
-    /// relative to the largest of all; `None` for a value that does not exist.
+    /// Returns the smallest singular value that counts as non-zero and the largest one that counts
+    /// as zero, both divided by the largest singular value; `None` for a value that does not exist.
     pub(crate) fn gap(&self) -> (Option<f64>, Option<f64>) {
         let Some(last) = self.rank.checked_sub(1) else { return (None, None) };
         let relative = |k| self.decomposition.value(k) / self.decomposition.largest();
@@ -114,35 +114,37 @@ impl<'a> LoopsAt<'a> {
         (Some(relative(last)), dropped)
     }
 
-    /// Instantaneous mobility.
+    /// Instantaneous mobility: number of motions open at first order.
     pub(crate) fn mobility(&self) -> usize {
         self.loops.columns.len() - self.rank
     }
 
-    /// Determines the finite mobility by tracing: takes small steps from a generic position in all
-    /// directions open at first order, closes the loops, and counts the independent remaining displacements.
+    /// Determines the finite mobility by tracing. Takes small steps from a generic configuration in
+    /// all directions open at first order, closes the loops, and counts the independent
+    /// displacements that remain.
     pub(crate) fn finite_mobility(&mut self) -> usize {
         let Self { loops, state, open, .. } = self;
-        // With independent equations each instantaneous motion extends to a finite one.
+        // With independent equations, each instantaneous motion extends to a finite one.
         if open.is_empty() || self.rank == loops.topology.closures() {
             return open.len();
         }
         let mut random = Random::new(1);
-        // At an intersection of branches the instantaneous mobility exceeds the mobility of each branch:
-        // step away first. Branches may differ in mobility; identify each by the farthest step.
+        // At an intersection of branches, the instantaneous mobility exceeds the mobility of each
+        // branch: step away first. Branches may differ in mobility; identify each by the longest
+        // step.
         let mut branches: Vec<Branch> = Vec::new();
         for _ in 0..2 * open.len() + 6 {
             let Some((reached, displacement)) = loops.step(state, &(random.within(open) * AWAY))
             else {
                 continue;
             };
-            // A step that returns belongs to no branch.
+            // A step that returns to its start belongs to no branch.
             let moved = displacement.norm() / AWAY;
             if moved <= 0.5 * MOVES {
                 continue;
             }
-            // Positions are closed to 1e-13, so singular values of a double root are accurate to
-            // its square root.
+            // Loops are closed to 1e-13, so singular values of a double root are accurate to the
+            // square root of that.
             let limit = Limit::OfOrderOne(self.negligible.max(1e-6));
             let decomposition = loops.decompose(&reached, limit);
             let open = decomposition.orthonormal_null_space(decomposition.rank());
@@ -162,10 +164,10 @@ impl<'a> LoopsAt<'a> {
         count
     }
 
-    /// Follows a motion over a finite distance, along a branch that [`Self::finite_mobility`]
-    /// traced, or else in a direction that is open at second order. Returns the body that moves farthest,
-    /// its displacement in m and rad, and the largest error of the loops along the motion. `None` if the
-    /// loop equations are independent, or if there is no such motion.
+    /// Traces a motion over a finite distance, along the branch that [`Self::finite_mobility`]
+    /// traced, or else in a direction that is open at second order. Returns the body that moves
+    /// farthest, its displacement in m and rad, and the largest loop error along the motion. `None`
+    /// if the loop equations are independent, or if no such motion exists.
     pub(crate) fn finite_motion(&mut self) -> Option<(usize, f64, f64, f64)> {
         if self.open.is_empty() || self.rank == self.loops.topology.closures() {
             return None;
@@ -189,11 +191,11 @@ impl<'a> LoopsAt<'a> {
         Some((body, moved, turned, path.closure))
     }
 
-    /// Finds the motions open at first order, as rates of the tree. Some are blocked at second
-    /// order: the equations are dependent along them, but the second derivatives are incompatible.
-    /// The second derivatives along the self-stresses of the loops are exact quadratic forms. If
-    /// these forms are indefinite, branches of motion meet, and `to_second` contains too few
-    /// motions.
+    /// Finds the motions that are open at first order, as rates of the spanning tree. Some are
+    /// blocked at second order: the equations are dependent along them, but the second derivatives
+    /// are incompatible. The second derivatives along the self-stresses of the loops are exact
+    /// quadratic forms. If these forms are indefinite, branches of motion meet, and `to_second`
+    /// contains too few motions.
     pub(crate) fn open_motions(&mut self) -> OpenMotions {
         let to_second = self.open_to_second();
         let columns = &self.loops.columns;
@@ -207,7 +209,7 @@ impl<'a> LoopsAt<'a> {
     }
 
     /// Smallest change of the coordinates (root of the sum of squares, scaled) in a unit motion
-    /// that is open at second order; `None` if no motion is.
+    /// that is open at second order; `None` if no motion is open at second order.
     pub(crate) fn governed_by(
         &mut self,
         coordinates: &[Coordinate],
@@ -297,24 +299,24 @@ impl<'a> LoopsAt<'a> {
 
 /// A motion that is open at first order and blocked at second order.
 pub(crate) struct BlockedMotion {
-    /// Rates of the tree in this motion.
+    /// Rates of the spanning tree in this motion.
     pub(crate) rates: Vec<f64>,
     /// Second derivatives of the loop errors along the motion, m and rad.
     pub(crate) biases: Vec<f64>,
 }
 
-/// A position on a branch of motion.
+/// A configuration on a branch of motion.
 struct Branch {
     /// Fraction of the step that remains after closing the loops.
     moved: f64,
-    /// Displacement from the initial position, scaled.
+    /// Displacement from the initial configuration, scaled.
     displacement: DVector<f64>,
     reached: State<f64>,
-    /// Basis of the instantaneous motions at this position, scaled.
+    /// Basis of the instantaneous motions at this configuration, scaled.
     open: Vec<DVector<f64>>,
 }
 
-/// Motions that are open at first order, as rates of the tree.
+/// Motions that are open at first order, as rates of the spanning tree.
 pub(crate) struct OpenMotions {
     /// Basis of all motions that are open at first order.
     pub(crate) all: Vec<Vec<f64>>,
@@ -323,7 +325,8 @@ pub(crate) struct OpenMotions {
 }
 
 impl<'a> Loops<'a> {
-    /// Creates the loop equations, with one target for each of the `coordinates`.
+    /// Creates the loop equations and those of the prescribed `coordinates`, with one target for
+    /// each coordinate.
     pub(super) fn new(
         topology: &'a Topology,
         parameters: &'a Parameters<f64>,
@@ -348,7 +351,7 @@ impl<'a> Loops<'a> {
         }
     }
 
-    /// Places the bodies and returns the scaled loop errors.
+    /// Computes the poses of the bodies and returns the scaled errors.
     pub(super) fn errors(&mut self, state: &State<f64>) -> DVector<f64> {
         let Self { topology, parameters, motion_constraints, targets, .. } = self;
         self.kinematics.place(topology, parameters, motion_constraints, state, targets);
@@ -356,14 +359,14 @@ impl<'a> Loops<'a> {
         DVector::from_iterator(self.rows.len(), errors)
     }
 
-    /// Scaled derivatives of the errors at the last placement of the bodies.
+    /// Computes the scaled derivatives of the errors at the last computed poses of the bodies.
     pub(super) fn jacobian(&mut self) -> SparseMatrix {
         self.kinematics.linearise(self.topology, self.parameters, &self.motion_constraints);
         self.kinematics.scaled_matrix(&self.motion_constraints, &self.rows, &self.columns)
     }
 
-    /// Scaled second derivatives of the errors for constant rates of the tree (`rates`, scaled), at
-    /// the last placement of the bodies.
+    /// Computes the scaled second derivatives of the errors for constant rates of the spanning tree
+    /// (`rates`, scaled), at the last computed poses of the bodies.
     fn second_derivatives(&mut self, rates: &DVector<f64>) -> DVector<f64> {
         let rates: Vec<f64> = rates.iter().zip(&self.columns).map(|(r, c)| r * c).collect();
         self.kinematics.bodies.move_with(self.topology, &rates);
@@ -378,8 +381,8 @@ impl<'a> Loops<'a> {
         )
     }
 
-    /// Takes steps in random directions that are open at a position, closes the loops, and counts
-    /// the independent displacements that remain.
+    /// Takes steps in random directions that are open at a configuration, closes the loops, and
+    /// counts the independent displacements that remain.
     fn motions_at(&mut self, branch: &Branch, random: &mut Random) -> usize {
         let Branch { reached, open, .. } = branch;
         let mut left = Vec::new();
@@ -397,8 +400,8 @@ impl<'a> Loops<'a> {
         let spread = Svd::new(&DMatrix::from_columns(&left).transpose());
         let limit = MOVES * each;
         let counted = spread.singular_values.iter().filter(|&&value| value > limit).count();
-        // A path with a radius of curvature comparable to the step adds its curvature; the count is
-        // limited to the instantaneous mobility.
+        // If the radius of curvature of a path is comparable to the step, the curvature adds a
+        // spurious displacement; the count is limited to the instantaneous mobility.
         counted.min(open.len())
     }
 
@@ -442,7 +445,7 @@ impl<'a> Loops<'a> {
                 damping = damping.min(1e-12);
             }
             if part > fast_enough {
-                // Dependent equations always need some damping.
+                // Dependent equations always require some damping.
                 damping = (damping * 0.25).max(1e-15);
             }
         }

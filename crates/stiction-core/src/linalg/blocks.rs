@@ -4,9 +4,9 @@ use super::elimination_order::EliminationOrder;
 
 /// Number of rows and columns of a block.
 pub(crate) const BLOCK: usize = 6;
-/// Six components of a vector that belong to one block row.
+/// The six components of a vector that belong to one block row.
 pub(crate) type Part = [f64; BLOCK];
-/// Block of a matrix, row by row.
+/// Block of a matrix, stored row by row.
 pub(crate) type Block = [Part; BLOCK];
 
 const NOTHING: Block = [[0.0; BLOCK]; BLOCK];
@@ -20,22 +20,23 @@ const UNIT: Block = {
     unit
 };
 
-/// Cholesky decomposition with an order of elimination that is chosen once, from the pattern alone:
-/// for definite matrices any order is stable.
+/// Cholesky decomposition of a sparse block matrix. The order of elimination is chosen once, from
+/// the pattern of nonzero blocks alone, because any order is stable for positive definite matrices.
 #[derive(Clone, Debug)]
 pub(crate) struct BlockCholesky {
     /// Elimination step of each block row.
     place: Vec<usize>,
-    /// Index of the first block below the diagonal at each step, followed by the total number.
+    /// Index of the first block below the diagonal for each elimination step, followed by the total
+    /// number of these blocks.
     starts: Vec<usize>,
-    /// Elimination step of the row of each block below the diagonal.
+    /// Elimination step of the block row of each block below the diagonal.
     rows: Vec<usize>,
-    /// Index of the block that each pair of blocks below the diagonal in one elimination step
-    /// changes; for all steps, one after the other.
+    /// Index of the block changed by each pair of blocks below the diagonal in one elimination
+    /// step; for all steps, one after the other.
     updates: Vec<usize>,
     diagonal: Vec<Block>,
-    /// Blocks below the diagonal, transposed: all products are then sums of outer products, which
-    /// compilers vectorise.
+    /// Blocks below the diagonal, stored transposed. All products are then sums of outer products,
+    /// which compilers vectorise.
     below: Vec<Block>,
     /// Copies of `diagonal` and `below` before the decomposition, see [`BlockCholesky::keep`].
     kept_diagonal: Vec<Block>,
@@ -43,11 +44,12 @@ pub(crate) struct BlockCholesky {
     solution: Vec<Part>,
 }
 
-/// Place of a matrix block in memory.
+/// Storage location of a matrix block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Slot {
     Diagonal(usize),
-    /// Block below the diagonal, stored as requested or, if `transposed`, transposed.
+    /// Block below the diagonal. If `transposed`, the stored block is the transpose of the
+    /// requested one.
     Below {
         index: usize,
         transposed: bool,
@@ -55,8 +57,8 @@ pub(crate) enum Slot {
 }
 
 impl BlockCholesky {
-    /// Prepares a matrix of `count` block rows with blocks at `pairs`, at their mirror images, and
-    /// along the diagonal.
+    /// Prepares a matrix of `count` block rows. Its nonzero blocks are those at the indices
+    /// `pairs`, at the mirrored indices, and on the diagonal.
     pub(crate) fn new(count: usize, pairs: impl Iterator<Item = (usize, usize)>) -> Self {
         let order = EliminationOrder::new(count, pairs);
         let mut place = vec![0; count];
@@ -83,7 +85,7 @@ impl BlockCholesky {
             let own = &made.rows[made.starts[step]..made.starts[step + 1]];
             let mut updates = Vec::new();
             for (k, &column) in own.iter().enumerate() {
-                // The pair of a block with itself changes a diagonal block and needs no index.
+                // The pair of a block with itself changes a diagonal block, which needs no index.
                 for &row in &own[k + 1..] {
                     updates.extend(made.find(row, column));
                 }
@@ -99,7 +101,8 @@ impl BlockCholesky {
         Some(range.start + found)
     }
 
-    /// Slot of the block in block row `a` and block column `b`; `None` outside the pattern.
+    /// Storage location of the block in block row `a` and block column `b`; `None` outside the
+    /// pattern.
     pub(crate) fn slot(&self, a: usize, b: usize) -> Option<Slot> {
         let (row, column) = (self.place[a], self.place[b]);
         if row == column {
@@ -115,7 +118,7 @@ impl BlockCholesky {
         self.below.fill(NOTHING);
     }
 
-    /// Returns the block at a slot, and `true` if it is stored transposed.
+    /// Returns the block at a storage location, and `true` if it is stored transposed.
     pub(crate) fn block(&mut self, slot: Slot) -> (&mut Block, bool) {
         match slot {
             Slot::Diagonal(step) => (&mut self.diagonal[step], false),
@@ -171,21 +174,22 @@ impl BlockCholesky {
         true
     }
 
-    /// Pivots of a block row after [`Self::factor`]: the values of the diagonal entries after all
-    /// previous rows have been eliminated.
+    /// Pivots of a block row after [`Self::factor`]: its diagonal entries after the elimination of
+    /// all previous rows.
     pub(crate) fn pivots(&self, block: usize) -> Part {
         let inverse = &self.diagonal[self.place[block]];
         core::array::from_fn(|k| inverse[k][k].powi(-2))
     }
 
-    /// Solves with the factors, in place: one part for each block row, in the order of the matrix.
+    /// Solves with the factors in place. `vector` has one part for each block row, in the order of
+    /// the matrix.
     pub(crate) fn solve(&mut self, vector: &mut [Part]) {
         let mut solution = core::mem::take(&mut self.solution);
         self.solve_with(vector, &mut solution);
         self.solution = solution;
     }
 
-    /// Solves like [`Self::solve`], with `x` as buffer.
+    /// Solves like [`Self::solve`], using `x` as a buffer.
     pub(crate) fn solve_with(&self, vector: &mut [Part], x: &mut Vec<Part>) {
         x.resize(self.diagonal.len(), [0.0; BLOCK]);
         for (part, place) in vector.iter().zip(&self.place) {
@@ -226,7 +230,7 @@ fn inverse_factor(block: &Block, least: f64) -> Option<Block> {
             return None;
         }
         let over = 1.0 / pivot.sqrt();
-        // Column j of the factor, as a row, and row j of its inverse.
+        // Column j of the factor, stored as a row, and row j of its inverse.
         let (column, row) = (left[j].map(|x| x * over), inverse[j].map(|x| x * over));
         inverse[j] = row;
         for i in j + 1..BLOCK {

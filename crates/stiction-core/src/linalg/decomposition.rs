@@ -1,7 +1,7 @@
 //! Ranks, null spaces and extreme singular values of sparse matrices.
 //!
-//! Small matrices are decomposed densely. Large matrices are decomposed by sparse triangular
-//! factors if these clearly decide the rank, otherwise densely as well.
+//! Small matrices are decomposed densely. Large matrices are decomposed into sparse triangular
+//! factors; if these do not clearly decide the rank, a dense decomposition follows.
 
 use super::blocks::{BLOCK, Part};
 use super::sparse::SparseMatrix;
@@ -10,13 +10,13 @@ use super::{Lanczos, Svd};
 use nalgebra::DVector;
 use std::sync::OnceLock;
 
-/// Number of columns from which sparse factors replace dense decompositions. Sparse factors are
+/// Number of columns from which on sparse factors replace dense decompositions. Sparse factors are
 /// faster from about 60 columns on, but solutions by seminormal equations are less accurate for
 /// nearly singular matrices.
 pub(crate) const LARGE: usize = 260;
-/// Sparse factors decide the rank only if the smallest non-zero singular value exceeds the limit
-/// between zero and non-zero by this factor, and the limit exceeds the remainders that count as
-/// zero by the same factor.
+/// Safety factor for the rank decision by sparse factors. The smallest non-zero singular value must
+/// exceed the limit below which values count as zero by this factor. The limit must exceed the
+/// remainders of dependent columns by the same factor.
 const CLEAR: f64 = 10.0;
 /// Relative residual at which the iteration for the largest squared singular value stops. The
 /// relative error of the value is of the order of the square of this residual.
@@ -27,7 +27,7 @@ const ACCURACY_OF_SMALLEST: f64 = 1e-11;
 /// Components of null vectors below this value are round-off.
 const ROUND_OFF: f64 = 1e-14;
 
-/// Nonzero components of a vector: indices and values.
+/// Nonzero components of a vector, as pairs of index and value.
 pub type SparseVector = Vec<(usize, f64)>;
 
 /// A matrix with its complete or partial singular value decomposition.
@@ -39,28 +39,28 @@ pub struct Decomposition {
     rank: usize,
 }
 
-/// Sparse factors of a matrix, for a rank that they decide clearly.
+/// Sparse factors of a matrix whose rank they clearly decide.
 #[derive(Clone, Debug)]
 struct SparseRank {
     /// Triangular factor `R` of `A P = Q R`.
     upper: SparseQr,
-    /// If columns are dependent: `R^T`, and the factor of `R^T P' = Q' T`, which has the singular
-    /// values of `A` that are not zero.
+    /// Only if columns are dependent: `R^T`, and the factor of `R^T P' = Q' T`, whose singular
+    /// values are the non-zero singular values of `A`.
     square: Option<(SparseMatrix, SparseQr)>,
     largest: f64,
-    /// Smallest singular value that is not zero.
+    /// Smallest non-zero singular value.
     smallest: f64,
-    /// Right singular vector of this singular value.
+    /// Right singular vector that belongs to `smallest`.
     weakest: Vec<f64>,
 }
 
 /// Limit below which singular values count as zero.
 #[derive(Clone, Copy, Debug)]
 pub enum Limit {
-    /// Relative to the largest singular value.
+    /// Limit relative to the largest singular value.
     OfLargest(f64),
-    /// Relative to the largest singular value or to one, whichever is greater: for matrices whose
-    /// entries are of order one or round-off.
+    /// Limit relative to the largest singular value or to one, whichever is greater. For matrices
+    /// whose entries are either of order one or round-off.
     OfOrderOne(f64),
 }
 
@@ -74,7 +74,7 @@ impl Limit {
 }
 
 impl Decomposition {
-    /// Decomposes a matrix; `groups` gives a group index for each column. Columns of one group,
+    /// Decomposes a matrix. `groups` contains a group index for each column; columns of one group,
     /// such as the unknowns of one joint, are eliminated together.
     pub(crate) fn new(matrix: SparseMatrix, groups: &[usize], limit: Limit) -> Self {
         match matrix.ncols() < LARGE {
@@ -91,7 +91,8 @@ impl Decomposition {
         Self { matrix, sparse: None, dense: OnceLock::from(svd), rank }
     }
 
-    /// Decomposes a matrix by sparse factors, and densely if these leave the rank in doubt.
+    /// Decomposes a matrix into sparse factors, or densely if sparse factors leave the rank in
+    /// doubt.
     pub fn sparse(matrix: SparseMatrix, groups: &[usize], limit: Limit) -> Self {
         match SparseRank::new(&matrix, groups, limit) {
             Some(sparse) => {
@@ -102,7 +103,7 @@ impl Decomposition {
         }
     }
 
-    /// True if sparse factors decided the rank.
+    /// Returns `true` if sparse factors decided the rank.
     pub fn is_sparse(&self) -> bool {
         self.sparse.is_some()
     }
@@ -111,7 +112,7 @@ impl Decomposition {
         &self.matrix
     }
 
-    /// Dense singular value decomposition, computed at the first call.
+    /// Returns the dense singular value decomposition, which is computed at the first call.
     pub(crate) fn svd(&self) -> &Svd {
         self.dense.get_or_init(|| Svd::new(&self.matrix.to_dense()))
     }
@@ -126,8 +127,8 @@ impl Decomposition {
         self.sparse.as_ref().map_or_else(|| self.svd().largest(), |sparse| sparse.largest)
     }
 
-    /// Singular value by its index, largest first, one for each column; an upper bound for values that
-    /// count as zero.
+    /// Singular value with the given index, largest first, one for each column. For values that
+    /// count as zero, an upper bound.
     pub fn value(&self, index: usize) -> f64 {
         match &self.sparse {
             Some(sparse) if index + 1 == self.rank => sparse.smallest,
@@ -137,9 +138,10 @@ impl Decomposition {
         }
     }
 
-    /// Singular values, largest first, one for each column. Sparse factors give only three values:
-    /// the largest, the smallest that is not zero, which replaces all nonzero values except the
-    /// largest, and an upper bound, which replaces the values that count as zero.
+    /// Singular values, largest first, one for each column. Sparse factors determine only three
+    /// values: the largest one, the smallest non-zero one, and an upper bound of those that count
+    /// as zero. The smallest non-zero value then replaces all non-zero values except the largest,
+    /// and the bound replaces the values that count as zero.
     pub(crate) fn values(&self) -> Vec<f64> {
         match &self.sparse {
             None => self.svd().singular_values.as_slice().to_vec(),
@@ -154,13 +156,15 @@ impl Decomposition {
         }
     }
 
-    /// Right singular vector of the smallest nonzero singular value, if sparse factors give it.
+    /// Right singular vector of the smallest non-zero singular value; `None` if there are no sparse
+    /// factors.
     pub fn weakest(&self) -> Option<&[f64]> {
         self.sparse.as_ref().map(|sparse| sparse.weakest.as_slice())
     }
 
-    /// Basis of the null space, given the rank, as unit vectors. The basis of a dense decomposition
-    /// is orthonormal; otherwise, each vector has as few components as its dependent column allows.
+    /// Computes a basis of the null space, consisting of unit vectors, for the given rank. The
+    /// basis from a dense decomposition is orthonormal. Otherwise, each vector has only the
+    /// components that its dependent column requires.
     pub fn null_space(&self, rank: usize) -> Vec<SparseVector> {
         let Some(sparse) = self.sparse.as_ref().filter(|_| rank == self.rank) else {
             let dense = |vector: &DVector<f64>| vector.iter().copied().enumerate().collect();
@@ -174,7 +178,7 @@ impl Decomposition {
         vectors
     }
 
-    /// Orthonormal basis of the null space, given the rank.
+    /// Computes an orthonormal basis of the null space for the given rank.
     pub fn orthonormal_null_space(&self, rank: usize) -> Vec<DVector<f64>> {
         if self.sparse.is_none() || rank != self.rank {
             return self.svd().null_space(rank);
@@ -184,7 +188,7 @@ impl Decomposition {
         for vector in self.null_space(rank) {
             work.fill(0.0);
             vector.into_iter().for_each(|(k, x)| work[k] = x);
-            // Gram and Schmidt; the second pass removes the rounding of the first.
+            // Gram-Schmidt orthogonalisation; the second pass removes the round-off of the first.
             for _ in 0..2 {
                 for known in &basis {
                     let amount: f64 = known.iter().map(|&(k, x)| x * work[k]).sum();
@@ -200,7 +204,7 @@ impl Decomposition {
         basis.iter().map(|vector| to_dense(vector, self.matrix.ncols())).collect()
     }
 
-    /// Computes the minimum-norm least-squares solution.
+    /// Computes the minimum-norm least-squares solution for the right-hand side `right`.
     pub fn solve(&self, right: &[f64]) -> Vec<f64> {
         let Some(sparse) = &self.sparse else {
             let right = DVector::from_column_slice(right);
@@ -208,7 +212,8 @@ impl Decomposition {
         };
         let once = |right: &[f64]| sparse.solve(&self.matrix.transposed_times(right));
         let mut solution = once(right);
-        // Seminormal equations square the condition number; refinement recovers it (Bjorck 1987).
+        // Seminormal equations square the condition number; refinement compensates for this (Bjorck
+        // 1987).
         for _ in 0..2 {
             let image = self.matrix.times(&solution);
             let rest: Vec<f64> = right.iter().zip(&image).map(|(r, i)| r - i).collect();
@@ -226,7 +231,7 @@ pub(crate) fn to_dense(vector: &[(usize, f64)], length: usize) -> DVector<f64> {
 }
 
 impl SparseRank {
-    /// Factors a matrix; `None` if the factors leave its rank in doubt.
+    /// Factors a matrix; returns `None` if the factors leave the rank in doubt.
     fn new(matrix: &SparseMatrix, groups: &[usize], limit: Limit) -> Option<Self> {
         let columns = matrix.ncols();
         let square = |x: &[f64]| matrix.transposed_times(&matrix.times(x));
@@ -265,7 +270,8 @@ impl SparseRank {
         (is_kept && CLEAR * made.upper.dropped() <= negligible).then_some(made)
     }
 
-    /// The triangular factor whose singular values are the nonzero singular values of the matrix.
+    /// Returns the triangular factor whose singular values are the non-zero singular values of the
+    /// matrix.
     fn core(&self) -> &SparseQr {
         self.square.as_ref().map_or(&self.upper, |(_, square)| square)
     }
@@ -282,7 +288,7 @@ impl SparseRank {
     }
 }
 
-/// Computes an upper bound of the largest singular value: the geometric mean of the largest sums of
+/// Computes an upper bound on the largest singular value: the geometric mean of the largest sums of
 /// magnitudes in a row and in a column.
 fn bound_of_largest(matrix: &SparseMatrix) -> f64 {
     let (mut rows, mut columns) = (vec![0.0; matrix.nrows()], vec![0.0; matrix.ncols()]);

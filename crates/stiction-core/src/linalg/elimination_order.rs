@@ -8,12 +8,12 @@ use std::collections::BTreeSet;
 pub(crate) struct EliminationOrder {
     /// Nodes in the order of their elimination.
     pub(crate) nodes: Vec<usize>,
-    /// Neighbours of each of these nodes at its elimination, in ascending order.
+    /// Neighbours of each node in `nodes` when it is eliminated, in ascending order.
     pub(crate) neighbours: Vec<Vec<usize>>,
 }
 
 impl EliminationOrder {
-    /// Orders `count` nodes; `pairs` are neighbours, in any order and also repeated.
+    /// Orders `count` nodes; `pairs` are pairs of neighbours, in any order and possibly repeated.
     pub(crate) fn new(count: usize, pairs: impl Iterator<Item = (usize, usize)>) -> Self {
         let mut neighbours = vec![BTreeSet::new(); count];
         for (a, b) in pairs.filter(|(a, b)| a != b) {
@@ -26,7 +26,7 @@ impl EliminationOrder {
             Self { nodes: Vec::with_capacity(count), neighbours: Vec::with_capacity(count) };
         while let Some((degree, node)) = queue.pop_first() {
             if degree == queue.len() {
-                // All remaining nodes are neighbours of each other: their order does not matter.
+                // All remaining nodes are neighbours of each other, so their order does not matter.
                 let mut rest: Vec<usize> = queue.iter().map(|(_, node)| *node).collect();
                 rest.sort_unstable();
                 order.nodes.push(node);

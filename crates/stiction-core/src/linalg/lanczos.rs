@@ -2,7 +2,7 @@
 
 use super::blocks::{BLOCK, Part};
 
-/// Maximum number of steps.
+/// Maximum number of Lanczos steps.
 const STEPS: usize = 120;
 /// Number of steps before the first convergence check.
 const FIRST_LOOK: usize = 2;
@@ -10,7 +10,7 @@ const FIRST_LOOK: usize = 2;
 /// Buffers of the Lanczos method.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Lanczos {
-    /// Basis vectors of all steps, one after the other.
+    /// Basis vectors of all Lanczos steps, one after the other.
     basis: Vec<Part>,
     next: Vec<Part>,
     diagonal: Vec<f64>,
@@ -28,11 +28,11 @@ struct Room {
 
 impl Lanczos {
     /// Computes the eigenvector of the largest eigenvalue of a symmetric positive semidefinite
-    /// operator, which `apply` applies in place; the iteration begins with `start`. Returns `None`
-    /// if it does not converge.
+    /// operator. `apply` applies the operator in place; the iteration begins with `start`. Returns
+    /// `None` if the iteration does not converge.
     ///
-    /// `accuracy` is the residual at convergence, relative to the eigenvalue. The relative error of the
-    /// eigenvalue never exceeds `accuracy`, and is usually of the order of its square.
+    /// `accuracy` is the residual at convergence, relative to the eigenvalue. The relative error of
+    /// the eigenvalue never exceeds `accuracy`, and is usually of the order of its square.
     pub(crate) fn greatest(
         &mut self,
         start: impl Iterator<Item = Part>,
@@ -47,7 +47,7 @@ impl Lanczos {
         let count = basis.len();
         let over = 1.0 / dot(basis, basis).sqrt();
         scale(basis, over);
-        // Upper bound of the largest eigenvalue so far.
+        // Upper bound on the largest eigenvalue so far.
         let mut above = 0.0_f64;
         for step in 0..STEPS {
             let here = step * count;
@@ -114,13 +114,13 @@ fn subtract(from: &mut [Part], vector: &[Part], amount: f64) {
     }
 }
 
-/// Computes the largest eigenvalue of a symmetric tridiagonal matrix, at most `above`, by Newton's method
-/// for the characteristic polynomial, which decreases to this eigenvalue.
+/// Computes the largest eigenvalue of a symmetric tridiagonal matrix; `above` is an upper bound.
+/// Newton's method on the characteristic polynomial decreases monotonically to this eigenvalue.
 fn greatest_root(diagonal: &[f64], beside: &[f64], above: f64) -> f64 {
     // Rounding may lower a bound that is attained exactly.
     let mut x = above * (1.0 + 4.0 * f64::EPSILON);
     for _ in 0..100 {
-        // The polynomial is the product of these factors, which are positive above the largest
+        // The polynomial is the product of these factors, which are positive above its largest
         // root.
         let (mut factor, mut slope, mut sum) = (f64::INFINITY, 0.0, 0.0);
         for (k, own) in diagonal.iter().enumerate() {
@@ -131,7 +131,7 @@ fn greatest_root(diagonal: &[f64], beside: &[f64], above: f64) -> f64 {
             sum += slope / factor;
         }
         let step = 1.0 / sum;
-        // Factors change sign below the root, which rounding may cause.
+        // The factors change sign below the root, which may happen by rounding.
         if !(factor > 0.0 && step > 0.5 * f64::EPSILON * x) {
             break;
         }
@@ -140,9 +140,10 @@ fn greatest_root(diagonal: &[f64], beside: &[f64], above: f64) -> f64 {
     x
 }
 
-/// Computes the unit eigenvector of the largest eigenvalue of a tridiagonal matrix; returns the
-/// magnitude of its last component. Recurrences run from both ends and meet near the largest component:
-/// beyond it the vector decays, and round-off decays with it only in a recurrence from the other end.
+/// Computes the unit eigenvector of the largest eigenvalue of a tridiagonal matrix and returns the
+/// magnitude of its last component. Recurrences run from both ends and meet near the largest
+/// component. Beyond that component the vector decays, and round-off decays with it only in a
+/// recurrence from the other end.
 fn vector_of(diagonal: &[f64], beside: &[f64], value: f64, room: &mut Room) -> f64 {
     let count = diagonal.len();
     let Room { ahead, back, vector } = room;

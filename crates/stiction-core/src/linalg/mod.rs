@@ -1,4 +1,5 @@
-//! Linear algebra: static elimination for kernels, dense decompositions for analysis.
+//! Linear algebra: elimination in a fixed order for kernels, dense and sparse decompositions for
+//! analysis.
 
 mod blocks;
 mod decomposition;

@@ -1,9 +1,9 @@
-//! Choice of the pivots of an elimination in a fixed order.
+//! Choice of the pivots for an elimination in a fixed order.
 
 use super::static_lu::StaticLu;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Position of a matrix entry.
+/// Row and column index of a matrix entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) struct Entry {
     /// Row index.
@@ -12,13 +12,13 @@ pub(crate) struct Entry {
     pub column: usize,
 }
 
-/// Factors that make rows and columns of different units comparable: pivots are selected by
-/// `row[i] * entry * column[j]`. They do not enter the elimination itself.
+/// Scale factors that make rows and columns of different units comparable. Pivots are selected by
+/// the size of `row[i] * entry * column[j]`; the elimination itself does not use the factors.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scales<'a> {
-    /// One factor for each row; empty means ones.
+    /// One factor for each row; an empty slice means ones.
     pub rows: &'a [f64],
-    /// One factor for each column; empty means ones.
+    /// One factor for each column; an empty slice means ones.
     pub columns: &'a [f64],
 }
 
@@ -28,38 +28,38 @@ impl Scales<'_> {
     pub(crate) const NONE: Self = Self { rows: &[], columns: &[] };
 }
 
-/// Pivots for all columns of a matrix, and the pattern to which they apply.
+/// Pivots for all columns of a matrix, and the pattern of nonzeros to which they apply.
 #[derive(Clone, Debug)]
 pub(crate) struct Plan {
     pub(super) rows: usize,
     pub(super) columns: usize,
     pub(super) entries: Vec<Entry>,
-    /// Row and column of each pivot in order of elimination.
+    /// Row and column of each pivot, in the order of elimination.
     pub(super) pivots: Vec<(usize, usize)>,
-    /// Smallest scaled pivot.
+    /// Magnitude of the smallest scaled pivot.
     pub smallest_pivot: f64,
 }
 
-/// Error for a matrix some of whose columns depend on the others.
+/// Error for a matrix in which some columns depend on the others.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct RankDeficient {
     /// Columns without a pivot.
     pub columns: Vec<usize>,
 }
 
-/// Smallest admissible pivot relative to the largest entry in its column. A larger threshold is more
-/// accurate, a smaller threshold leaves more choice to keep the factors sparse.
+/// Smallest admissible pivot relative to the largest entry in its column. A larger threshold is
+/// more accurate; a smaller threshold leaves more choice of pivots that keep the factors sparse.
 const THRESHOLD: f64 = 0.25;
 /// Scaled entries below this fraction of the largest entry of the matrix count as round-off.
 const NEGLIGIBLE: f64 = 1e-11;
-/// Number of candidate columns for each pivot: those with the fewest rows that are not yet
-/// eliminated.
+/// Number of candidate columns for each pivot. They are the columns with entries in the fewest rows
+/// not yet eliminated.
 const CANDIDATES: usize = 4;
 
 impl Plan {
-    /// Chooses a pivot for each column, by size and by fill (Markowitz 1957, with threshold), from
-    /// the values of one representative matrix. Every listed entry is structurally nonzero, even
-    /// if its value is zero; repeated entries add.
+    /// Chooses a pivot for each column by size and by fill (Markowitz 1957, with threshold), based
+    /// on the values of one representative matrix. Every listed entry is structurally nonzero, even
+    /// if its value is zero; repeated entries are added.
     ///
     /// # Errors
     /// [`RankDeficient`] if some columns depend on the others.
@@ -89,7 +89,7 @@ impl Plan {
         Ok(Self { rows, columns, entries: entries.to_vec(), pivots, smallest_pivot })
     }
 
-    /// Compiles the plan to an elimination in this fixed order.
+    /// Compiles the plan to a [`StaticLu`] with this order of elimination.
     pub(crate) fn compile(&self) -> StaticLu {
         StaticLu::compile(self)
     }
@@ -98,10 +98,10 @@ impl Plan {
 /// Part of the matrix that is not yet eliminated.
 struct Active {
     rows: Vec<BTreeMap<usize, f64>>,
-    /// Rows of each column that are not yet eliminated and have an entry in this column.
+    /// For each column, the rows not yet eliminated that have an entry in it.
     columns: Vec<BTreeSet<usize>>,
-    /// Columns that are not yet eliminated, as pairs (number of rows in `columns`, index) in
-    /// ascending order. The order avoids a search of all columns for each pivot.
+    /// Columns not yet eliminated, as pairs (number of rows in `columns`, index) in ascending
+    /// order. This order avoids a search over all columns for each pivot.
     open: BTreeSet<(usize, usize)>,
 }
 
@@ -142,8 +142,8 @@ impl Active {
         columns
     }
 
-    /// Returns the best pivot among the columns with the fewest rows; `None` if no column has a
-    /// pivot above `negligible`.
+    /// Returns the best pivot in the candidate columns; `None` if no column has a pivot above
+    /// `negligible`.
     fn choose(&self, negligible: f64) -> Option<(usize, usize)> {
         let mut best: Option<(usize, f64, usize, usize)> = None;
         let mut seen = 0;

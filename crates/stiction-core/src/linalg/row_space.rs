@@ -2,27 +2,28 @@
 
 use crate::scalar::Scalar;
 
-/// QR decomposition of the transpose with column pivoting: `J^T P = Q R` for the rows of `J`.
+/// QR decomposition of the transpose of a matrix `J` with column pivoting: `J^T P = Q R`.
 ///
-/// Rows are ordered by their components orthogonal to the previous rows; rows without such a
-/// component are dependent. Householder reflections, Businger and Golub 1965.
+/// The rows of `J` are ordered by their components orthogonal to the previous rows; rows without
+/// such a component are dependent. Householder reflections, Businger and Golub 1965.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct RowSpace {
     rows: usize,
     columns: usize,
     rank: usize,
-    /// Rows in pivot order: `R` up to the diagonal position of each row, reflectors beyond it.
+    /// Rows in pivot order. In each row, `R` extends to the diagonal; the Householder vector is
+    /// stored beyond it.
     work: Vec<f64>,
-    /// First entry of each reflector, and half the reflector's squared length.
+    /// For each Householder vector: its first component and half its squared length.
     heads: Vec<(f64, f64)>,
     /// Pivot order of the rows.
     order: Vec<usize>,
 }
 
 impl RowSpace {
-    /// Decomposes `matrix`, stored row by row, with `rows` rows and `columns` columns. A row is
-    /// dependent if its component orthogonal to the independent rows is at most `negligible`, or
-    /// `negligible` times the largest norm of a row if that norm exceeds one.
+    /// Decomposes `matrix`, which has `rows` rows and `columns` columns and is stored row by row. A
+    /// row is dependent if its component orthogonal to the independent rows is at most
+    /// `negligible`, or `negligible` times the largest row norm if that norm exceeds one.
     pub(crate) fn decompose(
         &mut self,
         matrix: &[f64],
@@ -40,7 +41,8 @@ impl RowSpace {
         let n = columns;
         let mut first = 1.0_f64;
         for k in 0..rows.min(columns) {
-            // Recompute the norms of the remainders: updates would lose the digits of small norms.
+            // Recompute the norms of the remainders, because updating them would lose the digits of
+            // small norms.
             let mut best = (k, 0.0);
             for row in k..rows {
                 let rest = &self.work[row * n + k..(row + 1) * n];
@@ -53,7 +55,7 @@ impl RowSpace {
             if k == 0 {
                 first = first.max(length);
             }
-            // NaN ends the decomposition, too; it remains visible in the solutions.
+            // NaN also ends the decomposition; it remains visible in the solutions.
             if length.is_nan() || length <= negligible * first {
                 break;
             }
@@ -84,8 +86,8 @@ impl RowSpace {
         self.rank
     }
 
-    /// Component of the last independent row orthogonal to the other independent rows, relative to
-    /// the largest norm of a row; one if no row is independent.
+    /// Norm of the last independent row's component orthogonal to the other independent rows,
+    /// relative to the largest row norm; one if no row is independent.
     pub(crate) fn least_part(&self) -> f64 {
         let diagonal = |k: usize| self.work[k * self.columns + k].abs();
         self.rank.checked_sub(1).map_or(1.0, |last| diagonal(last) / diagonal(0))
@@ -105,14 +107,15 @@ impl RowSpace {
         rest.iter_mut().zip(tail).for_each(|(x, t)| *x -= amount * T::from_f64(*t));
     }
 
-    /// Shortest vector whose scalar products with the independent rows are their values in `right`.
+    /// Computes the shortest vector whose scalar products with the independent rows equal the
+    /// corresponding values in `right`.
     pub(crate) fn shortest(&self, right: &[f64]) -> Vec<f64> {
         let mut vector = Vec::new();
         self.shortest_into(right, &mut vector);
         vector
     }
 
-    /// Computes [`Self::shortest`] in place, reusing the buffer.
+    /// Computes [`Self::shortest`], writing the result to `vector`.
     pub(crate) fn shortest_into(&self, right: &[f64], vector: &mut Vec<f64>) {
         let n = self.columns;
         vector.clear();
@@ -130,14 +133,14 @@ impl RowSpace {
         }
     }
 
-    /// Orthonormal basis of the null space, vector by vector.
+    /// Computes an orthonormal basis of the null space, stored vector by vector.
     pub(crate) fn null_space(&self) -> Vec<f64> {
         let mut basis = Vec::new();
         self.null_space_into(&mut basis);
         basis
     }
 
-    /// Computes [`Self::null_space`] in place, reusing the buffer.
+    /// Computes [`Self::null_space`], writing the result to `basis`.
     pub(crate) fn null_space_into(&self, basis: &mut Vec<f64>) {
         let n = self.columns;
         basis.clear();
@@ -150,8 +153,8 @@ impl RowSpace {
         }
     }
 
-    /// Computes the coefficients of the rows whose linear combination is the projection of `vector` on the
-    /// row space; coefficients of dependent rows are zero. Overwrites the vector.
+    /// Computes the coefficients of the linear combination of rows that is the projection of
+    /// `vector` on the row space. Coefficients of dependent rows are zero. Overwrites `vector`.
     pub(crate) fn amounts<T: Scalar>(&self, vector: &mut [T], amounts: &mut Vec<T>) {
         for step in 0..self.rank {
             self.apply(step, vector);
@@ -164,7 +167,7 @@ impl RowSpace {
         }
     }
 
-    /// Solves `R x = right` by back substitution; the first entries of `right` receive the result.
+    /// Solves `R x = right` by back substitution, writing `x` to the first entries of `right`.
     fn back<T: Scalar>(&self, right: &mut [T]) {
         let n = self.columns;
         for k in (0..self.rank).rev() {
@@ -176,8 +179,8 @@ impl RowSpace {
         }
     }
 
-    /// Computes, for each dependent row, the coefficients of all rows in a linear combination that
-    /// vanishes.
+    /// Computes, for each dependent row, the coefficients of a vanishing linear combination of all
+    /// rows.
     pub(crate) fn dependencies(&self) -> Vec<Vec<f64>> {
         let n = self.columns;
         let each = (self.rank..self.rows).map(|dependent| {

@@ -3,21 +3,21 @@
 use super::Svd;
 use nalgebra::{DMatrix, DVector};
 
-/// Number of vectors iterated together: with fewer vectors, clusters of small singular values slow the
-/// iteration down.
+/// Number of vectors that are iterated together. With fewer vectors, clusters of small singular
+/// values slow the iteration down.
 const BLOCK: usize = 3;
-/// Number of steps before the singular value decomposition takes over.
+/// Maximum number of iteration steps before a singular value decomposition is computed instead.
 const STEPS: usize = 60;
 /// Relative accuracy at which the iteration stops.
 const ACCURACY: f64 = 1e-13;
-/// Squaring the matrix loses digits if the singular value is below this fraction of the largest
-/// entry.
+/// If the singular value is below this fraction of the largest entry, squaring the matrix loses too
+/// many digits.
 const SQUARABLE: f64 = 1e-3;
 
-/// Smallest of the `min(rows, columns)` singular values of a matrix.
+/// Computes the smallest of the `min(rows, columns)` singular values of a matrix.
 ///
-/// Uses inverse iteration of a block with the Gram matrix of the shorter side, or the singular
-/// value decomposition for values so small that squaring the matrix loses digits.
+/// Uses block inverse iteration with the Gram matrix of the shorter side. For values so small that
+/// squaring the matrix loses digits, uses the singular value decomposition.
 pub fn smallest_singular_value(matrix: &DMatrix<f64>) -> f64 {
     let (rows, columns) = matrix.shape();
     let size = rows.min(columns);
@@ -55,7 +55,7 @@ pub fn smallest_singular_value(matrix: &DMatrix<f64>) -> f64 {
     }
 }
 
-/// Makes the columns orthonormal; returns the largest singular value of the given columns, or
+/// Makes the columns orthonormal. Returns the largest singular value of the original columns, or
 /// `None` if they are not finite.
 fn orthonormalise(vectors: &mut DMatrix<f64>) -> Option<f64> {
     let svd = Svd::new(vectors);

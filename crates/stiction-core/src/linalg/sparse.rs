@@ -1,8 +1,9 @@
-//! Sparse matrices, column by column.
+//! Sparse matrices, stored column by column.
 
 use nalgebra::DMatrix;
 
-/// Sparse matrix, compressed column by column; rows of a column are in ascending order and distinct.
+/// Sparse matrix in compressed column storage; the row indices of a column are distinct and in
+/// ascending order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SparseMatrix {
     rows: usize,
@@ -13,7 +14,7 @@ pub struct SparseMatrix {
 }
 
 impl SparseMatrix {
-    /// Builds a matrix from entries `(row, column, value)`; adds entries at the same position and
+    /// Builds a matrix from entries `(row, column, value)`. Adds entries with the same indices and
     /// drops zeros.
     pub fn new(
         (rows, columns): (usize, usize),
@@ -34,7 +35,7 @@ impl SparseMatrix {
         let mut made = Self { rows, starts: vec![0], ..Self::default() };
         for column in 0..columns {
             let own = &mut places[starts[column]..starts[column + 1]];
-            // Stable, so that sums do not depend on the order of other entries.
+            // A stable sort, so that sums do not depend on the order of other entries.
             own.sort_by_key(|(row, _)| *row);
             for (k, &(row, value)) in own.iter().enumerate() {
                 match made.values.last_mut() {
@@ -60,7 +61,7 @@ impl SparseMatrix {
         self.starts.len() - 1
     }
 
-    /// Rows and values of the entries of a column.
+    /// Row indices and values of the entries of a column.
     pub fn column(&self, column: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let range = self.starts[column]..self.starts[column + 1];
         self.indices[range.clone()].iter().copied().zip(self.values[range].iter().copied())
@@ -77,7 +78,7 @@ impl SparseMatrix {
         let mut scaled = self.clone();
         for (column, factor) in columns.iter().enumerate() {
             for k in self.starts[column]..self.starts[column + 1] {
-                // The order of the factors is that of dense matrices.
+                // Multiply in the same order as for dense matrices.
                 scaled.values[k] = self.values[k] * rows[self.indices[k]] * factor;
             }
         }

@@ -1,26 +1,26 @@
 //! Rank-revealing triangular factor of a sparse matrix.
 //!
-//! `A P = Q R` by Householder reflections of dense fronts (Duff and Reid 1983), without `Q`. Columns
-//! whose remainder vanishes are dependent and get no row of `R` (Heath 1982).
+//! `A P = Q R` by Householder reflections of dense fronts (Duff and Reid 1983), without storing
+//! `Q`. A column with zero remainder is dependent and gets no row of `R` (Heath 1982).
 
 use super::elimination_order::EliminationOrder;
 use super::sparse::SparseMatrix;
 
-/// Order of elimination of groups of columns, for all matrices of one pattern.
+/// Elimination order of groups of columns, for all matrices with the same pattern of nonzeros.
 #[derive(Clone, Debug)]
 pub(crate) struct ColumnOrder {
     /// Columns in the order of their elimination.
     columns: Vec<usize>,
-    /// Index of each column in this order.
+    /// Position of each column in this order.
     places: Vec<usize>,
-    /// Elimination step of each column, in the order of `columns`; the columns of a group share one
-    /// step.
+    /// Elimination step of each column, in the order of `columns`; the columns of a group have the
+    /// same step.
     steps: Vec<usize>,
 }
 
 impl ColumnOrder {
-    /// Orders the columns of a matrix; `groups` are indices of columns that are eliminated
-    /// together.
+    /// Orders the columns of a matrix. `groups` contains a group index for each column; the columns
+    /// of a group are eliminated together.
     pub(crate) fn new(matrix: &SparseMatrix, groups: &[usize]) -> Self {
         let count = groups.iter().max().map_or(0, |last| last + 1);
         let rows = matrix.transpose();
@@ -50,17 +50,17 @@ impl ColumnOrder {
         made
     }
 
-    /// Orders the columns of a matrix one by one.
+    /// Orders the columns of a matrix individually, without groups.
     pub(crate) fn one_by_one(matrix: &SparseMatrix) -> Self {
         Self::new(matrix, &(0..matrix.ncols()).collect::<Vec<_>>())
     }
 }
 
-/// The triangular factor. Its rows are in the order of elimination.
+/// Triangular factor `R` of a sparse matrix, with rows in the order of elimination.
 #[derive(Clone, Debug)]
 pub(crate) struct SparseQr {
     columns: usize,
-    /// Column of the first entry of each row, its pivot.
+    /// Pivot column of each row: the column of its first entry.
     pivots: Vec<usize>,
     /// Dependent columns, in ascending order.
     dependent: Vec<usize>,
@@ -70,16 +70,16 @@ pub(crate) struct SparseQr {
     indices: Vec<usize>,
     /// Values of the entries, row by row.
     values: Vec<f64>,
-    /// Frobenius norm of the remainders of the dependent columns, which are set to zero.
+    /// Frobenius norm of the remainders of the dependent columns. These remainders are set to zero.
     dropped: f64,
 }
 
-/// Dense rows over a few columns.
+/// Dense rows of a frontal matrix, which has entries in a few columns only.
 struct Front {
-    /// Positions of the columns in the order of elimination, ascending.
+    /// Positions of the front's columns in the order of elimination, ascending.
     places: Vec<usize>,
     rows: usize,
-    /// Entries, column by column.
+    /// Entries of the front, column by column.
     values: Vec<f64>,
 }
 
@@ -124,8 +124,8 @@ impl SparseQr {
         made
     }
 
-    /// Eliminates the first columns of a front, beginning with the column of the largest remainder; returns
-    /// the number of rows of the factor.
+    /// Eliminates the first `own` columns of a front, each time the one with the largest remainder.
+    /// Returns the number of rows added to the factor.
     fn eliminate(
         &mut self,
         front: &mut Front,
@@ -138,7 +138,7 @@ impl SparseQr {
             let (best, norm) = (done..own)
                 .map(|k| (k, front.norm(k, pivots)))
                 .fold((done, 0.0), |a, b| if b.1 > a.1 { b } else { a });
-            // NaN ends here, too; it remains visible in the factor.
+            // NaN also ends the elimination; it remains visible in the factor.
             if norm <= negligible || pivots == front.rows {
                 for k in done..own {
                     self.dropped += front.norm(k, pivots).powi(2);
@@ -147,7 +147,7 @@ impl SparseQr {
                 break;
             }
             front.swap(done, best);
-            // Columns that are not yet chosen keep their place among the own columns.
+            // The columns not chosen yet remain among the first `own` columns.
             front.reflect(done, pivots, norm);
             pivots += 1;
         }
@@ -170,32 +170,32 @@ impl SparseQr {
         self.pivots.len()
     }
 
-    /// The dependent columns, in ascending order.
+    /// Indices of the dependent columns, in ascending order.
     pub(crate) fn dependent(&self) -> &[usize] {
         &self.dependent
     }
 
-    /// Frobenius norm of the remainders of the dependent columns: an upper bound of the singular
+    /// Frobenius norm of the remainders of the dependent columns: an upper bound on the singular
     /// values that count as zero.
     pub(crate) fn dropped(&self) -> f64 {
         self.dropped
     }
 
-    /// Columns and values of a row, the pivot first.
+    /// Columns and values of a row, with the pivot first.
     fn row(&self, row: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let range = self.starts[row]..self.starts[row + 1];
         self.indices[range.clone()].iter().copied().zip(self.values[range].iter().copied())
     }
 
-    /// The transposed factor: one column for each row of the factor.
+    /// Returns the transposed factor, which has one column for each row of the factor.
     pub(crate) fn transposed(&self) -> SparseMatrix {
         let entries = (0..self.rank())
             .flat_map(|row| self.row(row).map(move |(column, value)| (column, row, value)));
         SparseMatrix::new((self.columns, self.rank()), entries)
     }
 
-    /// Solves `R x = y` with zero for the dependent columns: `y` has one value for each row, `x`
-    /// one value for each column.
+    /// Solves `R x = y`, setting the unknowns of dependent columns to zero. `y` has one value for
+    /// each row, `x` one value for each column.
     pub(crate) fn solve(&self, y: &[f64]) -> Vec<f64> {
         let mut x = vec![0.0; self.columns];
         for row in (0..self.rank()).rev() {
@@ -207,8 +207,8 @@ impl SparseQr {
         x
     }
 
-    /// Solves `R^T y = x` for the independent columns: `x` has one value for each column, `y` one value
-    /// for each row.
+    /// Solves `R^T y = x` for the independent columns. `x` has one value for each column, `y` one
+    /// value for each row.
     pub(crate) fn solve_transposed(&self, mut x: Vec<f64>) -> Vec<f64> {
         let mut y = vec![0.0; self.rank()];
         for row in 0..self.rank() {
@@ -220,8 +220,9 @@ impl SparseQr {
         y
     }
 
-    /// Basis of the null space: for each dependent column, the vector that contains this column and
-    /// independent columns only, as columns and values. Components below `negligible` are omitted.
+    /// Computes a basis of the null space. The vector of each dependent column contains, besides
+    /// this column, only independent columns, as pairs of column and value. Components below
+    /// `negligible` are omitted.
     pub(crate) fn null_vectors(&self, negligible: f64) -> Vec<Vec<(usize, f64)>> {
         let mut row_of = vec![usize::MAX; self.columns];
         self.pivots.iter().enumerate().for_each(|(row, pivot)| row_of[*pivot] = row);
@@ -244,7 +245,7 @@ impl SparseQr {
                     vector.push((column, amount));
                 };
             place(dependent, 1.0, &mut sums, &mut open);
-            // Later rows first, because the rows above depend on their pivots.
+            // Process later rows first, because earlier rows depend on their pivots.
             while let Some(row) = open.pop_last() {
                 let amount = -core::mem::take(&mut sums[row]) / self.values[self.starts[row]];
                 if amount.abs() > negligible {
@@ -259,7 +260,7 @@ impl SparseQr {
 }
 
 impl Front {
-    /// Stacks the rows of several fronts; the columns `own` come first.
+    /// Stacks the rows of several fronts. The columns `own` come first.
     fn merged(own: core::ops::Range<usize>, parts: Vec<Self>) -> Self {
         let mut places: Vec<usize> =
             parts.iter().flat_map(|part| part.places.iter().copied()).collect();
@@ -280,7 +281,7 @@ impl Front {
         made
     }
 
-    /// Norm of the entries of a column from row `from` on.
+    /// Computes the norm of the entries of a column in the rows from `from` on.
     fn norm(&self, column: usize, from: usize) -> f64 {
         let part = &self.values[column * self.rows + from..(column + 1) * self.rows];
         part.iter().map(|x| x * x).sum::<f64>().sqrt()
@@ -294,9 +295,9 @@ impl Front {
         }
     }
 
-    /// Applies a Householder reflection to the rows from `from` on. Of the entries of `column` in
-    /// these rows, with the norm `norm`, only the first remains. Changes this column and the
-    /// columns after it.
+    /// Applies a Householder reflection to the rows from `from` on. It reduces the entries of
+    /// `column` in these rows, which have the norm `norm`, to the first entry. Changes this column
+    /// and the columns after it.
     fn reflect(&mut self, column: usize, from: usize, norm: f64) {
         let rows = self.rows;
         let (before, behind) = self.values.split_at_mut((column + 1) * rows);
@@ -317,7 +318,7 @@ impl Front {
         reflector[0] = new;
     }
 
-    /// Returns the rows after the first `done`, without the first `own` columns. If there are more
+    /// Returns the rows from index `done` on, without the first `own` columns. If there are more
     /// rows than columns, reduces them to triangular form.
     fn remainder(mut self, done: usize, own: usize) -> Self {
         let rest = self.places.len() - own;

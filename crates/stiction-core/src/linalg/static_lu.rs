@@ -1,4 +1,4 @@
-//! Gaussian elimination as a fixed sequence of operations.
+//! Gaussian elimination as a fixed sequence of operations, compiled once.
 //!
 //! Equation (M7) of the book's theory.
 
@@ -9,24 +9,24 @@ use core::ops::Range;
 /// LU factorisation of a sparse matrix in a fixed order, for any scalar type.
 ///
 /// The order of pivots is chosen once, from a representative matrix ([`Plan`]). A factorisation
-/// then neither branches nor allocates, and touches only structurally nonzero entries. The residual
-/// reveals a matrix for which the order is unsuitable.
+/// then neither branches nor allocates, and touches only structurally nonzero entries. If the order
+/// is unsuitable for a matrix, the residual of the solution reveals it.
 ///
-/// Dependent rows are left out.
+/// Dependent rows are omitted.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct StaticLu {
     entries: usize,
-    /// Index among the factors at which each matrix entry is stored; `None` for entries of unused
-    /// rows.
+    /// Index (slot) among the factors where each matrix entry is stored; `None` for entries of
+    /// unused rows.
     slots: Vec<Option<u32>>,
     values: usize,
     rows: usize,
     columns: usize,
     steps: Vec<Step>,
     targets: Vec<Target>,
-    /// Parts of the pivot rows to the right of the pivots.
+    /// Entries of the pivot rows to the right of the pivots.
     upper: Vec<Upper>,
-    /// Slots that elimination changes: for each target row of a step, one slot for each entry of
+    /// Slots changed by the elimination: for each target row of a step, one slot for each entry of
     /// the pivot row to the right of the pivot.
     updates: Vec<u32>,
 }
@@ -54,7 +54,7 @@ struct Upper {
 }
 
 impl StaticLu {
-    /// Compiles a plan to a fixed sequence of operations.
+    /// Compiles a [`Plan`] to a fixed sequence of operations.
     pub(super) fn compile(plan: &Plan) -> Self {
         let mut program = Self {
             entries: plan.entries.len(),
@@ -62,7 +62,7 @@ impl StaticLu {
             columns: plan.columns,
             ..Self::default()
         };
-        // Slots by row and column, for the rows in use.
+        // Slots by row and column, for the rows with a pivot.
         let mut in_use = vec![false; plan.rows];
         for &(row, _) in &plan.pivots {
             in_use[row] = true;
@@ -127,7 +127,7 @@ impl StaticLu {
         program
     }
 
-    /// Number of values that [`Self::factor`] needs: entries in use and fill.
+    /// Number of values in the factors: entries of the rows in use, and fill.
     pub(crate) fn values(&self) -> usize {
         self.values
     }
@@ -142,17 +142,19 @@ impl StaticLu {
         self.columns
     }
 
-    /// Number of multiply-subtract operations of one factorisation.
+    /// Number of multiply-subtract operations in one factorisation.
     pub(crate) fn operations(&self) -> usize {
         self.updates.len() + self.targets.len()
     }
 
-    /// Factors the matrix with these `entries`, in the order of the plan; repeated entries add.
-    /// `values` has [`Self::values`] places and receives the factors. Returns the product of the
-    /// signs of the pivots, which changes sign with the determinant.
+    /// Factors the matrix with these `entries`, which are in the order of the plan; repeated
+    /// entries are added. Writes the factors to `values`, which must have the length
+    /// [`Self::values`]. Returns the product of the signs of the pivots, which changes sign with
+    /// the determinant.
     ///
-    /// Factors carry no derivatives ([`Scalar::held`]). A solution is therefore a step from a point
-    /// where the equations hold, or needs one more step for its derivatives.
+    /// Factors carry no derivatives ([`Scalar::held`]). A solution has correct derivatives if it is
+    /// a step from a point where the equations hold; otherwise, its derivatives require one
+    /// additional step.
     pub(crate) fn factor<T: Scalar>(&self, entries: &[T], values: &mut [T]) -> T {
         debug_assert_eq!(entries.len(), self.entries);
         values.fill(T::zero());
@@ -181,18 +183,18 @@ impl StaticLu {
         sign
     }
 
-    /// Indices of the reciprocal pivots among the factors, in the order of elimination.
+    /// Indices of the reciprocal pivots in the factors, in the order of elimination.
     pub(crate) fn pivots(&self) -> impl Iterator<Item = usize> + '_ {
         self.steps.iter().map(|step| step.pivot as usize)
     }
 
-    /// Solves with the factors. Overwrites `right` (one value for each row); `solution` (one for
-    /// each column) receives the result.
+    /// Solves with the factors and writes the result to `solution` (one value for each column).
+    /// Overwrites `right` (one value for each row).
     pub(crate) fn solve<T: Scalar>(&self, values: &[T], right: &mut [T], solution: &mut [T]) {
         self.solve_by(|slot| values[slot as usize], right, solution);
     }
 
-    /// Solves for several right-hand sides, one in each lane.
+    /// Solves for several right-hand sides at once, one in each SIMD lane.
     pub(crate) fn solve_lanes<const N: usize>(
         &self,
         values: &[f64],
@@ -235,7 +237,8 @@ mod tests {
     }
 
     proptest! {
-        /// Compares sparse square systems with dense LU, for other values than those of the plan.
+        /// Compares sparse square systems with dense LU factorisation, for values that differ from
+        /// those of the plan.
         #[test]
         fn agrees_with_dense_elimination(
             size in 1..12usize,
@@ -267,8 +270,8 @@ mod tests {
             }
         }
 
-        /// Checks that redundant rows are omitted, and that their equations are satisfied
-        /// nevertheless.
+        /// Checks that redundant rows are omitted, and that the solution nevertheless satisfies
+        /// their equations.
         #[test]
         fn redundant_rows_are_found(numbers in prop::collection::vec(-1.0..1.0f64, 12)) {
             let base = DMatrix::from_row_slice(3, 3, &numbers[..9]) + DMatrix::identity(3, 3) * 3.0;

@@ -2,29 +2,28 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// `matrix = u * diag(singular_values) * transpose(v)`.
+/// Singular value decomposition `matrix = u * diag(singular_values) * transpose(v)`.
 ///
 /// Uses one-sided Jacobi rotations (Hestenes 1958; de Rijk 1989 for the order of columns), which
-/// determine small singular values to high relative accuracy. Rank decisions depend on it: the
-/// decomposition of a general-purpose library loses up to eleven digits on matrices of mechanisms
-/// (`tests/suite/svd.rs` checks the properties that it violated). Its right singular vectors are
-/// orthogonal, however, and Jacobi rotations that begin with them converge fast.
+/// determine small singular values to high relative accuracy. Rank decisions rely on this accuracy:
+/// the decomposition of a general-purpose library loses up to eleven digits for matrices of
+/// mechanisms (`tests/suite/svd.rs` checks the properties that it violated). Its right singular
+/// vectors are orthogonal, however, and Jacobi rotations that start from them converge fast.
 #[derive(Clone, Debug)]
 pub struct Svd {
-    /// Left singular vectors, one for each column of the matrix; zero if the singular value is zero
-    /// to rounding.
+    /// Left singular vectors, one for each column of the matrix. A vector is zero if its singular
+    /// value is zero within rounding.
     pub u: DMatrix<f64>,
     /// Singular values, one for each column of the matrix, largest first.
     pub singular_values: DVector<f64>,
-    /// Right singular vectors, a complete orthogonal basis.
+    /// Right singular vectors, which form a complete orthogonal basis.
     pub v: DMatrix<f64>,
 }
 
-/// Number of columns from which it is faster to begin with an initial basis from another
-/// decomposition.
+/// Number of columns from which on it is faster to start from the basis of another decomposition.
 const LARGE: usize = 24;
 
-/// Maximum number of sweeps over all pairs of columns; six to ten usually suffice.
+/// Maximum number of sweeps over all pairs of columns; six to ten are usually sufficient.
 const SWEEPS: usize = 60;
 
 impl Svd {
@@ -35,13 +34,13 @@ impl Svd {
             .unwrap_or_else(|| DMatrix::identity(columns, columns));
         let mut work = matrix * &v;
         let scale = matrix.amax();
-        // Shorter columns are rounding and have no direction.
+        // Shorter columns consist of round-off and have no direction.
         let nothing = (f64::EPSILON * scale).powi(2) * matrix.nrows().max(1) as f64;
         let mut squares: Vec<f64> = work.column_iter().map(|c| c.norm_squared()).collect();
         for _ in 0..SWEEPS {
             let mut rotated = false;
             for i in 0..columns {
-                // De Rijk: the largest of the remaining columns first.
+                // De Rijk's order: the largest of the remaining columns first.
                 let largest =
                     (i..columns).max_by(|&a, &b| squares[a].total_cmp(&squares[b])).unwrap_or(i);
                 work.swap_columns(i, largest);
@@ -80,19 +79,20 @@ impl Svd {
         self.singular_values.iter().filter(|&&s| s > limit).count()
     }
 
-    /// Rank of a matrix whose entries are of order one or round-off: a matrix that consists of round-off
-    /// has rank zero.
+    /// Rank of a matrix whose entries are either of order one or round-off. A matrix that consists
+    /// of round-off only has rank zero.
     pub fn rank_of_order_one(&self, negligible: f64) -> usize {
         let limit = negligible * self.largest().max(1.0);
         self.singular_values.iter().filter(|&&s| s > limit).count()
     }
 
-    /// Orthonormal basis of the null space, given the rank.
+    /// Computes an orthonormal basis of the null space for the given rank.
     pub fn null_space(&self, rank: usize) -> Vec<DVector<f64>> {
         self.v.column_iter().skip(rank).map(|c| c.into_owned()).collect()
     }
 
-    /// Computes the minimum-norm least-squares solution for `right`, given the rank.
+    /// Computes the minimum-norm least-squares solution for the right-hand side `right` and the
+    /// given rank.
     pub fn solve(&self, right: &DVector<f64>, rank: usize) -> DVector<f64> {
         let mut solution = DVector::zeros(self.v.nrows());
         for k in 0..rank {
@@ -103,20 +103,20 @@ impl Svd {
     }
 }
 
-/// Computes, with nalgebra, a complete orthogonal basis that nearly diagonalises the Gram matrix; `None` if
-/// this fails.
+/// Computes, with nalgebra, a complete orthogonal basis that nearly diagonalises the Gram matrix;
+/// returns `None` if the computation fails.
 fn nearly_right_vectors(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let (rows, columns) = matrix.shape();
-    // With rows of zeros there are as many right singular vectors as columns.
+    // After padding with rows of zeros, there is one right singular vector for each column.
     let square = matrix.clone().resize_vertically(rows.max(columns), 0.0);
     let found = nalgebra::SVD::try_new(square, false, true, f64::EPSILON, 100 * columns)?;
     let v = found.v_t?.transpose();
     let skew = v.tr_mul(&v) - DMatrix::identity(columns, columns);
-    // NaN is not orthogonal.
+    // Also rejects NaN, because comparisons with NaN are false.
     (skew.amax() <= 1e-15 * columns as f64).then_some(v)
 }
 
-/// Rotates two columns to be orthogonal; returns `false` if they already are.
+/// Rotates two columns such that they become orthogonal; returns `false` if they already are.
 fn orthogonalise(
     work: &mut DMatrix<f64>,
     v: &mut DMatrix<f64>,
@@ -151,8 +151,8 @@ fn orthogonalise(
     true
 }
 
-/// Basis of the directions in the span of `all` (orthonormal) that are orthogonal to `known`
-/// (orthonormal).
+/// Computes a basis of the directions in the span of `all` that are orthogonal to `known`. Both
+/// sets are orthonormal.
 pub(crate) fn complement(all: &[DVector<f64>], known: &[DVector<f64>]) -> Vec<DVector<f64>> {
     if all.is_empty() || known.len() >= all.len() {
         return Vec::new();

@@ -1,4 +1,4 @@
-//! Sums of products in twice the working precision.
+//! Sums of products with twice the working precision.
 
 /// A sum and its accumulated rounding error.
 #[derive(Clone, Copy, Debug, Default)]
@@ -8,7 +8,7 @@ pub(crate) struct Twofold {
 }
 
 impl Twofold {
-    /// Adds a product with twice the working precision (Ogita, Rump, Oishi 2005: Dot2).
+    /// Adds the product `a * b` with twice the working precision (Ogita, Rump, Oishi 2005: Dot2).
     pub(crate) fn add_product(&mut self, a: f64, b: f64) {
         let (product, product_error) = exact_product(a, b);
         let (sum, sum_error) = exact_sum(self.high, product);
@@ -22,21 +22,22 @@ impl Twofold {
         self.low += factor * other.low;
     }
 
-    /// The sum, rounded once.
+    /// Returns the sum, rounded once.
     pub(crate) fn value(self) -> f64 {
         self.high + self.low
     }
 }
 
-/// Rounded sum and its rounding error (Knuth).
+/// Returns the rounded sum of two numbers and its rounding error (Knuth).
 fn exact_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
     let from_b = sum - a;
     (sum, (a - (sum - from_b)) + (b - from_b))
 }
 
-/// Rounded product and its rounding error (Dekker 1971), without fused operations, which not every
-/// processor has. Valid for numbers far from the limits of their range.
+/// Returns the rounded product of two numbers and its rounding error (Dekker 1971). Uses no fused
+/// operations, because not every processor has them. Valid for numbers far from the limits of their
+/// range.
 fn exact_product(a: f64, b: f64) -> (f64, f64) {
     let product = a * b;
     let ((a_high, a_low), (b_high, b_low)) = (halves(a), halves(b));
@@ -44,7 +45,7 @@ fn exact_product(a: f64, b: f64) -> (f64, f64) {
     (product, error)
 }
 
-/// Splits a number into a sum of two with half as many digits (Veltkamp).
+/// Splits a number into the sum of two numbers with half as many digits (Veltkamp).
 fn halves(x: f64) -> (f64, f64) {
     const SPLITTER: f64 = 134_217_729.0;
     let shifted = SPLITTER * x;

@@ -3,21 +3,21 @@
 use super::{Body, DriveTrain, Joint, Mechanism};
 
 /// Parts of a mechanism that parameter identification may change. Names, topology and geometry must
-/// stay the same.
+/// not be changed.
 #[doc(hidden)]
 #[derive(Debug)]
 pub struct Changeable<'a> {
-    /// Bodies: mass, centre of mass, inertia.
+    /// Bodies, whose mass, centre of mass and inertia may change.
     pub bodies: &'a mut [Body],
-    /// Joints: friction.
+    /// Joints, whose friction may change.
     pub joints: &'a mut [Joint],
-    /// Drive trains: rotor inertia, motor friction, torque constant.
+    /// Drive trains, whose rotor inertia, motor friction and torque constant may change.
     pub drive_trains: &'a mut [DriveTrain],
 }
 
 impl Mechanism {
-    /// Returns the mechanism with changed inertia, friction and drive trains. The caller must provide
-    /// physically valid values; the characteristic length does not change.
+    /// Returns the mechanism after `change` has modified inertia, friction and drive trains. The
+    /// caller must set physically valid values; the characteristic length does not change.
     #[doc(hidden)]
     pub fn with_changes(&self, change: impl FnOnce(Changeable<'_>)) -> Self {
         let mut other = self.clone();

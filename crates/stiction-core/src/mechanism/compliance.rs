@@ -4,22 +4,24 @@
 use crate::joint::JointType;
 use crate::spatial::Vec3;
 
-/// Deflections of a joint per newton or newton metre of its reaction, with respect to its axis (z of frame J).
-/// The joint is rigid in directions with zero compliance.
+/// Deflections of a joint per newton or newton metre of its reaction, along and about its axis (z
+/// of frame J). The joint is rigid in directions with zero compliance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Compliance {
-    /// Compliance across the axis, m/N; of a spherical joint in all directions.
+    /// Compliance perpendicular to the axis, m/N; for a spherical joint, compliance in all
+    /// directions.
     pub radial: f64,
     /// Compliance along the axis, m/N.
     pub axial: f64,
     /// Compliance against tilting of the axis, rad/(N m).
     pub bending: f64,
-    /// Compliance against twisting about the axis, rad/(N m); of a universal joint about the common normal of its axes.
+    /// Compliance against twisting about the axis, rad/(N m); for a universal joint, about the
+    /// common normal of its axes.
     pub torsional: f64,
 }
 
 impl Compliance {
-    /// Returns the four components with their names.
+    /// Returns the four compliances with their names.
     pub fn parts(&self) -> [(&'static str, f64); 4] {
         [
             ("radial", self.radial),
@@ -29,7 +31,8 @@ impl Compliance {
         ]
     }
 
-    /// Returns `true` if a joint of this type carries the load of the named component.
+    /// Returns `true` if a joint of this type transmits the reaction component to which the
+    /// compliance named `part` belongs.
     pub fn applies(joint_type: JointType, part: &str) -> bool {
         use JointType::{
             Cylindrical, Fixed, Free, Helical, Planar, Prismatic, Revolute, Spherical, Universal,
@@ -47,7 +50,8 @@ impl Compliance {
         parts.contains(&part)
     }
 
-    /// Compliances along the axes of the joint frame J, m/N, and about these axes, rad/(N m).
+    /// Returns the compliances along the axes of joint frame J, m/N, and those about these axes,
+    /// rad/(N m).
     pub fn along_axes(&self, joint_type: JointType) -> (Vec3<f64>, Vec3<f64>) {
         let Self { radial, axial, bending, torsional } = *self;
         match joint_type {

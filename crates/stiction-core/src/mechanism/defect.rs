@@ -5,14 +5,14 @@ use core::fmt;
 use core::ops::Deref;
 use thiserror::Error;
 
-/// All defects of a description, in the order of their detection; at least one [`Defect`].
+/// All defects of a mechanism description, at least one, in the order of their detection.
 ///
-/// It dereferences to a slice of defects. As an error, its text has one line per defect.
+/// Dereferences to a slice of [`Defect`]s. The error text has one line per defect.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Defects(Vec<Defect>);
 
 impl Defects {
-    /// Wraps a list of defects; `None` for an empty list.
+    /// Wraps a list of defects; returns `None` for an empty list.
     pub(super) fn new(defects: Vec<Defect>) -> Option<Self> {
         (!defects.is_empty()).then_some(Self(defects))
     }
@@ -55,22 +55,23 @@ impl fmt::Display for Defects {
 
 impl core::error::Error for Defects {}
 
-/// One defect of a description. [`super::MechanismBuilder::build`] reports all of them together.
+/// One defect of a mechanism description. [`super::MechanismBuilder::build`] reports all defects
+/// together.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Defect {
-    /// No body besides the ground.
+    /// The mechanism has no body besides the ground.
     #[error("the mechanism has no moving body")]
     NoBodies,
-    /// Two bodies, joints, springs, actuators or gearings with the same name.
+    /// Two bodies, joints, springs, actuators or gearings have the same name.
     #[error("there are two {what} named `{name}`")]
     DuplicateName {
-        /// `bodies`, `joints`, `springs`, `actuators` or `gearings`.
+        /// Kind of the parts: `bodies`, `joints`, `springs`, `actuators` or `gearings`.
         what: &'static str,
         /// The duplicate name.
         name: String,
     },
-    /// A joint with the name of another joint's degree of freedom.
+    /// A joint has the name of another joint's degree of freedom.
     #[error(
         "joint `{joint}` has the name of a degree of freedom of joint `{other}`: rename it, \
          because their columns in results would coincide"
@@ -78,16 +79,16 @@ pub enum Defect {
     NameOfFreedom {
         /// Name of the joint.
         joint: String,
-        /// Name of the joint with that degree of freedom.
+        /// Name of the joint to which the degree of freedom belongs.
         other: String,
     },
-    /// A joint with a reserved column name of the results.
+    /// The name of a joint is a reserved column name of the results.
     #[error("a joint cannot be named `{name}`: results have columns of that name")]
     NameTaken {
         /// The reserved name.
         name: String,
     },
-    /// A body named like the ground.
+    /// A body has the name of the ground.
     #[error("a body cannot be named `{}`: this is the name of the fixed body", super::GROUND_NAME)]
     GroundTaken,
     /// A joint refers to a body that does not exist.
@@ -98,7 +99,7 @@ pub enum Defect {
         /// Name of the missing body.
         body: String,
     },
-    /// A joint with one body on both sides.
+    /// Both sides of a joint are the same body.
     #[error("joint `{joint}` connects body `{body}` with itself")]
     SameBody {
         /// Name of the joint.
@@ -143,13 +144,13 @@ pub enum Defect {
         /// The smallest principal moment, kg m^2.
         moment: f64,
     },
-    /// A helical joint without pitch, or another joint with one.
+    /// A helical joint has no pitch, or a joint of another type has one.
     #[error("joint `{joint}`: a helical joint needs a pitch other than 0, other joints have none")]
     Pitch {
         /// Name of the joint.
         joint: String,
     },
-    /// A degree of freedom that cannot be actuated, or does not exist.
+    /// A degree of freedom does not exist or cannot be actuated.
     #[error("joint `{joint}` has no degree of freedom {dof} that an actuator could drive")]
     NotActuable {
         /// Name of the joint.
@@ -167,7 +168,7 @@ pub enum Defect {
         /// Number of coordinates of the joint.
         expected: usize,
     },
-    /// Friction of a joint type without friction interfaces.
+    /// Friction is declared for a joint type without friction interfaces.
     #[error("joint `{joint}`: friction of {joint_type} joints is not modelled")]
     NoContact {
         /// Name of the joint.
@@ -175,7 +176,7 @@ pub enum Defect {
         /// Symbol of the joint type.
         joint_type: &'static str,
     },
-    /// Friction declared twice at one interface.
+    /// Friction is declared twice for the same interface.
     #[error("joint `{joint}` declares friction twice at one interface")]
     DuplicateContact {
         /// Name of the joint.
@@ -196,7 +197,7 @@ pub enum Defect {
         /// Description of the admissible range.
         range: &'static str,
     },
-    /// Friction that does not fit its interface, or whose values contradict each other.
+    /// Friction parameters that do not fit the interface or contradict each other.
     #[error("joint `{joint}`: {problem}")]
     Friction {
         /// Name of the joint.
@@ -204,7 +205,7 @@ pub enum Defect {
         /// Description of the problem.
         problem: &'static str,
     },
-    /// A radius is missing at a rotating interface, or given at a sliding one.
+    /// A radius is missing for a rotating interface, or given for a sliding one.
     #[error("joint `{joint}`: {problem}")]
     Radius {
         /// Name of the joint.
@@ -212,7 +213,7 @@ pub enum Defect {
         /// Description of the problem.
         problem: &'static str,
     },
-    /// A compliance out of its range, or in a direction in which the joint moves.
+    /// A compliance is out of its range, or given in a direction in which the joint moves.
     #[error("joint `{joint}`: the {part} compliance {problem}")]
     Compliance {
         /// Name of the joint.
@@ -222,12 +223,13 @@ pub enum Defect {
         /// Description of the problem.
         problem: &'static str,
     },
-    /// A range whose ends are not finite and in ascending order, or of a quantity that the joint does not have.
+    /// The ends of a range are not finite and ascending, or the joint does not have the bounded
+    /// quantity.
     #[error("joint `{joint}`: the range {problem}")]
     Range {
         /// Name of the joint.
         joint: String,
-        /// Quantity that the range bounds.
+        /// Quantity bounded by the range.
         of: RangeOf,
         /// Description of the problem.
         problem: &'static str,
@@ -240,7 +242,7 @@ pub enum Defect {
         /// Name of the missing body.
         body: String,
     },
-    /// A spring with both ends on one body.
+    /// Both ends of a spring are on the same body.
     #[error("both ends of spring `{spring}` are on body `{body}`, where it has no effect")]
     SpringWithinBody {
         /// Name of the spring.
@@ -266,7 +268,7 @@ pub enum Defect {
         /// Name of the missing joint.
         joint: String,
     },
-    /// A spring or bushing that does not fit its joint, or whose values contradict each other.
+    /// A spring or bushing does not fit its joint, or its values contradict each other.
     #[error("spring `{spring}`: {problem}")]
     Spring {
         /// Name of the spring or bushing.
@@ -290,8 +292,8 @@ pub enum Defect {
         /// Name of the missing body.
         body: String,
     },
-    /// A drive train that does not fit its joint, or whose values contradict each other or those of
-    /// other drive trains.
+    /// A drive train does not fit its joint, or its values contradict each other or those of other
+    /// drive trains.
     #[error("actuator `{actuator}`: {problem}")]
     Actuator {
         /// Name of the drive train.
@@ -307,7 +309,7 @@ pub enum Defect {
         /// Name of the missing joint.
         joint: String,
     },
-    /// A gearing that does not fit its joints.
+    /// A gearing does not fit its joints.
     #[error("gearing `{gearing}`: {problem}")]
     Gearing {
         /// Name of the gearing.
@@ -315,12 +317,12 @@ pub enum Defect {
         /// Description of the problem.
         problem: String,
     },
-    /// A parameter of a drive train out of its range.
+    /// A parameter of a drive train is out of its range.
     #[error("actuator `{actuator}`: `{parameter}` is {value}, but must be {range}")]
     ActuatorParameter {
         /// Name of the drive train.
         actuator: String,
-        /// Key of the parameter.
+        /// Key of the parameter in the model file.
         parameter: &'static str,
         /// Value of the parameter.
         value: f64,
@@ -333,8 +335,8 @@ pub enum Defect {
         /// The declared value, m.
         f64,
     ),
-    /// A characteristic length so far from the mechanism's size that round-off would determine
-    /// ranks.
+    /// The characteristic length is so far from the size of the mechanism that round-off would
+    /// determine ranks.
     #[error(
         "the characteristic length is {length:e} m, but must be between {least:.1e} and \
          {most:.1e} m, because joints and centres of mass are some {own:.1e} m apart"
@@ -342,7 +344,7 @@ pub enum Defect {
     CharacteristicLengthFar {
         /// The declared value, m.
         length: f64,
-        /// Default value, m.
+        /// Default characteristic length of this mechanism, m.
         own: f64,
         /// Least admissible value, m.
         least: f64,
@@ -351,7 +353,8 @@ pub enum Defect {
     },
 }
 
-/// Unit of a friction parameter after its value; empty for plain numbers and parameters per unit of load.
+/// Returns the unit that follows the value of a friction parameter in messages; empty for plain
+/// numbers and for parameters per unit of load.
 fn unit(parameter: &str) -> &'static str {
     match parameter {
         "radius" | "bending span" | "torsion arm" => " m",

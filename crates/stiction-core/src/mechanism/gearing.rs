@@ -5,22 +5,25 @@
 use super::scalar_dof::{self, Coefficients};
 use super::{Defect, GearedDof, Joint, JointId};
 
-/// Rigid gearing of several degrees of freedom: a weighted sum of their coordinates is constant.
+/// Rigid gearing of several degrees of freedom: a weighted sum of their coordinates has a constant
+/// value.
 ///
-/// The effort `lambda` of the gearing is the multiplier of this constraint: the gearing exerts
-/// `coefficient * lambda` on each degree of freedom.
+/// The effort `lambda` of the gearing is the Lagrange multiplier of this constraint. The gearing
+/// exerts the effort `coefficient * lambda` on each degree of freedom.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gearing {
     /// Name, unique among gearings.
     pub name: String,
     /// Degrees of freedom with their coefficients; at least two, each listed once.
     pub dofs: Vec<GearedDof>,
-    /// Value of the sum, in rad, or in m if a degree of freedom translates.
+    /// Constant value of the weighted sum, in m if a degree of freedom translates, otherwise in
+    /// rad.
     pub offset: f64,
 }
 
 impl Gearing {
-    /// True if a degree of freedom translates: the sum is then a length, and the effort a force.
+    /// Returns `true` if a degree of freedom translates. The weighted sum is then a length, and the
+    /// effort a force.
     pub fn is_length(&self) -> bool {
         self.dofs.iter().any(|geared| geared.translates)
     }
@@ -36,9 +39,10 @@ pub struct GearingSpec {
 }
 
 impl GearingSpec {
-    /// Creates a gearing that keeps the weighted sum of these joint coordinates at zero. For a joint with several
-    /// degrees of freedom, the name is `joint.dof`. If a degree of freedom translates, the sum is a length, and the
-    /// coefficients of rotations are in m/rad.
+    /// Creates a gearing that keeps the weighted sum of joint coordinates at zero. A joint with one
+    /// degree of freedom is given by its name, a degree of freedom of another joint by `joint.dof`.
+    /// If a degree of freedom translates, the sum is a length, and the coefficients of rotations
+    /// are in m/rad.
     pub fn new<N: Into<String>>(
         name: impl Into<String>,
         joints: impl IntoIterator<Item = (N, f64)>,
@@ -47,7 +51,7 @@ impl GearingSpec {
         Self { name: name.into(), joints: joints.collect(), offset: 0.0 }
     }
 
-    /// Sets the value of the sum, rad or m.
+    /// Sets the constant value of the weighted sum, rad or m.
     pub fn offset(mut self, offset: f64) -> Self {
         self.offset = offset;
         self
@@ -106,7 +110,8 @@ pub(super) fn check_loops(
     }
 }
 
-/// Finds the first joint that closes a loop of geared joints only, with the index of its gearing.
+/// Finds the first joint that closes a loop of geared joints only. Returns the index of its gearing
+/// and the joint.
 pub(super) fn closing_joint(
     gearings: &[Gearing],
     (bodies, joints): (usize, &[Joint]),

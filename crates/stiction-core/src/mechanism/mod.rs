@@ -1,5 +1,5 @@
-//! Mechanisms: bodies, joints and springs between them, gravity. Closed loops need no special
-//! treatment.
+//! Mechanisms: bodies, joints, springs, drive trains, gearings and gravity. Closed loops need no
+//! special description.
 //!
 //! [`MechanismBuilder`] builds a [`Mechanism`] and reports all defects at once. A built mechanism
 //! is consistent and immutable.
@@ -88,11 +88,11 @@ pub struct Joint {
     pub predecessor: BodyId,
     /// Body that carries frame K.
     pub successor: BodyId,
-    /// `X_PJ`: the joint frame in the predecessor.
+    /// `X_PJ`: pose of frame J in the predecessor's frame.
     pub frame_j: Pose<f64>,
-    /// `X_SK`: the joint frame in the successor.
+    /// `X_SK`: pose of frame K in the successor's frame.
     pub frame_k: Pose<f64>,
-    /// Advance of a helical joint, m/rad; zero for the other types.
+    /// Pitch of a helical joint: its advance in m/rad; zero for all other types.
     pub pitch: f64,
     /// Flag of each degree of freedom: `true` if it is actuated.
     pub actuated: Vec<bool>,
@@ -108,7 +108,8 @@ pub struct Joint {
 }
 
 impl Joint {
-    /// Start coordinates; by default those at which both frames coincide.
+    /// Returns the start coordinates or, without start coordinates, those for which frames J and K
+    /// coincide.
     #[doc(hidden)]
     pub fn start_or_zero(&self) -> Vec<f64> {
         self.start.clone().unwrap_or_else(|| {
@@ -123,8 +124,8 @@ impl Joint {
         self.actuated.iter().enumerate().filter(|(_, driven)| **driven).map(|(k, _)| k)
     }
 
-    /// Name of a degree of freedom by index: the joint's name if the joint has one degree of freedom,
-    /// otherwise `joint.dof`.
+    /// Returns the name of a degree of freedom, given by index: the joint's name if the joint has
+    /// one degree of freedom, otherwise `joint.dof`.
     pub fn dof_name(&self, dof: usize) -> String {
         match self.joint_type.dofs() {
             [_] => self.name.clone(),
@@ -132,8 +133,8 @@ impl Joint {
         }
     }
 
-    /// Name of an actuated degree of freedom: the joint's name if the joint has one actuator, otherwise
-    /// `joint.dof`.
+    /// Returns the name of an actuated degree of freedom: the joint's name if the joint has one
+    /// actuator, otherwise `joint.dof`.
     pub fn actuator_name(&self, dof: usize) -> String {
         match self.actuated_dofs().count() {
             1 => self.name.clone(),
@@ -141,8 +142,8 @@ impl Joint {
         }
     }
 
-    /// Names of the friction interfaces: the joint's name, followed by the interface's name if the
-    /// joint type has several.
+    /// Returns the names of the friction interfaces: the joint's name, followed by the name of the
+    /// interface if the joint type has several.
     pub fn interface_names(&self) -> impl Iterator<Item = String> + '_ {
         let places = interfaces_of(self.joint_type);
         self.friction.iter().map(|friction| match places[friction.place].0 {
@@ -152,7 +153,7 @@ impl Joint {
     }
 }
 
-/// Mechanism that [`MechanismBuilder`] has checked for consistency; immutable.
+/// Mechanism checked for consistency by [`MechanismBuilder`]; immutable.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mechanism {
     name: String,
@@ -199,7 +200,8 @@ impl Mechanism {
         &self.bushings
     }
 
-    /// All drive trains. On an actuated degree of freedom without a drive train, the effort acts directly.
+    /// All drive trains. An actuated degree of freedom without a drive train is driven directly by
+    /// its effort.
     pub fn drive_trains(&self) -> &[DriveTrain] {
         &self.drive_trains
     }
@@ -216,10 +218,11 @@ impl Mechanism {
         drive_train::motor_maps(&self.drive_trains, &actuators)
     }
 
-    /// Actuated degrees of freedom whose motors or gears have friction, in the order of the drive
-    /// trains: the name of the first motor with friction, and the joint. A motor that has its own
-    /// shaft in simulations forms a separate entry, with the first of its joints. Simulations
-    /// append one friction interface for each entry to the interfaces of the joints.
+    /// Lists the actuated degrees of freedom whose motors or gears have friction, in the order of
+    /// the drive trains. Each entry contains the name of the first motor with friction and the
+    /// joint. A motor that has its own shaft in simulations forms a separate entry, with the first
+    /// of its joints. For each entry, simulations append one friction interface to the interfaces
+    /// of the joints.
     #[doc(hidden)]
     pub fn shafts_with_friction(&self) -> Vec<(&str, JointId)> {
         let mut found: Vec<(&str, (JointId, usize))> = Vec::new();
@@ -234,21 +237,21 @@ impl Mechanism {
         found.into_iter().map(|(name, (joint, _))| (name, joint)).collect()
     }
 
-    /// Acceleration of gravity in world axes, m/s^2.
+    /// Gravitational acceleration in world axes, m/s^2.
     pub fn gravity(&self) -> Vec3<f64> {
         self.gravity
     }
 
-    /// `X_WG`: the ground's frame in the world.
+    /// `X_WG`: pose of the ground's frame in the world.
     pub fn base(&self) -> Pose<f64> {
         self.base
     }
 
-    /// Length, m, that relates moments to forces and angles to lengths (singularity indices,
-    /// default weights, ranks). It is either declared, or the root mean square of the distances
-    /// between points of the same body, over all bodies including the ground; the points are joint
-    /// origins and the centre of mass. If all these distances vanish, it is one metre. It depends
-    /// on the geometry alone.
+    /// Characteristic length, m, which relates moments to forces and angles to lengths (singularity
+    /// indices, default weights, ranks). If no length is declared, it is the root mean square of
+    /// the distances between points of the same body, over all bodies including the ground. These
+    /// points are joint origins and the centre of mass. If all distances vanish, the characteristic
+    /// length is one metre. It depends on the geometry alone.
     pub fn characteristic_length(&self) -> f64 {
         self.characteristic_length
     }
@@ -263,7 +266,7 @@ impl Mechanism {
         self.joints.iter().position(|j| j.name == name).map(JointId)
     }
 
-    /// Returns the mechanism without friction in its joints and drive trains.
+    /// Returns a copy of the mechanism without friction in joints and drive trains.
     pub fn without_friction(&self) -> Self {
         let mut other = self.clone();
         other.joints.iter_mut().for_each(|joint| joint.friction.clear());
@@ -271,8 +274,9 @@ impl Mechanism {
         other
     }
 
-    /// Returns the mechanism with an additional actuator on this degree of freedom, for example to
-    /// lock it; unchanged if the degree of freedom does not exist or has no scalar coordinate.
+    /// Returns a copy of the mechanism with an additional actuator on this degree of freedom, for
+    /// example to lock it. The copy is unchanged if the degree of freedom does not exist or has no
+    /// scalar coordinate.
     pub fn with_actuator(&self, joint: JointId, dof: usize) -> Self {
         let mut other = self.clone();
         if let Some(joint) = other.joints.get_mut(joint.0)
@@ -284,8 +288,8 @@ impl Mechanism {
         other
     }
 
-    /// Returns the mechanism with `part` rigidly attached to a body. Centre of mass and inertia of `part`
-    /// are in the frame of that body. The characteristic length does not change.
+    /// Returns a copy of the mechanism with `part` rigidly attached to a body. Centre of mass and
+    /// inertia of `part` are in the frame of that body. The characteristic length does not change.
     pub fn with_payload(&self, body: BodyId, part: &Body) -> Self {
         let mut other = self.clone();
         if let Some(body) = other.bodies.get_mut(body.0)
@@ -293,7 +297,7 @@ impl Mechanism {
         {
             let mass = body.mass + part.mass;
             let com = (body.com * body.mass + part.com * part.mass) * (1.0 / mass);
-            // Parallel axis theorem: inertia of both about the common centre of mass.
+            // Parallel axis theorem: inertia of body and part about the common centre of mass.
             let about = |part: &Body| {
                 let d = part.com - com;
                 let outer = Mat3::from_columns(d * d.x, d * d.y, d * d.z);
@@ -307,9 +311,9 @@ impl Mechanism {
         other
     }
 
-    /// Returns the mechanism with start coordinates from these joint poses (frame K in frame J), in the
-    /// order of the joints (see [`crate::kinematics::Bodies::joint_poses`]), so that assembly reproduces
-    /// this configuration.
+    /// Returns a copy of the mechanism with start coordinates computed from the given joint poses
+    /// (frame K in frame J), so that assembly reproduces this configuration. The poses are in the
+    /// order of the joints, see [`crate::kinematics::Bodies::joint_poses`].
     pub fn starting_at(&self, joint_poses: impl IntoIterator<Item = Pose<f64>>) -> Self {
         let mut other = self.clone();
         for (joint, relative) in other.joints.iter_mut().zip(joint_poses) {
@@ -320,7 +324,8 @@ impl Mechanism {
         other
     }
 
-    /// All actuated degrees of freedom in the order of the joints. All lists of efforts are in this order.
+    /// All actuated degrees of freedom, in the order of the joints. All lists of actuator efforts
+    /// are in this order.
     pub fn actuators(&self) -> impl Iterator<Item = (JointId, usize)> + '_ {
         self.joints
             .iter()

@@ -1,31 +1,31 @@
-//! Ranges of joints: the travel that their design allows. Leaving a range only raises a caution.
+//! Permitted ranges of joint coordinates. Leaving a range only causes a caution.
 
 use super::Joint;
 use crate::joint::{Dof, JointType};
 use crate::spatial::{Pose, Vec3};
 
-/// Quantity of a joint that a range bounds.
+/// Quantity of a joint bounded by a range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RangeOf {
-    /// Coordinate of a degree of freedom, by index, rad or m.
+    /// Coordinate of the degree of freedom with this index, rad or m.
     Dof(usize),
     /// Tilt of a U or S joint, rad: see [`RangeOf::tilt`].
     Tilt,
 }
 
-/// Range of one quantity of a joint.
+/// Permitted range of one quantity of a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointRange {
     /// The bounded quantity.
     pub of: RangeOf,
-    /// Least and greatest value, rad or m.
+    /// Least and greatest permitted value, rad or m.
     pub limits: (f64, f64),
 }
 
 impl RangeOf {
-    /// Computes the tilt of a joint, rad, 0 to pi, from frames J and K in common axes: for an S joint the
-    /// angle between the z axes, for a U joint the angle between the y axes, which are normal to both joint
-    /// axes at zero tilt.
+    /// Computes the tilt of a joint, rad, from 0 to pi. For an S joint, it is the angle between the
+    /// z axes of frames J and K. For a U joint, it is the angle between their y axes, which are
+    /// normal to both joint axes at zero tilt. Both frames are given in the same axes.
     pub fn tilt(joint_type: JointType, frame_j: &Pose<f64>, frame_k: &Pose<f64>) -> f64 {
         let axis = if joint_type == JointType::Universal { 1 } else { 2 };
         let column =
@@ -34,7 +34,7 @@ impl RangeOf {
         j.cross(k).norm().atan2(j.dot(k))
     }
 
-    /// Returns `true` if joints of this type have this quantity.
+    /// Returns `true` if a joint of this type has this quantity.
     pub(crate) fn is_of(self, joint_type: JointType) -> bool {
         match self {
             Self::Dof(dof) => joint_type.has_scalar_coordinates() && dof < joint_type.dofs().len(),
@@ -44,8 +44,8 @@ impl RangeOf {
 }
 
 impl Joint {
-    /// Name of a quantity with a range: the joint's name, followed by the name of the degree of freedom if
-    /// the joint has several, or by `tilt`.
+    /// Returns the name of a quantity with a range: the joint's name, followed by the name of the
+    /// degree of freedom if the joint has several, or by `tilt`.
     pub fn range_name(&self, of: RangeOf) -> String {
         match of {
             RangeOf::Dof(dof) => self.dof_name(dof),

@@ -3,26 +3,30 @@
 use super::{Joint, JointId};
 use crate::joint::Motion;
 
-/// Degree of freedom in a weighted sum of coordinates: the output of a motor's gear, or a gearing.
+/// Term of a weighted sum of joint coordinates: the output coordinate of a motor's gear, or the sum
+/// of a gearing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GearedDof {
-    /// Joint of the degree of freedom.
+    /// Joint to which the degree of freedom belongs.
     pub joint: JointId,
     /// Index of the degree of freedom in the joint.
     pub dof: usize,
-    /// Coefficient of the degree of freedom in the sum, not zero; one for a motor of a single degree of freedom.
+    /// Nonzero coefficient of the degree of freedom in the sum; one if a motor drives only this
+    /// degree of freedom.
     pub coefficient: f64,
-    /// True if the degree of freedom translates.
+    /// True if the degree of freedom is a translation.
     pub translates: bool,
 }
 
-/// Reason why named joints with coefficients do not define a sum of coordinates.
+/// Error in a list of joint names and coefficients that should define a weighted sum of
+/// coordinates.
 pub(super) enum Coefficients {
     /// No joint has this name.
     Unknown(String),
     /// A coefficient is zero or not finite.
     OutOfRange(f64),
-    /// A joint has no such degree of freedom, or appears twice; description of the problem.
+    /// A joint does not have the named degree of freedom, or appears twice; contains a description
+    /// of the problem.
     Unfit(String),
 }
 
@@ -57,8 +61,9 @@ pub(super) fn resolve(
     if problems.is_empty() { Ok(found) } else { Err(problems) }
 }
 
-/// Finds the joint and degree of freedom with this name: the name of a joint with one degree of
-/// freedom or, if `of_actuator`, of a joint with one actuator; or `joint.dof`.
+/// Finds the joint and the degree of freedom with this name: `joint.dof`, or the name of a joint
+/// with one degree of freedom. If `of_actuator` is true, the name of a joint with one actuator is
+/// accepted as well.
 ///
 /// # Errors
 /// [`Coefficients::Unknown`], [`Coefficients::Unfit`].

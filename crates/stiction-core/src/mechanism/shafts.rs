@@ -1,5 +1,5 @@
-//! Shafts of motors that share the efforts of joints: parts that simulations add to the mechanism
-//! in order to model the friction of these motors.
+//! Separate shafts of motors that share the efforts of joints. Simulations add these shafts to the
+//! mechanism to model the friction of the motors.
 //!
 //! Equation (G13) of the book's theory.
 
@@ -14,15 +14,15 @@ use crate::spatial::{Mat3, Pose, Vec3};
 pub(crate) struct MotorShaft {
     /// Joint of the shaft, whose coordinate is the output coordinate of the motor's gear.
     pub(crate) joint: JointId,
-    /// First of the joints that the motor moves.
+    /// First of the joints driven by the motor.
     pub(crate) moved: JointId,
     /// Map from the efforts of the actuators to the effort of the motor.
     pub(crate) motor: MotorMap,
 }
 
 impl Mechanism {
-    /// Returns, for each drive train, `true` if simulations give its motor a separate shaft, see
-    /// [`Group::needs_shafts`].
+    /// Returns a flag for each drive train: `true` if simulations give its motor a separate shaft,
+    /// see [`Group::needs_shafts`].
     pub(crate) fn trains_on_shafts(&self) -> Vec<bool> {
         let trains = self.drive_trains();
         let mut on_shaft = vec![false; trains.len()];
@@ -32,10 +32,11 @@ impl Mechanism {
         on_shaft
     }
 
-    /// Returns the mechanism with massless shafts for the motors of [`Self::trains_on_shafts`],
-    /// appended to the bodies and joints. Each motor drives its shaft alone, and a gearing connects
-    /// the shaft with the joints. If a loop then consists of geared joints only, a massless body
-    /// with a fixed joint divides the loop. `None` if no motor needs a shaft.
+    /// Returns a copy of the mechanism in which the motors of [`Self::trains_on_shafts`] have
+    /// massless shafts, appended to the bodies and joints. Each of these motors drives only its
+    /// shaft, and a gearing connects the shaft with the joints. If this creates a loop of geared
+    /// joints only, a massless body with a fixed joint divides the loop. Returns `None` if no motor
+    /// needs a shaft.
     pub(crate) fn with_shafts(&self) -> Option<(Self, Vec<MotorShaft>)> {
         let on_shaft = self.trains_on_shafts();
         if !on_shaft.contains(&true) {

@@ -1,4 +1,4 @@
-//! Warnings on consistent, but suspicious mechanisms.
+//! Warnings about consistent but suspicious mechanisms.
 
 use super::Mechanism;
 use crate::spatial::Vec3;
@@ -8,7 +8,7 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Warning {
-    /// A principal moment of inertia greater than the sum of the other two.
+    /// A principal moment of inertia exceeds the sum of the other two.
     #[error(
         "no distribution of mass has the inertia of body `{body}`: its largest principal moment, \
          {largest} kg m^2, exceeds the sum of the other two, {sum} kg m^2"
@@ -21,7 +21,7 @@ pub enum Warning {
         /// The sum of the other two principal moments, kg m^2.
         sum: f64,
     },
-    /// Inertia that does not fit the mass and the distances of the joints.
+    /// The inertia of a body does not fit its mass and the distances between its joints.
     #[error(
         "the inertia of body `{body}` is that of a ring of radius {radius:.3e} m, but the body's \
          joints and centre of mass lie {extent:.3e} m apart: are the units of the inertia right?"
@@ -31,11 +31,11 @@ pub enum Warning {
         body: String,
         /// Largest radius of gyration, m.
         radius: f64,
-        /// Greatest distance between joints and centre of mass of the body, m; for a body with one
-        /// point, the characteristic length.
+        /// Greatest distance between joints and centre of mass of the body, m; the characteristic
+        /// length if all these points coincide.
         extent: f64,
     },
-    /// Mass that exceeds that of a gold cube with the size of the body.
+    /// The mass of a body exceeds that of a gold cube of the body's size.
     #[error(
         "body `{body}` has {mass} kg, more than a cube of gold with edges of {extent:.3e} m: \
          is its mass in g?"
@@ -49,7 +49,7 @@ pub enum Warning {
         /// radius of gyration.
         extent: f64,
     },
-    /// A friction coefficient that no dry pair of materials has.
+    /// A friction coefficient exceeds that of any dry pair of materials.
     #[error("the friction coefficient {mu} of joint `{joint}` is unusual: is it in percent?")]
     UnlikelyFriction {
         /// Name of the joint.
@@ -57,19 +57,19 @@ pub enum Warning {
         /// The friction coefficient.
         mu: f64,
     },
-    /// Magnitude of gravity far from the value on the Earth.
+    /// The magnitude of gravity is far from its value on Earth.
     #[error("gravity is {size} m/s^2, but 9.81 m/s^2 on the Earth: are its units right?")]
     UnlikelyGravity {
         /// Magnitude of gravity, m/s^2.
         size: f64,
     },
-    /// Gravity that acts upwards or sideways.
+    /// Gravity acts upwards or sideways.
     #[error("gravity acts along {axis}: are its axis and its sign right?")]
     OddGravity {
-        /// `+x`, `-x`, `+y` or `+z`.
+        /// Direction of gravity: `+x`, `-x`, `+y` or `+z`.
         axis: &'static str,
     },
-    /// A body with inertia but without mass.
+    /// A body has inertia but no mass.
     #[error("body `{body}` has inertia but no mass")]
     InertiaWithoutMass {
         /// Name of the body.
@@ -83,22 +83,22 @@ pub enum Warning {
     NoActuator,
 }
 
-/// Density of gold, kg/m^3.
+/// Density of gold, kg/m^3: the greatest density considered.
 const DENSEST: f64 = 19_300.0;
-/// Smallest and greatest usual ratio of a body's radius of gyration to the extent of the body (for
-/// the greatest ratio, to the extent of the whole mechanism if that is larger). A slender rod has
-/// 0.29; the links of all built-in robots are between 0.19 and 0.47. An inertia ten times too large
-/// is 3.2 times these ratios; confusion of units (kg mm^2, or g for kg) changes them by a factor of
-/// at least 30.
+/// Smallest and greatest usual ratio of a body's radius of gyration to its extent. For the greatest
+/// ratio, the characteristic length replaces the extent if it is larger. A slender rod has a ratio
+/// of 0.29; the links of all built-in robots have ratios between 0.19 and 0.47. An inertia that is
+/// ten times too large increases the ratio by a factor of 3.2; a confusion of units (kg mm^2, or g
+/// for kg) changes it by a factor of at least 30.
 const LINKS: [f64; 2] = [0.05, 0.8];
-/// Smallest and greatest usual ratio, as in [`LINKS`], for a body with one joint. Such a body may
-/// extend far beyond its joint, like a table on a pin, or be small, like a bob.
+/// Limits as in [`LINKS`] for a body with one joint. Such a body may extend far beyond its joint,
+/// like a table on a pin, or be small, like a bob.
 const ENDS: [f64; 2] = [0.02, 5.0];
-/// Greatest usual friction coefficient: rubber on concrete has about 1.
+/// Greatest usual friction coefficient. Rubber on concrete has a coefficient of about 1.
 const ROUGHEST: f64 = 2.0;
 
 impl Mechanism {
-    /// Joint origins and centres of mass of all bodies, each in the frame of its body.
+    /// Returns the joint origins and centres of mass of all bodies, each in the frame of its body.
     fn points(&self) -> Vec<Vec<Vec3<f64>>> {
         let mut points: Vec<Vec<_>> = self.bodies.iter().map(|body| vec![body.com]).collect();
         for joint in &self.joints {
@@ -115,7 +115,7 @@ impl Mechanism {
         for (body, points) in moving.iter().zip(&self.points()[1..]) {
             let [smallest, middle, largest] = body.principal_moments();
             let sum = smallest + middle;
-            // Planar models commonly define a single moment.
+            // Planar models commonly define a single moment of inertia.
             if middle > 0.0 && largest > sum * (1.0 + 1e-6) {
                 warnings.push(Warning::ImpossibleInertia { body: body.name.clone(), largest, sum });
             }
@@ -129,7 +129,8 @@ impl Mechanism {
                 warnings.push(Warning::UnlikelyMass { body, mass, extent: size });
             } else if body.mass > 0.0 && largest > 0.0 {
                 let extent = if own > 0.0 { own } else { length };
-                // The centre of mass is a point, too.
+                // A body with one joint has two points, because its centre of mass also counts as
+                // one.
                 let [thinnest, widest] = if points.len() > 2 { LINKS } else { ENDS };
                 if radius < extent * thinnest || radius > own.max(length) * widest {
                     let body = body.name.clone();

@@ -1,10 +1,11 @@
-//! Architecture singularity: distinguishes singularity in all positions from singularity in one position.
+//! Architecture singularity: distinguishes singularity in all configurations from singularity in
+//! one configuration.
 //!
-//! A rank deficiency at a random position holds, with probability one, in all positions that can be
-//! reached from it: minors are analytic functions of the position, and a minor that does not vanish
-//! identically vanishes only on a set of measure zero. The analysis therefore compares singular values at
-//! distant random positions. Extended precision would not help, because the dimensions themselves
-//! are known only to sixteen digits.
+//! A rank deficiency at a random configuration holds, with probability one, in all configurations
+//! that can be reached from it. The reason is that minors are analytic functions of the
+//! configuration: a minor that does not vanish identically vanishes only on a set of measure zero.
+//! The analysis therefore compares singular values at distant random configurations. Extended
+//! precision would not help, because the dimensions themselves are known only to sixteen digits.
 //!
 //! Equation (M8) of the book's theory.
 
@@ -14,48 +15,52 @@ use crate::mechanism::JointId;
 use crate::parameters::Parameters;
 use crate::topology::Topology;
 
-/// Number of random positions.
+/// Number of random configurations.
 const POSITIONS: usize = 8;
 /// Relative singular values below this value count as zero.
 const ZERO: f64 = 1e-9;
 /// Relative singular values above this value count as non-zero.
 const NOT_ZERO: f64 = 1e-4;
-/// Singular values between `ZERO` and this value count as zero if a motion is blocked at second order,
-/// because such a position is accurate to the square root of round-off only. Otherwise they are undecided.
+/// Upper limit of the singular values that count as zero if a motion is blocked at second order.
+/// The configuration is then accurate only to the square root of round-off. Without such a motion,
+/// values between [`ZERO`] and this limit are undecided.
 const ROOT_OF_ZERO: f64 = 1e-6;
 
-/// Generic ranks, from random positions.
+/// Generic ranks of constraints and actuators, from random configurations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Architecture {
-    /// Number of positions examined.
+    /// Number of configurations examined.
     pub positions: usize,
-    /// Distance of the farthest position from the first, in rad and characteristic lengths.
+    /// Distance of the farthest configuration from the first one, in rad and characteristic
+    /// lengths.
     pub reach: f64,
     /// Generic rank of the constraints.
     pub constraints: GenericRank,
     /// Generic rank of constraints and actuators together.
     pub actuated: GenericRank,
-    /// Largest [`actuation_of_motion`] index over all positions.
+    /// Largest [`actuation_of_motion`] index over all configurations.
     pub actuation_of_motion: Option<f64>,
 }
 
-/// A generic rank, expressed by the generic mobility and the gap of the singular values.
+/// A generic rank: the generic mobility, and the singular values on either side of the limit
+/// between zero and non-zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GenericRank {
-    /// Generic instantaneous mobility: the minimum over all positions, with passive spins counted.
+    /// Generic instantaneous mobility: the minimum over all configurations, including passive
+    /// spins.
     pub open: usize,
-    /// Smallest non-zero singular value, relative to the largest, over the positions with this
-    /// mobility; `None` if all are zero.
+    /// Smallest non-zero singular value, relative to the largest one, over the configurations with
+    /// this mobility; `None` if all values are zero.
     pub kept: Option<f64>,
-    /// Largest relative singular value that counts as zero; `None` if all are non-zero.
+    /// Largest relative singular value that counts as zero; `None` if no value counts as zero.
     pub dropped: Option<f64>,
     /// True if every singular value is clearly zero or clearly non-zero.
     pub decided: bool,
 }
 
 impl Architecture {
-    /// Computes the generic ranks from random positions that can be reached from the solver's
-    /// current position.
+    /// Computes the generic ranks from random configurations that can be reached from the solver's
+    /// current configuration.
     pub fn of(solver: &InverseDynamics) -> Self {
         let (topology, parameters) = (solver.topology(), solver.parameters());
         let state = solver.state();
@@ -91,11 +96,11 @@ impl Architecture {
     }
 }
 
-/// Computes the actuation index of the finite motions at the solver's position: the least change of
-/// the actuator coordinates (root of the sum of squares) in a unit motion, with angles in radians
-/// and lengths in characteristic lengths. The index is zero if the Jacobian in equation (21) of
-/// Zhang et al. does not exist. If the instantaneous mobility exceeds the finite mobility, the
-/// balance has no solution even for a positive index. `None` for an immobile mechanism.
+/// Computes the actuation index of the finite motions at the solver's configuration: the smallest
+/// change of the actuator coordinates (root of the sum of squares) in a unit motion, with angles in
+/// radians and lengths in characteristic lengths. The index is zero if the Jacobian in equation
+/// (21) of Zhang et al. does not exist. If the instantaneous mobility exceeds the finite mobility,
+/// the balance has no solution even for a positive index. Returns `None` for an immobile mechanism.
 pub fn actuation_of_motion(solver: &InverseDynamics) -> Option<f64> {
     let (topology, parameters) = (solver.topology(), solver.parameters());
     actuation_of_motion_at(topology, parameters, solver.state())
@@ -110,7 +115,7 @@ fn actuation_of_motion_at(
     LoopsAt::new(topology, parameters, state, ROOT_OF_ZERO).governed_by(&actuators, &targets)
 }
 
-/// Returns all actuators as prescribed coordinates, with targets.
+/// Returns the coordinates of all actuators as prescribed coordinates, with zero targets.
 fn actuators(topology: &Topology) -> (Vec<Coordinate>, Vec<Target<f64>>) {
     let each = topology.actuators.iter();
     let coordinates: Vec<_> =
@@ -121,8 +126,9 @@ fn actuators(topology: &Topology) -> (Vec<Coordinate>, Vec<Target<f64>>) {
 }
 
 impl GenericRank {
-    /// Combines the ranks at all positions. Each position has its singular values (one per degree
-    /// of freedom, largest first) and a function that counts the motions blocked at second order.
+    /// Combines the ranks at all configurations. Each configuration is given by its singular values
+    /// (one per degree of freedom, largest first) and a function that counts the motions blocked at
+    /// second order.
     fn of(positions: impl Iterator<Item = (Vec<f64>, impl FnOnce() -> usize)>) -> Self {
         let mut generic: Option<Self> = None;
         for (values, blocked) in positions {
@@ -159,8 +165,8 @@ impl GenericRank {
             open: self.open,
             kept: both(self.kept, other.kept, f64::min),
             dropped: both(self.dropped, other.dropped, f64::max),
-            // Clear singular values at one position decide: at other positions, a value may be
-            // small by coincidence.
+            // Clear singular values at one configuration decide, because a value may be small by
+            // coincidence at another.
             decided: self.decided || other.decided,
         }
     }

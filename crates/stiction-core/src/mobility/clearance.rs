@@ -1,10 +1,10 @@
 //! Effect of clearance in a joint on motions that are blocked at second order only.
 //!
-//! Along such a motion `x t` the loops open by `q t^2 / 2` in the direction of the self-stress `s`
-//! that blocks it: `q = s . (second derivative along x)`. A joint with clearance `c` that carries
-//! the force `F` in this self-stress can compensate at most `F c` of this opening. So `t = sqrt(2 F c / |q|)`:
-//! the motion grows with the square root of the clearance. (For the robot of Zhang et al. 2018: `c =
-//! sqrt(3)/2 k roll^2`.)
+//! Along such a motion `x t`, the loops open by `q t^2 / 2` in the direction of the self-stress `s`
+//! that blocks it, with `q = s . (second derivative along x)`. Let a joint with the clearance `c`
+//! carry the force `F` in this self-stress. It can compensate at most `F c` of the opening, which
+//! permits `t = sqrt(2 F c / |q|)`: the motion grows with the square root of the clearance. (For
+//! the robot of Zhang et al. 2018: `c = sqrt(3)/2 k roll^2`.)
 //!
 //! Equation (M4) of the book's theory.
 
@@ -20,27 +20,28 @@ use nalgebra::DVector;
 /// A motion permitted by clearance in one joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Play {
-    /// The motion, described by one body.
+    /// The permitted motion, described by the motion of one body.
     pub motion: GainedTwist,
-    /// The joint with the largest force in the self-stress that blocks the motion.
+    /// Joint with the largest force in the self-stress that blocks the motion.
     pub joint: JointId,
     /// Displacement of the body to either side, rad or m, per square root of the clearance in m.
     pub per_root_metre: f64,
 }
 
 impl Play {
-    /// Computes the displacement of the body to either side for a clearance in m: in rad, or in m if the body
-    /// does not turn.
+    /// Computes the displacement of the body to either side for a clearance in m. The result is in
+    /// rad, or in m if the body does not turn.
     pub fn with(&self, clearance: f64) -> f64 {
         self.per_root_metre * clearance.sqrt()
     }
 }
 
-/// A self-stress whose largest force is below this fraction of its largest moment divided by the
-/// characteristic length has no force: clearance then permits no motion.
+/// A self-stress counts as free of forces if its largest force is below this fraction of its
+/// largest moment divided by the characteristic length. Clearance then permits no motion.
 const NO_FORCE: f64 = 1e-9;
 
-/// Finds the motions that are open at first order and blocked at second order at the solver's position.
+/// Finds the motions at the solver's configuration that are open at first order and blocked at
+/// second order.
 pub fn blocked_motions(solver: &InverseDynamics) -> Vec<GainedTwist> {
     let (topology, parameters) = (solver.topology(), solver.parameters());
     let state = solver.state();
@@ -51,7 +52,7 @@ pub fn blocked_motions(solver: &InverseDynamics) -> Vec<GainedTwist> {
     twists.map(|twists| statics.described(&of_bodies(&statics, &twists))).collect()
 }
 
-/// Finds the motions permitted by clearance at the solver's position.
+/// Finds the motions that clearance permits at the solver's configuration.
 pub(super) fn play(solver: &InverseDynamics, loops: &mut LoopsAt<'_>) -> Vec<Play> {
     let blocked = loops.blocked_motions();
     if blocked.is_empty() {
@@ -71,7 +72,7 @@ pub(super) fn play(solver: &InverseDynamics, loops: &mut LoopsAt<'_>) -> Vec<Pla
         row_of.extend((0..count).map(|index| Unknown::Constraint { joint, index }));
     }
     row_of.extend(topology.gearings.iter().map(|own| Unknown::Gearing { gearing: own.gearing }));
-    // Loop equation of each constraint multiplier.
+    // Row of the loop equation that belongs to each constraint multiplier.
     let rows: Vec<Option<usize>> = constraints
         .unknowns()
         .map(|unknown| match unknown {
@@ -92,7 +93,7 @@ pub(super) fn play(solver: &InverseDynamics, loops: &mut LoopsAt<'_>) -> Vec<Pla
                     pairs.filter_map(|(row, amount)| Some(motion.biases[(*row)?] * amount)).sum()
                 })
                 .collect();
-            // Combination of self-stresses that blocks this motion most.
+            // Linear combination of self-stresses with the greatest resistance to this motion.
             let combined = stresses
                 .iter()
                 .zip(&openings)

@@ -1,4 +1,4 @@
-//! Mobility by three methods, and the motions of each body.
+//! Mobility computed by three methods, and the independent motions of each body.
 //!
 //! Equations (M1) and (M2) of the book's theory.
 
@@ -9,64 +9,65 @@ use crate::kinematics::{FiniteMotion, LoopsAt, body_twists};
 use crate::mechanism::{BodyId, Mechanism};
 use crate::spatial::{Twist, Vec3};
 
-/// Relative singular values of the loop equations below this count as zero. Matrices are scaled to
-/// entries of order one; positions are closed to 1e-13.
+/// Relative singular values of the loop equations below this value count as zero. Matrices are
+/// scaled to entries of order one, and loops are closed to 1e-13.
 pub(super) const NEGLIGIBLE: f64 = 1e-9;
-/// Relative singular values between [`ROUND_OFF`] and this value may be zero or non-zero depending on the
-/// last digits of the dimensions: positions blocked at second order are accurate to the square root of
-/// round-off only.
+/// Relative singular values between [`ROUND_OFF`] and this value may be zero or non-zero, depending
+/// on the last digits of the dimensions: configurations blocked at second order are accurate only
+/// to the square root of round-off.
 const DOUBTFUL: f64 = 1e-6;
-/// Relative singular values below this value are zero to round-off.
+/// Relative singular values below this value are zero within round-off.
 const ROUND_OFF: f64 = 1e-12;
 
-/// Degrees of freedom of a mechanism, passive spins included.
+/// Degrees of freedom of a mechanism, including passive spins.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mobility {
     /// Gruebler-Kutzbach count of bodies, joint constraints and gearings; valid for independent constraints.
     pub gruebler: i64,
-    /// Instantaneous mobility at this position.
+    /// Instantaneous mobility at this configuration.
     pub instantaneous: usize,
-    /// Finite (full-cycle) mobility from this position.
+    /// Finite (full-cycle) mobility, starting from this configuration.
     pub finite: FiniteMobility,
-    /// If some constraints are redundant: a motion followed over a finite distance within the
-    /// closure tolerance, as evidence of finite mobility. Independent constraints need no such
-    /// evidence.
+    /// A motion traced over a finite distance within the closure tolerance, as evidence of finite
+    /// mobility. `None` if all constraints are independent, because then no such evidence is
+    /// required, or if no such motion was found.
     pub finite_motion: Option<FiniteMotion>,
-    /// True if branches of motion meet at this position. The mobility along a branch may then
+    /// True if branches of motion meet at this configuration. The mobility along a branch may then
     /// differ from the second-order result.
     pub branches_meet: bool,
-    /// Number of redundant constraints at this position.
+    /// Number of redundant constraints at this configuration.
     pub redundant_constraints: usize,
-    /// Gap that decides the rank: smallest singular value that counts as non-zero, and largest that
-    /// counts as zero, both relative to the largest of all; `None` for a value that does not exist.
+    /// Singular values that decide the rank: the smallest that counts as non-zero and the largest
+    /// that counts as zero, both relative to the largest singular value; `None` for a value that
+    /// does not exist.
     pub gap: (Option<f64>, Option<f64>),
-    /// The motions of each moving body, in the order of the mechanism's bodies.
+    /// Independent motions of each moving body, in the order of the mechanism's bodies.
     pub bodies: Vec<BodyDofs>,
-    /// Motions blocked at second order only, which clearance permits; empty if they cannot be
-    /// distinguished from finite motions.
+    /// Motions that are blocked at second order only, so that clearance permits them. Empty if they
+    /// cannot be distinguished from finite motions.
     pub play: Vec<Play>,
 }
 
-/// Finite mobility: the number of independent finite motions, or its bounds.
+/// Finite mobility: the number of independent finite motions, or bounds on it.
 ///
-/// The number is decided if tracing confirms all motions that are open at second order, and the gap of the
-/// singular values is clear.
+/// The number is decided if tracing confirms all motions that are open at second order, and if the
+/// singular values clearly decide the rank.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FiniteMobility {
-    /// Lower bound: motions traced over a finite distance, loops closed within the closure
-    /// tolerance.
+    /// Lower bound: number of motions traced over a finite distance within the closure tolerance of
+    /// the loops.
     pub traced: usize,
-    /// Upper bound: motions open at first order and not blocked at second order.
+    /// Upper bound: number of motions that are open at first order and not blocked at second order.
     pub greatest: usize,
 }
 
 impl FiniteMobility {
-    /// The finite mobility, if decided.
+    /// Returns the finite mobility if it is decided, otherwise `None`.
     pub fn decided(self) -> Option<usize> {
         (self.traced == self.greatest).then_some(self.traced)
     }
 
-    /// Lower and upper bound.
+    /// Returns the lower and the upper bound.
     pub fn range(self) -> [usize; 2] {
         [self.traced, self.greatest]
     }
@@ -81,14 +82,14 @@ impl core::fmt::Display for FiniteMobility {
     }
 }
 
-/// Independent motions of a body at a position.
+/// Independent motions of a body at a configuration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyDofs {
     /// Name of the body.
     pub body: String,
-    /// Description of its independent motions.
+    /// Descriptions of the body's independent motions.
     pub motions: Vec<String>,
-    /// Description of the motions that are only instantaneous; empty if they cannot be
+    /// Descriptions of the motions that are only instantaneous. Empty if they cannot be
     /// distinguished from finite motions.
     pub first_order_only: Vec<String>,
 }
@@ -103,7 +104,7 @@ impl Mechanism {
 }
 
 impl Mobility {
-    /// Computes the mobility at the solver's current position.
+    /// Computes the mobility at the solver's current configuration.
     pub fn of(solver: &InverseDynamics) -> Self {
         let (topology, parameters) = (solver.topology(), solver.parameters());
         let state = solver.state();

@@ -1,4 +1,5 @@
-//! Mobility analysis, instantaneous at a position and over finite distances, by dense decompositions.
+//! Mobility analysis by dense decompositions: instantaneous mobility at a configuration, and
+//! mobility over finite distances.
 
 mod architecture;
 mod clearance;
@@ -9,7 +10,7 @@ pub use crate::kinematics::FiniteMotion;
 pub use architecture::Architecture;
 pub use count::{FiniteMobility, Mobility};
 
-// Used by the project's other crates; no part of the stable interface.
+// Used by other crates of the project; not part of the stable interface.
 #[doc(hidden)]
 pub use architecture::{GenericRank, actuation_of_motion};
 #[doc(hidden)]

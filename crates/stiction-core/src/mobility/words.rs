@@ -4,13 +4,14 @@ use crate::linalg::Svd;
 use crate::spatial::{Mat3, Twist, Vec3, describe_direction, describe_motion};
 use nalgebra::{DMatrix, DVector};
 
-/// Components of unit motions below this count as zero.
+/// In unit motions, components below this value count as zero.
 const NONE: f64 = 1e-6;
 
 /// Describes the finite motions of one body (the span of `lasting`), and the motions that are only
 /// instantaneous (the complement of `lasting` in the span of `all`). Twists are about the reference
-/// point, `com` is the centre of mass relative to this point, and `origin` is this point in the
-/// world. `points` are the body's joints; an axis through two joints is described by their names.
+/// point. `com` is the centre of mass relative to the reference point, and `origin` is the
+/// reference point in the world. `points` are the names and positions of the body's joints; an axis
+/// through two joints is described by their names.
 pub(crate) fn describe_dofs(
     lasting: &[Twist<f64>],
     all: &[Twist<f64>],
@@ -19,7 +20,7 @@ pub(crate) fn describe_dofs(
     origin: Vec3<f64>,
     length: f64,
 ) -> (Vec<String>, Vec<String>) {
-    // Shift to the centre of mass and scale angles to lengths.
+    // Shift the twist to the centre of mass and scale angles to lengths.
     let vector = |twist: &Twist<f64>| {
         let (w, v) = (twist.angular, twist.velocity_at(com) * (1.0 / length));
         DVector::from_column_slice(&[w.x, w.y, w.z, v.x, v.y, v.z])
@@ -31,7 +32,7 @@ pub(crate) fn describe_dofs(
         .iter()
         .cloned()
         .map(|mut motion| {
-            // Orthogonalise twice, against round-off.
+            // Orthogonalise twice to remove round-off.
             for _ in 0..2 {
                 for known in &lasting {
                     let part = known.dot(&motion);
@@ -51,8 +52,8 @@ pub(crate) fn describe_dofs(
     (in_words(&lasting, place, length), words)
 }
 
-/// Finds a rotation about the line through two joints that lies in the span of `all`; among
-/// several, selects the one closest to the motion `beyond`.
+/// Finds a rotation about the line through two joints that lies in the span of `all`. Of several
+/// such rotations, selects the one closest to the motion `beyond`.
 fn about_joints(
     beyond: &DVector<f64>,
     all: &[DVector<f64>],
@@ -122,7 +123,7 @@ fn in_words(motions: &[DVector<f64>], com: Vec3<f64>, length: f64) -> Vec<String
         for &direction in &translations {
             velocity = velocity - direction * velocity.dot(direction);
         }
-        // A shift of the axis adds a perpendicular translation.
+        // Shifting the axis adds a translation perpendicular to it.
         let is_free = |shift: Vec3<f64>| {
             let rest = translations.iter().fold(shift, |rest, t| rest - *t * t.dot(rest));
             rest.norm() < NONE
@@ -143,8 +144,8 @@ fn vector_of(column: &DVector<f64>) -> Vec3<f64> {
     Vec3::new(column[0], column[1], column[2])
 }
 
-/// Computes an orthonormal basis of the span of orthonormal vectors; the basis contains each world
-/// axis that lies in the span.
+/// Computes an orthonormal basis of the span of `vectors`, which are orthonormal. The basis
+/// contains each world axis that lies in the span.
 fn along_axes(vectors: &[Vec3<f64>]) -> Vec<Vec3<f64>> {
     let mut found: Vec<Vec3<f64>> = Vec::new();
     let within =

@@ -1,4 +1,4 @@
-//! Parameters of a mechanism, in the scalar type of the kernels.
+//! Numerical parameters of a mechanism, in the scalar type of the kernels.
 
 mod springs;
 
@@ -10,17 +10,18 @@ use crate::scalar::Scalar;
 use crate::spatial::{Mat3, Pose, Vec3, Wrench};
 use core::ops::Range;
 
-/// Parameters that the kernels read: geometry, inertia, friction, springs, gravity. Indices are the
-/// same as in the [`Mechanism`]. Change the fields to tune a model, to differentiate with respect to
-/// a parameter, or to run several parameter sets in lanes.
+/// Parameters read by the kernels: geometry, inertia, friction, springs, gravity. Indices are the
+/// same as in the [`Mechanism`]. Change the fields to tune a model, to differentiate with respect
+/// to a parameter, or to compute with several parameter sets in SIMD lanes.
 #[derive(Clone, Debug)]
 pub struct Parameters<T> {
     /// Reference point O of all twists and wrenches, in the world, m. It is the mean of the
-    /// ground's joint origins, so that a robot far from the world's origin loses no digits.
+    /// ground's joint origins, which avoids a loss of digits for a robot far from the world's
+    /// origin.
     pub origin: Vec3<f64>,
-    /// Frame of the ground relative to the reference point, in world axes.
+    /// Pose of the ground's frame relative to the reference point, in world axes.
     pub ground: Pose<T>,
-    /// Acceleration of gravity, world axes, m/s^2.
+    /// Gravitational acceleration, world axes, m/s^2.
     pub gravity: Vec3<T>,
     /// Mass of each body, kg.
     pub mass: Vec<T>,
@@ -36,7 +37,7 @@ pub struct Parameters<T> {
     pub pitch: Vec<T>,
     /// Friction interfaces, in the order of the joints.
     pub interfaces: Vec<InterfaceParameters<T>>,
-    /// Range of each joint's friction interfaces in `interfaces`.
+    /// Range of indices in `interfaces` for each joint.
     pub interfaces_at: Vec<Range<usize>>,
     /// Springs between points of bodies.
     pub springs: Vec<SpringParameters<T>>,
@@ -50,12 +51,12 @@ pub struct Parameters<T> {
     pub gearings: Vec<GearingParameters<T>>,
     /// Characteristic length, m, which makes moments comparable with forces.
     pub length: T,
-    /// Compliance of each joint, relative to the most compliant joint; `None` if no joint declares a
-    /// compliance.
+    /// Weights from the compliance of each joint, relative to the most compliant joint; `None` if
+    /// no joint declares a compliance.
     pub compliance: Option<Vec<Weights<T>>>,
 }
 
-/// Weights of the components of a joint's wrench along and about the axes of its frame J.
+/// Weights of the components of a joint's wrench, along and about the axes of its frame J.
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weights<T> {
@@ -66,7 +67,7 @@ pub struct Weights<T> {
 }
 
 impl Weights<f64> {
-    /// Weights of all joints, if any joint declares a compliance.
+    /// Returns the weights of all joints, or `None` if no joint declares a compliance.
     pub(crate) fn declared(mechanism: &Mechanism) -> Option<Vec<Self>> {
         let length = mechanism.characteristic_length();
         let each = mechanism.joints().iter().map(|joint| {
@@ -111,10 +112,10 @@ pub struct InterfaceParameters<T> {
     pub joint: usize,
     /// Geometry of the sliding surface.
     pub shape: InterfaceShape,
-    /// Radius of a rotating surface, m; one for a guide, where the sliding velocity is the rate of
+    /// Radius of a rotating surface, m. One for a guide, whose sliding velocity equals the rate of
     /// the joint.
     pub radius: T,
-    /// Friction law: from sliding speed and normal force to friction.
+    /// Friction law: friction as a function of sliding speed and normal force.
     pub law: Law<T>,
     /// Friction law for sliding backward, if different.
     pub backward: Option<Law<T>>,
@@ -122,7 +123,7 @@ pub struct InterfaceParameters<T> {
     pub load: NormalLoadMap<T>,
 }
 
-/// Rotor that spins on a body together with a joint's degree of freedom.
+/// Rotor that spins on a body in proportion to the rate of a joint's degree of freedom.
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug)]
 pub struct RotorParameters<T> {
@@ -140,8 +141,9 @@ pub struct RotorParameters<T> {
 }
 
 impl<T: Scalar> RotorParameters<T> {
-    /// Returns the parameters of a drive train's rotor, one for each degree of freedom that contributes to the angular
-    /// momentum of the rotor. There are none if the rotor does not spin on a body.
+    /// Returns the parameters of a drive train's rotor, one entry for each degree of freedom that
+    /// contributes to its angular momentum. Returns no entries if the rotor does not spin on a
+    /// body.
     pub fn of(train: &DriveTrain) -> impl Iterator<Item = Self> + '_ {
         let momentum = train.transmission() * train.rotor_inertia;
         let spinning = train.rotor_axis.filter(|_| momentum != 0.0);
@@ -157,18 +159,18 @@ impl<T: Scalar> RotorParameters<T> {
     }
 }
 
-/// Rigid gearing of degrees of freedom. Its equation is divided by `size`, so that it is of order
-/// one.
+/// Rigid gearing of degrees of freedom. Its equation is divided by `size`, so that its coefficients
+/// are of order one.
 #[doc(hidden)]
 #[derive(Clone, Debug)]
 pub struct GearingParameters<T> {
-    /// Coefficient of each degree of freedom.
+    /// Coefficient of each degree of freedom, divided by `size`.
     pub coefficients: Vec<T>,
-    /// Value of the weighted sum, divided by `size`, rad or m.
+    /// Required value of the weighted sum, divided by `size`, rad or m.
     pub offset: T,
-    /// Greatest magnitude of a coefficient before the division; if the sum is a length,
-    /// coefficients of rotations count divided by the characteristic length. The effort of the
-    /// gearing is the multiplier of the divided equation, divided by this value.
+    /// Greatest magnitude of a coefficient before the division. If the sum is a length,
+    /// coefficients of rotations are first divided by the characteristic length. The effort of the
+    /// gearing is the multiplier of the divided equation, divided by `size`.
     pub size: f64,
 }
 
@@ -187,8 +189,8 @@ impl<T: Scalar> GearingParameters<T> {
 }
 
 impl<T: Scalar> InterfaceParameters<T> {
-    /// Sliding distance at the surface per unit of each of the interface's DOFs, m/rad or dimensionless;
-    /// `pitch` is the pitch of the joint, m/rad.
+    /// Sliding distance at the surface per unit of each of the interface's degrees of freedom,
+    /// m/rad or dimensionless; `pitch` is the pitch of the joint, m/rad.
     pub fn arms(&self, pitch: T) -> [T; 3] {
         match self.shape {
             InterfaceShape::Plate => [T::one(), T::one(), self.radius],
@@ -200,7 +202,7 @@ impl<T: Scalar> InterfaceParameters<T> {
 }
 
 impl InterfaceParameters<f64> {
-    /// Friction law for the sliding direction with this sign.
+    /// Returns the friction law for sliding in the direction with the sign `sense`.
     pub(crate) fn law_towards(&self, sense: f64) -> &Law {
         match &self.backward {
             Some(backward) if sense < 0.0 => backward,
@@ -208,14 +210,14 @@ impl InterfaceParameters<f64> {
         }
     }
 
-    /// Laws for sliding forward and backward.
+    /// Returns the friction laws for sliding forward and backward.
     pub(crate) fn laws(&self) -> [&Law; 2] {
         [&self.law, self.backward.as_ref().unwrap_or(&self.law)]
     }
 }
 
 impl Parameters<f64> {
-    /// Returns `true` if forces of springs depend on rates.
+    /// Returns `true` if spring forces depend on rates.
     pub(crate) fn has_dampers(&self) -> bool {
         let damps = |blocks: &Blocks<f64>| {
             let all = [blocks.force, blocks.coupling, blocks.moment];

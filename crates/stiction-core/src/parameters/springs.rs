@@ -44,7 +44,7 @@ pub struct JointSpringParameters<T> {
     pub joint: usize,
     /// Index of the degree of freedom in the joint.
     pub index: usize,
-    /// The degree of freedom on which the spring acts.
+    /// Degree of freedom on which the spring acts.
     pub dof: Dof,
     /// Indices of the joint's predecessor and successor.
     pub ends: [usize; 2],
@@ -56,7 +56,7 @@ pub struct JointSpringParameters<T> {
     pub preload: T,
     /// Damping, N m s/rad or N s/m.
     pub damping: T,
-    /// Centre of the full turn into which the angle of a joint that closes a loop is wrapped, rad.
+    /// Middle of the full turn into which the angle of a joint that closes a loop is wrapped, rad.
     pub middle: T,
 }
 
@@ -86,7 +86,7 @@ impl<T: Scalar> JointSpringParameters<T> {
 pub struct BushingParameters<T> {
     /// Indices of the bushing's two bodies.
     pub ends: [usize; 2],
-    /// The two frames that the bushing connects, each in its body.
+    /// Poses of the two connected frames, each in its body.
     pub frames: [Pose<T>; 2],
     /// Stiffness, see [`Blocks`].
     pub stiffness: Blocks<T>,

@@ -5,9 +5,10 @@
 use super::Scalar;
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
-/// Value with its derivatives in `D` directions; forward-mode differentiation, exact to round-off.
+/// Dual number: a value with its derivatives in `D` directions, for forward-mode differentiation
+/// that is exact to round-off.
 ///
-/// With [`super::Lanes`] as `T` it differentiates several states at once.
+/// With [`super::Lanes`] as `T`, several states are differentiated at once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dual<T, const D: usize> {
     /// The value.
@@ -17,14 +18,14 @@ pub struct Dual<T, const D: usize> {
 }
 
 impl<T: Scalar, const D: usize> Dual<T, D> {
-    /// A constant: all derivatives zero.
+    /// Creates a constant: all derivatives are zero.
     #[inline(always)]
     pub fn constant(value: T) -> Self {
         Self { value, slope: [T::zero(); D] }
     }
 
-    /// A variable: derivative one in `direction`, zero in the other directions. A direction that does not
-    /// exist yields a constant.
+    /// Creates a variable: the derivative is one in `direction` and zero in all other directions. A
+    /// direction that does not exist yields a constant.
     #[inline(always)]
     pub fn variable(value: T, direction: usize) -> Self {
         Self {

@@ -3,16 +3,17 @@
 use super::Scalar;
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
-/// `N` numbers that a kernel processes together: `N` states, or `N` parameter sets.
+/// `N` numbers (SIMD lanes) that a kernel processes together, for `N` states or `N` parameter sets.
 ///
-/// A plain array that the compiler turns into vector instructions of the width that the build
-/// permits. The results in every lane equal those of the computation with `f64`.
+/// This is a plain array; the compiler turns operations on it into vector instructions of the width
+/// available in the build. The results in every lane equal those of the same computation with
+/// `f64`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(transparent)]
 pub struct Lanes<T, const N: usize>(pub [T; N]);
 
 impl<T: Scalar, const N: usize> Lanes<T, N> {
-    /// Fills each lane with `f` of its index.
+    /// Sets each lane to `f` of its index.
     #[inline(always)]
     pub fn from_fn(f: impl FnMut(usize) -> T) -> Self {
         Self(core::array::from_fn(f))
@@ -102,7 +103,7 @@ impl<T: Scalar, const N: usize> Scalar for Lanes<T, N> {
         let mut worst = 0.0;
         for lane in self.0 {
             let size = lane.largest();
-            // `f64::max` would drop a NaN, which must remain visible.
+            // `f64::max` would ignore a NaN, which must remain visible.
             if size > worst || size.is_nan() {
                 worst = size;
             }

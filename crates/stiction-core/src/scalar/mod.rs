@@ -1,10 +1,10 @@
 //! The scalar type of the kernels.
 //!
-//! A kernel that is generic over [`Scalar`] runs as `f64`, as [`Lanes`] (several states or
-//! parameter sets side by side), as [`Dual`] numbers (exact derivatives) and as any mixture of
-//! them. A kernel must therefore not branch on values, because the lanes may need different
-//! branches. [`Scalar::if_positive`] replaces branches, and convergence tests are left to the
-//! caller, who evaluates [`Scalar::largest`] between steps.
+//! A kernel that is generic over [`Scalar`] runs with `f64`, with [`Lanes`] (several states or
+//! parameter sets side by side), with [`Dual`] numbers (exact derivatives), and with combinations
+//! of these. A kernel must therefore not branch on values, because the lanes may need different
+//! branches. [`Scalar::if_positive`] replaces branches. The caller, not the kernel, tests for
+//! convergence, by evaluating [`Scalar::largest`] between steps.
 
 mod dual;
 mod lanes;
@@ -15,7 +15,7 @@ pub use lanes::Lanes;
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
-/// Real number of the kernels: `f64`, [`Lanes`], [`Dual`], or a combination.
+/// Real number type of the kernels: `f64`, [`Lanes`], [`Dual`], or a combination of them.
 ///
 /// Implementations follow IEEE arithmetic in every lane and never panic.
 pub trait Scalar:
@@ -56,18 +56,18 @@ pub trait Scalar:
     /// *between* kernel calls, never inside a kernel.
     fn largest(self) -> f64;
 
-    /// Returns `true` for types with derivatives. Linear systems in such types need one more
+    /// Returns `true` for types with derivatives. Linear systems in these types need one additional
     /// solution, see [`Self::held`].
     #[inline(always)]
     fn has_slope() -> bool {
         false
     }
 
-    /// Value in every lane as a constant, with zero derivative.
+    /// Returns the value of every lane as a constant with zero derivative.
     ///
-    /// Kernels treat quantities as constants where a solution depends on them to second order only. A Newton step from
-    /// a solution needs no derivative of the matrix; the residual carries all derivatives: equation (P7) of the
-    /// book's theory.
+    /// Kernels use constants for quantities that affect a solution at second order only. For
+    /// example, a Newton step from a solution does not need the derivative of the matrix, because
+    /// the residual carries all derivatives (equation P7 of the book's theory).
     #[inline(always)]
     fn held(self) -> Self {
         self
@@ -91,14 +91,14 @@ pub trait Scalar:
         Self::one() / self
     }
 
-    /// Magnitude.
+    /// Absolute value.
     #[inline(always)]
     fn abs(self) -> Self {
         self.if_positive(self, -self)
     }
 
     /// Square root of a squared norm, with derivative zero at zero (a subgradient of the norm), so
-    /// that the slope at a normal load of zero is finite. A NaN remains NaN.
+    /// that the derivative at zero normal load is finite. NaN is propagated.
     #[inline(always)]
     fn norm_of_square(self) -> Self {
         let safe = self.if_positive(self, Self::one());

@@ -4,7 +4,7 @@ use super::Vec3;
 use crate::scalar::Scalar;
 use core::ops::{Add, Mul};
 
-/// A 3x3 matrix, kept as its columns. As a rotation `R_AB`, its columns are the axes of B in A.
+/// A 3x3 matrix, stored by columns. If it is a rotation `R_AB`, its columns are the axes of B in A.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mat3<T> {
     /// The columns.
@@ -54,7 +54,7 @@ impl<T: Scalar> Mat3<T> {
         self.columns[j].component(i)
     }
 
-    /// The transpose; of a rotation, the inverse.
+    /// Returns the transpose, which is the inverse of a rotation.
     #[inline(always)]
     pub fn transpose(self) -> Self {
         let [a, b, c] = self.columns;
@@ -77,8 +77,8 @@ impl<T: Scalar> Mat3<T> {
         self.columns[0].x + self.columns[1].y + self.columns[2].z
     }
 
-    /// The vector `w` with `[w]x = (self - transpose(self)) / 2`. For a rotation by angle `a` about
-    /// the unit vector `n` this is `n sin a`.
+    /// Returns the vector `w` with `[w]x = (self - transpose(self)) / 2`. For a rotation by the
+    /// angle `a` about the unit vector `n`, it is `n sin a`.
     #[inline(always)]
     pub fn skew_part(self) -> Vec3<T> {
         let [a, b, c] = self.columns;
@@ -87,14 +87,14 @@ impl<T: Scalar> Mat3<T> {
 }
 
 impl Mat3<f64> {
-    /// Converts to constants of another scalar type.
+    /// Converts all entries to constants of another scalar type.
     #[inline(always)]
     pub fn lift<T: Scalar>(self) -> Mat3<T> {
         Mat3 { columns: self.columns.map(Vec3::lift) }
     }
 
-    /// Rotation by `angle` (rad) about the direction `axis` (any length but zero), by Rodrigues'
-    /// formula. A zero axis gives the identity.
+    /// Computes the rotation by `angle` (rad) about the direction `axis` (of any nonzero length),
+    /// by Rodrigues' formula. Returns the identity for a zero axis.
     pub fn rotation(axis: Vec3<f64>, angle: f64) -> Self {
         let Some(n) = axis.direction() else { return Self::identity() };
         let (s, c) = angle.sin_cos();
@@ -105,8 +105,8 @@ impl Mat3<f64> {
         Self::from_columns(column(0), column(1), column(2))
     }
 
-    /// The smallest rotation that turns direction `from` into direction `to`. For opposite
-    /// directions, a half turn about some perpendicular axis.
+    /// Computes the smallest rotation that turns direction `from` into direction `to`. For opposite
+    /// directions, this is a half turn about some perpendicular axis.
     pub fn between(from: Vec3<f64>, to: Vec3<f64>) -> Self {
         let (Some(a), Some(b)) = (from.direction(), to.direction()) else {
             return Self::identity();
@@ -123,7 +123,8 @@ impl Mat3<f64> {
         Self::rotation(axis, sine.atan2(a.dot(b)))
     }
 
-    /// The rotation vector (axis times angle, rad) of this rotation; its length is at most pi.
+    /// Computes the rotation vector (axis times angle, rad) of this rotation; its length is at most
+    /// pi.
     pub fn rotation_vector(self) -> Vec3<f64> {
         let w = self.skew_part();
         let (sine, cosine) = (w.norm(), 0.5 * (self.trace() - 1.0));
@@ -132,8 +133,8 @@ impl Mat3<f64> {
             // angle / sin(angle), which tends to 1.
             return w * if sine > 1e-9 { angle / sine } else { 1.0 };
         }
-        // Near a half turn the skew part is small; the axis is in the symmetric part
-        // (R + R^T)/2 = cos a I + (1 - cos a) n n^T: take its largest column.
+        // Near a half turn the skew part is small. The axis then follows from the largest column of
+        // the symmetric part, since (R + R^T)/2 = cos a I + (1 - cos a) n n^T.
         let symmetric = |i: usize, j: usize| {
             0.5 * (self.at(i, j) + self.at(j, i)) - if i == j { cosine } else { 0.0 }
         };

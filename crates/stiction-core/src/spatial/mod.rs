@@ -1,8 +1,8 @@
 //! Geometry and mechanics of a rigid body: vectors, rotations, poses, twists, wrenches.
 //!
-//! Small plain types over [`Scalar`](crate::scalar::Scalar). Every spatial vector of a computation
-//! is written in **world axes** and refers to **one point**, the kernel origin, so that twists and
-//! wrenches of different bodies can be added directly.
+//! Small plain types that are generic over [`Scalar`](crate::scalar::Scalar). In a computation,
+//! every twist and wrench is expressed in **world axes** and refers to **one common point**, the
+//! reference point. Twists and wrenches of different bodies can therefore be added directly.
 //!
 //! | name | means |
 //! | --- | --- |
@@ -23,7 +23,7 @@ pub use vector::Vec3;
 pub(crate) use words::describe_direction;
 pub(crate) use words::describe_motion;
 
-// Used by the project's other crates; no part of the stable interface.
+// Used by other crates of the project; not part of the stable interface.
 #[doc(hidden)]
 pub use pose::Quaternion;
 #[doc(hidden)]

@@ -1,4 +1,4 @@
-//! Poses and the unit quaternions that integrate them.
+//! Poses, and unit quaternions as orientation coordinates.
 
 use super::{Mat3, Vec3};
 use crate::scalar::Scalar;
@@ -37,7 +37,7 @@ impl<T: Scalar> Pose<T> {
 }
 
 impl Pose<f64> {
-    /// Converts to constants of another scalar type.
+    /// Converts all components to constants of another scalar type.
     #[inline(always)]
     pub fn lift<T: Scalar>(self) -> Pose<T> {
         Pose { rotation: self.rotation.lift(), position: self.position.lift() }
@@ -96,8 +96,8 @@ impl<T: Scalar> Quaternion<T> {
         Self { w: self.w * scale, v: self.v * scale }
     }
 
-    /// Quaternion of a small rotation vector (rad), exact to second order and of unit length for
-    /// any size.
+    /// Computes the quaternion of a small rotation vector (rad): exact to second order, and of unit
+    /// length for a vector of any size.
     #[inline(always)]
     pub fn of_small(rotation: Vec3<T>) -> Self {
         Self { w: T::one(), v: rotation * T::from_f64(0.5) }.normalised()

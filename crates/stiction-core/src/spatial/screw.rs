@@ -4,7 +4,8 @@ use super::Vec3;
 use crate::scalar::Scalar;
 use core::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
-/// Velocity of a rigid body (or an instantaneous motion, a joint's degree of freedom, an acceleration).
+/// Twist of a rigid body: its velocity, an instantaneous motion, a degree of freedom of a joint, or
+/// an acceleration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Twist<T> {
     /// Angular velocity, rad/s.
@@ -13,7 +14,7 @@ pub struct Twist<T> {
     pub linear: Vec3<T>,
 }
 
-/// Force and moment on a rigid body.
+/// Wrench: force and moment on a rigid body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wrench<T> {
     /// Force, N.
@@ -47,14 +48,14 @@ impl<T: Scalar> Twist<T> {
         self.linear + self.angular.cross(point)
     }
 
-    /// Returns the same motion with `point` as the reference point.
+    /// Converts the twist of the same motion to the reference point `point`.
     #[inline(always)]
     pub fn about(self, point: Vec3<T>) -> Self {
         Self { angular: self.angular, linear: self.velocity_at(point) }
     }
 
-    /// Rate of change of `other`, a twist that is fixed in a body moving with this twist: the cross
-    /// product `self x other` of spatial motion vectors.
+    /// Computes the rate of change of `other`, a twist that is fixed in a body moving with this
+    /// twist: the cross product `self x other` of spatial motion vectors.
     #[inline(always)]
     pub fn carry(self, other: Self) -> Self {
         Self {
@@ -63,7 +64,7 @@ impl<T: Scalar> Twist<T> {
         }
     }
 
-    /// Power of `wrench` on this twist (the reciprocal product of screws).
+    /// Computes the power of `wrench` on this twist (the reciprocal product of screws).
     #[inline(always)]
     pub fn power(self, wrench: Wrench<T>) -> T {
         self.angular.dot(wrench.moment) + self.linear.dot(wrench.force)
@@ -83,13 +84,13 @@ impl<T: Scalar> Wrench<T> {
         Self { force: axis, moment: point.cross(axis) }
     }
 
-    /// A pure couple.
+    /// A pure couple with the given moment.
     #[inline(always)]
     pub fn couple(moment: Vec3<T>) -> Self {
         Self { force: Vec3::zero(), moment }
     }
 
-    /// The moment about `point` instead of the reference point.
+    /// Returns the moment of the wrench about `point`.
     #[inline(always)]
     pub fn moment_about(self, point: Vec3<T>) -> Vec3<T> {
         self.moment - point.cross(self.force)
@@ -99,7 +100,7 @@ impl<T: Scalar> Wrench<T> {
 macro_rules! vector_space {
     ($name:ident { $a:ident, $b:ident }) => {
         impl<T: Scalar> $name<T> {
-            /// Treats the components as constants, see [`Scalar::held`].
+            /// Returns the components as constants with zero derivatives, see [`Scalar::held`].
             #[inline(always)]
             pub fn held(self) -> Self {
                 Self { $a: self.$a.held(), $b: self.$b.held() }
@@ -107,7 +108,7 @@ macro_rules! vector_space {
         }
 
         impl $name<f64> {
-            /// Converts to constants of another scalar type.
+            /// Converts all components to constants of another scalar type.
             #[inline(always)]
             pub fn lift<T: Scalar>(self) -> $name<T> {
                 $name { $a: self.$a.lift(), $b: self.$b.lift() }

@@ -3,7 +3,7 @@
 use crate::scalar::Scalar;
 use core::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
-/// A vector of three components; its axes and unit are those of its context.
+/// A vector with three components. Axes and unit depend on the context.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Vec3<T> {
     /// First component.
@@ -50,7 +50,7 @@ impl<T: Scalar> Vec3<T> {
         [self.x, self.y, self.z]
     }
 
-    /// Treats the components as constants, see [`Scalar::held`].
+    /// Returns the components as constants with zero derivatives, see [`Scalar::held`].
     #[inline(always)]
     pub fn held(self) -> Self {
         Self::new(self.x.held(), self.y.held(), self.z.held())
@@ -84,7 +84,7 @@ impl<T: Scalar> Vec3<T> {
         self.norm_squared().norm_of_square()
     }
 
-    /// Component of the vector perpendicular to the unit vector `axis`.
+    /// Returns the component of the vector that is perpendicular to the unit vector `axis`.
     #[inline(always)]
     pub fn across(self, axis: Self) -> Self {
         self - axis * self.dot(axis)
@@ -92,22 +92,23 @@ impl<T: Scalar> Vec3<T> {
 }
 
 impl Vec3<f64> {
-    /// Converts to constants of another scalar type.
+    /// Converts all components to constants of another scalar type.
     #[inline(always)]
     pub fn lift<T: Scalar>(self) -> Vec3<T> {
         Vec3::new(T::from_f64(self.x), T::from_f64(self.y), T::from_f64(self.z))
     }
 
-    /// Unit vector along this vector, or `None` if it is too short to have a direction.
+    /// Returns the unit vector along this vector, or `None` if the vector is too short to have a
+    /// direction.
     pub fn direction(self) -> Option<Self> {
         let length = self.norm();
         let unit = self * (1.0 / length);
         (length > 0.0 && unit.is_finite()).then_some(unit)
     }
 
-    /// A unit vector perpendicular to this vector, which need not be a unit vector.
+    /// Returns a unit vector perpendicular to this vector, which can have any nonzero length.
     pub fn any_perpendicular(self) -> Self {
-        // Vector product with the axis that is farthest from parallel.
+        // Vector product with the coordinate axis that is farthest from parallel.
         let [x, y, z] = self.to_array().map(f64::abs);
         let helper = Vec3::unit(if x <= y && x <= z {
             0

@@ -3,10 +3,11 @@
 use super::{Twist, Vec3};
 use crate::words::brief;
 
-/// Describes the direction of a twist, for example `rotation about y through (0.1, 0, 0.3) m`.
+/// Describes the instantaneous motion of a twist, for example
+/// `rotation about y through (0.1, 0, 0.3) m`.
 ///
-/// Positions refer to the reference point of `twist`. Screws are described by their pitch.
-/// Rotations are compared with translations by `length`, m.
+/// Positions refer to the reference point of `twist`. Screw motions are described by their pitch.
+/// Rotations are compared with translations by means of `length`, m.
 pub(crate) fn describe_motion(twist: Twist<f64>, length: f64) -> String {
     let turning = twist.angular.norm() * length;
     let moving = twist.linear.norm();
@@ -29,8 +30,8 @@ pub(crate) fn describe_motion(twist: Twist<f64>, length: f64) -> String {
     }
 }
 
-/// Describes a direction by the name of an axis or by components; the sign of the direction does
-/// not matter.
+/// Describes a direction by the name of an axis or by components; the sign of the direction is
+/// ignored.
 pub(crate) fn describe_direction(direction: Vec3<f64>) -> String {
     for (k, name) in ["x", "y", "z"].into_iter().enumerate() {
         if direction.component(k).abs() > 1.0 - 1e-9 {
@@ -38,7 +39,7 @@ pub(crate) fn describe_direction(direction: Vec3<f64>) -> String {
         }
     }
     let components = direction.to_array();
-    // The first significant component is positive.
+    // Choose the sign that makes the first significant component positive.
     let leading = components.iter().find(|c| c.abs() > 1e-6).copied().unwrap_or(1.0);
     let clean = |c: f64| if c.abs() < 1e-6 { 0.0 } else { c * leading.signum() };
     let [x, y, z] = components.map(|c| round(clean(c)));

@@ -1,11 +1,11 @@
-//! Singularity indices of a position.
+//! Singularity indices of a configuration.
 //!
-//! The measure is a singular value of the matrix of force and moment balances of all bodies, made
-//! dimensionless with the characteristic length: joint forces count in newtons, moments (about the
-//! joint's origin, and about each body's centre of mass) in newtons times that length. At an index
-//! `d`, some unit motion of the bodies meets a resistance of at most `d` per unit of generalised
-//! force. The index does not depend on units, the order of bodies, the base, or the choice of cut
-//! joints.
+//! An index is a singular value of the matrix of force and moment balances of all bodies. The
+//! matrix is made dimensionless with the characteristic length: joint forces are in newtons,
+//! moments (about the joint's origin, and about each body's centre of mass) in newtons times that
+//! length. For an index `d`, there is a unit motion of the bodies against which the joints exert at
+//! most `d` per unit of generalised force. The index does not depend on units, the order of bodies,
+//! the base, or the choice of cut joints.
 //!
 //! Equation (M5) of the book's theory.
 
@@ -17,24 +17,24 @@ use crate::mechanism::JointId;
 use crate::spatial::Vec3;
 use nalgebra::DVector;
 
-/// Minimum number of joints of a hub, a body at which legs end.
+/// Minimum number of joints of a hub: a body, such as a platform, at which legs end.
 const HUB: usize = 3;
 
-/// Singularity indices at a position.
+/// Singularity indices at a configuration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Distances {
-    /// Type 2 (actuation) singularity index: zero if neither constraints nor actuators resist some motion
-    /// other than passive spins.
+    /// Type 2 (actuation) singularity index: zero if neither constraints nor actuators resist a
+    /// motion other than passive spins.
     pub actuation: f64,
-    /// Constraint singularity index: zero if the constraints leave more motions than the generic
-    /// mobility.
+    /// Constraint singularity index: zero if the constraints permit more motions than in a generic
+    /// configuration.
     pub constraint: f64,
 }
 
 impl Distances {
-    /// Computes the indices for equations of balance with as many unknowns as equations: no
-    /// redundancy, no passive spins, and one actuator per degree of freedom. This is much faster
-    /// than dense decompositions.
+    /// Computes the indices from balance equations with as many unknowns as equations: without
+    /// redundancy, without passive spins, and with one actuator per degree of freedom. This is much
+    /// faster than dense decompositions.
     pub(super) fn of_square(system: &NewtonEuler, joint_types: &[JointType]) -> Self {
         let scaled = system.scaled_matrix(joint_types).to_dense();
         let is_constraint = |k: &usize| !matches!(system.unknowns[*k], Unknown::Drive { .. });
@@ -50,8 +50,8 @@ impl Distances {
         }
     }
 
-    /// Computes the indices by dense decompositions: `mobility` is the generic mobility of the
-    /// constraints, `idle_spins` the number of passive spins that it includes.
+    /// Computes the indices by dense decompositions. `mobility` is the generic mobility of the
+    /// constraints; `idle_spins` is the number of passive spins that it includes.
     pub fn new(statics: &Statics, mobility: usize, idle_spins: usize) -> Self {
         Self {
             actuation: statics.actuation_distance(idle_spins),
@@ -60,7 +60,8 @@ impl Distances {
     }
 }
 
-/// The reaction of a joint in a self-stress, predecessor on successor, world axes.
+/// Reaction of a joint in a self-stress state, exerted by the predecessor on the successor, in
+/// world axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointLoad {
     /// Joint with this reaction.
@@ -71,19 +72,19 @@ pub struct JointLoad {
     pub moment: Vec3<f64>,
 }
 
-/// Constraints of a mechanism at a position, gearings included, without actuators.
+/// Constraints of a mechanism at a configuration, including gearings but no actuators.
 #[derive(Clone, Debug)]
 pub struct Constraints<'a> {
     statics: &'a Statics,
     /// Indices of the constraints among the unknowns of [`NewtonEuler`].
     unknowns: Vec<usize>,
-    /// Transposed constraint columns of the scaled balance matrix: a row for each constraint, a
-    /// column for each equation.
+    /// Decomposition of the transposed constraint columns of the scaled balance matrix, with one
+    /// row for each constraint and one column for each equation.
     transposed: Decomposition,
 }
 
 impl<'a> Constraints<'a> {
-    /// Extracts the constraints from the decomposed equilibrium equations of all bodies.
+    /// Extracts the constraints from the decomposed balance equations of all bodies.
     pub fn new(statics: &'a Statics) -> Self {
         let all = statics.scaled_matrix();
         let unknowns: Vec<usize> = (0..all.ncols())
@@ -105,8 +106,8 @@ impl<'a> Constraints<'a> {
         &self.transposed
     }
 
-    /// Computes a basis of the self-stress states (null space of the equilibrium matrix): for each state,
-    /// the loaded joints and their wrenches, unscaled.
+    /// Computes a basis of the self-stress states (null space of the equilibrium matrix). Each
+    /// state consists of the loaded joints and their wrenches, in N and N m.
     pub fn self_stresses(&self) -> Vec<Vec<JointLoad>> {
         let own = self.equilibrium();
         let each = own.null_space(own.rank()).into_iter().map(|mut stress| {
@@ -117,20 +118,22 @@ impl<'a> Constraints<'a> {
         each.collect()
     }
 
-    /// Orthonormal basis of the self-stresses, as scaled values of [`Self::unknowns`].
+    /// Computes an orthonormal basis of the self-stress states, as scaled values of
+    /// [`Self::unknowns`].
     pub(crate) fn stress_vectors(&self) -> Vec<DVector<f64>> {
         let own = self.equilibrium();
         own.orthonormal_null_space(own.rank())
     }
 
-    /// Decomposes the equilibrium matrix: a row for each equation, a column for each constraint.
+    /// Decomposes the equilibrium matrix, with one row for each equation and one column for each
+    /// constraint.
     fn equilibrium(&self) -> Decomposition {
         let joints = self.statics.system().joints_of_unknowns();
         let joints: Vec<usize> = self.unknowns.iter().map(|&k| joints[k]).collect();
         Decomposition::new(self.transposed.matrix().transpose(), &joints, RANK_LIMIT)
     }
 
-    /// The unknowns of the balance that are constraints.
+    /// Lists the unknowns of the balance that belong to constraints.
     pub(crate) fn unknowns(&self) -> impl Iterator<Item = Unknown> + '_ {
         self.unknowns.iter().map(|&k| self.statics.system().unknowns[k])
     }
@@ -162,9 +165,9 @@ impl<'a> Constraints<'a> {
         loads.into_iter().filter(|load| size(load) > 1e-9 * most).collect()
     }
 
-    /// Type 1 (leg) singularity index: zero if bodies between the hubs (bodies with three or more
-    /// joints) can move with fixed hubs, apart from passive spins. `None` without such bodies or
-    /// hubs.
+    /// Computes the type 1 (leg) singularity index. It is zero if bodies between hubs can move,
+    /// apart from passive spins, while the hubs are fixed. Hubs are bodies with three or more
+    /// joints. Returns `None` without hubs or without bodies between them.
     pub fn leg_distance(&self, idle_spins: usize) -> Option<f64> {
         let of_legs = of_legs(self.statics.system());
         let last = of_legs.len().checked_sub(idle_spins + 1)?;
@@ -174,8 +177,8 @@ impl<'a> Constraints<'a> {
         Some(zero_or(&self.legs(&of_legs), last))
     }
 
-    /// Decomposes the transposed constraints with only the columns `of_legs`, the equations of the bodies
-    /// between hubs.
+    /// Decomposes the transposed constraints, restricted to the columns `of_legs`: the equations of
+    /// the bodies between hubs.
     pub(super) fn legs(&self, of_legs: &[usize]) -> Decomposition {
         // The six equations of each body form a group.
         let groups: Vec<usize> = (0..of_legs.len()).map(|k| k / 6).collect();
@@ -183,19 +186,19 @@ impl<'a> Constraints<'a> {
         Decomposition::new(own, &groups, RANK_LIMIT)
     }
 
-    /// Instantaneous mobility of the constraints at this position.
+    /// Instantaneous mobility of the constraints at this configuration.
     pub fn mobility(&self) -> usize {
         self.transposed.matrix().ncols() - self.transposed.rank()
     }
 
-    /// Constraint singularity index: zero if the constraints leave more than `mobility` motions.
+    /// Constraint singularity index: zero if the constraints permit more than `mobility` motions.
     pub fn distance(&self, mobility: usize) -> f64 {
         let held = self.transposed.matrix().ncols().saturating_sub(mobility);
         held.checked_sub(1).map_or(1.0, |last| zero_or(&self.transposed, last))
     }
 }
 
-/// Singular value with this index, largest first; zero if the index is not below the rank.
+/// Singular value with this index, largest first; zero if the index is at or above the rank.
 fn zero_or(decomposition: &Decomposition, index: usize) -> f64 {
     if index < decomposition.rank() { decomposition.value(index) } else { 0.0 }
 }
@@ -210,8 +213,8 @@ pub(super) fn of_legs(system: &NewtonEuler) -> Vec<usize> {
 }
 
 impl Statics {
-    /// Computes the type 2 (actuation) singularity index: zero if neither constraints nor actuators resist
-    /// some motion other than passive spins.
+    /// Computes the type 2 (actuation) singularity index: zero if neither constraints nor actuators
+    /// resist a motion other than passive spins.
     pub fn actuation_distance(&self, idle_spins: usize) -> f64 {
         let resisted = self.system().matrix.nrows().saturating_sub(idle_spins);
         match resisted.checked_sub(1) {

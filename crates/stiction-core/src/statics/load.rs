@@ -6,10 +6,10 @@ use crate::parameters::Parameters;
 use crate::scalar::Scalar;
 use crate::spatial::{Vec3, Wrench};
 
-/// Axes of an external load.
+/// Axes in which an external load is expressed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LoadAxes {
-    /// World axes: the load has a constant direction.
+    /// World axes: the direction of the load is constant.
     World,
     /// The body's axes: the direction of the load rotates with the body.
     Body,
@@ -22,7 +22,7 @@ pub struct AppliedLoad<T> {
     pub body: BodyId,
     /// Point of application of the force, in the body's frame, m.
     pub point: Vec3<T>,
-    /// The axes of `force` and `moment`.
+    /// Axes in which `force` and `moment` are expressed.
     pub axes: LoadAxes,
     /// Force, N.
     pub force: Vec3<T>,
@@ -31,7 +31,7 @@ pub struct AppliedLoad<T> {
 }
 
 impl AppliedLoad<f64> {
-    /// Converts to constants of another scalar type.
+    /// Converts the numbers to constants of another scalar type.
     pub fn lift<T: Scalar>(self) -> AppliedLoad<T> {
         AppliedLoad {
             body: self.body,
@@ -85,8 +85,8 @@ impl<T: Scalar> AppliedLoad<T> {
     }
 }
 
-/// Computes the wrench, about the reference point, that the joints of a body must exert in total for its
-/// motion: rate of change of momentum, less gravity. External loads are not included.
+/// Computes the total wrench (about the reference point) that the joints of a body must exert for
+/// its motion: rate of change of momentum minus weight. External loads are not included.
 pub(crate) fn demand_of_motion<T: Scalar>(
     parameters: &Parameters<T>,
     bodies: &Bodies<T>,

@@ -1,7 +1,8 @@
-//! Force and moment balance of all bodies at one position, solved as one system: forces of joints
-//! and actuators, their uniqueness, and singularity indices.
+//! Force and moment balance of all bodies at one configuration, solved as one linear system: forces
+//! of joints and actuators, their uniqueness, and singularity indices.
 //!
-//! Inertia forces count as loads (d'Alembert), so the results also hold for moving mechanisms.
+//! Inertia forces are included as loads (d'Alembert's principle), so the results also hold for
+//! moving mechanisms.
 
 mod distance;
 mod load;
@@ -20,7 +21,7 @@ pub(crate) use rank::InfeasibleLoad;
 pub use singularity_distances::{SingularityDistances, SingularityIndex};
 pub(crate) use weakest::IdleAxis;
 
-// Used by the project's other crates; no part of the stable interface.
+// Used by other crates of the project; not part of the stable interface.
 #[doc(hidden)]
 pub use distance::{Constraints, JointLoad};
 #[doc(hidden)]

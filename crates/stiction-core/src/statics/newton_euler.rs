@@ -1,8 +1,8 @@
-//! Force and moment balance of all bodies as one linear system: the unknowns are all constraint
-//! reactions and actuator efforts, with six equations per body. Slow, but simple.
+//! Force and moment balance of all bodies as one linear system. The unknowns are all constraint
+//! reactions and actuator efforts; there are six equations per body.
 //!
-//! This system is the test oracle of the kernels, and the dense fallback for statically
-//! indeterminate forces and infeasible loads.
+//! This simple but slow system serves as the test oracle of the kernels, and as the dense fallback
+//! for statically indeterminate forces and infeasible loads.
 //!
 //! Source: the 42 equations (22) to (27) of Zhang et al. 2018, corrected and generalised to any mechanism.
 //!
@@ -22,52 +22,52 @@ use std::collections::BTreeMap;
 /// One unknown of the system.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unknown {
-    /// The multiplier of a joint's constraint wrench.
+    /// Multiplier of one constraint wrench of a joint.
     Constraint {
-        /// The joint's index.
+        /// Index of the joint.
         joint: usize,
-        /// Index among the constraints of its type.
+        /// Index among the constraints of the joint's type.
         index: usize,
     },
-    /// The effort of an actuator, in the order of [`Mechanism::actuators`].
+    /// Effort of an actuator, in the order of [`Mechanism::actuators`].
     Drive {
-        /// The actuator's index.
+        /// Index of the actuator.
         actuator: usize,
         /// Index of the joint.
         joint: usize,
-        /// Index of its degree of freedom.
+        /// Index of the degree of freedom in the joint.
         dof: usize,
     },
-    /// The multiplier of a gearing, in the order of [`Mechanism::gearings`]. The gearing's equation is divided by its
-    /// greatest coefficient.
+    /// Multiplier of a gearing, in the order of [`Mechanism::gearings`]. The equation of the
+    /// gearing is divided by its greatest coefficient.
     Gearing {
-        /// The gearing's index.
+        /// Index of the gearing.
         gearing: usize,
     },
 }
 
-/// Unit wrench of an unknown at one joint.
+/// Wrench that an unknown of unit size causes at one joint.
 #[derive(Clone, Copy, Debug)]
 pub struct UnitWrench {
-    /// Index of the unknown, its column.
+    /// Index of the unknown, which is also its column in the matrix.
     pub unknown: usize,
     /// Index of the joint.
     pub joint: usize,
-    /// Wrench of the predecessor on the successor, about the reference point.
+    /// Wrench exerted by the predecessor on the successor, about the reference point.
     pub wrench: Wrench<f64>,
 }
 
-/// Linear system `matrix * unknowns = demand` of all bodies at one position; `demand` are the
-/// wrenches that the joints must exert on the bodies.
+/// Linear system `matrix * unknowns = demand` of all bodies at one configuration. `demand` contains
+/// the wrenches that the joints must exert on the bodies.
 ///
-/// Rows: for each body except the ground, force x y z, then moment x y z about the centre of mass, in
-/// world axes, N and N m.
+/// Rows: for each body except the ground, force x y z, then moment x y z about the centre of mass,
+/// in world axes, N and N m.
 #[derive(Clone, Debug)]
 pub struct NewtonEuler {
     /// The unknowns, one for each column.
     pub unknowns: Vec<Unknown>,
-    /// Unit wrenches in the order of the unknowns: one for each constraint and effort, and one for each degree of
-    /// freedom of a gearing.
+    /// Unit wrenches in the order of the unknowns: one for each constraint and actuator effort, and
+    /// one for each degree of freedom of a gearing.
     pub wrenches: Vec<UnitWrench>,
     /// Coefficients of the unknowns in each equation.
     pub matrix: SparseMatrix,
@@ -78,12 +78,12 @@ pub struct NewtonEuler {
     length: f64,
     /// Flag of each gearing: true if its multiplier is a moment.
     moments: Vec<bool>,
-    /// Topology, only for a mechanism with spinning rotors.
+    /// Topology; present only for a mechanism with spinning rotors.
     spinning: Option<Topology>,
 }
 
 impl NewtonEuler {
-    /// Assembles the system at the current position of `bodies`.
+    /// Assembles the system at the current configuration of `bodies`.
     pub fn new(mechanism: &Mechanism, parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> Self {
         let joints = mechanism.joints();
         let ends: Vec<_> = joints.iter().map(|j| (j.predecessor.0, j.successor.0)).collect();
@@ -154,8 +154,8 @@ impl NewtonEuler {
         self.ends.iter().filter(|(a, b)| *a == body || *b == body).count()
     }
 
-    /// Adds the wrench of a joint on its predecessor and its successor to the equations of these
-    /// bodies, `rows`.
+    /// Adds the wrench that a joint exerts on its predecessor and its successor to `rows`, the
+    /// equations of all bodies.
     pub fn add_joint_wrench(&self, rows: &mut DVector<f64>, joint: usize, wrench: Wrench<f64>) {
         let (predecessor, successor) = self.ends[joint];
         self.add_wrench(rows, successor, wrench);
@@ -171,8 +171,8 @@ impl NewtonEuler {
         }
     }
 
-    /// Computes the wrenches that the joints must exert on each body: rate of change of momentum,
-    /// less gravity, external loads and spring forces.
+    /// Computes the wrenches that the joints must exert on each body: rate of change of momentum
+    /// minus weight, external loads and spring forces.
     pub fn demand(
         &self,
         parameters: &Parameters<f64>,
@@ -198,7 +198,8 @@ impl NewtonEuler {
             self.add_wrench(&mut rows, load.body.0, -load.wrench(bodies));
         }
         for (rotor, topology) in parameters.rotors.iter().zip(std::iter::repeat(&self.spinning)) {
-            // Rate of change of the angular momentum along the axis, which turns with the body.
+            // Rate of change of the angular momentum along the rotor axis, which rotates with the
+            // body.
             let Some(topology) = topology else { continue };
             let motion =
                 bodies.joint_motion(topology, parameters, (rotor.joint, rotor.dof), f64::NAN);
@@ -217,8 +218,7 @@ impl NewtonEuler {
         rows
     }
 
-    /// Adds the wrenches of springs on joints and of bushings to the equations of the bodies,
-    /// `rows`.
+    /// Adds the wrenches of joint springs and bushings to `rows`, the equations of the bodies.
     fn add_springs(
         &self,
         rows: &mut DVector<f64>,
@@ -252,14 +252,14 @@ impl NewtonEuler {
         a + alpha.cross(c) + omega.cross(v + omega.cross(c))
     }
 
-    /// Dimensionless matrix: rows of moments divided, and columns of moments multiplied, by the
-    /// characteristic length, so that singular values are comparable.
+    /// Returns the dimensionless matrix. Rows of moments are divided by the characteristic length
+    /// and columns of moments multiplied by it, so that singular values are comparable.
     pub fn scaled_matrix(&self, joint_types: &[JointType]) -> SparseMatrix {
         let rows: Vec<f64> = (0..self.matrix.nrows()).map(|row| self.row_scale(row)).collect();
         self.matrix.scaled(&rows, &self.column_scales(joint_types))
     }
 
-    /// Index of the body of each row; the ground is not counted.
+    /// Index of the body of each row, not counting the ground.
     pub(super) fn bodies_of_rows(&self) -> Vec<usize> {
         (0..self.matrix.nrows()).map(|row| row / 6).collect()
     }
@@ -290,8 +290,8 @@ impl NewtonEuler {
         self.unknowns.iter().map(|u| if is_moment(u) { self.length } else { 1.0 }).collect()
     }
 
-    /// Computes the wrenches of the joints that the given unknowns load, in the order of the joints;
-    /// `unknowns` are pairs of index and value, in ascending order of the indices.
+    /// Computes the wrenches of the joints loaded by the given unknowns, in the order of the
+    /// joints. `unknowns` are pairs of index and value, in ascending order of the indices.
     pub(super) fn sparse_wrenches(
         &self,
         unknowns: impl Iterator<Item = (usize, f64)>,
@@ -306,7 +306,7 @@ impl NewtonEuler {
         sums.into_iter().collect()
     }
 
-    /// Computes the complete wrench of each joint from the unknowns and the friction wrenches.
+    /// Computes the total wrench of each joint from the unknowns and the friction wrenches.
     pub fn joint_wrenches(
         &self,
         unknowns: &DVector<f64>,
@@ -320,20 +320,21 @@ impl NewtonEuler {
     }
 }
 
-/// Components of the force, and of the moment about the centre of mass `com`.
+/// Returns the components of the force and of the moment about the centre of mass `com`.
 fn components(wrench: Wrench<f64>, com: Vec3<f64>) -> [f64; 6] {
     let (force, moment) = (wrench.force, wrench.moment_about(com));
     [force.x, force.y, force.z, moment.x, moment.y, moment.z]
 }
 
-/// Positions of the two ends of a spring relative to the reference point, world axes, and the
+/// Positions of the two ends of a spring relative to the reference point, in world axes, and the
 /// forces on these ends.
 struct SpringForces {
     points: [Vec3<f64>; 2],
     forces: [Vec3<f64>; 2],
 }
 
-/// Computes Hooke's law with a damper independently of the kernels, for comparison.
+/// Computes the forces of a linear spring with a damper, independently of the kernels for
+/// comparison.
 fn spring_forces(spring: &SpringParameters<f64>, bodies: &Bodies<f64>) -> SpringForces {
     let end = |k: usize| {
         let body = spring.ends[k];
@@ -354,8 +355,9 @@ fn spring_forces(spring: &SpringParameters<f64>, bodies: &Bodies<f64>) -> Spring
     SpringForces { points: [a.into(), b.into()], forces: [force, -force] }
 }
 
-/// Computes the wrench of a bushing on its second body independently of the kernels, for comparison: with nalgebra's
-/// logarithm, and the inverse of the right Jacobian of the rotation vector in closed form.
+/// Computes the wrench of a bushing on its second body, independently of the kernels for
+/// comparison: with nalgebra's logarithm, and the inverse of the right Jacobian of the rotation
+/// vector in closed form.
 fn bushing_wrench(bushing: &BushingParameters<f64>, bodies: &Bodies<f64>) -> Wrench<f64> {
     use nalgebra::{Matrix3, Rotation3, Vector3};
     let [from, to] = bushing.ends;

@@ -1,16 +1,16 @@
-//! Prediction of the smallest eigenvalue and its eigenvector along a motion, from the values at
-//! earlier positions.
+//! Prediction of the smallest eigenvalue and its eigenvector along a motion, from their values at
+//! earlier configurations.
 
 use crate::linalg::{BLOCK, Part};
 
 /// Relative residual at which inverse iteration without a shift stops. With a shift, the error of
 /// the eigenvalue is the residual times the relative distance between shift and eigenvalue, so a
 /// larger residual suffices. If the start vector contains little of the eigenvector, round-off
-/// costs two more digits. Eigenvalues are thus certainly accurate to 1e-9, and usually to
+/// costs two more digits. Eigenvalues are therefore always accurate to 1e-9, and usually to
 /// round-off, because the error is quadratic in the residual.
 const ACCURACY: f64 = 2e-11;
-/// Largest accepted bound on the relative error of an eigenvalue; if a shift leads to a larger
-/// bound, the result is rejected.
+/// Largest accepted bound on the relative error of an eigenvalue. A result computed with a shift is
+/// rejected if its bound is larger.
 const CERTAIN: f64 = 1e-9;
 /// Distance of the shift from the predicted value, as a multiple of the error of the last
 /// prediction.
@@ -22,24 +22,24 @@ const FARTHEST: f64 = 0.5;
 /// Relative distance of the shift from the predicted value before the first prediction has been
 /// checked.
 const UNCHECKED: f64 = 0.1;
-/// Weight of the last eigenvector in the start vector, relative to that of a general vector. The
-/// general vector makes the iteration find an eigenvalue with an orthogonal eigenvector that has
-/// become the smallest.
+/// Weight of the last eigenvector in the start vector, relative to that of a general vector. With
+/// the general vector, the iteration also finds the smallest eigenvalue if it now belongs to an
+/// eigenvector orthogonal to the last one.
 const KNOWN: f64 = 4.0;
 
-/// Smallest eigenvalue and its eigenvector at the last positions.
+/// Smallest eigenvalue and its eigenvector at the last configurations.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Prediction {
-    /// Eigenvalue at the last position.
+    /// Eigenvalue at the last configuration.
     last: Option<f64>,
-    /// Eigenvalue at the position before the last one.
+    /// Eigenvalue at the configuration before the last one.
     before: Option<f64>,
     /// Relative error of the last prediction.
     missed: Option<f64>,
     vector: Vec<Part>,
 }
 
-/// Shift of the matrix for inverse iteration, and the residual at which it may stop.
+/// Shift of the matrix for inverse iteration, and the residual at which the iteration may stop.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shift {
     pub(super) by: f64,
@@ -50,16 +50,18 @@ impl Shift {
     /// No shift: inverse iteration with the matrix itself.
     pub(super) const NONE: Self = Self { by: 0.0, accuracy: ACCURACY };
 
-    /// Returns `true` if the error of an eigenvalue found with this shift is at most [`CERTAIN`]. The error may
-    /// be larger if the eigenvalue is farther from the shift than predicted, for example after a dwell.
+    /// Returns `true` if the relative error of an eigenvalue found with this shift is at most
+    /// [`CERTAIN`]. The error may be larger if the eigenvalue is farther from the shift than
+    /// predicted, for example after a dwell.
     pub(super) fn is_certain(self, eigenvalue: f64) -> bool {
         (eigenvalue - self.by).abs() * self.accuracy <= CERTAIN * eigenvalue
     }
 }
 
 impl Prediction {
-    /// Returns a shift slightly below the expected eigenvalue; `None` without an expected value. The
-    /// Cholesky decomposition of the shifted matrix exists only if no eigenvalue is below the shift.
+    /// Returns a shift slightly below the expected eigenvalue; `None` if no eigenvalue is known.
+    /// The Cholesky decomposition of the shifted matrix exists only if no eigenvalue is below the
+    /// shift.
     pub(super) fn shift(&self) -> Option<Shift> {
         let missed = self.missed.map_or(UNCHECKED, |missed| SAFETY * missed);
         let margin = missed.clamp(NEAREST, FARTHEST);
@@ -72,7 +74,7 @@ impl Prediction {
         Some(self.before.map_or(last, |before| 2.0 * last - before))
     }
 
-    /// Adds the eigenvalue and eigenvector found at the next position.
+    /// Adds the eigenvalue and eigenvector found at the next configuration.
     pub(super) fn add(&mut self, eigenvalue: f64, vector: &[Part]) {
         self.missed = self.expected().map(|expected| ((eigenvalue - expected) / eigenvalue).abs());
         self.before = self.last.replace(eigenvalue);
@@ -80,18 +82,18 @@ impl Prediction {
         self.vector.extend_from_slice(vector);
     }
 
-    /// Replaces the expected eigenvalue at the next position.
+    /// Replaces the expected eigenvalue at the next configuration.
     pub(super) fn expect(&mut self, eigenvalue: f64) {
         (self.last, self.before) = (Some(eigenvalue), None);
     }
 
-    /// Forgets all positions.
+    /// Clears the data of all configurations.
     pub(super) fn forget(&mut self) {
         (self.last, self.before, self.missed) = (None, None, None);
         self.vector.clear();
     }
 
-    /// Computes the start vector for row blocks of these sizes.
+    /// Computes the start vector of the iteration for block rows of these sizes.
     pub(super) fn start(
         &self,
         sizes: impl ExactSizeIterator<Item = usize>,

@@ -1,5 +1,5 @@
 //! Rank analysis of the force and moment balance of all bodies: forces of joints and actuators at a
-//! position, and their uniqueness.
+//! configuration, and their uniqueness.
 //!
 //! Equations (B7) and (B9) of the book's theory.
 
@@ -12,13 +12,14 @@ use crate::parameters::Weights;
 use crate::spatial::{Pose, Vec3, Wrench};
 use nalgebra::{DMatrix, DVector};
 
-/// Relative singular values below this count as zero. The matrix is scaled to entries of order one
-/// and positions are exact to 1e-13, so exact zeros appear below 1e-12. Larger values are
-/// near-singular; the system is solved and the singularity index reported.
+/// Relative singular values below this limit count as zero. The matrix is scaled to entries of
+/// order one, and configurations are accurate to 1e-13, so exact zeros appear as values below
+/// 1e-12. If values are small but above the limit (near a singularity), the system is solved and
+/// the singularity index reported.
 pub(super) const RANK_LIMIT: Limit = Limit::OfLargest(1e-10);
 
-/// Force and moment balance of all bodies at one position, with the singular value decomposition of
-/// its matrix.
+/// Force and moment balance of all bodies at one configuration, with the singular value
+/// decomposition of its matrix.
 #[derive(Clone, Debug)]
 pub struct Statics {
     system: NewtonEuler,
@@ -26,7 +27,7 @@ pub struct Statics {
     column_scales: Vec<f64>,
     /// Decomposition of the scaled balance matrix.
     decomposition: Decomposition,
-    /// Basis of the self-stresses: scaled unknowns whose resultant on every body is zero.
+    /// Basis of the self-stress states: scaled unknowns with zero resultant on every body.
     null: Vec<SparseVector>,
     drive_weights: Vec<f64>,
     /// Frame J of each joint relative to the reference point.
@@ -36,7 +37,7 @@ pub struct Statics {
     length: f64,
 }
 
-/// Constraint multipliers and efforts that balance a load.
+/// Values of the unknowns (constraint multipliers and efforts) that balance a load.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StaticSolution {
     /// Values of [`NewtonEuler::unknowns`].
@@ -46,13 +47,13 @@ pub struct StaticSolution {
 /// A load that reactions and actuator forces cannot balance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InfeasibleLoad {
-    /// The unconstrained motion on which the load does work.
+    /// Unconstrained motion on which the load does work.
     pub motion: GainedTwist,
-    /// Effort along the motion that remains unbalanced, N m, or N if the body does not turn.
+    /// Unbalanced generalised force along the motion, in N m, or in N if the body does not turn.
     pub missing: f64,
 }
 
-/// A self-stress: a change of internal forces without effect on the bodies.
+/// A self-stress: a change of internal forces that does not affect the motion of the bodies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NullDirection {
     /// Change of each actuator effort, in the order of the actuators, N or N m.
@@ -62,8 +63,8 @@ pub struct NullDirection {
 }
 
 impl Statics {
-    /// Decomposes the balance of all bodies; `frames` are the frames J of all joints relative to
-    /// the reference point.
+    /// Decomposes the balance of all bodies. `frames` are the poses of the frames J of all joints
+    /// relative to the reference point.
     pub fn new(mechanism: &Mechanism, system: NewtonEuler, frames: Vec<Pose<f64>>) -> Self {
         let types: Vec<_> = mechanism.joints().iter().map(|j| j.joint_type).collect();
         let scaled = system.scaled_matrix(&types);
@@ -93,7 +94,7 @@ impl Statics {
         }
     }
 
-    /// The dimensionless matrix of the balance.
+    /// The balance matrix, made dimensionless by scaling.
     pub fn scaled_matrix(&self) -> &SparseMatrix {
         self.decomposition.matrix()
     }
@@ -142,8 +143,8 @@ impl Statics {
         self.row_scales.len() - self.rank()
     }
 
-    /// Computes the multiples of `units` (one additional demand per passive spin) that, added to
-    /// the demand, make it feasible as far as possible.
+    /// Computes the multiples of `units` that make the demand feasible, as far as possible, when
+    /// added to it. Each unit is an additional demand that belongs to one passive spin.
     pub fn amounts_into_reach(
         &self,
         demand: &DVector<f64>,
@@ -161,7 +162,7 @@ impl Statics {
         };
         let columns: Vec<_> = units.iter().map(outside).collect();
         let missing = outside(&self.less_friction(demand, friction));
-        // The units differ in size because the inertias do, so normalise each.
+        // Normalise each unit, because their sizes differ like the inertias of the bodies.
         let sizes: Vec<f64> = columns.iter().map(|c| c.norm().max(f64::MIN_POSITIVE)).collect();
         let scaled: Vec<_> = columns.iter().zip(&sizes).map(|(c, s)| c / *s).collect();
         let svd = Svd::new(&DMatrix::from_columns(&scaled));
@@ -169,8 +170,8 @@ impl Statics {
         amounts.iter().zip(&sizes).map(|(a, s)| -a / s).collect()
     }
 
-    /// Subtracts the effect of the friction wrenches from a demand, so that constraints and
-    /// actuators balance the result.
+    /// Subtracts the effect of the friction wrenches from a demand. Constraints and actuators must
+    /// balance the result.
     fn less_friction(&self, demand: &DVector<f64>, friction: &[Wrench<f64>]) -> DVector<f64> {
         let mut rest = demand.clone();
         for (joint, &wrench) in friction.iter().enumerate() {
@@ -186,7 +187,7 @@ impl Statics {
 
     /// Returns, for each unknown, `true` if it is statically determinate.
     pub fn determined(&self) -> Vec<bool> {
-        // Null vectors have unit norm: components of the size of round-off count as zero.
+        // Null vectors have unit norm: components of the order of round-off count as zero.
         let mut free = vec![0.0; self.column_scales.len()];
         self.null.iter().flatten().for_each(|(k, x)| free[*k] += x * x);
         free.into_iter().map(|square: f64| square.sqrt() < DETERMINED).collect()
@@ -206,8 +207,8 @@ impl Statics {
         own.map(|(determined, _)| determined).collect()
     }
 
-    /// Returns, for each joint and each component of its complete wrench (force x y z, then moment
-    /// x y z about the joint's origin, world axes), `true` if the balance alone determines the
+    /// Returns, for each joint and each component of its total wrench (force x y z, then moment x y
+    /// z about the joint's origin, world axes), `true` if the balance alone determines the
     /// component.
     pub fn determined_reactions(&self) -> Vec<[bool; 6]> {
         let mut determined = vec![[true; 6]; self.frames.len()];
@@ -221,14 +222,14 @@ impl Statics {
         determined
     }
 
-    /// Basis of the self-stress states: for each state, the loaded joints with their wrenches about the
-    /// reference point. The unknowns of each state have unit norm.
+    /// Computes a basis of the self-stress states. Each state consists of the loaded joints and
+    /// their wrenches about the reference point. The unknowns of each state have unit norm.
     pub fn self_stresses(&self) -> impl Iterator<Item = Vec<(usize, Wrench<f64>)>> + '_ {
         self.null.iter().map(|vector| self.wrenches_of(vector))
     }
 
-    /// Basis of the null space of the balance: for each direction, the actuator efforts and the wrenches of
-    /// the loaded joints, unscaled.
+    /// Computes a basis of the null space of the balance. Each direction consists of the actuator
+    /// efforts and the wrenches of the loaded joints, in N and N m.
     pub fn null_directions(&self) -> Vec<NullDirection> {
         let count = self.drive_weights.len();
         let each = self.null.iter().map(|vector| {
@@ -255,7 +256,8 @@ impl Statics {
         each.collect()
     }
 
-    /// Computes the wrenches of the joints that scaled unknowns load, about the reference point.
+    /// Computes the wrenches, about the reference point, of the joints loaded by the scaled
+    /// unknowns.
     fn wrenches_of(&self, scaled: &[(usize, f64)]) -> Vec<(usize, Wrench<f64>)> {
         self.system.sparse_wrenches(scaled.iter().map(|&(k, x)| (k, x * self.column_scales[k])))
     }
@@ -266,7 +268,7 @@ impl Statics {
     /// each joint; they load the bodies and are part of the weighted reactions.
     ///
     /// # Errors
-    /// The demand is infeasible.
+    /// Returns [`InfeasibleLoad`] if the demand is infeasible.
     pub fn carry(
         &self,
         demand: &DVector<f64>,
@@ -279,7 +281,7 @@ impl Statics {
     }
 
     /// Computes reactions and efforts for the feasible part of a demand. The result is linear in
-    /// demand and friction together.
+    /// the demand and the friction wrenches.
     pub(crate) fn carry_what_can_be(
         &self,
         demand: &DVector<f64>,
@@ -299,7 +301,7 @@ impl Statics {
         StaticSolution { unknowns: DVector::from_iterator(particular.len(), unknowns) }
     }
 
-    /// Minimum-norm least-squares solution for a scaled demand.
+    /// Computes the minimum-norm least-squares solution for a scaled demand.
     fn particular(&self, scaled: &DVector<f64>) -> DVector<f64> {
         let solve =
             |right: &DVector<f64>| DVector::from_vec(self.decomposition.solve(right.as_slice()));
@@ -325,11 +327,13 @@ impl Statics {
         if residual.amax() <= 1e-9 * size {
             return Ok(());
         }
-        // The residual lies in the space of unconstrained motions, along which no unknown balances it.
+        // The residual is a combination of unconstrained motions, along which no unknown exerts a
+        // force.
         let motion = self.scale_rows(&residual);
         let demand = scaled.dot(&residual);
         let described = self.described(&motion);
-        // Scale the residual to the reported motion, and scale the demand along this motion likewise.
+        // Scale the residual to the reported motion, and scale the demand along this motion in the
+        // same way.
         let size = motion_size(&motion, described.body, described.turns);
         Err(InfeasibleLoad { missing: demand / size, motion: described })
     }
@@ -361,7 +365,7 @@ impl Statics {
             let response = DMatrix::from_columns(&columns);
             open = least(&response, &efforts(solution), open, solution);
         }
-        // Stage 2: reactions, weighted by the declared compliances, and then by the default.
+        // Stage 2: reactions, weighted first by the declared compliances, then by the default.
         let none = vec![Wrench::zero(); friction.len()];
         for weights in [self.compliance.as_deref(), None] {
             if open.ncols() == 0 {
@@ -375,8 +379,8 @@ impl Statics {
         }
     }
 
-    /// Computes all reactions from scaled unknowns and friction, weighted for least squares: by declared
-    /// compliances, or equally for all joints.
+    /// Computes all reactions from scaled unknowns and friction, weighted for least squares.
+    /// Weights are the declared compliances or, with `None`, equal for all joints.
     fn weighed(
         &self,
         scaled: &DVector<f64>,
@@ -402,22 +406,22 @@ impl Statics {
     }
 }
 
-/// Sets a value of the size of round-off to zero.
+/// Sets a value of the order of round-off to zero.
 fn clean(part: f64) -> f64 {
     if part.abs() < DETERMINED { 0.0 } else { part }
 }
 
-/// Speed of a body in a motion of all bodies: rad/s, or m/s if it does not turn.
+/// Speed of a body in a motion of all bodies: in rad/s if `turns`, otherwise in m/s.
 fn motion_size(motion: &DVector<f64>, body: usize, turns: bool) -> f64 {
     motion.fixed_rows::<3>(6 * (body - 1) + if turns { 3 } else { 0 }).norm()
 }
 
-/// Components of null-space vectors below this value are round-off; an unknown without greater
+/// Components of null-space vectors below this value are round-off. An unknown without larger
 /// components is statically determinate.
 pub(crate) const DETERMINED: f64 = 1e-8;
 
-/// Adds `open * amounts` to `solution`, with the amounts that minimise the norm of `now + response *
-/// amounts`. Returns the directions along which this norm does not change.
+/// Adds `open * amounts` to `solution`, with the amounts that minimise the norm of
+/// `now + response * amounts`. Returns the directions along which this norm does not change.
 fn least(
     response: &DMatrix<f64>,
     now: &DVector<f64>,
@@ -425,7 +429,7 @@ fn least(
     solution: &mut DVector<f64>,
 ) -> DMatrix<f64> {
     let svd = Svd::new(response);
-    // Responses are efforts for unit self-stresses: of order one, or round-off.
+    // The entries of `response` belong to unit self-stresses: they are of order one, or round-off.
     let rank = svd.singular_values.iter().filter(|&&s| s > DETERMINED).count();
     let amounts = -svd.solve(now, rank);
     let rest: Vec<_> = svd.null_space(rank).iter().map(|direction| &open * direction).collect();

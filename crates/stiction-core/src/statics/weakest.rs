@@ -1,5 +1,5 @@
-//! Least-constrained motions: the motion gained at a singular position, and the load that joints
-//! and actuators cannot balance there.
+//! Least-constrained motions: the motion gained at a singular configuration, and the load that
+//! joints and actuators cannot balance there.
 
 use super::distance::{Constraints, of_legs};
 use super::rank::{RANK_LIMIT, Statics};
@@ -11,28 +11,29 @@ use nalgebra::{DMatrix, DVector};
 /// A motion of all bodies, described by one of them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GainedTwist {
-    /// The twist of each body about the reference point; scaled so that `body` turns by one radian,
+    /// Twist of each body about the reference point, scaled such that `body` turns by one radian
     /// or, if it does not turn, moves by one metre.
     pub twists: Vec<Twist<f64>>,
-    /// Body that describes the motion: among the bodies with considerable motion, the one with the
-    /// most joints.
+    /// Body that describes the motion: the body with the most joints among those with considerable
+    /// motion.
     pub body: usize,
     /// True if `body` turns.
     pub turns: bool,
-    /// Number of independent unconstrained motions, including this motion; known passive spins and
+    /// Number of independent unconstrained motions, including this one. Known passive spins and
     /// other known motions do not count.
     pub of: usize,
 }
 
 impl GainedTwist {
-    /// Describes the motion by the body's name and twist; `origin` is the reference point in the world.
+    /// Describes the motion in words: returns the name of the body and a description of its twist.
+    /// `origin` is the reference point in the world.
     pub fn in_words(&self, mechanism: &Mechanism, origin: Vec3<f64>) -> (String, String) {
         let name = mechanism.bodies()[self.body].name.clone();
         let in_world = self.twists[self.body].about(-origin);
         (name, describe_motion(in_world, mechanism.characteristic_length()))
     }
 
-    /// Describes a load on the body that is infeasible because it does work on the motion.
+    /// Describes in words a load on the body that is infeasible because it does work on the motion.
     pub fn load_in_words(&self, length: f64) -> String {
         let Twist { angular, linear } = self.twists[self.body];
         let Some(axis) = angular.direction().filter(|_| self.turns) else {
@@ -50,16 +51,17 @@ impl GainedTwist {
     }
 }
 
-/// A passive spin: index of the body, and axis in the world.
+/// A passive spin: index of the body, and rotation axis in world axes.
 pub(crate) type IdleAxis = (usize, Vec3<f64>);
 
-/// Singular values below this fraction of the largest count as zero; their singular vectors are not
+/// Singular values below this fraction of the largest count as zero. Their singular vectors are not
 /// unique.
 const MIXED: f64 = 1e-9;
 
 impl Statics {
-    /// Finds the least-constrained motion with locked actuators, apart from passive spins: the twist
-    /// gained where [`Statics::actuation_distance`] is zero. `None` for an immobile mechanism.
+    /// Finds the least-constrained motion with locked actuators, apart from passive spins. It is
+    /// the twist gained at a configuration with zero [`Statics::actuation_distance`]. Returns
+    /// `None` for an immobile mechanism.
     pub fn weakest_motion(&self, idle: &[IdleAxis]) -> Option<GainedTwist> {
         let transposed = self.scaled_matrix().transpose();
         let bodies = self.system().bodies_of_rows();
@@ -68,9 +70,9 @@ impl Statics {
         self.weakest(&transposed, &equations, idle.len(), idle)
     }
 
-    /// Finds the motion that the rows of `transposed`, unit wrenches of the scaled balance, resist
-    /// least, apart from `others` known motions with less resistance. `equations` are the equations
-    /// of the balance that form the columns.
+    /// Finds the motion with the least resistance, apart from `others` known motions with less
+    /// resistance. The rows of `transposed` are unit wrenches of the scaled balance; its columns
+    /// are the equations with the indices `equations`.
     fn weakest(
         &self,
         transposed: &Decomposition,
@@ -89,7 +91,7 @@ impl Statics {
             && transposed.rank() == kept + 1
             && transposed.value(kept) > zero
         {
-            // All motions with less resistance are known.
+            // The motions with less resistance are all known.
             return Some(self.described(&self.scale_rows(&in_place(motion))));
         }
         let svd = transposed.svd();
@@ -99,7 +101,7 @@ impl Statics {
         let motion = if distinct || basis.len() == 1 {
             basis.first()?.clone()
         } else {
-            // Select the open motion with the smallest passive-spin component.
+            // Select the unconstrained motion with the smallest passive-spin component.
             let rest: Vec<_> = basis.iter().map(|vector| without_spins(vector, idle)).collect();
             let amounts = Svd::new(&DMatrix::from_columns(&rest)).v.column(0).into_owned();
             DMatrix::from_columns(&basis) * amounts
@@ -109,8 +111,8 @@ impl Statics {
         Some(GainedTwist { of, ..self.described(&self.scale_rows(&motion)) })
     }
 
-    /// Describes a motion of all bodies, given by the velocity of the centre of mass and the angular
-    /// velocity of each body.
+    /// Describes a motion of all bodies. `motion` contains the velocity of the centre of mass and
+    /// the angular velocity of each body.
     pub(crate) fn described(&self, motion: &DVector<f64>) -> GainedTwist {
         let part = |body: usize, at: usize| {
             let row = 6 * (body - 1) + at;
@@ -140,15 +142,15 @@ impl Statics {
 }
 
 impl Constraints<'_> {
-    /// Finds the motion that the constraints resist least, besides the `mobility` motions that they allow in every
-    /// regular position.
+    /// Finds the motion that the constraints resist least, apart from the `mobility` motions that
+    /// they permit in every regular configuration.
     pub fn weakest_motion(&self, mobility: usize, idle: &[IdleAxis]) -> Option<GainedTwist> {
         let equations: Vec<usize> = (0..self.transposed().matrix().ncols()).collect();
         self.statics().weakest(self.transposed(), &equations, mobility, idle)
     }
 
-    /// Finds the motion of the bodies between hubs that the constraints resist least, with the hubs
-    /// fixed.
+    /// Finds the motion of the bodies between hubs that the constraints resist least while the hubs
+    /// are fixed.
     pub fn weakest_leg_motion(&self, idle: &[IdleAxis]) -> Option<GainedTwist> {
         let equations = of_legs(self.statics().system());
         self.statics().weakest(&self.legs(&equations), &equations, idle.len(), idle)

@@ -3,14 +3,14 @@
 use crate::random::Random;
 use std::collections::VecDeque;
 
-/// Spanning tree of the bodies.
+/// Spanning tree (or forest) of the bodies.
 #[derive(Debug)]
 pub(super) struct Spanning {
     /// All bodies except the ground, parents before children.
     pub(super) order: Vec<Placement>,
 }
 
-/// Body, and the joint that connects it with its parent; `None` for a floating body.
+/// A body, and the joint that connects it with its parent; the joint is `None` for a floating body.
 #[derive(Debug)]
 pub(super) struct Placement {
     pub(super) body: usize,
@@ -21,7 +21,7 @@ const GROUND: usize = 0;
 
 impl Spanning {
     /// Builds the tree described in [`super`]: hubs float, and each chain between hubs is cut at
-    /// the joint with the lowest cost, except joints to keep, which must form no loop.
+    /// the joint with the lowest `cost`. Joints with `keep` are never cut; they must form no loop.
     pub(super) fn by_structure(
         bodies: usize,
         ends: &[(usize, usize)],
@@ -55,7 +55,7 @@ impl Spanning {
                 if walked[first] {
                     continue;
                 }
-                // Follow the chain to the next root or hub.
+                // Follow the chain of joints to the next root or hub.
                 let (mut chain, mut body, mut joint) = (Vec::new(), start, first);
                 loop {
                     walked[joint] = true;
@@ -64,13 +64,14 @@ impl Spanning {
                     if is_root(body) || is_hub(body) {
                         break;
                     }
-                    // A body inside a chain has exactly one other joint in loops.
+                    // A body inside a chain has exactly one other joint that belongs to a loop.
                     match loop_joints(body).find(|&next| !walked[next]) {
                         Some(next) => joint = next,
                         None => break,
                     }
                 }
-                // A chain from root to hub hangs from the root; other chains are cut in the middle.
+                // Prefer to cut a chain from a root to a hub at the hub, and other chains in the
+                // middle.
                 let preferred = if is_root(start) && is_hub(body) {
                     chain.len() as f64
                 } else {
@@ -87,7 +88,8 @@ impl Spanning {
             }
         }
         let mut floating = nearest_first.iter().copied().filter(|&b| is_hub(b)).collect::<Vec<_>>();
-        // If a chain without a cut connects a hub with the ground or another hub, the hub hangs from this chain.
+        // If a chain cannot be cut, the hub at its end does not float but becomes a descendant of
+        // this chain.
         if keep.contains(&true) {
             let part = graph.components(&is_cut);
             let mut held = vec![part[GROUND]];
@@ -100,8 +102,8 @@ impl Spanning {
         Self::grow(&graph, &floating, |joint| !is_cut[joint])
     }
 
-    /// Builds a random tree with random floating bodies. The tree contains the joints to keep,
-    /// which must form no loop.
+    /// Builds a random tree with random floating bodies. It contains all joints with `keep`, which
+    /// must form no loop.
     pub(super) fn random(bodies: usize, ends: &[(usize, usize)], keep: &[bool], seed: u64) -> Self {
         let mut random = Random::new(seed);
         let graph = Graph::new(bodies, ends);
@@ -137,8 +139,8 @@ impl Spanning {
         Self::grow(&graph, &floating, |joint| in_tree[joint])
     }
 
-    /// Orders the bodies outwards from the ground and the floating bodies, along joints for which
-    /// `allowed` holds.
+    /// Orders the bodies outwards from the ground and the floating bodies, along the joints for
+    /// which `allowed` returns `true`.
     fn grow(graph: &Graph, floating: &[usize], allowed: impl Fn(usize) -> bool) -> Self {
         let mut placed = vec![false; graph.incident.len()];
         placed[GROUND] = true;
@@ -162,10 +164,10 @@ impl Spanning {
     }
 }
 
-/// Bodies and the joints between them.
+/// Graph of bodies and the joints between them.
 struct Graph<'a> {
     ends: &'a [(usize, usize)],
-    /// The joints at each body.
+    /// Indices of the joints of each body.
     incident: Vec<Vec<usize>>,
 }
 
@@ -184,7 +186,7 @@ impl<'a> Graph<'a> {
         if a == body { b } else { a }
     }
 
-    /// Computes the number of joints between each body and the ground on the shortest path.
+    /// Computes the number of joints on the shortest path from each body to the ground.
     fn distances(&self) -> Vec<usize> {
         let mut distance = vec![usize::MAX; self.incident.len()];
         distance[GROUND] = 0;
@@ -201,7 +203,7 @@ impl<'a> Graph<'a> {
         distance
     }
 
-    /// Marks the joints that belong to no loop. Tarjan's low-link method, without recursion so that
+    /// Marks the joints that belong to no loop, by Tarjan's low-link method. Not recursive, so that
     /// long chains do not overflow the stack.
     fn bridges(&self) -> Vec<bool> {
         let bodies = self.incident.len();
@@ -244,7 +246,7 @@ impl<'a> Graph<'a> {
         bridge
     }
 
-    /// Component of each body after removal of the bridges.
+    /// Computes the connected component of each body after removal of the bridges.
     fn components(&self, bridge: &[bool]) -> Vec<usize> {
         let mut component = vec![usize::MAX; self.incident.len()];
         for start in 0..component.len() {

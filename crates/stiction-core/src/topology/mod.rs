@@ -1,11 +1,12 @@
-//! The joint graph, compiled once: the joints of the tree, the joints that close loops, and the
-//! order of computation.
+//! The compiled joint graph: the joints of the spanning tree, the joints that close loops (cut
+//! joints), and the order of computation.
 //!
 //! Cut joints are chosen automatically. Bodies at which three or more chains of a loop structure
-//! meet (a robot's platform) *float*: they have six coordinates of their own and no tree joint, so
-//! that every leg is a chain from one such body to another, independent of the other legs. Each
-//! chain hangs from one end and is cut at one joint; the wrench of the cut joint is the unknown of the
-//! chain. The cost therefore grows linearly with the number of legs and loops.
+//! meet (such as a robot's platform) *float*: they have six coordinates of their own and no joint
+//! in the tree. Every leg is then a chain from one such body to another, independent of the other
+//! legs. Each chain starts at one of these bodies and is cut at one joint; the wrench of the cut
+//! joint is the unknown of the chain. The cost therefore grows linearly with the number of legs and
+//! loops.
 
 mod graph;
 
@@ -14,13 +15,15 @@ use crate::mechanism::{BodyId, Gearing, Mechanism};
 use core::ops::Range;
 use graph::Spanning;
 
-/// Rule for the choice of the spanning tree. Results do not depend on it, up to round-off.
+/// Rule for the choice of the spanning tree. Results are independent of the choice, up to
+/// round-off.
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TreeRule {
     /// Tree chosen by the structure of the mechanism, for speed.
     Structure,
-    /// Random tree and random floating bodies, to test that results do not depend on the choice.
+    /// Random tree and random floating bodies from this seed, to test that results do not depend on
+    /// the choice.
     Random(u64),
 }
 
@@ -31,64 +34,66 @@ pub struct Topology {
     pub(crate) joint_types: Vec<JointType>,
     /// Predecessor and successor of each joint.
     pub(crate) ends: Vec<(usize, usize)>,
-    /// All bodies except the ground, parents before children.
+    /// One node for each body except the ground, parents before children.
     pub(crate) nodes: Vec<Node>,
     /// Node of each body (`None` for the ground).
     pub(crate) node_of_body: Vec<Option<usize>>,
     /// Role of each joint.
     pub(crate) role: Vec<Role>,
     pub(crate) cuts: Vec<Cut>,
-    /// The degrees of freedom of the tree.
+    /// Degrees of freedom of the spanning tree.
     pub(crate) tree_dofs: Vec<TreeDof>,
     pub(crate) coordinates: usize,
-    /// Number of constraint wrenches of all cut joints: the first columns of the balance.
+    /// Number of constraint wrenches of all cut joints. They are the first columns of the balance.
     pub(crate) constraints: usize,
     /// All actuated degrees of freedom in the order of [`Mechanism::actuators`].
     pub(crate) actuators: Vec<Actuator>,
-    /// Actuators at cut joints, whose efforts are further columns of the balance.
+    /// Actuators of cut joints. Their efforts are the columns of the balance after the constraint
+    /// wrenches.
     pub(crate) cut_actuators: Vec<usize>,
-    /// Rigid gearings. Their joints are in the tree, so each gearing is an equation between
-    /// coordinates of the tree.
+    /// Rigid gearings. Their joints are in the spanning tree, so each gearing is an equation
+    /// between coordinates of the tree.
     pub(crate) gearings: Vec<GearedDofs>,
 }
 
-/// Degrees of freedom of a gearing.
+/// Degrees of freedom of a gearing, as parts of the spanning tree.
 #[derive(Clone, Debug)]
 pub(crate) struct GearedDofs {
     /// Index among the gearings of the mechanism.
     pub(crate) gearing: usize,
-    /// Degrees of freedom of the tree and indices of their coordinates, in the order of the coefficients.
+    /// Degrees of freedom of the spanning tree and indices of their coordinates, in the order of
+    /// the gearing's coefficients.
     pub(crate) dofs: Vec<(usize, usize)>,
-    /// Nodes of these degrees of freedom, each once.
+    /// Nodes of these degrees of freedom, each listed once.
     pub(crate) nodes: Vec<usize>,
     /// True if the weighted sum is a length, false if it is an angle.
     pub(crate) is_length: bool,
 }
 
-/// Body and the connection that places it.
+/// Node of the spanning tree: a body and its connection to the parent body.
 #[derive(Clone, Debug)]
 pub(crate) struct Node {
     pub(crate) body: usize,
-    /// Node of the body from which this body hangs; `None` for the ground.
+    /// Node of the parent body; `None` if the parent is the ground or the body floats.
     pub(crate) parent: Option<usize>,
     pub(crate) link: Link,
     pub(crate) tree_dofs: Range<usize>,
     pub(crate) coordinates: Range<usize>,
 }
 
-/// Connection that places a body.
+/// Connection of a body to its parent in the spanning tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Link {
     /// Joint; `reversed` if the body is the joint's predecessor.
     Joint { joint: usize, reversed: bool },
-    /// Floating body, with six coordinates of its own that transmit no force.
+    /// Floating body, with six coordinates of its own. This connection transmits no force.
     Floating,
 }
 
 /// Role of a joint in the compiled graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Role {
-    /// Joint of the tree that places the body of a node.
+    /// Joint in the spanning tree that connects the body of this node with its parent.
     Tree { node: usize },
     /// Joint that closes a loop, with its index in [`Topology::cuts`].
     Cut { cut: usize },
@@ -98,8 +103,9 @@ pub(crate) enum Role {
 #[derive(Clone, Debug)]
 pub(crate) struct Cut {
     pub(crate) joint: usize,
-    /// Nodes between the two bodies of the joint, with `+1.0` on the successor's side and `-1.0` on the
-    /// predecessor's side; each side begins at its body and ends below the common ancestors.
+    /// Nodes between the two bodies of the joint, with the sign `+1.0` on the successor's side and
+    /// `-1.0` on the predecessor's side. Each side begins at its body and ends below the first
+    /// common ancestor.
     pub(crate) path: Vec<(usize, f64)>,
     /// Indices of the joint's constraint wrenches.
     pub(crate) constraints: Range<usize>,
@@ -108,8 +114,8 @@ pub(crate) struct Cut {
 }
 
 impl Cut {
-    /// Columns of the balance for the wrench of this cut joint: constraint wrenches, then
-    /// actuators.
+    /// Columns of the balance for the wrench of this cut joint: first its constraint wrenches, then
+    /// its actuators. `constraints` is the total number of constraint columns.
     pub(crate) fn columns(
         &self,
         constraints: usize,
@@ -119,7 +125,7 @@ impl Cut {
     }
 }
 
-/// A degree of freedom of the tree.
+/// A degree of freedom of the spanning tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct TreeDof {
     pub(crate) node: usize,
@@ -137,16 +143,16 @@ pub(crate) struct Actuator {
 }
 
 impl Topology {
-    /// Compiles the graph of a mechanism.
+    /// Compiles the joint graph of a mechanism.
     pub fn new(mechanism: &Mechanism) -> Self {
         Self::with_tree(mechanism, TreeRule::Structure)
     }
 
-    /// Compiles the graph with a tree chosen according to `rule`.
+    /// Compiles the joint graph with a spanning tree chosen by `rule`.
     pub fn with_tree(mechanism: &Mechanism, rule: TreeRule) -> Self {
         let joints = mechanism.joints();
         let ends: Vec<_> = joints.iter().map(|j| (j.predecessor.0, j.successor.0)).collect();
-        // The cost of a cut is its number of unknowns.
+        // Cutting a joint costs one unit per unknown.
         let mut cost: Vec<usize> = joints
             .iter()
             .map(|j| j.joint_type.constraints().len() + j.actuated_dofs().count())
@@ -155,8 +161,8 @@ impl Topology {
         for geared in mechanism.gearings().iter().flat_map(|gearing| &gearing.dofs) {
             keep[geared.joint.0] = true;
         }
-        // Cut cost of a joint with a torsion spring. It keeps the joint in the tree, because angles
-        // of cut joints do not include full turns, which the spring requires.
+        // Cost of cutting a joint with a torsion spring. It keeps the joint in the tree, because
+        // angles of cut joints do not include full turns, which the spring requires.
         const TURNS: usize = 100;
         for spring in mechanism.joint_springs() {
             if !joints[spring.joint.0].joint_type.dofs()[spring.dof].translates() {
@@ -171,8 +177,8 @@ impl Topology {
         Self::compile(mechanism, ends, &spanning)
     }
 
-    /// Compiles the graph with a given tree: all bodies except the ground, parents before children,
-    /// each with the joint from which it hangs; bodies without a joint float.
+    /// Compiles the joint graph with a given spanning tree: all bodies except the ground, parents
+    /// before children, each with the joint to its parent; bodies without such a joint float.
     pub(crate) fn with_paths(mechanism: &Mechanism, paths: &[(usize, Option<usize>)]) -> Self {
         let ends = mechanism.joints().iter().map(|j| (j.predecessor.0, j.successor.0)).collect();
         let order = paths.iter().map(|&(body, joint)| graph::Placement { body, joint }).collect();
@@ -212,8 +218,8 @@ impl Topology {
         topology
     }
 
-    /// Adds a gearing; does nothing if one of its joints is not in the tree, as a given tree
-    /// permits.
+    /// Adds a gearing. Does nothing if one of its joints is not in the tree, which may happen with
+    /// a given tree.
     fn gear(&mut self, gearing: usize, content: &Gearing) {
         let (mut dofs, mut nodes) = (Vec::new(), Vec::new());
         for geared in &content.dofs {
@@ -263,7 +269,7 @@ impl Topology {
         self.node_of_body[placement.body] = Some(node);
     }
 
-    /// Adds the loop that a joint closes.
+    /// Adds the loop closed by a joint.
     fn cut(&mut self, joint: usize) {
         self.role[joint] = Role::Cut { cut: self.cuts.len() };
         let (predecessor, successor) = self.ends[joint];
@@ -285,7 +291,7 @@ impl Topology {
         first(joint)..first(joint + 1)
     }
 
-    /// Nodes on the path between two bodies, see [`Cut::path`].
+    /// Lists the nodes on the path between two bodies, see [`Cut::path`].
     fn path(&self, predecessor: usize, successor: usize) -> Vec<(usize, f64)> {
         let mut of_successor = self.ancestors(successor);
         let mut of_predecessor = self.ancestors(predecessor);
@@ -299,7 +305,8 @@ impl Topology {
         signed(of_successor, 1.0).chain(signed(of_predecessor, -1.0)).collect()
     }
 
-    /// Node of the body that a joint of the tree places; `None` if the joint closes a loop.
+    /// Returns the node of the body that a joint of the tree connects with its parent; `None` for a
+    /// cut joint.
     pub(crate) fn node_of(&self, joint: usize) -> Option<&Node> {
         match self.role[joint] {
             Role::Tree { node } => self.nodes.get(node),
@@ -307,7 +314,7 @@ impl Topology {
         }
     }
 
-    /// Nodes from a body up to the root of its tree.
+    /// Lists the nodes from a body up to the root of its tree.
     pub(crate) fn ancestors(&self, body: usize) -> Vec<usize> {
         let mut nodes = Vec::new();
         let mut next = self.node_of_body[body];
@@ -318,7 +325,7 @@ impl Topology {
         nodes
     }
 
-    /// Returns `true` if a degree of freedom of the tree is a translation.
+    /// Returns `true` if a degree of freedom of the spanning tree is a translation.
     pub(crate) fn tree_dof_translates(&self, tree_dof: &TreeDof) -> bool {
         match self.nodes[tree_dof.node].link {
             Link::Floating => tree_dof.local < 3,
@@ -328,36 +335,36 @@ impl Topology {
         }
     }
 
-    /// Floating bodies, with the ranges of their coordinates (position relative to the reference
-    /// point, unit quaternion) and degrees of freedom (twist about the reference point, world axes)
-    /// in the tree.
+    /// Lists the floating bodies, with the ranges of their coordinates (position relative to the
+    /// reference point, unit quaternion) and of their degrees of freedom (twist about the reference
+    /// point, world axes) in the spanning tree.
     pub fn floating(&self) -> impl Iterator<Item = (BodyId, Range<usize>, Range<usize>)> + '_ {
         let floating = self.nodes.iter().filter(|node| node.link == Link::Floating);
         floating.map(|node| (BodyId(node.body), node.coordinates.clone(), node.tree_dofs.clone()))
     }
 
-    /// Number of degrees of freedom of the tree.
+    /// Number of degrees of freedom of the spanning tree.
     pub fn dofs(&self) -> usize {
         self.tree_dofs.len()
     }
 
-    /// Number of coordinates of the tree.
+    /// Number of coordinates of the spanning tree.
     pub fn coordinates(&self) -> usize {
         self.coordinates
     }
 
-    /// Number of cut joints: one for each independent loop.
+    /// Number of cut joints. Each closes one independent loop.
     pub fn cut_joints(&self) -> usize {
         self.cuts.len()
     }
 
-    /// Number of equations that the mechanism imposes on the coordinates of the tree: constraints of cut joints, then
-    /// gearings.
+    /// Number of equations that the mechanism imposes on the coordinates of the spanning tree:
+    /// constraints of cut joints, then gearings.
     pub(crate) fn closures(&self) -> usize {
         self.constraints + self.gearings.len()
     }
 
-    /// Number of unknowns of the balance: constraint wrenches and efforts at cut joints.
+    /// Number of unknowns of the balance: constraint wrenches and actuator efforts of cut joints.
     pub(crate) fn columns(&self) -> usize {
         self.constraints + self.cut_actuators.len()
     }

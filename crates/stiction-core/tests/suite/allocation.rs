@@ -1,4 +1,4 @@
-//! Kernels allocate nothing after set-up, and their cost grows linearly with the number of legs.
+//! Kernels do not allocate after set-up, and their cost grows linearly with the number of legs.
 
 use crate::common::random::*;
 use crate::common::*;
@@ -32,7 +32,7 @@ fn kernels_allocate_nothing() {
             let share = || sharing.run(&model, &parameters, bodies, inverse, &mut shares);
             assert_eq!(allocations(share), 0, "shares, {class:?} {mode:?}");
 
-            // The checked solver does not allocate either, as long as no special case occurs.
+            // The checked solver does not allocate either, unless a special case occurs.
             solver.solve(&case.loads).unwrap();
             let solve = || {
                 solver.move_to(targets).unwrap();
@@ -43,8 +43,8 @@ fn kernels_allocate_nothing() {
     }
 }
 
-/// Operation counts of both factorizations for a platform on six actuated legs and additional
-/// passive ones.
+/// Returns the operation counts of both factorisations for a platform on six actuated legs and
+/// additional passive ones.
 fn operations_with_legs(legs: usize) -> usize {
     let mut random = Random(1);
     let mut draft = Draft::new();
@@ -81,7 +81,7 @@ fn cost_grows_linearly_with_the_legs() {
     assert!((later / per_leg - 1.0).abs() < 0.1, "{few} {more} {many}");
 }
 
-/// Efforts that oscillate about those that carry the weight.
+/// Applies efforts that oscillate about those that balance the weight.
 struct Swing {
     mean: Vec<f64>,
     amplitude: f64,
@@ -111,8 +111,8 @@ fn simulations_allocate_nothing_between_events() {
         InverseDynamics::new(mechanism, &robot.initial_poses, &robot.coordinates, &still, settings)
             .unwrap();
     let mean = solver.solve(&[]).unwrap().efforts.clone();
-    // Fast enough that nothing comes to rest soon, and held by friction with a margin: at a limit,
-    // friction would be shared anew.
+    // Either fast enough that nothing comes to rest soon, or held by friction with a margin,
+    // because friction at a limit would have to be distributed anew.
     let moving = [(0.55, 0.5), (0.0, 0.3), (0.0, 0.2)];
     let moving = moving.map(|(value, rate)| Target { value, rate, acceleration: 0.0 });
     for (targets, amplitude, sticks) in [(moving, 5.0, false), (still, 0.1, true)] {
@@ -121,7 +121,7 @@ fn simulations_allocate_nothing_between_events() {
         let settings = stiction_core::forward::Settings::default();
         let mut simulation = model.start(0.0, state, settings, &mut swing).unwrap();
         let mut sample = 0;
-        // A step at rest is long: rows farther apart than in motion need several.
+        // A step at rest is long, so rows that are farther apart than in motion need several steps.
         let row = if sticks { 0.05 } else { 0.005 };
         let mut go_on = |simulation: &mut Simulation<'_>| {
             sample += 1;

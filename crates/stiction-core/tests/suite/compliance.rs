@@ -8,13 +8,14 @@ use stiction_core::mechanism::{
 };
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// Half the distance of the hinges, m.
+/// Half the distance between the hinges, m.
 const HALF: f64 = 0.4;
-/// Moment on the door perpendicular to the line of the hinges, N m, and force along this line, N.
+/// Loads on the door: a moment perpendicular to the line through the hinges, N m, and a force along
+/// this line (`ALONG`), N.
 const MOMENT: f64 = 30.0;
 const ALONG: f64 = 50.0;
 
-/// A door on two hinges, upper and lower, with the given compliances.
+/// Creates a door on an upper and a lower hinge with the given compliances.
 fn door(compliances: [Option<Compliance>; 2]) -> InverseDynamics {
     let at = |z: f64| Pose { rotation: Mat3::identity(), position: Vec3::new(0.0, 0.0, z) };
     let mut builder =
@@ -53,7 +54,8 @@ fn two_hinges_share_force_and_moment_by_their_stiffness() {
     let stiffer = Compliance { axial: 1e-8, ..each };
     let mut door = door([Some(each), Some(stiffer)]);
     assert_eq!(door.weighting(), Some(Weighting::LeastEnergy));
-    // Closed form: the leaf tilts by w; the hinges are displaced by w h and tilt by w.
+    // Closed form: the leaf tilts by the angle w; at distance h from the middle, the hinges are
+    // displaced by w h and tilt by w.
     let tilt = -MOMENT / (2.0 * (HALF * HALF / each.radial + 1.0 / each.bending));
     let radial = tilt * HALF / each.radial;
     let bending = tilt / each.bending;
@@ -76,7 +78,7 @@ fn two_hinges_share_force_and_moment_by_their_stiffness() {
 
 #[test]
 fn a_rigid_joint_beside_a_compliant_one_carries_all() {
-    // One hinge is compliant along the axis; the other declares nothing and is rigid there.
+    // One hinge is compliant along its axis; the other declares no compliance and is rigid there.
     let soft = Compliance { axial: 1e-8, ..Compliance::default() };
     let mut door = door([Some(soft), None]);
     let forces = door.solve(&[load()]).unwrap();

@@ -7,15 +7,15 @@ use stiction_core::kinematics::Target;
 
 const FRICTION: [FrictionMode; 2] = [FrictionMode::OnePass, FrictionMode::Converged];
 
-/// All contributions, actuator by actuator.
+/// Lists all friction contributions, actuator by actuator.
 fn shares(solver: &mut InverseDynamics) -> Vec<Vec<f64>> {
     let drives = solver.forces().efforts.len();
     let shares = solver.shares();
     (0..drives).map(|drive| shares.of_actuator(drive).collect()).collect()
 }
 
-/// Largest difference between the sum of the contributions and the change of an actuator force due
-/// to friction, relative to the sum of all magnitudes.
+/// Computes the largest difference between the sum of the contributions and the change of an
+/// actuator force due to friction, relative to the sum of all magnitudes.
 fn misses(solver: &InverseDynamics, shares: &[Vec<f64>]) -> f64 {
     let forces = solver.forces();
     let pairs = forces.efforts.iter().zip(&forces.efforts_frictionless).zip(shares);
@@ -27,7 +27,7 @@ fn misses(solver: &InverseDynamics, shares: &[Vec<f64>]) -> f64 {
     miss.fold(0.0, f64::max)
 }
 
-/// Solvers of regular random mechanisms with all forces solved.
+/// Calls `each` with the solvers of regular random mechanisms, after solving for all forces.
 fn solved(mut each: impl FnMut(&Case, &mut InverseDynamics, f64)) {
     for class in CLASSES {
         for seed in 0..10 {
@@ -44,8 +44,9 @@ fn solved(mut each: impl FnMut(&Case, &mut InverseDynamics, f64)) {
                 let Ok(mut solver) = solver else { continue };
                 let statics = solver.statics();
                 let smallest = *statics.singular_values()[..statics.rank()].last().unwrap();
-                // Near singular positions round-off grows with the inverse of the smallest singular value,
-                // and with its square where redundant actuators share by a quadratic rule.
+                // Near singular configurations, round-off grows with the inverse of the smallest
+                // singular value, and with its square if redundant actuators share the load by a
+                // quadratic rule.
                 if smallest > 2e-3 && solver.solve(&case.loads).is_ok() {
                     each(&case, &mut solver, smallest);
                 }
@@ -72,7 +73,7 @@ fn contributions_add_up_and_agree_with_the_dense_system() {
         let drives = solver.forces().efforts.clone();
         // See `solved`.
         let is_redundant = drives.len() > case.coordinates.len();
-        // Friction near the lock amplifies round-off as it amplifies the frictionless efforts.
+        // Friction near locking amplifies round-off in the same way as the frictionless efforts.
         let (mut greatest, mut frictionless) = (0f64, 0f64);
         for (shares, drive) in dense.iter().zip(&drives) {
             greatest = shares.iter().fold(greatest, |most, share| most.max(share.abs()));
@@ -91,15 +92,16 @@ fn contributions_add_up_and_agree_with_the_dense_system() {
     assert!(summed > 100 && compared > 100, "{summed} {compared}");
 }
 
-/// A contribution is the friction times the sliding velocity in the motion with unit rate of one
-/// actuator and all others at rest; the rates are those of the mechanism itself in this motion.
+/// Checks that a contribution is the friction times the sliding velocity in the motion with a unit
+/// rate of one actuator and all others at rest. The rates are taken from the mechanism in this
+/// motion.
 #[test]
 fn contributions_are_those_of_virtual_work() {
     let mut compared = 0;
     solved(|case, solver, smallest| {
         let spins = solver.constraints().spins().len();
         let count = case.coordinates.len();
-        // Only if each actuator has a motion of its own. Friction accelerates local DOFs.
+        // Only if each actuator can move alone. Friction accelerates local DOFs.
         if spins > 0 || solver.actuator_rates().count() != count {
             return;
         }
@@ -157,7 +159,7 @@ fn contributions_are_those_of_virtual_work() {
     assert!(compared > 500, "{compared}");
 }
 
-/// The dissipated power is the contributions' part of the actuator powers.
+/// Checks that the actuator powers due to the contributions equal the dissipated power.
 #[test]
 fn contributions_dissipate_the_friction_power() {
     let mut compared = 0;
@@ -179,7 +181,7 @@ fn contributions_dissipate_the_friction_power() {
     assert!(compared > 500, "{compared}");
 }
 
-/// Reverses the rates: friction changes its direction, and everything else stays. Reversing again
+/// Checks that reversed rates reverse friction and nothing else, and that reversing them again
 /// restores the original values.
 #[test]
 fn time_run_backward_reverses_friction_and_nothing_else() {
@@ -211,8 +213,8 @@ fn time_run_backward_reverses_friction_and_nothing_else() {
     assert!(compared > 100, "{compared}");
 }
 
-/// The slider-crank of reference R8 at 60 degrees, by hand: with unit rate of the crank, the rod
-/// turns at `-a cos(q) / (l cos(b))` relative to the ground, and so on.
+/// The slider-crank of reference R8 at 60 degrees, compared with a calculation by hand. For a unit
+/// rate of the crank, the rod turns at `-a cos(q) / (l cos(b))` relative to the ground.
 #[test]
 fn slider_crank_by_hand() {
     let robot = slider_crank();

@@ -1,5 +1,5 @@
-//! The hot path of a controller, [`Model::inverse_dynamics`]: the same forces as the checked solver, a
-//! true status where there are none, and no allocation.
+//! The real-time function of a controller, [`Model::inverse_dynamics`]: the same forces as the
+//! checked solver, a correct status if there are no forces, and no allocation.
 
 use crate::common::random::*;
 use crate::common::*;
@@ -10,7 +10,7 @@ use stiction_core::kinematics::{Coordinate, Target};
 use stiction_core::mechanism::{BodySpec, JointId, JointSpec, Mechanism, MechanismBuilder};
 use stiction_core::spatial::Pose;
 
-/// Values, rates and accelerations of targets.
+/// Splits targets into values, rates and accelerations.
 fn split(targets: &[Target<f64>]) -> [Vec<f64>; 3] {
     let each = |part: fn(&Target<f64>) -> f64| targets.iter().map(part).collect();
     [each(|t| t.value), each(|t| t.rate), each(|t| t.acceleration)]
@@ -32,7 +32,7 @@ fn agrees_with_the_checked_solver_and_allocates_nothing() {
             let Ok(model) = solver.model() else { continue };
             let mut data = model.data(solver.state(), *solver.settings());
             let [q, v, a] = split(&case.targets);
-            // From beside the position: every prescribed coordinate is a little off.
+            // Start beside the configuration: every prescribed coordinate has a small error.
             let beside: Vec<f64> = q.iter().map(|q| q + 1e-4).collect();
             let _ = model.inverse_dynamics(&mut data, &beside, &v, &a, &case.loads);
             let mut status = Status::Singular;
@@ -44,7 +44,7 @@ fn agrees_with_the_checked_solver_and_allocates_nothing() {
                 continue;
             };
             if !status.is_converged() {
-                // Only what the checked solver follows from no friction.
+                // Cases that only the checked solver solves, by continuation from zero friction.
                 assert!(matches!(
                     status,
                     Status::FrictionNotConverged { .. } | Status::FrictionLocks
@@ -72,7 +72,8 @@ fn agrees_with_the_checked_solver_and_allocates_nothing() {
     assert!(compared > 20, "only {compared} compared, {locked} without forces");
 }
 
-/// A four-bar with dry pins; the crank of 0.1 m is prescribed and driven.
+/// Creates a four-bar linkage with dry friction at the pins; the crank of 0.1 m is prescribed and
+/// actuated.
 fn four_bar(mu: f64) -> (InverseDynamics, Model, Data<f64>) {
     let solver = InverseDynamics::new(
         four_bar_mechanism(mu),
@@ -112,7 +113,8 @@ fn four_bar_mechanism(mu: f64) -> Mechanism {
         .unwrap()
 }
 
-/// A whole turn of the crank at 1 kHz: the loop stays closed, warm from the step before.
+/// A full turn of the crank at 1 kHz: the loop stays closed, with each step starting from the
+/// previous one.
 #[test]
 fn follows_a_motion_at_the_clock_of_a_controller() {
     let (mut solver, model, mut data) = four_bar(0.15);
@@ -157,7 +159,7 @@ fn missing_forces_are_explained() {
     assert_eq!(run(1.0, f64::INFINITY), Status::InputNotFinite);
     assert_eq!(run(1.01, 1.0), Status::Converged, "the warm start is still good");
 
-    // Out of reach: a crank of 0.5 m in a triangle-free four-bar that cannot turn fully.
+    // Out of reach: with a crank of 0.5 m, the four-bar linkage cannot turn fully.
     let mut parameters = model.parameters().clone();
     parameters.frame_j[1].position = v(0.5, 0.0, 0.0);
     let status = model.inverse_dynamics_with(&parameters, &mut data, &[3.1], &[1.0], &[0.0], &[]);
@@ -165,7 +167,7 @@ fn missing_forces_are_explained() {
     let status = model.inverse_dynamics(&mut data, &[1.02], &[1.0], &[0.0], &[]);
     assert_eq!(status, Status::Converged, "the warm start is the last closed configuration");
 
-    // One step of the coupling is not enough.
+    // One step of the friction coupling is not enough.
     data.settings.friction_steps = 1;
     let status = model.inverse_dynamics(&mut data, &[1.03], &[1.0], &[0.0], &[]);
     assert!(

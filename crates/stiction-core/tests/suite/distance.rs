@@ -4,7 +4,7 @@ use crate::common::*;
 use stiction_core::dynamics::{InverseDynamics, Settings};
 use stiction_core::statics::Constraints;
 
-/// Indices of actuation and constraint of a robot at one position.
+/// Computes the actuation and constraint indices of a robot at one configuration.
 fn distances(
     robot: Robot,
     targets: &[stiction_core::kinematics::Target<f64>],
@@ -34,8 +34,8 @@ fn its_twin_is_not() {
     assert!(actuation > 0.01 && constraint > 0.01, "{actuation:e} {constraint:e}");
 }
 
-/// A slider-crank driven at the crank has no singular position. Its index does not depend on the
-/// redundant constraints of a planar linkage in space.
+/// A slider-crank driven at the crank has no singular configuration. Its index does not depend on
+/// the redundant constraints of a planar linkage in space.
 #[test]
 fn mobility_of_a_planar_linkage_is_one() {
     let robot = slider_crank();

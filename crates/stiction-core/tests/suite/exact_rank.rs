@@ -1,4 +1,4 @@
-//! Verdicts on mobility and determinacy against exact arithmetic.
+//! Mobility and static determinacy compared with exact arithmetic.
 
 use crate::common::random::Random;
 use crate::exact::Drawing;
@@ -12,10 +12,11 @@ use stiction_core::statics::Constraints;
 
 /// Below this value, a singularity index counts as zero in reports.
 const SINGULAR: f64 = 1e-9;
-/// A smallest singular value below this one is reported as uncertain.
+/// A smallest singular value below this value is reported as uncertain.
 const HARDLY: f64 = 1e-6;
 
-/// Compares all verdicts; false if the report calls the mobility uncertain.
+/// Compares all results with the exact ones. Returns `false` if the report calls the mobility
+/// uncertain.
 fn agrees(drawing: &Drawing, solver: &InverseDynamics, what: &str) -> bool {
     let exact = Verdicts::of(drawing);
     let found = Mobility::of(solver);
@@ -56,7 +57,7 @@ fn agrees(drawing: &Drawing, solver: &InverseDynamics, what: &str) -> bool {
     true
 }
 
-/// Tests seeds of one class; counts the uncertain and the special ones.
+/// Tests the seeds of one class; counts the uncertain and the special mechanisms.
 fn examine(class: Class, seeds: std::ops::Range<u64>) {
     let (mut hardly, mut redundant, mut mobile, mut undetermined) = (0, 0, 0, 0);
     let count = seeds.end - seeds.start;
@@ -102,7 +103,7 @@ fn the_oracle_itself() {
     for prime in PRIMES {
         assert!(is_prime(prime));
         assert!(!is_prime(prime - 2));
-        // Rank two: the third row is the sum, the last is twice the first.
+        // Rank two: the third row is the sum of the first two, the last row is twice the first.
         let rows = [vec![1, -2, 3, 0], vec![0, 5, 0, -7], vec![1, 3, 3, -7], vec![2, -4, 6, 0]];
         let space = RowSpace::of(prime, 4, &rows);
         assert_eq!(space.rank(), 2);

@@ -1,5 +1,5 @@
-//! Finite mobility: linkages of known mobility, and random linkages against a tracer that shares
-//! only the singular value decomposition with the library.
+//! Finite mobility of linkages with known mobility, and of random linkages compared with an
+//! independent tracer. The tracer shares only the singular value decomposition with the library.
 
 use crate::common::random::Random;
 use crate::exact::classes::{Class, drawing};
@@ -10,7 +10,8 @@ use crate::exact::{Drawing, Ints, Joint, cross};
 use stiction_core::joint::JointType::{self, *};
 use stiction_core::mobility::Mobility;
 
-/// Adds a chain from the ground or another body; returns its last body.
+/// Adds a chain of joints, starting at the ground or another body; returns the last body of the
+/// chain.
 fn chain(drawing: &mut Drawing, joints: &[(JointType, Ints, Ints)], ends: (usize, usize)) {
     let mut before = ends.0;
     for (k, &(joint_type, at, axis)) in joints.iter().enumerate() {
@@ -24,7 +25,7 @@ fn chain(drawing: &mut Drawing, joints: &[(JointType, Ints, Ints)], ends: (usize
     }
 }
 
-/// A closed chain of hinges that contains the ground.
+/// Creates a closed chain of hinges that contains the ground.
 fn ring(hinges: &[(Ints, Ints)]) -> Drawing {
     let mut drawing = Drawing::default();
     let joints: Vec<_> = hinges.iter().map(|&(at, axis)| (Revolute, at, axis)).collect();
@@ -32,7 +33,7 @@ fn ring(hinges: &[(Ints, Ints)]) -> Drawing {
     drawing
 }
 
-/// A platform on chains from the ground.
+/// Creates a platform connected with the ground by the given legs.
 fn platform(legs: &[Vec<(JointType, Ints, Ints)>]) -> Drawing {
     let mut drawing = Drawing::default();
     let platform = drawing.body([0, 0, 3]);
@@ -44,7 +45,7 @@ const X: Ints = [1, 0, 0];
 const Y: Ints = [0, 1, 0];
 const Z: Ints = [0, 0, 1];
 
-/// Grübler count, instantaneous and finite mobility.
+/// Computes the Grübler count, the instantaneous mobility and the finite mobility.
 fn counts(drawing: &Drawing) -> (i64, usize, usize) {
     let found = Mobility::of(&assembled(drawing, &mut Random(5)));
     assert_eq!(found.instantaneous, Verdicts::of(drawing).mobility, "{drawing:?}");
@@ -53,12 +54,12 @@ fn counts(drawing: &Drawing) -> (i64, usize, usize) {
 
 #[test]
 fn polygons_in_a_plane_and_on_a_sphere() {
-    // Convex, so that the position is not singular.
+    // A convex polygon, so that the configuration is not singular.
     let corners = [[0, 0, 0], [3, -1, 0], [5, 1, 0], [6, 4, 0], [4, 7, 0], [1, 8, 0], [-1, 3, 0]];
     for n in 3..=7 {
         let planar: Vec<_> = corners[..n].iter().map(|&at| (at, Z)).collect();
         assert_eq!(counts(&ring(&planar)), (n as i64 - 6, n - 3, n - 3), "{n} in a plane");
-        // Axes from a point above towards the corners: a convex cone.
+        // Axes from one point towards the corners of the polygon: a convex cone.
         let cone: Vec<_> =
             corners[..n].iter().map(|&[x, y, _]| ([0, 0, 0], [x - 2, y - 3, 4])).collect();
         assert_eq!(counts(&ring(&cone)), (n as i64 - 6, n - 3, n - 3), "{n} on a sphere");
@@ -67,7 +68,8 @@ fn polygons_in_a_plane_and_on_a_sphere() {
 
 #[test]
 fn overconstrained_linkages() {
-    // Sarrus 1853: two chains of three parallel hinges each, turned against each other.
+    // Sarrus 1853: two chains of three parallel hinges each, with different directions of the
+    // hinges.
     let sarrus = ring(&[
         ([3, 0, 0], Y),
         ([5, 0, 2], Y),
@@ -87,7 +89,8 @@ fn overconstrained_linkages() {
         ([0, 0, 1], X),
     ]);
     assert_eq!(counts(&bricard), (0, 1, 1));
-    // Three translations (Tripteron): four joints per leg, three hinges parallel to its slide.
+    // Tripteron, with three translations: each leg has a slide and three hinges parallel to the
+    // slide.
     let leg = |axis: Ints, turn: usize| {
         let t = |[x, y, z]: Ints| {
             let mut p = [x, y, z];
@@ -103,11 +106,12 @@ fn overconstrained_linkages() {
     };
     let tripteron = platform(&[leg(X, 0), leg(Y, 1), leg(Z, 2)]);
     assert_eq!(counts(&tripteron), (0, 3, 3));
-    // Without the slides, the hinges constrain the directions of the slides.
+    // Without the slides, the hinges keep the platform from moving.
     let held =
         platform(&[(X, 0), (Y, 1), (Z, 2)].map(|(axis, turn)| leg(axis, turn)[1..].to_vec()));
     assert_eq!(counts(&held), (-3, 0, 0));
-    // A carriage on two rails, and on three rails that are not parallel to the world axes.
+    // A carriage on two rails, and one on three rails; the rails are not parallel to the world
+    // axes.
     let rail = |at| vec![(Prismatic, at, [0, 3, 4])];
     assert_eq!(counts(&platform(&[rail([1, 0, 0]), rail([-1, 2, 0])])), (-4, 1, 1));
     assert_eq!(
@@ -119,10 +123,10 @@ fn overconstrained_linkages() {
     assert_eq!(counts(&platform(&[hinge(0), hinge(1), hinge(3)])), (-9, 1, 1));
 }
 
-/// Bennett 1903: four hinges at the corners of a skew quadrilateral with equal opposite sides, each
-/// perpendicular to both of its sides. The lengths are then proportional to the sines of the twist
-/// angles: both ratios are 3 V / (2 A B) with the volume V of the corners' tetrahedron and its two
-/// areas A and B.
+/// Bennett 1903: four hinges at the corners of a skew quadrilateral with equal opposite sides. Each
+/// hinge is perpendicular to both of its sides. The lengths are then proportional to the sines of
+/// the twist angles: both ratios are 3 V / (2 A B) with the volume V of the tetrahedron of the
+/// corners and the two areas A and B of its faces.
 #[test]
 fn bennett() {
     let linkage = |[a, b, c]: Ints, [d, e, f]: Ints, amiss: Ints| {
@@ -146,12 +150,13 @@ fn bennett() {
     }
 }
 
-/// Rods of equal length over a row of pivots with the same spacing, all on one line (N-four-bar,
-/// IFToMM benchmark A02). With the angles t0 .. tN of the uprights, each loop requires
-/// `sin((t' - t)/2) sin(t/2) cos(t'/2) = 0` for neighbours t, t'. At the flat position all t are
-/// zero: neighbours are equal, or the first of them stays zero. Every branch leaves one angle:
-/// uprights up to some k are at rest, and the others turn together. To first order, nothing
-/// constrains any of the N + 1 uprights: their tips move perpendicular to the rods.
+/// N-four-bar (IFToMM benchmark A02) lying flat: equal uprights on equally spaced pivots, connected
+/// by rods with a length equal to the spacing, all on one line. With the angles t0 .. tN of the
+/// uprights, each loop requires `sin((t' - t)/2) sin(t/2) cos(t'/2) = 0` for neighbours t, t'. In
+/// the flat configuration all t are zero: either neighbours are equal, or the first of them stays
+/// zero. On every branch one angle is free: the uprights up to some k are at rest, and the others
+/// turn together. At first order, nothing constrains any of the N + 1 uprights: their tips move
+/// perpendicular to the rods.
 #[test]
 fn n_four_bar_lying_flat() {
     let n_four_bar = |n: usize, corner: &dyn Fn(i64) -> Ints| {
@@ -175,8 +180,9 @@ fn n_four_bar_lying_flat() {
     }
 }
 
-/// The 3-RPS robot of Zhang et al. 2018: three constraint forces that are parallel and coplanar let
-/// the platform roll, to first order only. If they are not coplanar, they constrain the roll.
+/// The 3-RPS robot of Zhang et al. 2018: three constraint forces that are parallel and coplanar
+/// permit a roll of the platform, but at first order only. If they are not coplanar, they block the
+/// roll.
 #[test]
 fn a_roll_to_first_order_only() {
     let robot = |height: i64| {
@@ -191,9 +197,9 @@ fn a_roll_to_first_order_only() {
     assert_eq!(counts(&robot(1)), (3, 3, 3));
 }
 
-/// The configuration space of a taut chain is a single point, although the Grübler count leaves one
-/// DOF: a single real condition such as `x^2 + y^2 = 0` may fix two coordinates. So the count is
-/// not a lower bound.
+/// The configuration space of a taut chain is a single point, although the Grübler count is one
+/// DOF. The reason is that a single real equation such as `x^2 + y^2 = 0` may fix two coordinates.
+/// The Grübler count is therefore no lower bound.
 #[test]
 fn a_taut_chain_is_stuck() {
     // Three rods of length 1, 2, 1 between points at a distance of 4.
@@ -206,16 +212,16 @@ fn a_taut_chain_is_stuck() {
     assert_eq!(counts(&spatial), (1, 2, 0));
 }
 
-/// Compares the random linkages of a class with the tracer. At least a given fraction must have
-/// motions that are possible to first order only, and the tracer must nearly always reach a
-/// verdict.
+/// Compares the random linkages of a class with the tracer. The tracer must nearly always reach a
+/// result. Returns the number of linkages compared and the number of those with motions at first
+/// order only.
 fn compare(class: Class, seeds: std::ops::Range<u64>) -> (usize, usize) {
     let (mut compared, mut doubtful, mut brief) = (0, 0, 0);
     for seed in seeds {
         let mut random = Random(seed);
         let drawing = drawing(class, &mut random);
         let exact = Verdicts::of(&drawing);
-        // Otherwise the first-order analysis decides.
+        // In all other cases the first-order analysis decides.
         if exact.mobility == 0 || exact.redundant == 0 || drawing.coms.len() > 6 {
             continue;
         }
@@ -265,19 +271,19 @@ fn random_robots_and_linkages() {
     }
 }
 
-/// Finite motions together with others that are blocked at second order. An earlier version closed
-/// loops by the shortest corrections, lost the first and the last, and mistook the curvature of a
-/// cone for a direction in the second.
+/// Finite motions combined with others that are blocked at second order. The cases detect two
+/// errors: closing loops by the shortest corrections can miss finite motions (first and last case),
+/// and the curvature of a cone can be mistaken for an independent direction (second case).
 #[test]
 fn motions_beside_blocked_ones() {
     let known = [
-        // Two hinges on one line carry three bodies about it: one finite motion by construction.
+        // Two hinges on one line: three bodies rotate about it, so there is one finite motion.
         (Class::Loop, 1615, 2, 1),
-        // Rods of length 1, 1, 1, 3, 2 on a line, with both ends at one pivot: they turn about it,
-        // and the pentagon that they form has two DOFs.
+        // Rods of length 1, 1, 1, 3, 2 on a line, with both ends of the chain at one pivot. The
+        // rods turn about this pivot, and the pentagon that they form has two DOFs.
         (Class::Flat, 1487, 4, 3),
-        // Two rods are taut and block the neighbour of the ground; one body between two hinges at
-        // one point spins there, and two rods of equal length turn about that point.
+        // Two taut rods block the neighbour of the ground. One body between two hinges at one point
+        // spins there, and two rods of equal length turn about that point.
         (Class::Flat, 1678, 3, 2),
     ];
     for (class, seed, instantaneous, finite) in known {

@@ -20,9 +20,9 @@ fn known(model: &Forward, joint: &str, value: f64, rate: Option<f64>) -> Known {
     Known { coordinate: Coordinate::Joint { joint, dof: 0 }, value: Some(value), rate }
 }
 
-/// The slider of a crank (`l = 0.3`, `r = 0.1`) is locked at its dead centre: the crank may have a
+/// The slider of a crank (`l = 0.3`, `r = 0.1`) is locked at its dead centre. The crank may have a
 /// rate there, but the slider accelerates by `r w^2 (1 + r/l)`. At rest, no finite force of the
-/// lock carries the crank's weight.
+/// lock balances the crank's weight.
 #[test]
 fn a_lock_at_a_dead_centre_is_refused() {
     let mechanism = slider_crank().mechanism;
@@ -46,15 +46,15 @@ fn a_lock_at_a_dead_centre_is_refused() {
         };
         assert!(what.contains("`guide`"), "{what}");
         let expected = 0.1 * crank_rate * crank_rate * (1.0 + sense * 0.1 / 0.3);
-        // The least-squares accelerations leave the whole error to the slider.
+        // The least-squares accelerations attribute the whole error to the slider.
         assert!((by - expected).abs() < 1e-9, "{by} {expected}");
-        // At rest, the crank is also free to first order, and its weight turns it.
+        // At rest, the crank is also free at first order, and its weight turns it.
         let resting = model.start(0.0, state(0.0), Settings::default(), &mut holds);
         let error = resting.map(|_| ()).unwrap_err();
         println!("{error}");
         assert!(matches!(error, ForwardError::Blocked { at_rest: true, .. }), "{error}");
     }
-    // Away from the dead centre the lock holds.
+    // Away from the dead centre, the lock is effective.
     let state = model.assemble_from(&[], &[known(&model, "A", 0.3, Some(0.0))]).unwrap();
     let (sine, cosine) = 0.3_f64.sin_cos();
     let slide = 0.1 * cosine + (0.09 - (0.1 * sine).powi(2)).sqrt();

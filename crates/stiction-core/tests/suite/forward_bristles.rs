@@ -1,4 +1,5 @@
-//! Laws with an internal state in the time stepper: reference R12, stick-slip of the LuGre model.
+//! Friction laws with an internal state in the time stepper: reference R12, stick-slip of the LuGre
+//! model.
 
 use crate::common::*;
 use stiction_core::forward::{Forward, Inputs, Method, Settings, View};
@@ -8,7 +9,7 @@ use stiction_core::kinematics::{State, Target};
 use stiction_core::mechanism::{BodySpec, JointSpec, MechanismBuilder, SpringSpec};
 use stiction_core::spatial::Vec3;
 
-/// A pull with constant speed.
+/// Pulls the end of the spring at a constant speed.
 struct SpringForce(f64);
 
 impl Inputs for SpringForce {
@@ -18,8 +19,8 @@ impl Inputs for SpringForce {
     }
 }
 
-/// Reference R12 (Canudas de Wit 1995, table I): 1 kg pulled through 2 N/m at 0.1 m/s, with a
-/// normal load of 1 N so that coefficients are forces.
+/// Creates reference R12 (Canudas de Wit 1995, table I): a mass of 1 kg pulled through a spring of
+/// 2 N/m at 0.1 m/s. The normal load is 1 N, so that friction coefficients equal forces in N.
 fn stick_slip() -> Forward {
     let x = along(Vec3::zero(), Vec3::unit(0));
     let law = Law {
@@ -50,8 +51,8 @@ fn stick_slip() -> Forward {
     Forward::new(mechanism, &[0])
 }
 
-/// The same law in one variable by the Runge-Kutta method with a step within its stability limit:
-/// position, speed and deflection of the mass.
+/// Integrates the same law in one variable by the Runge-Kutta method with a step within its
+/// stability limit. Returns position, speed and bristle deflection of the mass.
 fn by_hand(until: f64) -> [f64; 3] {
     let (s0, s1, s2, vs) = (1e5, 1e5_f64.sqrt(), 0.4, 0.001);
     let rate = |t: f64, [x, v, z]: [f64; 3]| {
@@ -76,8 +77,9 @@ fn by_hand(until: f64) -> [f64; 3] {
     y
 }
 
-/// Sticking at 5 s (the pull is 1 N, less than 1.5 N), has slipped by 10 s. Deflections follow the
-/// sliding within 1e-5 s, which an explicit method must resolve but the time stepper need not.
+/// The mass sticks at 5 s (the pull is 1 N, less than 1.5 N) and has slipped by 10 s. Deflections
+/// follow the sliding within 1e-5 s; an explicit method must resolve this time, the time stepper
+/// need not.
 #[test]
 fn r12_lugre_sticks_and_slips() {
     let model = stick_slip();
@@ -108,7 +110,7 @@ fn r12_lugre_sticks_and_slips() {
     // (stiffness v), so its own error is 1e-6.
     assert!(events.iter().all(|e| *e < 1e-6), "{events:?}");
     let (steps, few) = run(Method::TimeStepping);
-    // Of first order: the slip onset depends on the last digits of the limit.
+    // Convergence is of first order: the slip onset depends on the last digits of the limit.
     assert!(steps[0] < 1e-6 && steps[1] < 1e-2, "{steps:?}");
     assert!(few < many / 4, "{few} {many}");
 }

@@ -1,4 +1,4 @@
-//! Local DOFs: spins of rods between balls without inertia about their own axes.
+//! Local DOFs: spins of rods between balls, without inertia about the axis of the rod.
 
 use crate::common::*;
 use stiction_core::forward::{ConstantEfforts, Forward, ForwardError, Settings};
@@ -7,7 +7,7 @@ use stiction_core::kinematics::State;
 use stiction_core::mechanism::{BodySpec, JointSpec, MechanismBuilder};
 use stiction_core::spatial::{Pose, Vec3};
 
-/// A point mass on a massless rod between two balls, horizontal towards -x.
+/// Creates a point mass on a massless rod between two balls; the rod is horizontal, towards -x.
 fn pendulum(mu: f64) -> Forward {
     let low = Pose::at(v(-1.0, 0.0, 0.0));
     let mut upper = JointSpec::new("upper", JointType::Spherical, "ground", "rod");
@@ -28,14 +28,14 @@ fn pendulum(mu: f64) -> Forward {
     Forward::new(mechanism, &[])
 }
 
-/// Reference R1 on such a rod: the spin, on which no torque acts, causes no failure, at rest or at
-/// a constant rate.
+/// Reference R1 on such a rod: no torque acts on the spin, so the spin must not cause a failure,
+/// neither at rest nor at a constant rate.
 #[test]
 fn a_rod_without_inertia_keeps_its_spin() {
     let model = pendulum(0.0);
     for spin in [0.0, 3.0] {
         let mut state = State::new(model.topology());
-        // About x, the rod's own axis; the bob does not turn with it.
+        // Spin about x, the rod's own axis; the bob does not turn with the rod.
         state.rates[0] = spin;
         state.rates[3] = -spin;
         let mut inputs = ConstantEfforts(vec![]);
@@ -59,8 +59,8 @@ fn a_rod_without_inertia_keeps_its_spin() {
     }
 }
 
-/// Friction that acts on the spin has no inertia to accelerate: the acceleration is undefined, and
-/// the error names the body.
+/// Friction acts on the spin, which has no inertia: the acceleration is undefined, and the error
+/// must name the body.
 #[test]
 fn friction_on_a_rod_without_inertia_is_reported() {
     let model = pendulum(0.2);

@@ -1,5 +1,5 @@
 //! Forward and inverse dynamics are inverse to each other, on random mechanisms of every class. The
-//! two share neither unknowns nor elimination.
+//! two computations share neither unknowns nor elimination.
 
 use crate::common::random::*;
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseError};
@@ -32,7 +32,7 @@ fn efforts_of_inverse_dynamics_cause_the_prescribed_accelerations() {
                 Err(InverseError::Locked { .. }) => continue,
                 other => other.unwrap(),
             };
-            // If several solutions exist, the two may choose different ones.
+            // If several solutions exist, the two computations may choose different ones.
             if !solver.coupling().is_some_and(|coupling| coupling < 0.9) {
                 continue;
             }
@@ -45,8 +45,8 @@ fn efforts_of_inverse_dynamics_cause_the_prescribed_accelerations() {
                 .start(0.0, state, fine, &mut given)
                 .unwrap_or_else(|e| panic!("{class:?} {seed}: {e}"));
             let now = simulation.instant();
-            // Uniqueness for given efforts and uniqueness for given motion are different
-            // properties.
+            // Uniqueness for given efforts does not imply uniqueness for a given motion, or vice
+            // versa.
             let certain = now.coupling.is_some_and(|coupling| coupling < 1.0);
             let list = |twists: &[stiction_core::spatial::Twist<f64>]| -> Vec<f64> {
                 let each = twists.iter().flat_map(|t| [t.angular.to_array(), t.linear.to_array()]);
@@ -56,8 +56,8 @@ fn efforts_of_inverse_dynamics_cause_the_prescribed_accelerations() {
                 (list(&now.bodies.acceleration), list(&solver.bodies().acceleration));
             let accelerations = apart(&found, &wanted);
             if !certain && accelerations > 1e-8 {
-                // The simulation then reports this, and inverse dynamics has one of the other
-                // solutions.
+                // The simulation must then report several solutions, and inverse dynamics must have
+                // found another one of them.
                 let told = simulation.events().iter().find_map(|event| match &event.kind {
                     EventKind::NotUnique { others, .. } => Some(others),
                     _ => None,
@@ -78,7 +78,7 @@ fn efforts_of_inverse_dynamics_cause_the_prescribed_accelerations() {
                 each.flatten().collect::<Vec<f64>>()
             };
             let reactions = apart(&pairs(&now.reactions()), &pairs(&forces.reactions));
-            // Singularity indices of 1e-3 magnify rounding, and by their square in forces.
+            // Singularity indices of 1e-3 magnify rounding, in forces even by the square.
             assert!(accelerations < 1e-8, "{class:?} {seed}: accelerations {accelerations:e}");
             if class != Class::RedundantlyActuated {
                 assert!(reactions < 1e-8, "{class:?} {seed}: reactions {reactions:e}");

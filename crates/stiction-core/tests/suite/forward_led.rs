@@ -11,7 +11,7 @@ const G: f64 = 9.81;
 const MASS: f64 = 2.0;
 const MU: f64 = 0.3;
 
-/// A prescribed slide.
+/// Prescribes the motion of a slide by a function of time.
 struct Leads<F>(F);
 
 impl<F: Fn(f64) -> Target<f64>> Inputs for Leads<F> {
@@ -37,8 +37,8 @@ fn block() -> Forward {
     Forward::new(mechanism, &[0])
 }
 
-/// A prescribed slide that starts from rest, at once or later, smoothly or not, forward or
-/// backward: as soon as it moves, the actuator force includes inertia and friction.
+/// A prescribed slide that starts from rest, at once or later, smoothly or abruptly, forward or
+/// backward. As soon as it moves, the actuator force includes inertia and friction.
 #[test]
 fn a_prescribed_slide_has_friction_from_its_start() {
     let model = block();
@@ -75,7 +75,7 @@ fn a_prescribed_slide_has_friction_from_its_start() {
         }
         let moved = way(1.0).value.abs();
         let dissipated = simulation.energies().interfaces[0];
-        // Motion is detected where the rate is 1e-10 of the fastest.
+        // Motion is detected when the rate exceeds 1e-10 of the largest rate.
         assert!((dissipated - MU * MASS * G * moved).abs() < 1e-9, "{dissipated}");
         let turnover = simulation.energies().turnover;
         assert!(simulation.energy_error().abs() < 1e-9 * turnover);
@@ -83,15 +83,15 @@ fn a_prescribed_slide_has_friction_from_its_start() {
             |e: &&stiction_core::forward::Event| matches!(e.kind, EventKind::Slides { .. });
         if begins > 0.0 {
             let time = simulation.events().iter().find(slides).unwrap().time;
-            // The displacement grows with the cube of the time and is detected from about 1e-10 on.
+            // The displacement grows with the cube of time and is detected from about 1e-10 on.
             assert!((time - begins).abs() < 1e-3, "{time}");
         }
     }
 }
 
-/// Crank and slider, both prescribed consistently: one effort is redundant. The efforts with the
-/// least sum of squares, torques divided by the characteristic length, are proportional to their
-/// rates.
+/// A slider-crank with consistently prescribed crank and slider: one effort is redundant. The
+/// efforts with the least sum of squares, where torques are divided by the characteristic length,
+/// are proportional to the rates.
 #[test]
 fn efforts_of_redundant_actuators_have_the_least_sum_of_squares() {
     let mechanism = slider_crank().mechanism;
@@ -100,7 +100,7 @@ fn efforts_of_redundant_actuators_have_the_least_sum_of_squares() {
     let slide = |t: f64| {
         let (sine, cosine) = (0.5 + 10.0 * t).sin_cos();
         let root = (0.09 - 0.01 * sine * sine).sqrt();
-        // With respect to the crank's angle, then to time.
+        // Derivatives with respect to the crank's angle, then with respect to time.
         let first = -0.1 * sine - 0.01 * sine * cosine / root;
         let second = -0.1 * cosine
             - 0.01

@@ -1,5 +1,4 @@
-//! The instant at which static friction is exceeded, and the coefficient of the sliding that
-//! follows.
+//! The instant of slip onset, and the friction coefficient of the sliding that follows.
 
 use crate::common::*;
 use stiction_core::forward::{EventKind, Forward, Inputs, Settings, Simulation, View};
@@ -15,9 +14,8 @@ const INERTIA: f64 = 0.02;
 const RADIUS: f64 = 0.02;
 const BEGINS: f64 = 1.0;
 
-/// A cart with a prescribed motion from rest at `BEGINS`, along a polynomial of fifth degree: the
-/// acceleration begins as a ramp, and so does the moment that the pivot of the hanging bob must
-/// hold.
+/// Prescribes the motion of a cart from rest at `BEGINS`, along a polynomial of fifth degree. The
+/// acceleration, and with it the moment at the pivot of the hanging bob, begins as a ramp.
 struct Led {
     way: f64,
     takes: f64,
@@ -47,8 +45,8 @@ impl Led {
         self.way / self.takes.powi(2) * 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u)
     }
 
-    /// Instant at which the hanging bob, of 1 kg, exceeds the holding moment of its pivot: m a L =
-    /// mu r m sqrt(g^2 + a^2).
+    /// Computes the instant at which the moment at the pivot of the hanging bob of 1 kg exceeds the
+    /// static limit: m a L = mu r m sqrt(g^2 + a^2).
     fn lets_go(&self, at_rest: f64) -> f64 {
         let (mut low, mut high) = (BEGINS, BEGINS + 0.2 * self.takes);
         for _ in 0..100 {
@@ -59,8 +57,8 @@ impl Led {
         high
     }
 
-    /// Angle and rate of the bob at a time before it turns back, by the Runge-Kutta method of
-    /// fourth order from the slip onset; it swings backward.
+    /// Computes angle and rate of the bob, which swings backward, at a time before it turns back.
+    /// Uses the fourth-order Runge-Kutta method from the slip onset.
     fn swing(&self, law: &Law, until: f64) -> [f64; 2] {
         let steps = 20_000;
         let begins = self.lets_go(law.at_rest());
@@ -68,7 +66,7 @@ impl Led {
         let slope = |t: f64, [angle, rate]: [f64; 2]| {
             let (a, (sine, cosine)) = (self.acceleration(t), angle.sin_cos());
             let mut turn = 0.0;
-            // The normal load depends on the acceleration through the small radius: each iteration
+            // The normal load depends on the acceleration through the small radius. Each iteration
             // gains two digits.
             for _ in 0..12 {
                 let x = a + ARM * (turn * cosine - rate * rate * sine);
@@ -119,7 +117,7 @@ fn cart(law: Law) -> Forward {
     Forward::new(mechanism, &[0])
 }
 
-/// Simulates up to a time with the given number of rows.
+/// Simulates up to the time `until` with rows at intervals `every`.
 fn simulate<'a>(model: &'a Forward, led: &mut Led, every: f64, until: f64) -> Simulation<'a> {
     let state = State::new(model.topology());
     let mut simulation =
@@ -141,7 +139,7 @@ fn law(at_rest: f64, sliding: f64, viscous: f64) -> Law {
     law
 }
 
-/// The result does not depend on the row interval or on the rate of the load.
+/// The result must not depend on the row interval or on the rate of loading.
 #[test]
 fn sliding_begins_where_friction_is_at_its_limit() {
     for (way, takes) in [(0.2, 0.02), (0.2, 1.0), (-0.05, 0.3)] {
@@ -156,8 +154,8 @@ fn sliding_begins_where_friction_is_at_its_limit() {
                 let slides =
                     simulation.events().iter().find(|e| matches!(e.kind, EventKind::Slides { .. }));
                 let time = slides.unwrap().time;
-                // The slip onset is at a relative excess of 1e-9 over the limit, which the curved
-                // ramp takes slightly longer to reach.
+                // Slip onset is detected at a relative excess of 1e-9 over the limit. The curved
+                // ramp takes slightly longer to reach this excess.
                 assert!(
                     (time - expected).abs() < 2e-9 * (expected - BEGINS) + 1e-14,
                     "{way} {takes} {every}: {time} {expected}"
@@ -167,8 +165,8 @@ fn sliding_begins_where_friction_is_at_its_limit() {
     }
 }
 
-/// From the first instant of sliding on, friction follows the sliding law, whether it is lower than
-/// at rest or grows with speed.
+/// From the first instant of sliding, friction follows the sliding law, whether its coefficient is
+/// lower than at rest or grows with speed.
 #[test]
 fn slip_continues_with_sliding_friction() {
     let mut stribeck = law(0.2, 0.2, 0.0);
@@ -187,8 +185,8 @@ fn slip_continues_with_sliding_friction() {
                 let simulation = simulate(&model, &mut led, every, until);
                 let state = &simulation.instant().state;
                 let (off, slow) = (state.coordinates[1] - angle, state.rates[1] - rate);
-                // A thousand steps of this tolerance, or the delay of the slip onset by 1e-9 of the
-                // limit.
+                // Errors of a thousand steps with this tolerance, or the delay of the slip onset by
+                // 1e-9 of the limit.
                 let most = 1e-9 * rate.abs();
                 assert!(
                     slow.abs() < most && off.abs() < most * passes,

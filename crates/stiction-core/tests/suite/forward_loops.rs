@@ -40,8 +40,8 @@ fn a_crank_with_friction_everywhere_sticks_within_its_interval_and_slides_beyond
         assert!(high - low > 0.01, "{low} {high}");
         let model = Forward::new(robot.mechanism.clone(), &[]);
         let state = model.assemble(&[], &robot.coordinates, &start).unwrap();
-        // Only a margin outside these limits is certain: frictions below their limits may hold
-        // slightly more than frictions at their limits, because they change the normal loads.
+        // Stick is certain only with a margin inside these limits: friction below its limits may
+        // hold slightly more than friction at its limits, because it changes the normal loads.
         let (least, most) = solver.forces().effort_outer_bounds[0];
         assert!(least <= low && high <= most && most - least < 1.2 * (high - low));
         for (part, sticks) in [
@@ -66,8 +66,8 @@ fn a_crank_with_friction_everywhere_sticks_within_its_interval_and_slides_beyond
             assert_eq!(now.state.coordinates == before, sticks, "{degrees} {part}");
             if sticks {
                 assert!(now.state.rates.iter().all(|rate| *rate == 0.0));
-                // One DOF and four friction interfaces: the declared rule determines three
-                // frictions.
+                // One DOF and four friction interfaces: three friction forces are indeterminate and
+                // follow from the declared rule.
                 let told = simulation
                     .events()
                     .iter()
@@ -85,7 +85,7 @@ fn a_crank_with_friction_everywhere_sticks_within_its_interval_and_slides_beyond
     }
 }
 
-/// A crank swings down with friction, and everything in the loop comes to rest at once.
+/// A crank swings down with friction until the whole loop comes to rest at once.
 #[test]
 fn inverse_dynamics_returns_the_simulated_effort() {
     let robot = slider_crank();
@@ -121,7 +121,7 @@ fn inverse_dynamics_returns_the_simulated_effort() {
         }
         solver.move_to(&[at(angle, rate, acceleration)]).unwrap();
         let forces = solver.solve(&[]).unwrap();
-        // A 3 kg machine under 30 N: round-off and steps of 1e-12.
+        // A 3 kg machine under 30 N: the error consists of round-off and of step errors of 1e-12.
         assert!((forces.efforts[0] - 0.1).abs() < 1e-9, "{k}: {}", forces.efforts[0]);
         for (found, wanted) in now.reactions().iter().zip(&forces.reactions) {
             assert!((found.0 - wanted.0).norm() < 1e-8, "{k}");
@@ -134,7 +134,7 @@ fn inverse_dynamics_returns_the_simulated_effort() {
     assert!(simulation.energy_error().abs() < 1e-9 * turnover, "{:e}", simulation.energy_error());
 }
 
-/// An oscillating torque on the crank.
+/// Applies an oscillating torque to the crank.
 struct Shake;
 
 impl Inputs for Shake {
@@ -143,8 +143,9 @@ impl Inputs for Shake {
     }
 }
 
-/// Interfaces stick, slip and reverse: the energy does not jump at any of these events. Between two
-/// rows, the error of the energy balance grows no more with an event in between than without.
+/// Interfaces stick, slip and reverse, but the energy does not jump at any of these events. Between
+/// two rows, the error of the energy balance grows no more with an event in between than without
+/// one.
 #[test]
 fn energy_does_not_jump_at_events() {
     let robot = slider_crank();
@@ -157,7 +158,8 @@ fn energy_does_not_jump_at_events() {
         simulation.advance(1e-3 * f64::from(k), &mut Shake).unwrap();
         with_events += usize::from(simulation.events().len() > told);
         let lost = (simulation.energy_error() - before).abs();
-        // Steps are accurate to 1e-10 of coordinates and rates; the gross energy is some joules.
+        // Steps are accurate to 1e-10 of coordinates and rates; the energy exchanged is some
+        // joules.
         assert!(lost < 1e-9, "{k}: {lost:e}, {:?}", &simulation.events()[told..]);
     }
     println!("{with_events} {:?}", simulation.energies());
@@ -172,7 +174,8 @@ fn crank_angle(now: &stiction_core::forward::Instant) -> f64 {
     relative.rotation.at(1, 0).atan2(relative.rotation.at(0, 0))
 }
 
-/// Errors fall with the eighth power of the step: the pendulum of reference R1 after one second.
+/// Errors decrease with the eighth power of the step, for the pendulum of reference R1 after one
+/// second.
 #[test]
 fn steps_are_of_order_eight() {
     let mechanism = MechanismBuilder::new("pendulum")
@@ -184,7 +187,7 @@ fn steps_are_of_order_eight() {
     let model = Forward::new(mechanism, &[]);
     let mut inputs = ConstantEfforts(vec![]);
     let errors = [1.0 / 6.0, 1.0 / 12.0, 1.0 / 24.0].map(|step| {
-        // With an unlimited error tolerance, all steps except the first few have the largest size.
+        // With an unlimited error tolerance, all steps except the first few have the maximum size.
         let settings = Settings { relative: 1e9, longest_step: step, ..Settings::default() };
         let state = State::new(model.topology());
         let mut simulation = model.start(0.0, state, settings, &mut inputs).unwrap();
@@ -197,8 +200,8 @@ fn steps_are_of_order_eight() {
     assert!(orders.iter().all(|order| *order > 7.5), "{orders:?} {errors:?}");
 }
 
-/// The centre of mass has an offset `e` from a guide that slides forward under a force `F` along
-/// it. The pads carry the moment `m e |a|` with a normal load of `2 m e |a| / span`, so
+/// The centre of mass is at the distance `e` from a guide that slides forward under a force `F`
+/// along it. The pads carry the moment `m e |a|` with a normal load of `2 m e |a| / span`, so
 /// `m a = F - k m |a|` with `k = 2 mu e / span`.
 #[test]
 fn short_guides_jam_with_a_message() {
@@ -211,11 +214,11 @@ fn short_guides_jam_with_a_message() {
         let mut inputs = ConstantEfforts(vec![force]);
         let started = model.start(0.0, state.clone(), Settings::default(), &mut inputs);
         if force < 0.0 && k > 1.0 {
-            // Neither sign of the acceleration is consistent with the laws: the slide jams in an inelastic
-            // impact, which dissipates its kinetic energy.
+            // Neither sign of the acceleration is consistent with the friction laws: the slide jams
+            // in an inelastic impact, which dissipates its kinetic energy.
             let mut jammed = started.unwrap();
             jammed.advance(1e-5, &mut inputs).unwrap();
-            // Then the force pushes it back.
+            // Afterwards, the force pushes the slide back.
             let rate = jammed.instant().state.rates[0];
             assert!((rate - force / (1.0 + k) * 1e-5).abs() < 1e-6, "{rate}");
             let jumps = jammed.events().iter().filter_map(|event| match &event.kind {
@@ -227,7 +230,7 @@ fn short_guides_jam_with_a_message() {
             assert!(jumps[0].before == 0.3 && jumps[0].after.abs() < 1e-6, "{jumps:?}");
             let lost = jammed.energies().interfaces.iter().sum::<f64>();
             assert!((lost - 0.045).abs() < 1e-6, "{lost}");
-            // The event-driven method alone finds no acceleration.
+            // The event-driven method alone finds no consistent acceleration.
             let settings = Settings { method: Method::EventDriven, ..Settings::default() };
             let error = model.start(0.0, state, settings, &mut inputs).unwrap_err();
             let ForwardError::NoAcceleration { time, joint, percent } = &error else {
@@ -241,7 +244,7 @@ fn short_guides_jam_with_a_message() {
         let acceleration = simulation.instant().state.accelerations[0];
         let expected = if force > 0.0 { force / (1.0 + k) } else { force / (1.0 - k) };
         assert!((acceleration - expected).abs() < 1e-12, "{acceleration} {expected}");
-        // With k > 1, a backward acceleration F / (1 - k) also satisfies all laws.
+        // If k > 1, a backward acceleration F / (1 - k) also satisfies all friction laws.
         let others: Vec<f64> = simulation
             .events()
             .iter()
@@ -261,7 +264,7 @@ fn short_guides_jam_with_a_message() {
     }
 }
 
-/// A load along the guide, on its axis or with an offset.
+/// Applies a load parallel to the guide, on its axis or with an offset.
 struct Push {
     force: f64,
     point: Vec3<f64>,
@@ -282,8 +285,8 @@ impl Inputs for Push {
 
 #[test]
 fn r7_a_collar_pushed_at_an_offset_slides_or_locks() {
-    // A force with offset `e` from the rod and the centre of mass on the rod: friction mu 2 e F /
-    // s.
+    // For a force with offset `e` from the rod and the centre of mass on the rod, the friction is
+    // mu 2 e F / s.
     let model = Forward::new(collar(0.0), &[]);
     let (mu, span) = (0.12, 0.02);
     for e in [0.04, 0.08, 0.0834, 0.2] {
@@ -297,7 +300,7 @@ fn r7_a_collar_pushed_at_an_offset_slides_or_locks() {
     }
 }
 
-/// Andrews' squeezer without friction; lengths and masses of reference R3.
+/// Creates Andrews' squeezer without friction, with the lengths and masses of reference R3.
 fn andrews() -> Mechanism {
     let start = [
         ("beta", -0.061_713_890_014_276_45),
@@ -392,9 +395,9 @@ fn r3_andrews_squeezer_with_its_reactions() {
         let found = relative.rotation.at(1, 0).atan2(relative.rotation.at(0, 0));
         let apart = (found - angle).sin().atan2((found - angle).cos());
         println!("R3 {name} {apart:.1e}");
-        // The published angles differ from ours by 1.1e-9 rad. An independent program (21 redundant
-        // coordinates, numpy and DOP853 with tolerance 1e-13) has the same difference to 1e-12, so
-        // it is the error of the published solution.
+        // The published angles differ from the computed ones by 1.1e-9 rad. An independent program
+        // (21 redundant coordinates, numpy and DOP853 with tolerance 1e-13) has the same difference
+        // to within 1e-12, so it is the error of the published solution.
         assert!(apart.abs() < 3e-9, "{name} {apart:e}");
     }
     let expected = [
@@ -402,20 +405,21 @@ fn r3_andrews_squeezer_with_its_reactions() {
         v(23.06654119098399, 31.45271365475927, 0.0),
         v(22.64249232082739, 11.61740700019673, 0.0),
     ];
-    // Printed by that program.
+    // Value computed by the independent program.
     assert!((pins(&simulation)[0].x - 199.1753481).abs() < 1e-7);
     for (found, expected) in pins(&simulation).into_iter().zip(expected) {
         println!("R3 reaction {:.1e}", (found - expected).norm());
         // The reactions differ by 1.5e-5 N for the same reason: the independent program agrees with
-        // ours to 1e-8 N.
+        // the computed ones to 1e-8 N.
         assert!((found - expected).norm() < 3e-5, "{found:?} {expected:?}");
     }
 }
 
-/// A block on an inclined plane along x, moved by a connecting rod from the rocker of a four-bar
-/// linkage. All links are balanced, so that the frictionless pins transmit no force at rest: the
-/// crank and the rocker carry half of the coupler each as counterweights, and the rod's centre of
-/// mass is at its pin in the block. The plane is level, and `angle` is the direction of gravity.
+/// Creates a block on an inclined plane along x, moved by a connecting rod from the rocker of a
+/// four-bar linkage. All links are balanced, so that the frictionless pins transmit no force at
+/// rest: crank and rocker each carry half of the coupler as a counterweight, and the rod's centre
+/// of mass is at its pin in the block. The plane is modelled as level; `angle` is the direction of
+/// gravity.
 fn block_on_an_incline(angle: f64, mu: f64) -> Mechanism {
     let (crank, coupler, rocker, rod) = (0.15_f64, 0.4_f64, 0.3_f64, 0.8_f64);
     let (pivot, height) = (v(0.4, 0.0, 0.0), -0.2);
@@ -512,7 +516,7 @@ fn a_block_moved_by_a_four_bar_sticks_just_below_the_friction_angle_and_slides_j
             let now = simulation.instant();
             let moved = now.bodies.pose[block.0].position.x - place;
             assert_eq!(now.state.coordinates == before, sticks, "{part} {sign}: {moved:e}");
-            // Sliding distance without the inertia of the linkage; the inertia slows the motion but
+            // Sliding distance without the inertia of the linkage. The inertia slows the motion but
             // hardly changes the distance.
             let freely = 0.5 * 9.81 * ((part * mu.atan()).sin() - mu * (part * mu.atan()).cos());
             if sticks {
@@ -527,8 +531,8 @@ fn a_block_moved_by_a_four_bar_sticks_just_below_the_friction_angle_and_slides_j
     }
 }
 
-/// At a dead centre the slider is at rest while the crank moves on. The slider is not a DOF of the
-/// mechanism there and cannot stick: it reverses, as at every later dead centre.
+/// At a dead centre, the slider is at rest while the crank continues to move. The slider is not a
+/// DOF of the mechanism there and cannot stick: it reverses, as at every later dead centre.
 #[test]
 fn a_crank_that_starts_at_a_dead_centre_only_reverses_its_slider() {
     let robot = slider_crank();

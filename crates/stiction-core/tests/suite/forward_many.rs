@@ -1,5 +1,5 @@
-//! Many interfaces at rest that start to slip together: balls, pins and guides of robots and of
-//! random mechanisms.
+//! Many interfaces at rest that start to slip together: balls, pins and guides of robots and random
+//! mechanisms.
 
 use crate::common::random::*;
 use crate::common::*;
@@ -17,7 +17,7 @@ fn at(value: f64) -> Target<f64> {
     Target { value, rate: 0.0, acceleration: 0.0 }
 }
 
-/// A platform on six UPS legs with friction in all 24 interfaces.
+/// Creates a platform on six UPS legs with friction at all 24 interfaces.
 fn hexapod(mu: f64, curve: Option<Curve>) -> (Mechanism, Vec<Coordinate>, Vec<Target<f64>>) {
     let mut builder = MechanismBuilder::new("hexapod")
         .gravity(v(0.0, 0.0, -9.81))
@@ -85,10 +85,10 @@ fn hexapod(mu: f64, curve: Option<Curve>) -> (Mechanism, Vec<Coordinate>, Vec<Ta
     (mechanism, coordinates, lengths)
 }
 
-/// Verifies all friction laws of a mechanism at rest from the result at one instant alone: a
-/// sticking interface has no acceleration and is within its limit; one that begins to slide has
-/// friction at its limit, against its acceleration. Returns the number of sticking and of sliding
-/// interfaces.
+/// Verifies all friction laws of a mechanism at rest, from the result at one instant alone. A
+/// sticking interface must have no acceleration and friction within its limit. An interface that
+/// begins to slide must have friction at its limit, opposite to its acceleration. Returns the
+/// numbers of sticking and of sliding interfaces.
 fn laws_at_rest(model: &Forward, simulation: &Simulation<'_>, case: &str) -> [usize; 2] {
     let now = simulation.instant();
     let (mut sticks, mut slides) = (0, 0);
@@ -122,8 +122,8 @@ fn laws_at_rest(model: &Forward, simulation: &Simulation<'_>, case: &str) -> [us
         match moment.interface {
             Doing::Sticks => {
                 sticks += 1;
-                // Accelerations are of the order of 10 m/s^2. Contributions without any margin may exceed
-                // limits by 1e-5.
+                // Accelerations are of the order of 10 m/s^2. Friction contributions without any
+                // margin may exceed their limits by 1e-5.
                 assert!(size < 1e-9, "{case}: {moment:?} {begins:?}");
                 assert!(has <= moment.limit * (1.0 + 2e-5), "{case}: {moment:?}");
             }
@@ -131,7 +131,7 @@ fn laws_at_rest(model: &Forward, simulation: &Simulation<'_>, case: &str) -> [us
                 slides += 1;
                 let along: f64 = begins.iter().zip(moment.friction).map(|(a, f)| a * f).sum();
                 assert!((has - moment.limit).abs() < 1e-9 * has, "{case}: {moment:?}");
-                // Opposite to the onset of sliding, to 1e-6 rad.
+                // Friction must be opposite to the onset of sliding, to 1e-6 rad.
                 assert!(along > (1.0 - 1e-11) * size * has, "{case}: {moment:?} {begins:?}");
             }
             Doing::AtLimit(_) => assert!((has - moment.limit).abs() < 1e-9 * has, "{case}"),
@@ -141,8 +141,8 @@ fn laws_at_rest(model: &Forward, simulation: &Simulation<'_>, case: &str) -> [us
     [sticks, slides]
 }
 
-/// From all sticking to all sliding: 36 friction components at 24 interfaces, most of which start
-/// to slip together.
+/// Effort levels from all interfaces sticking to all sliding: 36 friction components at 24
+/// interfaces, most of which start to slip together.
 #[test]
 fn all_joints_of_a_hexapod_start_to_slip() {
     let (mechanism, coordinates, lengths) = hexapod(0.3, None);
@@ -164,7 +164,8 @@ fn all_joints_of_a_hexapod_start_to_slip() {
     assert!(partly > 5, "{counts:?}");
 }
 
-/// Every random mechanism with friction in all joints finds its accelerations from rest.
+/// Every random mechanism at rest with friction in all joints must have accelerations that satisfy
+/// the friction laws.
 #[test]
 fn random_mechanisms_at_rest_satisfy_the_friction_laws() {
     for mu in [0.1, 0.3] {
@@ -191,7 +192,7 @@ fn random_mechanisms_at_rest_satisfy_the_friction_laws() {
         assert!(all > 180 && partly > 20, "{all} {partly}");
     }
 }
-/// Oscillating forces on the legs.
+/// Applies oscillating forces to the legs.
 struct Shaken(f64);
 
 impl Inputs for Shaken {
@@ -227,6 +228,6 @@ fn a_hexapod_under_oscillating_forces_continues() {
     assert_eq!(methods.last(), Some(&Method::EventDriven));
     assert_eq!(simulation.method(), Method::EventDriven);
     assert!(simulation.events().len() > 20);
-    // Tolerances of 1e-7 in both.
+    // Both simulations have tolerances of 1e-7.
     assert!(simulation.energy_error().abs() < 1e-6 * simulation.energies().turnover);
 }

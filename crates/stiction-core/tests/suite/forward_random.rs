@@ -48,7 +48,7 @@ fn random_mechanisms_fall_stick_and_slide() {
         }
     }
     println!("{ended} ended, {stuck} contacts stick, energy {worst:.1e}");
-    // A run that ends early names the joint and the instant.
+    // A run that ends early must name the joint and the instant.
     for error in &errors {
         println!("{error}");
         assert!(error.contains("joint `") && error.contains("t = "), "{error}");

@@ -1,4 +1,4 @@
-//! Forward dynamics against the references.
+//! Forward dynamics compared with the reference data.
 
 use crate::common::*;
 use stiction_core::forward::{
@@ -22,12 +22,12 @@ fn none() -> ConstantEfforts {
     ConstantEfforts(vec![])
 }
 
-/// Angle of the first joint of a mechanism with one DOF.
+/// Returns the coordinate of the first joint of a mechanism with one DOF.
 fn first_joint(mechanism: &Mechanism) -> Coordinate {
     Coordinate::Joint { joint: mechanism.joint_id(&mechanism.joints()[0].name).unwrap(), dof: 0 }
 }
 
-/// World position of a point of a body, m.
+/// Computes the world position of a point of a body, m.
 fn point(simulation: &Simulation<'_>, model: &Forward, body: &str, local: Vec3<f64>) -> Vec3<f64> {
     let id = model.mechanism().body_id(body).unwrap();
     simulation.instant().bodies.pose[id.0].apply(local) + model.parameters().origin
@@ -57,15 +57,15 @@ fn r1_pendulum() {
         let bob = point(&simulation, &model, "bob", v(1.0, 0.0, 0.0));
         let error = (bob - v(x, y, 0.0)).norm();
         println!("R1 t={t}: {error:.2e}, energy {:.2e}", simulation.energy_error());
-        // The last digit of the reference is 1e-13; the step errors accumulate over 10 s.
+        // The last digit of the reference is 1e-13; step errors accumulate over 10 s.
         assert!(error < 1e-10, "{t}: {error:e}");
     }
     println!("R1 evaluations {}", simulation.evaluations());
     assert!(simulation.energy_error().abs() < 1e-9);
 }
 
-/// Reference R2: N loops of four bars with all uprights parallel. Singular if all bars are on one
-/// line.
+/// Creates reference R2: N four-bar loops with parallel uprights. The mechanism is singular if all
+/// bars are on one line.
 fn n_four_bar(n: usize) -> Mechanism {
     let rod = || diagonal(0.0, 1.0 / 12.0, 1.0 / 12.0);
     let mut builder = MechanismBuilder::new("n-four-bar").gravity(v(0.0, -9.81, 0.0));
@@ -116,19 +116,20 @@ fn r2_four_bars_pass_singular_positions() {
         let tip = point(&simulation, &model, "v0", v(1.0, 0.0, 0.0));
         let error = (tip - v(x, y, 0.0)).norm();
         println!("R2 t={t}: {error:.2e}, energy {:.2e}", simulation.energy_error());
-        // The reference has ten decimals. The motion passes about 25 singular positions; each
-        // magnifies rounding by the inverse square of the distance at which a stage of a step
-        // passes it.
+        // The reference has ten decimals. The motion passes about 25 singular configurations. Each
+        // one magnifies rounding by the inverse square of its distance from the nearest stage of a
+        // step.
         assert!(error < if t < 9.0 { 1e-8 } else { 5e-8 }, "{t}: {error:e}");
     }
-    // All bars are on one line if the uprights are at 0 or 180 degrees: each passage is reported.
+    // All bars are on one line if the uprights are at 0 or 180 degrees. Each passage must be
+    // reported.
     let told: Vec<f64> = simulation
         .events()
         .iter()
         .filter(|event| matches!(event.kind, EventKind::Singular { .. }))
         .map(|event| event.time)
         .collect();
-    // Time from one angle to another, by Simpson's rule.
+    // Time from one angle to another, computed by Simpson's rule.
     let pull = 3.5 / 3.0 * 9.81;
     let between = |from: f64, to: f64| {
         let n = 4000;
@@ -150,13 +151,13 @@ fn r2_four_bars_pass_singular_positions() {
     }
     assert_eq!(told.len(), expected.len(), "{told:?} {expected:?}");
     for (told, expected) in told.iter().zip(&expected) {
-        // The minimum of a value that is zero there is resolved to about 1e-8.
+        // The minimum of a function that is zero there is resolved to about 1e-8.
         assert!((told - expected).abs() < 1e-6, "{told} {expected}");
     }
 }
 
-/// Started in a singular position with the rates of one branch, the simulation continues as if it
-/// had arrived there.
+/// A simulation that starts at a singular configuration with the rates of one branch continues as
+/// if it had arrived there by moving.
 #[test]
 fn r2_starts_in_a_singular_position() {
     let model = Forward::new(n_four_bar(2), &[]);

@@ -1,4 +1,4 @@
-//! Motions driven without bound end soon, with a reason.
+//! Motions that are driven without bound end soon, with a stated reason.
 
 use crate::common::*;
 use stiction_core::forward::{Forward, ForwardError, Inputs, Settings, View};
@@ -6,7 +6,7 @@ use stiction_core::joint::JointType;
 use stiction_core::kinematics::State;
 use stiction_core::mechanism::{BodySpec, JointSpec, MechanismBuilder};
 
-/// A torque that grows by a factor of one hundred every 5 ms.
+/// Applies a torque that grows by a factor of one hundred every 5 ms.
 struct Growing;
 
 impl Inputs for Growing {
@@ -15,8 +15,8 @@ impl Inputs for Growing {
     }
 }
 
-/// From rest, `I omega = (exp(k t) - 1) / k`: at `1 m`, the speed of light is exceeded at
-/// `t = ln(1 + k I c / L) / k`.
+/// From rest, `I omega = (exp(k t) - 1) / k`. At a distance of `1 m`, the speed of light is
+/// exceeded at `t = ln(1 + k I c / L) / k`.
 #[test]
 fn unbounded_speed_ends_the_run() {
     let mechanism = MechanismBuilder::new("spin")
@@ -32,8 +32,8 @@ fn unbounded_speed_ends_the_run() {
     let error = simulation.advance(1.0, &mut Growing).unwrap_err();
     let ForwardError::Runaway { time, body, speed } = error else { panic!("{error}") };
     let overtaken = (1.0_f64 + 1000.0 * 299_792_458.0).ln() / 1000.0;
-    // The simulation reports it at the end of a step, within which the torque grows by less than a
-    // factor of ten.
+    // The simulation reports this at the end of a step. Within the step, the torque grows by less
+    // than a factor of ten.
     assert!(time >= overtaken && time < overtaken + 2.4e-3, "{time} {overtaken}");
     assert!(body == "wheel" && speed > 299_792_458.0, "{body} {speed}");
 }

@@ -1,4 +1,4 @@
-//! A shaft in a sleeve: one friction along the resultant of turning and sliding.
+//! A shaft in a sleeve, with one friction force along the resultant of turning and sliding.
 
 use crate::common::*;
 use stiction_core::forward::{Forward, Inputs, Method, Settings, View};
@@ -11,11 +11,11 @@ use stiction_core::spatial::Vec3;
 const MASS: f64 = 2.0;
 const RADIUS: f64 = 0.01;
 const MU: f64 = 0.1;
-/// Weight across the shaft, N.
+/// Weight perpendicular to the shaft, N.
 const LOAD: f64 = 200.0;
 
-/// A shaft whose surface has the same inertia in both directions: its moment of inertia is its mass
-/// times the square of the sleeve's radius.
+/// Creates a shaft whose surface has the same effective mass in both directions: the moment of
+/// inertia is the mass times the square of the sleeve's radius.
 fn shaft(prescribed: &[usize]) -> Forward {
     let x = along(Vec3::zero(), Vec3::unit(0));
     let mechanism = MechanismBuilder::new("shaft")
@@ -36,7 +36,7 @@ fn shaft(prescribed: &[usize]) -> Forward {
     Forward::new(mechanism, prescribed)
 }
 
-/// Constant efforts, and a slide that begins to accelerate at 0.05 s.
+/// Applies constant efforts, and prescribes a slide that begins to accelerate at 0.05 s.
 struct Given([f64; 2]);
 
 const BEGINS: f64 = 0.05;
@@ -56,7 +56,7 @@ impl Inputs for Given {
     }
 }
 
-/// State at time `until` for initial rates and constant efforts of `[angle, slide]`.
+/// Computes the state at time `until` for initial rates and constant efforts of `[angle, slide]`.
 fn moved(
     model: &Forward,
     method: Method,
@@ -95,7 +95,7 @@ fn a_shaft_coasts_along_the_resultant() {
                 for (found, (expected, scale)) in
                     found.iter().zip(expected.iter().zip([1.0, RADIUS, 40.0, 0.4]))
                 {
-                    // A time step has a relative error of 1e-7: the stop lies within one.
+                    // A time step has a relative error of 1e-7; the stop lies within one step.
 
                     let tolerance = if method == Method::TimeStepping { 1e-6 } else { 1e-9 };
                     assert!(
@@ -108,8 +108,8 @@ fn a_shaft_coasts_along_the_resultant() {
     }
 }
 
-/// Static friction bounds the resultant: 0.6 and 0.7 of the limit hold together, 0.7 and 0.8 do not,
-/// and the shaft starts along their resultant.
+/// Static friction bounds the resultant: 0.6 and 0.7 of the limit together do not exceed it, 0.7
+/// and 0.8 do. The shaft then starts to slide along their resultant.
 #[test]
 fn a_shaft_holds_up_to_the_resultant() {
     let model = shaft(&[]);
@@ -132,14 +132,14 @@ fn a_shaft_holds_up_to_the_resultant() {
     }
 }
 
-/// A prescribed slide that begins to move takes the friction along: the free rotation under a torque
-/// that static friction held accelerates with `r alpha / a = tan` of the surface velocity's
-/// direction, `I alpha = T - r mu N sin`.
+/// A rotation is held by static friction against a torque. When a prescribed slide begins to move,
+/// it also causes slip of the rotation. The free rotation then accelerates such that `r alpha / a`
+/// is the tangent of the direction of the surface velocity, with `I alpha = T - r mu N sin`.
 #[test]
 fn a_prescribed_slide_lets_the_rotation_go() {
     let model = shaft(&[1]);
     let torque = 0.5 * MU * LOAD * RADIUS;
-    // The direction follows by bisection.
+    // The direction is computed by bisection.
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..100 {
         let sine = 0.5 * (low + high);
@@ -148,8 +148,8 @@ fn a_prescribed_slide_lets_the_rotation_go() {
         if steep { low = sine } else { high = sine }
     }
     let alpha = (torque - RADIUS * MU * LOAD * low) / (MASS * RADIUS * RADIUS);
-    // The direction changes at once when the slide begins: event-driven integration alone is too
-    // stiff there, and the automatic choice passes it by time steps.
+    // The direction changes abruptly when the slide begins. Event-driven integration alone is too
+    // stiff there; the automatic method uses time steps.
     for method in [Method::Automatic, Method::TimeStepping] {
         let found = moved(&model, method, [0.0; 2], [torque, 0.0], 0.15);
         let since = 0.15 - BEGINS;

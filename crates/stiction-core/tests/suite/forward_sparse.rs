@@ -1,5 +1,5 @@
-//! The sparse solution of the balance against the dense one: chains, rows of loops with redundant
-//! constraints, random mechanisms of all classes.
+//! The sparse solution of the balance compared with the dense one: for chains, rows of loops with
+//! redundant constraints, and random mechanisms of all classes.
 
 use crate::common::random::*;
 use crate::common::{along, diagonal, friction, v};
@@ -9,7 +9,8 @@ use stiction_core::kinematics::{Coordinate, State, Target};
 use stiction_core::mechanism::{BodySpec, JointId, JointSpec, Mechanism, MechanismBuilder};
 use stiction_core::spatial::Pose;
 
-/// Largest difference of all results of two instants, relative to the largest value of each kind.
+/// Computes the largest difference of all results at two instants, relative to the largest value of
+/// each kind.
 fn difference(a: &Instant, b: &Instant) -> f64 {
     let wrenches = |instant: &Instant| -> Vec<f64> {
         let each = instant.reactions();
@@ -31,7 +32,8 @@ fn difference(a: &Instant, b: &Instant) -> f64 {
     each.fold(0.0, f64::max)
 }
 
-/// Starts a simulation with each of the solutions; `None` if neither starts.
+/// Starts one simulation with the sparse and one with the dense solution, and calls `check` with
+/// both. Returns `None` if neither starts.
 fn both(
     mechanism: &Mechanism,
     prescribed: &[usize],
@@ -48,7 +50,7 @@ fn both(
     let b = sparse.start(0.0, at, Settings::default(), &mut inputs);
     match (a, b) {
         (Ok(mut a), Ok(mut b)) => {
-            // A short way, so that errors of the integrator do not enter.
+            // A short interval, so that errors of the integrator do not matter.
             a.advance(1e-6, &mut inputs).ok()?;
             b.advance(1e-6, &mut inputs).ok()?;
             check(&a, &b);
@@ -69,8 +71,8 @@ fn random_mechanisms_agree_with_the_dense_solution() {
                 |model: &Forward| model.assemble(&[], &case.coordinates, &case.targets).ok();
             let _ = both(&case.mechanism, &[], start, |a, b| {
                 if !a.events().is_empty() {
-                    // Impacts: the instants of events, and with them all results, have the error
-                    // of the integrator.
+                    // After impacts, the instants of events, and with them all results, contain the
+                    // error of the integrator.
                     return;
                 }
                 let apart = difference(a.instant(), b.instant());
@@ -80,7 +82,8 @@ fn random_mechanisms_agree_with_the_dense_solution() {
                 compared += 1;
                 sparse += usize::from(b.is_sparse());
                 worst = worst.max(apart);
-                // Both have the round-off of their systems, whose condition is at most 1e5 here.
+                // Both contain the round-off of their systems, whose condition numbers are at most
+                // 1e5 here.
                 assert!(apart < 1e-9, "{class:?} {seed}: {apart:e}");
             });
         }
@@ -94,7 +97,7 @@ fn body(name: String, com: f64) -> BodySpec {
     BodySpec::new(name).mass(1.0).com(v(com, 0.0, 0.0)).inertia(inertia)
 }
 
-/// Pendulums in a chain, with motors and load-dependent friction.
+/// Creates a chain of pendulums with motors and load-dependent friction.
 fn chain(count: usize) -> Mechanism {
     let mut builder = MechanismBuilder::new("chain").gravity(v(0.0, 0.0, -9.81));
     for k in 0..count {
@@ -111,8 +114,8 @@ fn chain(count: usize) -> Mechanism {
     builder.build().unwrap()
 }
 
-/// Planar four-bars in a row: each rocker is the crank of the next. Two of three closure equations
-/// of each loop are redundant in space.
+/// Creates a row of planar four-bar linkages in which each rocker is the crank of the next linkage.
+/// In space, two of three closure equations of each loop are redundant.
 fn row(count: usize) -> Mechanism {
     let mut builder = MechanismBuilder::new("row").gravity(v(0.0, 0.0, -9.81));
     let y = v(0.0, 1.0, 0.0);
@@ -165,7 +168,8 @@ fn chains_agree_with_the_dense_solution() {
         let done = both(&mechanism, &prescribed, start, |a, b| {
             assert!(b.is_sparse() && !a.is_sparse());
             let apart = difference(a.instant(), b.instant());
-            // Round-off of the dense mass matrix, whose condition grows with the square of the length.
+            // Round-off of the dense mass matrix, whose condition number grows with the square of
+            // the length.
             assert!(apart < 1e-11, "{count}: {apart:e}");
         });
         assert!(done.is_some());
@@ -191,7 +195,7 @@ fn rows_of_loops_agree_with_the_dense_solution() {
             assert_eq!((a.redundant, a.mobility), (3 * count, 1));
             assert_eq!((b.redundant, b.mobility), (3 * count, 1));
             let apart = difference(a, b);
-            // Self-stresses follow from a system that is nearly singular, in few corrections.
+            // Self-stresses are computed from a nearly singular system in few corrections.
             assert!(apart < 1e-10, "{count}: {apart:e}");
         });
         assert!(done.is_some());

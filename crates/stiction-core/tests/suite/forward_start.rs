@@ -1,4 +1,4 @@
-//! Initial states of simulations: from partial data, and from the state of another simulation.
+//! Initial states of simulations, from partial data and from the state of another simulation.
 
 use crate::common::simulated::*;
 use crate::common::*;
@@ -12,7 +12,7 @@ fn crank(model: &Forward, joint: &str, value: Option<f64>, rate: Option<f64>) ->
     Known { coordinate: Coordinate::Joint { joint, dof: 0 }, value, rate }
 }
 
-/// The slider-crank with given crank angle and slider speed: `l = 0.3`, `r = 0.1`.
+/// Assembles the slider-crank (`l = 0.3`, `r = 0.1`) from a given crank angle and slider speed.
 #[test]
 fn values_of_one_joint_and_rates_of_another() {
     let model = Forward::new(slider_crank().mechanism, &[]);
@@ -50,7 +50,7 @@ fn contradictions_are_named() {
     assert!(model.assemble_from(&[], &known).is_err());
 }
 
-/// A platform with three DOFs and one given rate: the others minimise the kinetic energy.
+/// A platform with three DOFs and one given rate. The other rates minimise the kinetic energy.
 #[test]
 fn open_rates_have_least_kinetic_energy() {
     let robot = symmetric_3rps(None);
@@ -87,7 +87,8 @@ fn open_rates_have_least_kinetic_energy() {
     assert!(smallest < 1.02 * least, "{least} {smallest}");
 }
 
-/// Without any given data: the start values of the model, with loops closed, at rest.
+/// Without given data, a simulation starts at rest from the start coordinates of the model, with
+/// closed loops.
 #[test]
 fn without_data_a_simulation_starts_at_rest() {
     let robot = symmetric_3rps(None);
@@ -110,7 +111,8 @@ impl Inputs for Swing {
     }
 }
 
-/// Interrupted and resumed while interfaces stick and slip: every number is identical, bit by bit.
+/// A simulation is interrupted and resumed while interfaces stick and slip; every number must be
+/// bitwise identical.
 #[test]
 fn a_resumed_simulation_is_the_same_bit_by_bit() {
     let (_, model, state) = rubbing_3rps(0.1);
@@ -125,7 +127,7 @@ fn a_resumed_simulation_is_the_same_bit_by_bit() {
         let mut whole = model.start(0.0, state.clone(), settings, &mut Swing).unwrap();
         whole.advance(0.06, &mut Swing).unwrap();
         let saved = whole.checkpoint();
-        // Written as text and read again, like a file.
+        // Written as text and read again, as with a file.
         let text: Vec<String> = saved.numbers.iter().map(|x| format!("{x:e}")).collect();
         let numbers = text.iter().map(|x| x.parse().unwrap()).collect();
         let read = Checkpoint { numbers, events: saved.events.clone() };
@@ -145,7 +147,7 @@ fn a_resumed_simulation_is_the_same_bit_by_bit() {
     }
 }
 
-/// A joint locked at its initial position.
+/// Locks a joint at its initial position.
 struct Lock(f64);
 
 impl Inputs for Lock {
@@ -155,8 +157,8 @@ impl Inputs for Lock {
     }
 }
 
-/// The rod's pin is locked, so nothing can move. The simulation drops the requested rate and
-/// reports this; a rate of rounding size counts as rest.
+/// The rod's pin is locked, so nothing can move. The simulation drops the given rate and reports
+/// this; a rate of the order of rounding counts as rest.
 #[test]
 fn a_forbidden_rate_is_reported_and_dropped() {
     let mechanism = slider_crank().mechanism;
@@ -177,7 +179,7 @@ fn a_forbidden_rate_is_reported_and_dropped() {
     assert!((simulation.dropped() - 1.0).abs() < 1e-12, "{}", simulation.dropped());
     assert_eq!(simulation.interfaces().len(), 4);
     for interface in simulation.interfaces() {
-        // One interface may be at its limit, with the remaining load on the lock.
+        // One interface may be at its friction limit, while the lock carries the remaining load.
         assert!(
             !matches!(interface, stiction_core::forward::InterfaceMode::Slides(_)),
             "{interface:?}"
@@ -186,9 +188,9 @@ fn a_forbidden_rate_is_reported_and_dropped() {
     assert_eq!(simulation.instant().mobility, 0);
 }
 
-/// A screw in a loop: a nut on a guide, its spindle on a bearing; the actuator turns the spindle in
-/// the nut. Whatever joint is cut, the coordinate of the actuator follows from its advance, beyond
-/// full turns.
+/// A screw in a loop: a nut on a guide, its spindle on a bearing. The actuator turns the spindle in
+/// the nut. Regardless of which joint is cut, the coordinate of the actuator follows from the
+/// advance of the screw, beyond full turns.
 #[test]
 fn a_screw_that_closes_a_loop_counts_its_turns() {
     use stiction_core::joint::JointType;

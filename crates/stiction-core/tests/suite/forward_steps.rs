@@ -20,7 +20,7 @@ fn jumps(simulation: &Simulation<'_>) -> usize {
     simulation.events().iter().filter(|e| matches!(e.kind, EventKind::Jump { .. })).count()
 }
 
-/// The mass of reference R6: 1 kg on a table, friction 0.981 N, a spring of 100 N/m.
+/// Creates the mass of reference R6: 1 kg on a table, friction 0.981 N, a spring of 100 N/m.
 fn mass_and_spring(interface: JointFriction) -> Mechanism {
     let x = along(Vec3::zero(), Vec3::unit(0));
     MechanismBuilder::new("mass")
@@ -40,7 +40,7 @@ fn mass_and_spring(interface: JointFriction) -> Mechanism {
         .unwrap()
 }
 
-/// The simulation after two seconds, released with the spring stretched by 0.1 m.
+/// Runs a simulation for two seconds; the mass is released with the spring stretched by 0.1 m.
 fn let_go(model: &Forward, tolerance: f64) -> Simulation<'_> {
     let mut inputs = ConstantEfforts(vec![]);
     let mut state = State::new(model.topology());
@@ -50,7 +50,7 @@ fn let_go(model: &Forward, tolerance: f64) -> Simulation<'_> {
     simulation
 }
 
-/// R6: it stops after five half-cycles at -0.0019 m and has dissipated 0.4998195 J. The error
+/// R6: the mass stops after five half-cycles at -0.0019 m and has dissipated 0.4998195 J. The error
 /// decreases with the step, which is proportional to the square root of the tolerance.
 #[test]
 fn r6_stops_as_in_closed_form() {
@@ -72,16 +72,16 @@ fn r6_stops_as_in_closed_form() {
         assert_eq!(simulation.instant().state.coordinates[0], x);
         assert_eq!(simulation.instant().state.rates[0], 0.0);
         assert_eq!(jumps(&simulation), 0);
-        // Masses do not change: the mean velocity does exactly the work that the kinetic energy gains, the
-        // spring's force is taken in the middle of a step.
+        // The mass is constant, so the mean velocity does exactly the work that the kinetic energy
+        // gains. The spring force is evaluated in the middle of a step.
         assert!((dissipated - 0.4998195).abs() < 2e3 * tolerance.sqrt() * 1e-2);
     }
     assert!(errors[0] < 5e-4 && errors[1] < 0.3 * errors[0], "{errors:?}");
 }
 
-/// The same mass with a static coefficient of 0.3: at its fourth turning point, 0.1 - 8 * 0.00981
-/// m, the spring pulls with 2.15 N, more than the sliding friction and less than the static limit
-/// of 2.94 N. It stays there.
+/// The same mass with a static coefficient of 0.3. At its fourth turning point, 0.1 - 8 * 0.00981
+/// m, the spring pulls with 2.15 N, which is more than the sliding friction but less than the
+/// static limit of 2.94 N. The mass therefore stays there.
 #[test]
 fn static_friction_holds_at_a_reversal() {
     let mut interface = friction(0.1, 0.0, None);
@@ -96,19 +96,19 @@ fn static_friction_holds_at_a_reversal() {
         assert_eq!(turns, 3, "{:?}", simulation.events());
         errors.push((simulation.instant().state.coordinates[0] - (0.1 - 8.0 * 0.00981)).abs());
     }
-    // As in R6.
+    // As in the test of R6.
     assert!(errors[0] < 5e-4 && errors[1] < 0.3 * errors[0], "{errors:?}");
 }
 
-/// The crank of reference R8 inside and outside its holding interval, by time stepping.
+/// The crank of reference R8, with efforts inside and outside its holding interval, by time
+/// stepping.
 #[test]
 fn a_held_crank_does_not_move_at_all() {
     let robot = slider_crank();
     let model = Forward::new(robot.mechanism.clone(), &[]);
     let at = Target { value: 1.0, rate: 0.0, acceleration: 0.0 };
     let state = model.assemble(&[], &robot.coordinates, &[at]).unwrap();
-    // The torque that holds it without friction, from the event-driven method, which needs no
-    // acceleration here.
+    // Efforts inside and outside the holding interval, which inverse dynamics determines.
     for (drive, sticks) in [(1.0, true), (0.0, false)] {
         let mut solver = stiction_core::dynamics::InverseDynamics::new(
             robot.mechanism.clone(),
@@ -133,8 +133,8 @@ fn a_held_crank_does_not_move_at_all() {
     }
 }
 
-/// A rod in two pads, pushed back so that no acceleration satisfies the laws (as in
-/// `forward_loops`): the time stepper stops it at once and reports the jump.
+/// A rod in two pads, pushed back such that no acceleration satisfies the friction laws (as in
+/// `forward_loops`). The time stepper stops the rod at once and reports the jump.
 #[test]
 fn jumps_of_velocities_are_reported() {
     let model = Forward::new(collar(0.2), &[]);
@@ -145,8 +145,8 @@ fn jumps_of_velocities_are_reported() {
     simulation.advance(0.01, &mut inputs).unwrap();
     println!("{:?} {:?}", simulation.events(), simulation.instant().state);
     assert!(jumps(&simulation) > 0);
-    // The pads dissipate all of its kinetic energy at once; then it slides back, at -5 / (1 + 2.4)
-    // m/s^2.
+    // The pads dissipate all kinetic energy of the rod at once; then it slides back, at -5 / (1 +
+    // 2.4) m/s^2.
     let rate = simulation.instant().state.rates[0];
     let back = -5.0 / 3.4 * 0.01;
     assert!((rate - back).abs() < 1e-5 * back.abs(), "{rate} {back}");
@@ -155,7 +155,8 @@ fn jumps_of_velocities_are_reported() {
     assert!((lost - 0.5 * 0.3 * 0.3 - on_the_way).abs() < 1e-6, "{lost}");
 }
 
-/// Both methods give the same motion: the symmetric 3-RPS with friction in guides and pins.
+/// Both methods yield the same motion of the symmetric 3-RPS robot with friction in guides and
+/// pins.
 #[test]
 fn both_methods_give_the_same_motion() {
     let (robot, model, state) = rubbing_3rps(0.1);
@@ -174,7 +175,8 @@ fn both_methods_give_the_same_motion() {
     let exact = run(Settings { method: Method::EventDriven, ..Settings::default() });
     let errors = [1e-5, 1e-7].map(|tolerance| (run(in_steps(tolerance)) - exact).norm());
     println!("{errors:?}");
-    // The step is proportional to the square root of the tolerance, and the error to the step: a
-    // factor of ten, except for steps that events and the start shorten in both runs.
+    // The step is proportional to the square root of the tolerance, and the error to the step. The
+    // error therefore decreases by a factor of ten, except for steps shortened in both runs by
+    // events and the start.
     assert!(errors[0] < 1e-4 && errors[1] < 0.4 * errors[0], "{errors:?}");
 }

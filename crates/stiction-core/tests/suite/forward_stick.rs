@@ -37,7 +37,7 @@ fn start_of(model: &Forward, values: &[(f64, f64)]) -> State<f64> {
     model.assemble(&[], &coordinates, &targets).unwrap()
 }
 
-/// The mass of reference R6 on a table along x, between the table and a spring.
+/// Creates the mass of reference R6 on a table along x, with a spring to the ground.
 fn mass_and_spring(interface: JointFriction, spring: f64) -> Mechanism {
     let x = along(Vec3::zero(), Vec3::unit(0));
     MechanismBuilder::new("mass")
@@ -70,7 +70,7 @@ fn r6_half_cycles_reverse_and_stop_as_in_closed_form() {
         simulation.advance(half * f64::from(n), &mut inputs).unwrap();
         let x = simulation.instant().state.coordinates[0];
         let expected = (0.1 - 0.01962 * f64::from(n)) * if n % 2 == 0 { 1.0 } else { -1.0 };
-        // Steps are accurate to 1e-12; at a turning point an error in time has no first-order
+        // Steps are accurate to 1e-12. At a turning point, an error in time has no first-order
         // effect.
         assert!((x - expected).abs() < 1e-11, "{n}: {x} {expected}");
     }
@@ -84,13 +84,13 @@ fn r6_half_cycles_reverse_and_stop_as_in_closed_form() {
     let dissipated = simulation.energies().interfaces[0];
     assert!((dissipated - 0.4998195).abs() < 1e-11, "{dissipated}");
     assert!(simulation.energy_error().abs() < 1e-11);
-    // It stays there, to the last bit.
+    // The mass stays there, to the last bit.
     simulation.advance(1000.0, &mut inputs).unwrap();
     assert_eq!(simulation.instant().state.coordinates[0], x);
     assert_eq!(simulation.instant().state.rates[0], 0.0);
 }
 
-/// A belt with prescribed constant speed.
+/// Prescribes the constant speed of a belt.
 struct Belt(f64);
 
 impl Inputs for Belt {
@@ -140,7 +140,7 @@ fn r6_stick_slip_on_a_belt() {
         }
     }
     println!("{slips:?} {sticks:?}");
-    // The belt carries it until the spring pulls 1.5 N, 15 mm from its free length.
+    // The belt carries the mass until the spring pulls with 1.5 N, 15 mm from its free length.
     assert!((slips[0] - 0.15).abs() < 1e-9, "{slips:?}");
     for (slip, stick) in slips.iter().zip(&sticks) {
         assert!((stick - slip - 0.5355890089178).abs() < 1e-9, "{}", stick - slip);
@@ -153,7 +153,7 @@ fn r6_stick_slip_on_a_belt() {
     assert!(error.abs() < 1e-9 * simulation.energies().turnover.max(1.0), "{error}");
 }
 
-/// The pendulum of reference R5.
+/// Creates the pendulum of reference R5.
 fn journal(mu: f64) -> Forward {
     let mechanism = MechanismBuilder::new("journal")
         .gravity(v(0.0, -9.81, 0.0))
@@ -208,7 +208,7 @@ fn r5_journal_loses_height_as_its_closed_form_says() {
 
 #[test]
 fn r5_rests_just_below_its_angle_and_not_above() {
-    // Rest is possible where |sin angle| <= mu r / L.
+    // The pendulum can rest where |sin angle| <= mu r / L.
     let model = journal(0.3);
     let limit = (0.3_f64 * 0.05).asin();
     for (part, rests) in [(1.0 - 1e-9, true), (1.0 + 1e-8, false)] {
@@ -221,7 +221,7 @@ fn r5_rests_just_below_its_angle_and_not_above() {
     }
 }
 
-/// A block on an inclined plane, with a guide or a plate as its joint.
+/// Creates a block on an inclined plane, with a guide or a plate as its joint.
 fn incline(angle: f64, mu: f64, joint_type: JointType) -> Forward {
     let down = v(angle.cos(), -angle.sin(), 0.0);
     let normal = v(angle.sin(), angle.cos(), 0.0);
@@ -247,8 +247,8 @@ fn incline(angle: f64, mu: f64, joint_type: JointType) -> Forward {
 fn a_block_sticks_just_below_the_friction_angle_and_slides_just_above() {
     for joint_type in [JointType::Prismatic, JointType::Planar] {
         let mu = 0.3_f64;
-        // A plate may slide in any direction: the slower it slides, the stiffer it is perpendicular
-        // to its velocity.
+        // A plate may slide in any direction. The slower it slides, the stiffer its friction is
+        // perpendicular to its velocity.
         let above = if joint_type == JointType::Planar { 2e-2 } else { 1e-8 };
         for (part, sticks) in [(1.0 - 1e-8, true), (1.0 + above, false)] {
             let angle = mu.atan() * part;
@@ -283,12 +283,12 @@ fn no_drift_at_95_percent_of_the_friction_limit() {
         simulation.advance(1000.0, &mut inputs).unwrap();
         assert_eq!(simulation.instant().state.coordinates, before);
         let interface = simulation.instant().interfaces[0];
-        // Friction carries the driving load and has the sign of the sliding that it resists.
+        // Friction balances the driving load; its sign is that of the sliding that it resists.
         assert!((interface.friction[0] - 0.2 * 9.81 * part).abs() < 1e-12);
     }
 }
 
-/// An oscillating force.
+/// Applies oscillating forces.
 struct Swing {
     mean: [f64; 3],
     amplitude: f64,
@@ -323,20 +323,20 @@ fn a_parallel_robot_sticks_and_slides() {
     let mut swing = Swing { mean, amplitude: 12.0, rate: 9.0 };
     let settings = Settings { relative: 1e-8, absolute: 1e-10, ..Settings::default() };
     let mut simulation = model.start(0.0, state, settings, &mut swing).unwrap();
-    // In equilibrium it does not begin to move.
+    // In equilibrium, nothing begins to move.
     assert!(simulation.interfaces().iter().all(|c| !matches!(c, Doing::Slides(_))));
     let until = 1.0;
     simulation.advance(until, &mut swing).unwrap();
     let slides =
         simulation.events().iter().filter(|e| matches!(e.kind, EventKind::Slides { .. })).count();
-    // Most interfaces reverse without a stop, because other joints keep moving.
+    // Most interfaces reverse without stopping, because other joints keep moving.
     assert!(slides > 12, "{slides}");
     let turnover = simulation.energies().turnover;
     assert!(simulation.energy_error().abs() < 1e-7 * turnover);
 }
 
-/// Dahl's law over the displacement, `N mu (1 - exp(-stiffness x / mu))`: the force on a prescribed
-/// slide at constant speed, and the energy stored in its bristles.
+/// Dahl's law as a function of displacement, `N mu (1 - exp(-stiffness x / mu))`: the force on a
+/// prescribed slide at constant speed, and the energy stored in the bristles.
 #[test]
 fn dahl_rises_exponentially_with_displacement() {
     let (mu, stiffness, speed, way) = (0.2, 1e4, 0.01, 5e-5);

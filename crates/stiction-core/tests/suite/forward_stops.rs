@@ -18,8 +18,8 @@ fn rub(mu: f64, radius: f64) -> JointFriction {
     JointFriction::round(radius, Law::coulomb_viscous(mu, 0.0))
 }
 
-/// A body on a plane through its centre of mass, with the slope `slope` towards x, or in a ball
-/// joint at that position.
+/// Creates a body on a plane through its centre of mass, with the slope `slope` towards x, or in a
+/// ball joint at that position.
 fn body(joint: JointType, (mu, radius): (f64, f64), inertia: Mat3<f64>, slope: f64) -> Forward {
     let mechanism = MechanismBuilder::new("body")
         .gravity(v(G * slope.sin(), 0.0, -G * slope.cos()))
@@ -30,7 +30,7 @@ fn body(joint: JointType, (mu, radius): (f64, f64), inertia: Mat3<f64>, slope: f
     Forward::new(mechanism, &[])
 }
 
-/// Advances in intervals of this length, as for rows of this spacing.
+/// Advances in intervals of length `stretch`, as for rows with this spacing.
 fn run<'a>(model: &'a Forward, rates: [f64; 3], stretch: f64, until: f64) -> Simulation<'a> {
     let mut state = State::new(model.topology());
     state.rates.copy_from_slice(&rates);
@@ -44,7 +44,7 @@ fn run<'a>(model: &'a Forward, rates: [f64; 3], stretch: f64, until: f64) -> Sim
     simulation
 }
 
-/// Instant of the only stop, s.
+/// Returns the instant of the only stop, s.
 fn stop(simulation: &Simulation<'_>) -> f64 {
     let stops: Vec<f64> = simulation
         .events()
@@ -60,8 +60,8 @@ fn stop(simulation: &Simulation<'_>) -> f64 {
     stops[0]
 }
 
-/// Tolerance of stop times. Velocities are accurate to 1e-10, and so are the instants at which they
-/// vanish.
+/// Tolerance of stop times, s. Velocities are accurate to 1e-10, and so are the instants at which
+/// they vanish.
 const SHARP: f64 = 1e-9;
 const STRETCHES: [f64; 5] = [1e-3, 7e-3, 0.01, 0.1, 10.0];
 
@@ -88,9 +88,9 @@ fn a_plate_stops_after_the_time_and_distance_of_its_deceleration() {
     }
 }
 
-/// Down a slope below the friction angle, with an initial velocity across it: the path bends. With
-/// the slope's acceleration `a` and friction's `p`, the sum `p |v| + a v_x` decreases at the
-/// constant rate `p^2 - a^2`.
+/// A plate slides on a slope below the friction angle, with an initial velocity across the slope,
+/// so that its path bends. With the accelerations `a` due to the slope and `p` due to friction, the
+/// sum `p |v| + a v_x` decreases at the constant rate `p^2 - a^2`.
 #[test]
 fn a_plate_thrown_across_a_slope_bends_its_way_and_stops_in_time() {
     for (mu, slope) in [(0.3, 0.1), (0.3, 0.25), (0.5, 0.02)] {
@@ -110,9 +110,10 @@ fn a_plate_thrown_across_a_slope_bends_its_way_and_stops_in_time() {
     }
 }
 
-/// A disc that slides and spins stops both at the same time. With `k = m r^2 / I`, the rim speed of
-/// the spin decreases as the `k`-th power of the sliding speed, so the time is `1 / (mu g)` times
-/// the integral of `sqrt(1 + (u/v)^2 x^(2 (k - 1)))` over `x` from 0 to 1.
+/// For a disc that slides and spins, both motions stop at the same time. With `k = m r^2 / I`, the
+/// rim speed of the spin decreases as the `k`-th power of the sliding speed. The stopping time is
+/// therefore `1 / (mu g)` times the integral of `sqrt(1 + (u/v)^2 x^(2 (k - 1)))` over `x` from 0
+/// to 1.
 #[test]
 fn a_disc_that_slides_and_spins_stops_both_at_once() {
     let (mu, radius) = (0.2, 0.05);
@@ -125,7 +126,7 @@ fn a_disc_that_slides_and_spins_stops_both_at_once() {
     for (k, sliding, spinning) in
         [(1.0, 1.0, 0.5), (2.0, 0.8, 0.9), (3.0, 0.1, 1.0), (0.5, 0.9, 0.8)]
     {
-        // The larger both are, the longer the stop takes; below one, the sliding decreases faster.
+        // Larger initial speeds prolong the stop; for `k` below one, the sliding decreases faster.
         let (first, other, power): (f64, f64, f64) =
             if k >= 1.0 { (sliding, spinning, k) } else { (spinning, sliding, 1.0 / k) };
         let ratio = other / first;
@@ -145,7 +146,7 @@ fn a_disc_that_slides_and_spins_stops_both_at_once() {
     }
 }
 
-/// Stopping time of a ball about any axis: `I omega / (mu m g r)`.
+/// The stopping time of a ball about any axis is `I omega / (mu m g r)`.
 #[test]
 fn a_ball_turns_to_rest_in_time() {
     let (mu, radius, inertia) = (0.2, 0.03, 4e-3);

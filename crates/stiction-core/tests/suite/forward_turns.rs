@@ -1,5 +1,5 @@
-//! Angles of joints that close loops count continuously over full turns, however long the interval
-//! between two rows.
+//! Angles of joints that close loops are continuous over full turns, for any interval between two
+//! rows.
 
 use crate::common::*;
 use stiction_core::forward::{Forward, Inputs, Known, Method, Settings, View};
@@ -8,7 +8,7 @@ use stiction_core::kinematics::Coordinate;
 use stiction_core::mechanism::{BodySpec, JointSpec, MechanismBuilder};
 use stiction_core::topology::TreeRule;
 
-/// The angle that the inputs received.
+/// Stores the angle that the inputs received.
 struct Look(f64);
 
 impl Inputs for Look {
@@ -21,7 +21,7 @@ impl Inputs for Look {
     }
 }
 
-/// A wheel in two bearings, one of which closes a loop: after t seconds both have turned by omega t.
+/// A wheel in two bearings, one of which closes a loop: after t seconds, both angles are omega t.
 #[test]
 fn a_wheel_in_two_bearings_counts_its_turns() {
     const OMEGA: f64 = 1000.0;
@@ -44,9 +44,9 @@ fn a_wheel_in_two_bearings_counts_its_turns() {
         let mut look = Look(f64::NAN);
         let mut simulation = model.start(0.0, state, settings, &mut look).unwrap();
         simulation.advance(1.0, &mut look).unwrap();
-        // If the wheel floats in the tree, its orientation is integrated in about 1e3 steps with
-        // errors of 1e-10 each, or of 1e-7 where they are of first order and accumulate. A turn
-        // more or less would be 6.3.
+        // If the wheel floats in the spanning tree, its orientation is integrated in about 1e3
+        // steps, with errors of 1e-10 each (event-driven) or 1e-7 (first order, accumulating). An
+        // error of a full turn would be 6.3.
         let far = if method == Method::EventDriven { 1e-6 } else { 0.1 };
         let angle = simulation.joint_motion(left, 0).value;
         assert!((angle - OMEGA).abs() < far, "{method:?}: {angle}");
@@ -59,6 +59,6 @@ fn a_wheel_in_two_bearings_counts_its_turns() {
         let angle = resumed.joint_motion(left, 0).value;
         assert!((angle - 1.5 * OMEGA).abs() < 1.5 * far, "{method:?}: {angle}");
     }
-    // About half of the trees are cut at this bearing.
+    // About half of the random trees are cut at this bearing.
     assert!(cut > 0 && cut < 16, "{cut}");
 }

@@ -1,4 +1,4 @@
-//! Properties of friction with every law and every normal-load map, on random mechanisms.
+//! Properties of friction with every friction law and every normal-load map, on random mechanisms.
 
 use crate::common::random::*;
 use stiction_core::dynamics::{FrictionMode, InverseDynamics, Settings};
@@ -9,7 +9,7 @@ use stiction_core::joint::JointType;
 use stiction_core::kinematics::Target;
 use stiction_core::parameters::{InterfaceParameters, Parameters};
 
-/// A random law; coefficients up to `mu`.
+/// Creates a random law with coefficients up to `mu`.
 fn law(random: &mut Random, mu: f64) -> Law {
     let sliding = mu * random.between(0.3, 0.7);
     let mu_static = mu * random.between(0.7, 1.0);
@@ -69,7 +69,7 @@ fn load(random: &mut Random, shape: InterfaceShape, joint_type: JointType) -> No
     map
 }
 
-/// A mechanism of a class with all kinds of friction in all joints.
+/// Creates a mechanism of a class with all kinds of friction in all joints.
 fn rich_case(class: Class, seed: u64, mu: f64) -> Case {
     let (mut draft, case) = case(class, seed, 0.0);
     let mut random = Random(seed + 77);
@@ -89,8 +89,8 @@ fn rich_case(class: Class, seed: u64, mu: f64) -> Case {
     Case { mechanism: draft.build_in_order(), ..case }
 }
 
-/// Calls `check` for all cases of all classes that are far enough from singular positions for a
-/// meaningful comparison of digits.
+/// Calls `check` for all cases of all classes that are far enough from singular configurations for
+/// a meaningful comparison of digits.
 fn for_each_case(mu: f64, seeds: u64, mut check: impl FnMut(&Case, &mut InverseDynamics)) {
     for class in CLASSES {
         for seed in 0..seeds {
@@ -129,8 +129,8 @@ fn friction_dissipates_and_both_methods_agree() {
         }
         let power = forces.power;
         assert!(power.residual().abs() <= 1e-11 * power.turnover, "{:?} {power:?}", case.class);
-        // Near locking, rounding grows with the normal loads: there the test only checks that it is
-        // the same solution, since other solutions differ by much more.
+        // Near locking, rounding grows with the normal loads. The test then only checks that the
+        // solution is the same one, since other solutions differ by much more.
         let strong = solver.coupling().is_none_or(|coupling| coupling > 0.9);
         let careful = solver.solve_dense(&case.loads).unwrap();
         let apart = apart(&forces.efforts, &careful.efforts);
@@ -162,7 +162,7 @@ fn scale(interface: &mut InterfaceParameters<f64>, factor: f64) {
     }
 }
 
-/// Actuator forces by the kernel with changed parameters and rates.
+/// Computes actuator forces with the kernel for changed parameters and rates.
 fn drives(
     case: &Case,
     solver: &InverseDynamics,
@@ -182,7 +182,7 @@ fn drives(
     settled.then(|| data.inverse.efforts().to_vec())
 }
 
-/// Decoupled (one-pass) friction is exact to first order in the coefficients: halving the
+/// Decoupled (one-pass) friction is exact at first order in the coefficients: halving the
 /// coefficients divides its error by four.
 #[test]
 fn the_one_pass_error_is_quadratic_in_the_coefficients() {
@@ -198,7 +198,8 @@ fn the_one_pass_error_is_quadratic_in_the_coefficients() {
         let largest = none.iter().fold(1e-9f64, |max, x| max.max(x.abs()));
         for tiny in [0.0, 1e-11] {
             let Some(with) = scaled(Converged, tiny) else { return };
-            // Relative to typical friction of some newtons, with reactions that loops may magnify.
+            // Tolerance relative to typical friction of some newtons, with reactions that loops may
+            // magnify.
             assert!(apart(&none, &with) <= 1e4 * tiny, "{:?}", case.class);
         }
         let error = |factor| {
@@ -207,7 +208,7 @@ fn the_one_pass_error_is_quadratic_in_the_coefficients() {
             Some(pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max))
         };
         let (Some(one), Some(half)) = (error(2e-3), error(1e-3)) else { return };
-        // Much smaller errors are rounding; the remaining difference is of third order.
+        // Much smaller errors are due to rounding; the remaining difference is of third order.
         if half > 1e-9 * largest && one < 1e-4 * largest {
             assert!((one / half - 4.0).abs() < 0.1, "{:?} {one} {half}", case.class);
             compared += 1;
@@ -216,8 +217,8 @@ fn the_one_pass_error_is_quadratic_in_the_coefficients() {
     assert!(compared > 30, "{compared}");
 }
 
-/// Time reversal changes the direction of friction and nothing else, if the laws for the two
-/// directions are exchanged.
+/// Time reversal reverses friction and changes nothing else, if the laws for the two directions are
+/// exchanged.
 #[test]
 fn time_reversal_reverses_friction() {
     let mut compared = 0;
@@ -268,7 +269,7 @@ fn a_zero_radius_gives_no_friction_moment() {
             _ => {}
         });
         let (Some(small), Some(off)) = (small, off) else { return };
-        // With a radius of 1e-14 m; the remaining difference is rounding.
+        // With a radius of 1e-14 m instead, the remaining difference is rounding.
         assert!(apart(&small, &off) < 1e-9, "{:?}", case.class);
         compared += 1;
     });

@@ -16,7 +16,7 @@ use stiction_core::mechanism::{
 };
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// A symmetric positive definite matrix with coupling between forces and rotations.
+/// Creates a symmetric positive definite matrix with coupling between forces and rotations.
 fn random_matrix(random: &mut Random, force: f64, moment: f64) -> SixBySix {
     let factor = Matrix6::from_fn(|_, _| random.between(-1.0, 1.0));
     let scale =
@@ -29,7 +29,7 @@ fn random_matrix(random: &mut Random, force: f64, moment: f64) -> SixBySix {
     std::array::from_fn(|i| std::array::from_fn(|j| 0.5 * (matrix[(i, j)] + matrix[(j, i)])))
 }
 
-/// Copies the mechanism with a builder; bodies and joints keep their order.
+/// Copies the mechanism to a builder. The order of bodies and joints does not change.
 fn copied(mechanism: &Mechanism) -> MechanismBuilder {
     let mut builder = MechanismBuilder::new("sprung")
         .gravity(mechanism.gravity())
@@ -56,7 +56,7 @@ fn copied(mechanism: &Mechanism) -> MechanismBuilder {
     builder
 }
 
-/// The mechanism with springs on some of its joints, a gas spring and bushings.
+/// Returns the mechanism with springs on some of its joints, a gas spring and bushings.
 fn sprung(random: &mut Random, mechanism: &Mechanism) -> Mechanism {
     let mut builder = copied(mechanism);
     for joint in mechanism.joints() {
@@ -97,7 +97,8 @@ fn sprung(random: &mut Random, mechanism: &Mechanism) -> Mechanism {
     builder.spring(spring).bushing(bushing).build().unwrap()
 }
 
-/// A force and a moment at a world point on the second body of a pair, and their opposites on the first.
+/// Returns a force and a moment at a world point on the second body of a pair, and the opposite
+/// loads on the first.
 fn pair(
     solver: &InverseDynamics,
     [from, to]: [usize; 2],
@@ -114,7 +115,8 @@ fn pair(
     })
 }
 
-/// The effort of a joint spring as loads, from the joint's frames and the definition of its type.
+/// Returns the effort of a joint spring as loads, computed from the joint's frames and the
+/// definition of its type.
 fn joint_spring_as_loads(
     mechanism: &Mechanism,
     spring: &JointSpring,
@@ -146,8 +148,8 @@ fn joint_spring_as_loads(
     pair(solver, ends, k.position, wrench)
 }
 
-/// The wrench of a bushing as loads: the gradient of the elastic energy by central differences of the energy itself,
-/// in which rotations are quaternions of nalgebra.
+/// Returns the wrench of a bushing as loads: the gradient of the elastic energy by central
+/// differences of the energy itself, with rotations as quaternions of nalgebra.
 fn bushing_as_loads(bushing: &Bushing, solver: &InverseDynamics) -> [AppliedLoad<f64>; 2] {
     let bodies = solver.bodies();
     let ends = bushing.ends.map(|body| body.0);
@@ -167,7 +169,8 @@ fn bushing_as_loads(bushing: &Bushing, solver: &InverseDynamics) -> [AppliedLoad
         let x = Vector6::from_iterator(place.iter().chain(&vector).copied());
         0.5 * x.dot(&(stiffness * x))
     };
-    // Differences of fourth order over 1e-3: their error is about 1e-12 of the second derivative.
+    // Fourth-order differences with steps of 1e-3 have an error of about 1e-12 of the second
+    // derivative.
     let slope = |of: &dyn Fn(f64) -> f64| {
         let h = 1e-3;
         (8.0 * (of(h) - of(-h)) - (of(2.0 * h) - of(-2.0 * h))) / (12.0 * h)
@@ -189,7 +192,8 @@ fn bushing_as_loads(bushing: &Bushing, solver: &InverseDynamics) -> [AppliedLoad
 fn solver(mechanism: &Mechanism, case: &Case, settings: Settings) -> Option<InverseDynamics> {
     let (coordinates, targets) = (&case.coordinates, &case.targets);
     match InverseDynamics::new(mechanism.clone(), &[], coordinates, targets, settings) {
-        // Two legs with fixed balls leave the platform the rotation about the line between them.
+        // Two legs with fixed balls permit a rotation of the platform about the line between the
+        // balls.
         Err(AssemblyError::Open { .. }) => None,
         solver => Some(solver.unwrap()),
     }
@@ -201,8 +205,8 @@ fn numbers(solver: &InverseDynamics) -> Vec<f64> {
     forces.efforts.iter().copied().chain(reactions.flatten()).collect()
 }
 
-/// Springs on joints, gas springs and bushings equal loads that are computed in another way: in the kernel, in the
-/// dense system, and in the power balance.
+/// Checks that joint springs, gas springs and bushings are equivalent to independently computed
+/// loads: in the kernel, in the dense system, and in the power balance.
 #[test]
 fn springs_are_pairs_of_loads() {
     let (mut compared, mut densely) = (0, 0);
@@ -214,7 +218,7 @@ fn springs_are_pairs_of_loads() {
             let Some(mut plain) = solver(&case.mechanism, &case, settings) else { continue };
             let statics = plain.statics();
             let smallest = *statics.singular_values()[..statics.rank()].last().unwrap();
-            // Near singular positions round-off is magnified.
+            // Near singular configurations, round-off is magnified.
             if smallest < 1e-2 || statics.open_motions() > plain.constraints().spins().len() {
                 continue;
             }
@@ -232,7 +236,7 @@ fn springs_are_pairs_of_loads() {
             let direction = (end(1) - end(0)).direction().unwrap();
             let (shortest, extended) = gas.lengths.unwrap();
             let length = (end(1) - end(0)).norm();
-            // F1 at the extended length, F2 = x F1 after the stroke.
+            // The force is F1 at the extended length, and F2 = x F1 at the end of the stroke.
             let (first, second) =
                 (gas.preload, gas.preload + gas.stiffness * (extended - shortest));
             let push = first + (second - first) * (extended - length) / (extended - shortest)
@@ -250,7 +254,7 @@ fn springs_are_pairs_of_loads() {
                 forces => forces.unwrap().power,
             };
             assert!(power.residual().abs() <= 1e-11 * power.turnover, "{what}: {power:?}");
-            // Differences of energies leave 1e-11 of their terms.
+            // Differences of energies have errors of 1e-11 of their terms.
             let off = apart(&numbers(&own), &numbers(&plain));
             assert!(off < 1e-8, "{what}: {off:e}");
             let expected = plain.forces().power;
@@ -266,7 +270,7 @@ fn springs_are_pairs_of_loads() {
     assert!(compared > 20 && densely > 15, "{compared} {densely}");
 }
 
-/// A wheel on a torsion spring about the vertical.
+/// Creates a wheel with a torsion spring about the vertical.
 fn wheel(spring: JointSpringSpec) -> Mechanism {
     MechanismBuilder::new("wheel")
         .body(BodySpec::new("wheel").mass(2.0).inertia(diagonal(0.01, 0.01, 0.02)))
@@ -280,7 +284,8 @@ fn torsion() -> JointSpringSpec {
     JointSpringSpec::new("coil", "pivot").stiffness(0.5, 0.3).preload(0.2).damping(0.01)
 }
 
-/// The torque that moves the wheel, also after several turns: J q'' + k (q - q0) - preload + c q'.
+/// Checks the torque that moves the wheel, also after several turns: J q'' + k (q - q0) - preload +
+/// c q'.
 #[test]
 fn a_torsion_spring_counts_full_turns() {
     for (value, rate, acceleration) in [(0.1, 0.7, -3.0), (31.0, -2.0, 5.0), (-17.0, 0.0, 0.0)] {
@@ -296,7 +301,8 @@ fn a_torsion_spring_counts_full_turns() {
     }
 }
 
-/// A torsion pendulum: q = q1 + A e^(-d t) (cos w t + d/w sin w t), with its period 2 pi/w; every energy is booked.
+/// A torsion pendulum follows q = q1 + A e^(-d t) (cos w t + d/w sin w t) with the period 2 pi/w;
+/// the energy balance includes all its energies.
 #[test]
 fn a_torsion_pendulum_has_its_period_and_decay() {
     let (inertia, stiffness, damping): (f64, f64, f64) = (0.02, 0.5, 0.01);
@@ -326,7 +332,8 @@ fn a_torsion_pendulum_has_its_period_and_decay() {
     }
 }
 
-/// A lid of weight W and length l at 25 deg, held by a gas spring: torque about the hinge by hand.
+/// A lid of weight W and length l at 25 deg, held by a gas spring; the torque about the hinge is
+/// calculated by hand.
 #[test]
 fn a_gas_spring_holds_a_lid() {
     let (foot, top) = (v(0.25, 0.0, -0.1), 0.3);
@@ -364,8 +371,8 @@ fn a_gas_spring_holds_a_lid() {
     }
 }
 
-/// A parallelogram with equal torsion springs at all four pins, so that one is at the cut joint: the energy is 2 k q^2,
-/// the torque 4 k q.
+/// Creates a parallelogram linkage with equal torsion springs at all four pins, so that one of them
+/// is at the cut joint. The energy is 2 k q^2, the torque 4 k q.
 fn parallelogram(ranges: Option<(f64, f64)>) -> Mechanism {
     let axis = |at: Vec3<f64>| along(at, v(0.0, 0.0, 1.0));
     let pin = |name: &str, from: &str, to: &str, j: f64, k: f64| {
@@ -381,7 +388,7 @@ fn parallelogram(ranges: Option<(f64, f64)>) -> Mechanism {
         .body(body("crank"))
         .body(body("coupler"))
         .body(body("rocker"))
-        // Cranks of 0.2 m turn from +x; the frame and the coupler of 0.5 m stay along x.
+        // Cranks of 0.2 m start along +x; frame and coupler of 0.5 m stay parallel to x.
         .joint(pin("A", "ground", "crank", 0.0, 0.0).actuated())
         .joint(pin("B", "crank", "coupler", 0.2, 0.0))
         .joint(pin("C", "coupler", "rocker", 0.5, 0.2))
@@ -406,23 +413,25 @@ fn flexures_of_a_parallelogram() {
         let found = solver.joint_coordinates(JointId(1))[0];
         assert!((found + value).abs() < 1e-9, "another branch: {found}");
         let torque = solver.solve(&[]).unwrap().efforts[0];
-        // The cranks' centres of mass are on their pins, the coupler's translates with 0.2 w^2.
+        // The cranks' centres of mass are on their pins; the coupler translates with the
+        // acceleration 0.2 w^2.
         let inertial = 0.0;
         assert!((torque - 12.0 * value - inertial).abs() < 1e-11 * torque, "{value}: {torque}");
     }
-    // Beyond, the count of the joint that closes the loop ends.
+    // Beyond this configuration, the angle of the joint that closes the loop is no longer unique.
     solver.move_to(&target(3.05)).unwrap();
     let error = solver.solve(&[]).unwrap_err();
     let InverseError::Spring { problem, .. } = &error else { panic!("{error}") };
     assert!(problem.contains("closes a loop") && problem.contains("range"), "{error}");
     assert!(solver.solve_dense(&[]).is_err());
-    // Ranges around the motion move the middle of the count.
+    // Ranges around the motion shift the middle of the interval into which the angle is wrapped.
     let ranged = parallelogram(Some((-3.3, 3.9)));
     let solver = InverseDynamics::new(ranged, &[], &coordinates, &target(2.9), settings);
     assert!(solver.unwrap().solve(&[]).is_ok());
 }
 
-/// A bushing between the ground and a plate: with one rotation or a displacement, its wrench is that of the matrix.
+/// For a bushing between the ground and a plate, with one rotation or displacement, the wrench
+/// follows from the stiffness matrix.
 #[test]
 fn a_bushing_has_its_matrix() {
     let mut random = Random(12);
@@ -436,7 +445,7 @@ fn a_bushing_has_its_matrix() {
             .bushing(BushingSpec::new("pad", "ground", "plate").stiffness(matrix).damping(damping))
             .build()
             .unwrap();
-        // A joint along one axis carries the five other components.
+        // A joint along one axis carries the five other components of the wrench.
         let (kind, direction) = (
             if axis < 3 { JointType::Prismatic } else { JointType::Revolute },
             Vec3::unit(axis % 3),
@@ -456,13 +465,14 @@ fn a_bushing_has_its_matrix() {
             InverseDynamics::new(held, &[], &coordinates, &targets, Settings::default()).unwrap();
         let (force, moment) = solver.solve(&[]).unwrap().reactions[0];
         let found = [force.to_array(), moment.to_array()].concat();
-        // The reaction is at the joint's origin: in J, which is that of the first frame.
+        // The reaction refers to the joint's origin, which is the origin of the first frame.
         let place = if axis < 3 { direction * amount } else { Vec3::zero() };
         let pull = |k: usize| matrix[k][axis] * amount + damping[k][axis] * rate;
         let at = v(pull(0), pull(1), pull(2));
         let mut moments = v(pull(3), pull(4), pull(5));
         if axis >= 3 {
-            // With a coupled matrix, the moment is the gradient of the energy by a small rotation.
+            // With a coupled matrix, the moment is the gradient of the energy with respect to a
+            // small rotation.
             let gradient =
                 nalgebra::Vector3::new(matrix[3][axis], matrix[4][axis], matrix[5][axis]) * amount;
             let cross = Vector3::from(direction * amount).cross_matrix();
@@ -478,7 +488,7 @@ fn a_bushing_has_its_matrix() {
         for (found, expected) in found.iter().zip(&expected) {
             assert!((found - expected).abs() < 1e-12 * largest, "{axis}: {found} {expected}");
         }
-        // About its own axis the component is that of the matrix without any correction.
+        // About the rotation axis, the moment follows from the matrix without any correction.
         let own = found[axis];
         assert!((own - pull(axis)).abs() < 1e-12 * largest, "{axis}: {own}");
     }
@@ -505,7 +515,7 @@ fn a_bushing_refuses_half_a_turn() {
     };
     assert!((solve(3.0).unwrap() - 30.0).abs() < 1e-11);
     assert!(matches!(solve(3.13), Err(InverseError::Spring { .. })));
-    // A simulation that turns through half a turn stops there.
+    // A simulation that would turn through half a turn stops there.
     let model = Forward::new(mechanism.clone(), &[]);
     let start = Target { value: 0.0, rate: 20.0, acceleration: 0.0 };
     let state = model.assemble(&[], &coordinates, &[start]).unwrap();
@@ -516,7 +526,8 @@ fn a_bushing_refuses_half_a_turn() {
     assert!(error.contains("spring `pad`") && error.contains("half a turn"), "{error}");
 }
 
-/// Random mechanisms with all springs: the energy balance closes, and the accelerations are those of inverse dynamics.
+/// For random mechanisms with all springs, the energy balance closes, and the accelerations agree
+/// with inverse dynamics.
 #[test]
 fn simulations_book_the_energy_of_springs() {
     let mut ended = 0;

@@ -1,4 +1,4 @@
-//! The kernels over scalars other than `f64`.
+//! The kernels with scalar types other than `f64`.
 
 use crate::common::*;
 use stiction_core::dynamics::{AppliedLoad, InverseDynamics, Model, Settings};
@@ -14,7 +14,7 @@ struct Subject {
     load: AppliedLoad<f64>,
 }
 
-/// The 3-RPS with friction in all joints, in the middle of its motion.
+/// Creates the 3-RPS robot with friction in all joints, in the middle of its motion.
 fn subject() -> Subject {
     let rub = [
         friction(0.12, 0.02, Some(0.0125)),
@@ -41,7 +41,7 @@ fn subject() -> Subject {
     }
 }
 
-/// Every kernel has a fixed number of iterations.
+/// Settings with a fixed number of iterations in every kernel.
 const SETTINGS: fn() -> Settings = || Settings {
     position_steps: 4,
     friction_steps: 6,
@@ -63,8 +63,8 @@ fn run<T: Scalar>(
     (data.inverse.efforts().to_vec(), numbers.collect())
 }
 
-/// The varied inputs: values, rates and accelerations of the three targets, load components, a
-/// mass, a friction coefficient, a radius, a length.
+/// Number of varied inputs: values, rates and accelerations of the three targets, load components,
+/// a mass, a friction coefficient, a radius, a length.
 const DIRECTIONS: usize = 14;
 
 fn vary<T: Scalar>(
@@ -128,7 +128,7 @@ fn dual_numbers_differentiate_drives_and_reactions() {
         let scale = difference.iter().fold(1e-3f64, |max, x| max.max(x.abs()));
         for (found, expected) in exact.iter().zip(&difference) {
             let error = (found.slope[direction] - expected).abs();
-            // Round-off of the differences: about 1e-14 of the forces divided by the step.
+            // The differences have a round-off of about 1e-14 of the forces divided by the step.
             assert!(error < 1e-9 * scale, "direction {direction}: {error:e} of {scale}");
         }
     }
@@ -163,13 +163,13 @@ fn lanes_agree_with_single_runs() {
     for (lane, &t) in instants.iter().enumerate() {
         let (d, w) = run(&subject, &subject.parameters, &symmetric_motion(t), subject.load);
         for (many, one) in drives.iter().zip(&d).chain(wrenches.iter().zip(&w)) {
-            // The same operations in the same order.
+            // The results must be identical: the same operations are computed in the same order.
             assert_eq!(many.0[lane], *one);
         }
     }
 }
 
-/// Lanes of dual numbers: derivatives of several states at once.
+/// SIMD lanes of dual numbers yield derivatives of several states at once.
 #[test]
 fn lanes_of_dual_numbers() {
     type LD = Dual<Lanes<f64, 4>, 2>;

@@ -1,4 +1,4 @@
-//! Mobility of overconstrained linkages of the literature, from real dimensions.
+//! Mobility of overconstrained linkages from the literature, with real dimensions.
 
 use crate::common::{along, v};
 use stiction_core::dynamics::{InverseDynamics, Settings};
@@ -8,12 +8,12 @@ use stiction_core::mechanism::{BodyId, BodySpec, JointSpec, MechanismBuilder};
 use stiction_core::mobility::Mobility;
 use stiction_core::spatial::{Pose, Vec3};
 
-/// A joint between two bodies (0 is the ground), with its place and axis in the world.
+/// A joint between two bodies (0 is the ground): type, bodies, position and axis in the world.
 type Hinge = (JointType, (usize, usize), Vec3<f64>, Vec3<f64>);
 
 const Z: Vec3<f64> = Vec3 { x: 0.0, y: 0.0, z: 1.0 };
 
-/// Mobility of joints between bodies whose frames coincide with that of the ground.
+/// Computes the mobility of a mechanism whose body frames all coincide with that of the ground.
 fn mobility(bodies: usize, joints: &[Hinge]) -> Mobility {
     let mut builder = MechanismBuilder::new("linkage");
     for body in 1..=bodies {
@@ -38,7 +38,7 @@ fn mobility(bodies: usize, joints: &[Hinge]) -> Mobility {
     )
 }
 
-/// Checks a decided finite mobility, with a motion over a finite distance as evidence.
+/// Checks that the finite mobility is decided, with a motion over a finite distance as evidence.
 fn moves(mobility: &Mobility, finite: usize) {
     assert_eq!(mobility.finite.decided(), Some(finite), "{mobility:?}");
     let motion = mobility.finite_motion.as_ref().expect("a motion");
@@ -46,15 +46,15 @@ fn moves(mobility: &Mobility, finite: usize) {
     assert!(motion.closure < 1e-11, "{motion:?}");
 }
 
-/// A. C. Dixon 1899, W. Wunderlich 1976 ("On deformable nine-bar linkages with six triple joints"): bars between
-/// all points of two perpendicular lines. With `x_i^2 + y_k^2` also `(x_i^2 + t) + (y_k^2 - t)` is the squared
-/// length of each bar.
+/// A. C. Dixon 1899, W. Wunderlich 1976 ("On deformable nine-bar linkages with six triple joints"):
+/// bars between all points of two perpendicular lines. If the squared length of each bar is
+/// `x_i^2 + y_k^2`, it is also `(x_i^2 + t) + (y_k^2 - t)`.
 #[test]
 fn deformable_complete_bipartite_linkages() {
     let linkage = |xs: &[f64], ys: &[f64]| {
         let points: Vec<_> =
             xs.iter().map(|x| v(*x, 0.0, 0.0)).chain(ys.iter().map(|y| v(0.0, *y, 0.0))).collect();
-        // The bars at each point, numbered as bodies.
+        // Index of the bar between two points, numbered as a body.
         let bar = |i: usize, k: usize| i * ys.len() + k;
         let mut joints = Vec::new();
         for (point, at) in points.iter().enumerate() {
@@ -84,14 +84,15 @@ fn burmesters_focal_mechanism() {
     let f = (0.5 * (sum + (sum * sum - 4.0 * product * product).sqrt())).sqrt();
     let (e, m) = (product / f, f / c);
     let n = m / k;
-    // Sides: AB along x with P at the origin.
+    // Side AB lies along x, with P at the origin.
     let p = 1.2_f64;
     let diagonal = a * a + b * b - 2.0 * a * b * p.cos();
     let s = ((c * c + d * d - diagonal) / (2.0 * c * d)).acos();
     let origin = v(0.0, 0.0, 0.0);
     let (corner_a, corner_b) = (v(-b, 0.0, 0.0), v(k * b, 0.0, 0.0));
     let focus = v(-a * p.cos(), a * p.sin(), 0.0);
-    // The third corner of a triangle on the left of the line between two points, from its sides.
+    // Third corner of the triangle to the left of the line between two points, from the lengths of
+    // its sides.
     let third = |from: Vec3<f64>, to: Vec3<f64>, at_from: f64, at_to: f64| {
         let base = to - from;
         let length = base.norm();
@@ -107,10 +108,10 @@ fn burmesters_focal_mechanism() {
     let corner_c = beyond(corner_b, corner_q, m * d);
     let corner_d = beyond(corner_a, corner_s, n * f);
     let corner_r = third(focus, corner_c, m * b, m * a);
-    // The sides of the similar quadrilaterals fit.
+    // Check that the sides of the similar quadrilaterals fit.
     assert!(((corner_d - corner_r).norm() - n * a).abs() < 1e-12, "{s}");
     assert!(((corner_d - corner_c).norm() - (m + n) * a).abs() < 1e-12);
-    // Bodies: AB is the ground, BC 1, CD 2, DA 3, the bars of P, Q, R, S 4 to 7.
+    // Bodies: AB is the ground, BC is 1, CD is 2, DA is 3; the bars of P, Q, R, S are 4 to 7.
     let joints = [
         (corner_a, (0, 3)),
         (corner_b, (0, 1)),
@@ -128,14 +129,15 @@ fn burmesters_focal_mechanism() {
     let found = mobility(7, &hinges);
     assert_eq!(found.gruebler, -13);
     moves(&found, 1);
-    // With another point Q it is rigid.
+    // With a different point Q, the mechanism is rigid.
     let mut amiss = hinges;
     amiss[5].2 += v(0.02, 0.01, 0.0);
     assert_eq!(mobility(7, &amiss).finite.decided(), Some(0));
 }
 
-/// Bennett's linkage with lengths in the ratio of the sines of the twist angles, to a number of digits: with few
-/// digits it is strictly rigid, and what is decided depends on the last digit. Undecided is a range.
+/// Bennett's linkage with lengths in the ratio of the sines of the twist angles, rounded to a
+/// number of digits. With few digits it is strictly rigid, and its mobility depends on the last
+/// digit. An undecided mobility is a range.
 #[test]
 fn bennett_with_few_digits() {
     let linkage = |digits: i32| {
@@ -170,7 +172,8 @@ fn bennett_with_few_digits() {
     assert_eq!(linkage(3).finite.decided(), Some(0));
 }
 
-/// C. Wren's platforms: parallel legs of equal length let a platform translate on a sphere, whatever their number.
+/// C. Wren's platforms: parallel legs of equal length permit the translation of a platform on a
+/// sphere, for any number of legs.
 #[test]
 fn wren_platforms() {
     for legs in 4..=6_usize {
@@ -184,7 +187,7 @@ fn wren_platforms() {
             })
             .collect();
         let found = mobility(legs + 1, &joints);
-        // Each leg spins.
+        // Each leg also has a spin.
         let expected = legs + 2;
         let [least, greatest] = found.finite.range();
         assert!(least <= expected && expected <= greatest, "{legs}: {found:?}");

@@ -1,4 +1,4 @@
-//! All integration tests of this crate in one binary, which links only once.
+//! All integration tests of this crate in one binary, so that it is linked only once.
 
 mod allocation;
 mod assembly;

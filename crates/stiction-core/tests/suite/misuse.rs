@@ -1,4 +1,4 @@
-//! Errors of callers: each is reported and leaves the state unchanged.
+//! Errors of callers: each error is reported and leaves the state unchanged.
 
 use stiction_core::dynamics::{AppliedLoad, InverseDynamics, InverseError, LoadAxes, Settings};
 use stiction_core::forward::{self, ConstantEfforts, Forward, ForwardError};
@@ -45,8 +45,8 @@ fn all_defects_are_one_error() {
     assert!(text.contains("`a`") && text.contains("`b`"), "{text}");
 }
 
-/// An unreachable position leaves the solver in its previous state, with the same forces to the
-/// last digits.
+/// After an unreachable configuration, the solver is in its previous state, with the same forces to
+/// the last digit.
 #[test]
 fn a_failed_move_keeps_the_state() {
     let mut solver = four_bar().unwrap();
@@ -83,10 +83,10 @@ fn times_that_are_not_finite_are_reported() {
         let told = solver.follow(from, to, |_, targets| targets[0] = at(2.0)).unwrap_err();
         assert!(matches!(told, AssemblyError::NoTime { .. }), "{told}");
     }
-    // Intermediate targets are checked, too.
+    // Intermediate targets are checked as well.
     let told = solver.follow(0.0, 1.0, |t, targets| targets[0] = at(2.0 + t / 0.0)).unwrap_err();
     assert_eq!(told, AssemblyError::NotFinite { index: 0 });
-    // The step halving ends where time has no further resolution: the motion jumps at one instant.
+    // Halving of steps ends where time cannot be resolved further: the motion jumps at one instant.
     let mut solver = four_bar().unwrap();
     let jump =
         |t: f64, targets: &mut [Target<f64>]| targets[0] = at(if t > 1e17 { 2.5 } else { 2.0 });
@@ -112,7 +112,7 @@ fn an_unknown_body_is_reported() {
     let _ = four_bar().unwrap().solve(&[load]);
 }
 
-/// A free pendulum.
+/// Creates a free pendulum.
 fn pendulum() -> Forward {
     let spec = JointSpec::new("pin", JointType::Revolute, "ground", "bar");
     let body = BodySpec::new("bar").mass(1.0).com(Vec3::new(0.5, 0.0, 0.0));

@@ -1,4 +1,4 @@
-//! The kernels against the dense oracle, on random mechanisms of every class.
+//! The kernels compared with the dense system as an oracle, on random mechanisms of every class.
 
 use crate::common::random::*;
 use stiction_core::dynamics::{FrictionMode, InverseDynamics, InverseError};
@@ -22,7 +22,8 @@ fn kernels_agree_with_the_dense_system() {
                 let (_, case) = case(class, seed, 0.2);
                 let Some((mut solver, smallest)) = case.regular_solver(friction) else { continue };
                 match solver.solve(&case.loads) {
-                    // Reported by the kernel, and by the dense method at the same coefficients.
+                    // The kernel and the dense method must report locking at the same fraction of
+                    // the coefficients.
                     Err(InverseError::Locked { percent, .. }) => {
                         let careful = solver.solve_dense(&case.loads).unwrap_err();
                         let InverseError::Locked { percent: other, .. } = careful else {
@@ -44,7 +45,7 @@ fn kernels_agree_with_the_dense_system() {
                     power.residual().abs() <= 1e-12 * power.turnover,
                     "{class:?} {seed} {power:?}"
                 );
-                // Near locking, normal loads and their rounding grow; the comparison there uses
+                // Near locking, normal loads and their rounding grow. The comparison there uses
                 // half of the digits.
                 let strong = solver.coupling().is_none_or(|coupling| coupling > 0.9);
                 solver.solve_dense(&case.loads).unwrap();

@@ -11,7 +11,7 @@ use stiction_core::mechanism::{
 };
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// No efforts; steps end at one time.
+/// Applies no efforts; a step ends at the given time.
 struct ChangeAt(f64);
 
 impl Inputs for ChangeAt {
@@ -39,7 +39,7 @@ fn settings(method: Method) -> Settings {
     Settings { method, ..Settings::default() }
 }
 
-/// Rail along x; gravity presses the block onto it.
+/// Creates a block on a rail along x; gravity presses the block onto the rail.
 fn block(mu: f64) -> Mechanism {
     let x = Vec3::new(1.0, 0.0, 0.0);
     let rail = Pose { rotation: Mat3::between(Vec3::new(0.0, 0.0, 1.0), x), ..Pose::identity() };
@@ -62,8 +62,9 @@ fn start<'a>(model: &'a Forward, rate: f64, method: Method) -> Simulation<'a> {
     model.start(0.0, state, settings(method), &mut ChangeAt(0.5)).unwrap()
 }
 
-/// A block of 2 kg at 3 m/s picks up 1 kg: 2 m/s, 3 J lost. Friction 0.1 x 10 m/s^2 before and
-/// after: 1 m/s^2. Then it places the part: its speed does not change.
+/// A block of 2 kg at 3 m/s picks up a part of 1 kg: the speed falls to 2 m/s, and 3 J are lost.
+/// Friction decelerates at 0.1 x 10 m/s^2 = 1 m/s^2 before and after. Then the block places the
+/// part without a change of its own speed.
 #[test]
 fn a_sliding_block_picks_up_and_places_a_part() {
     for method in [Method::Automatic, Method::EventDriven, Method::TimeStepping] {
@@ -92,7 +93,7 @@ fn a_sliding_block_picks_up_and_places_a_part() {
         simulation.advance(3.0, &mut inputs).unwrap();
         assert_eq!(rate(&simulation), 0.0, "{method:?}");
         assert!(simulation.energy_error().abs() < 20.0 * small, "{}", simulation.energy_error());
-        // The part took its kinetic energy along, at the height of the rail.
+        // The placed part takes its kinetic energy along, at the height of the rail.
         assert!((simulation.energies().payloads + 0.5 * 1.5 * 1.5).abs() < 10.0 * small);
         let events = simulation.events().iter();
         let changes = events.filter(|event| matches!(event.kind, EventKind::Payload { .. }));
@@ -100,9 +101,9 @@ fn a_sliding_block_picks_up_and_places_a_part() {
     }
 }
 
-/// A pendulum of inertia I about its pivot catches a part of mass m and inertia J at a distance d
-/// in its lowest position: its rate falls by the factor I / (I + m d^2 + J), whatever its friction,
-/// and with dry friction at the pin by its impulse as well.
+/// A pendulum of inertia I about its pivot catches a part of mass m and inertia J at the distance
+/// d, in its lowest position. Without friction, the rate falls by the factor I / (I + m d^2 + J);
+/// the impulse of dry friction at the pin reduces it further.
 #[test]
 fn a_pendulum_catches_a_part() {
     let (mass, arm, inertia, m, d, j) = (2.0, 0.3, 0.05, 0.7, 0.5, 0.02);
@@ -135,7 +136,8 @@ fn a_pendulum_catches_a_part() {
         let change = PayloadChange { body: BodyId(1), part: &part, picked_up: true };
         simulation.change_payload(&loaded, change, &mut inputs).unwrap();
         let now = rate(&simulation);
-        // Across the rod the pin bears the change of momentum of rod and part; along it nothing.
+        // Perpendicular to the rod, the pin carries the change of momentum of rod and part; along
+        // the rod it carries nothing.
         let impulse = (mass * arm * (now - before) + m * d * now).abs();
         let pivot = mu * radius * impulse;
         assert!((after * now - (whole * before - pivot)).abs() < 1e-9, "{mu}: {now}");

@@ -1,12 +1,12 @@
-//! Singularity indices by products of sparse blocks against dense decompositions.
+//! Singularity indices from sparse block products, compared with dense decompositions.
 
 use crate::common::random::*;
 use stiction_core::dynamics::{InverseDynamics, Settings};
 use stiction_core::kinematics::Target;
 use stiction_core::statics::{Distances, SingularityDistances, Statics};
 
-/// Random mechanisms of all classes without redundant constraints: both indices agree with those of
-/// the decomposed matrix, up to the digits that the products keep.
+/// For random mechanisms of all classes without redundant constraints, both indices agree with
+/// those of the decomposed matrix, up to the digits that the products preserve.
 #[test]
 fn products_agree_with_decompositions() {
     let mut looked_at = 0;
@@ -16,7 +16,7 @@ fn products_agree_with_decompositions() {
             let (coordinates, targets) = (&case.coordinates, &case.targets);
             let settings = Settings::default();
             let mechanism = case.mechanism.clone();
-            // Some mechanisms have more DOFs than are prescribed.
+            // Some mechanisms have more DOFs than prescribed coordinates.
             let Ok(solver) = InverseDynamics::new(mechanism, &[], coordinates, targets, settings)
             else {
                 continue;
@@ -34,11 +34,12 @@ fn products_agree_with_decompositions() {
             let pairs =
                 [(found.actuation, expected.actuation), (found.constraint, expected.constraint)];
             for (found, expected) in pairs {
-                // The eigenvector is accurate to 2e-11, and the error of the value quadratic.
+                // The eigenvector is accurate to 2e-11; the error of the eigenvalue is quadratic in
+                // this error.
                 let error = (found - expected).abs() / expected;
                 assert!(error < 2e-12, "{class:?} {seed}: {found} {expected}, {error}");
             }
-            // The next position reuses the buffers and the results.
+            // The next configuration reuses the buffers and the results.
             let again = proximity.measure(mechanism, parameters, solver.bodies());
             assert!((again.actuation - found.actuation).abs() < 2e-12 * found.actuation);
             assert!((again.constraint - found.constraint).abs() < 2e-12 * found.constraint);
@@ -48,8 +49,9 @@ fn products_agree_with_decompositions() {
     assert!(looked_at >= 12, "{looked_at}");
 }
 
-/// Along motions, each value is expected from those before: with small and large steps, with jumps
-/// (where the expectation is wrong) and where another singular value becomes the smallest.
+/// Along motions, each value is predicted from the previous ones. The motions have small and large
+/// steps, jumps (where the prediction is wrong), and instants at which another singular value
+/// becomes the smallest.
 #[test]
 fn values_along_motions_agree_with_decompositions() {
     let (mut looked_at, mut largest) = (0, 0.0_f64);
@@ -65,7 +67,7 @@ fn values_along_motions_agree_with_decompositions() {
             let Some(mut proximity) = SingularityDistances::new(solver.mechanism()) else {
                 continue;
             };
-            // Amplitudes of m or rad; every sixth sample is elsewhere.
+            // Amplitudes in m or rad; every sixth sample is at a distant configuration.
             let motion = |k: usize| -> Vec<Target<f64>> {
                 let time = step * if k % 6 == 5 { 3.0 + k as f64 } else { k as f64 };
                 let away = 0.1 * (time + 0.3 * time * time).sin();
@@ -83,7 +85,7 @@ fn values_along_motions_agree_with_decompositions() {
                 let expected = Distances::new(&statics, coordinates.len(), 0);
                 let travel = traveller.travel(solver.parameters(), solver.bodies());
                 if let Some(last) = last.replace(expected) {
-                    // Up to the rounding of the decompositions.
+                    // The bound must hold up to the rounding of the decompositions.
                     let within = |change: f64, bound: f64| change.abs() <= bound + 1e-12;
                     assert!(within(expected.actuation - last.actuation, travel.actuation));
                     assert!(within(expected.constraint - last.constraint, travel.constraint));

@@ -1,4 +1,4 @@
-//! The symmetric 3-RPS against the 60-digit solution.
+//! The symmetric 3-RPS robot compared with a 60-digit solution.
 
 use crate::common::*;
 use stiction_core::dynamics::{InverseDynamics, Settings};
@@ -67,7 +67,7 @@ fn motion_drives_and_reactions() {
             compare(format!("tau{n}"), forces.efforts[n - 1], number(drive, &format!("tau{n}")));
             let (fs, _) = forces.reactions[joint(format!("leg{n}.S"))];
             let (fr, mr) = forces.reactions[joint(format!("leg{n}.R"))];
-            // The P joint's origin is at R.
+            // The origin of the P joint is at the R joint.
             let (fp, mp) = forces.reactions[joint(format!("leg{n}.P"))];
             let in_leg = |vector: Vec3<f64>| axes.transpose_mul(vector);
             let (fp, mpr) = (in_leg(fp), in_leg(mp));

@@ -1,5 +1,5 @@
-//! The regular twin of the paper's robot: all 42 unknowns with no friction, decoupled (one-pass)
-//! friction and converged friction.
+//! The regular variant of the robot of Zhang et al. 2018: all 42 unknowns without friction, with
+//! decoupled (one-pass) friction, and with converged friction.
 
 use crate::common::*;
 use stiction_core::dynamics::{FrictionMode, InverseDynamics, Settings};
@@ -33,7 +33,7 @@ fn all_unknowns_in_all_modes() {
         solver.solve(&[]).unwrap();
         let (bodies, forces) = (solver.bodies(), solver.forces());
         for n in 1..=3 {
-            // Axes t, y, u of the leg are x, y, z of its base.
+            // The axes t, y, u of the leg are the axes x, y, z of its base.
             let axes =
                 bodies.pose[robot.mechanism.body_id(&format!("leg{n}.base")).unwrap().0].rotation;
             let in_leg = |vector: Vec3<f64>| axes.transpose_mul(vector);
@@ -53,7 +53,7 @@ fn all_unknowns_in_all_modes() {
                 ("MPy", mp.y),
                 ("MPu", mp.z),
                 ("tau", forces.efforts[n - 1]),
-                // The reference contains the force of the platform on the rod.
+                // The reference lists the force that the platform exerts on the rod.
                 ("FSt", -fs.x),
                 ("FSy", -fs.y),
                 ("FSu", -fs.z),

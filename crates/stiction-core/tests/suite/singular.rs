@@ -1,4 +1,4 @@
-//! Positions where no finite actuator force exists, or where forces are not unique.
+//! Configurations where no finite actuator force exists, or where forces are not unique.
 
 use crate::common::*;
 use stiction_core::dynamics::{AppliedLoad, InverseDynamics, InverseError, LoadAxes, Settings};
@@ -28,7 +28,7 @@ fn printed(friction: bool) -> (InverseDynamics, AppliedLoad<f64>) {
     (solver.unwrap(), load)
 }
 
-/// The paper's own motion and load: 53.9 to 55.6 N m about y are missing.
+/// Motion and load of Zhang et al. 2018: a moment about y of 53.9 to 55.6 N m cannot be balanced.
 #[test]
 fn the_papers_load_cannot_be_carried() {
     let (mut solver, load) = printed(true);
@@ -55,8 +55,8 @@ fn the_papers_load_cannot_be_carried() {
     );
 }
 
-/// Without a load, the balance has solutions at t = 0: unique actuator forces, but not unique
-/// reactions.
+/// Without a load, the balance has solutions at t = 0: the actuator forces are unique, the
+/// reactions are not.
 #[test]
 fn in_range_at_a_singular_position() {
     let (mut solver, _) = printed(false);
@@ -73,7 +73,7 @@ fn in_range_at_a_singular_position() {
     }
 }
 
-/// Nothing constrains the platform's roll about the line of balls 2 and 3, to first order.
+/// At first order, nothing constrains the platform's roll about the line through balls 2 and 3.
 #[test]
 fn three_coordinates_leave_the_roll_open() {
     let robot = printed_robot(false);
@@ -95,8 +95,8 @@ fn three_coordinates_leave_the_roll_open() {
     assert!(open[0].motion.starts_with("rotation about x"), "{}", open[0].motion);
 }
 
-/// A position that closes the loops does not determine the rates: a welded arm has a prescribed
-/// rate.
+/// The loops close at the configuration, but they do not permit the prescribed rate: the rate of a
+/// welded arm is prescribed.
 #[test]
 fn rates_that_loops_do_not_allow_are_refused() {
     let arm = || BodySpec::new("arm").mass(1.0).inertia(diagonal(0.1, 0.1, 0.1));

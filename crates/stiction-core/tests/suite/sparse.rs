@@ -1,4 +1,4 @@
-//! Sparse decompositions against dense ones, which they replace for large mechanisms.
+//! Sparse decompositions compared with the dense ones that they replace for large mechanisms.
 
 use crate::common::random::*;
 use nalgebra::{DMatrix, DVector};
@@ -6,10 +6,11 @@ use stiction_core::dynamics::FrictionMode;
 use stiction_core::linalg::{Decomposition, Limit, SparseMatrix, Svd};
 
 const LIMIT: Limit = Limit::OfLargest(1e-10);
-/// Components of unit vectors of a null space below this are zero, as in verdicts.
+/// In unit vectors of a null space, components below this value count as zero, as in the library.
 const DETERMINED: f64 = 1e-8;
 
-/// Asserts that both decompositions give the same verdicts; false if the sparse factors leave doubt.
+/// Asserts that both decompositions agree. Returns `false` if the sparse factors leave the rank in
+/// doubt.
 fn agree(matrix: &SparseMatrix, groups: &[usize], what: &str) -> bool {
     let sparse = Decomposition::sparse(matrix.clone(), groups, LIMIT);
     let dense = Svd::new(&matrix.to_dense());
@@ -22,7 +23,8 @@ fn agree(matrix: &SparseMatrix, groups: &[usize], what: &str) -> bool {
     let size = matrix.ncols();
     if rank > 0 {
         let smallest = dense.singular_values[rank - 1];
-        // Round-off of the factors is that of the matrix, divided by the value.
+        // The round-off of the factors is that of the matrix divided by the smallest singular
+        // value.
         let error = 1e-10 + 1e-13 * dense.largest() / smallest;
         let found = sparse.value(rank - 1);
         assert!((found / smallest - 1.0).abs() < error, "smallest {what}");
@@ -32,7 +34,7 @@ fn agree(matrix: &SparseMatrix, groups: &[usize], what: &str) -> bool {
         assert!((image - smallest).abs() < 1e-7 * dense.largest(), "weakest {what}");
     }
 
-    // Both bases span the same space, and the same unknowns are determined.
+    // Both bases must span the same space, and the same unknowns must be determinate.
     let vectors = sparse.null_space(rank);
     assert_eq!(vectors.len(), size - rank, "null space {what}");
     let mut free = vec![0.0; size];
@@ -54,7 +56,7 @@ fn agree(matrix: &SparseMatrix, groups: &[usize], what: &str) -> bool {
         assert_eq!(free.sqrt() < DETERMINED, own < DETERMINED, "unknown {k} {what}");
     }
 
-    // Shortest least-squares solutions, of any right-hand side.
+    // Minimum-norm least-squares solutions for an arbitrary right-hand side.
     let right: Vec<f64> = (0..matrix.nrows()).map(|k| (1.0 + 0.3 * k as f64).sin()).collect();
     let found = DVector::from_vec(sparse.solve(&right));
     let expected = dense.solve(&DVector::from_vec(right), rank);
@@ -67,8 +69,8 @@ fn agree(matrix: &SparseMatrix, groups: &[usize], what: &str) -> bool {
 }
 
 /// Balances of random mechanisms of all classes: with loops, redundant constraints, redundant
-/// actuators and local degrees of freedom; all unknowns, and constraints alone, which leave motions
-/// open.
+/// actuators and local degrees of freedom. Tests the matrices of all unknowns, and those of the
+/// constraints alone, which leave motions unconstrained.
 #[test]
 fn random_mechanisms() {
     let mut doubtful = 0;
@@ -97,7 +99,7 @@ fn random_mechanisms() {
             }
         }
     }
-    // Otherwise large mechanisms would be slow.
+    // With more doubtful cases, large mechanisms would be slow.
     assert!(all > 200 && doubtful * 20 < all, "{doubtful} of {all} left to dense decompositions");
 }
 

@@ -15,7 +15,7 @@ use stiction_core::parameters::Parameters;
 use stiction_core::scalar::{Dual, Scalar};
 use stiction_core::spatial::Vec3;
 
-/// Copies the mechanism and adds springs; bodies and joints keep their order.
+/// Copies the mechanism and adds springs. The order of bodies and joints does not change.
 fn with_springs(mechanism: &Mechanism, springs: &[SpringSpec]) -> Mechanism {
     let mut builder = MechanismBuilder::new("sprung").gravity(mechanism.gravity());
     let name = |id: stiction_core::mechanism::BodyId| mechanism.bodies()[id.0].name.clone();
@@ -38,7 +38,8 @@ fn with_springs(mechanism: &Mechanism, springs: &[SpringSpec]) -> Mechanism {
     springs.iter().cloned().fold(builder, MechanismBuilder::spring).build().unwrap()
 }
 
-/// A few springs between random bodies, some to the ground, stiff enough to outweigh the bodies.
+/// Creates a few springs between random bodies, some attached to the ground. Their forces exceed
+/// the weights of the bodies.
 fn random_springs(random: &mut Random, mechanism: &Mechanism) -> Vec<SpringSpec> {
     let bodies = mechanism.bodies();
     (0..3)
@@ -57,13 +58,14 @@ fn solver(mechanism: &Mechanism, case: &Case, settings: Settings) -> Option<Inve
     let (coordinates, targets) = (&case.coordinates, &case.targets);
     let solver = InverseDynamics::new(mechanism.clone(), &[], coordinates, targets, settings);
     match solver {
-        // Two legs with fixed balls leave the platform the rotation about the line between them.
+        // Two legs with fixed balls permit a rotation of the platform about the line between the
+        // balls.
         Err(AssemblyError::Open { .. }) => None,
         solver => Some(solver.unwrap()),
     }
 }
 
-/// The forces of a spring on its ends by Hooke's law, as loads.
+/// Computes the forces of a spring on its ends by Hooke's law, as external loads.
 fn as_loads(spring: &Spring, solver: &InverseDynamics) -> [AppliedLoad<f64>; 2] {
     let bodies = solver.bodies();
     let place = |k: usize| bodies.pose[spring.ends[k].0].apply(spring.points[k]);
@@ -95,8 +97,8 @@ fn assert_near(what: &str, found: &[f64], expected: &[f64], part: f64) {
     }
 }
 
-/// A spring is equivalent to a pair of loads: in the kernel, in the dense system, and in the power
-/// balance.
+/// Checks that a spring is equivalent to a pair of loads: in the kernel, in the dense system, and
+/// in the power balance.
 #[test]
 fn a_spring_is_a_pair_of_loads() {
     let (mut compared, mut carefully) = (0, 0);
@@ -111,7 +113,7 @@ fn a_spring_is_a_pair_of_loads() {
                 let statics = plain.statics();
                 let smallest = *statics.singular_values()[..statics.rank()].last().unwrap();
                 let spins = plain.constraints().spins().len();
-                // Near singular positions round-off is magnified.
+                // Near singular configurations, round-off is magnified.
                 if smallest < 1e-2 || statics.open_motions() > spins {
                     continue;
                 }
@@ -146,7 +148,7 @@ fn a_spring_is_a_pair_of_loads() {
     assert!(compared > 60 && carefully > 50, "{compared} {carefully}");
 }
 
-/// The order of the two ends does not matter.
+/// Checks that exchanging the two ends of a spring does not change the results.
 #[test]
 fn springs_may_be_turned_round() {
     let (_, case) = case(Class::Parallel, 3, 0.1);
@@ -167,7 +169,7 @@ fn springs_may_be_turned_round() {
     assert_near("turned round", &results[0], &results[1], 1e-12);
 }
 
-/// A pendulum of mass m on a rod l, held at `angle` from upright.
+/// Creates a pendulum of mass m on a rod of length l, prescribed at `angle` from upright.
 fn pendulum(spring: SpringSpec, angle: f64) -> InverseDynamics {
     let mechanism = MechanismBuilder::new("pendulum")
         .gravity(v(0.0, 0.0, -9.81))
@@ -189,8 +191,8 @@ fn pendulum(spring: SpringSpec, angle: f64) -> InverseDynamics {
     InverseDynamics::new(mechanism, &[], &coordinates, &targets, Settings::default()).unwrap()
 }
 
-/// Static balancing: a spring with free length zero, from a point h above the pivot to a point r
-/// along the arm, balances the arm in every position if k h r = m g l.
+/// Static balancing: a spring with zero free length, from a point h above the pivot to a point r
+/// along the arm, balances the arm at every angle if k h r = m g l.
 #[test]
 fn a_spring_without_free_length_balances_an_arm_in_every_position() {
     let (h, r) = (0.3, 0.2);
@@ -207,7 +209,7 @@ fn a_spring_without_free_length_balances_an_arm_in_every_position() {
     }
 }
 
-/// A slide with a damper: F = m a + c v.
+/// A slide with a damper requires F = m a + c v.
 #[test]
 fn the_force_of_a_damper_is_proportional_to_the_rate() {
     let mechanism = MechanismBuilder::new("slide")
@@ -229,7 +231,7 @@ fn the_force_of_a_damper_is_proportional_to_the_rate() {
     assert!((forces.power.loads + 40.0 * 0.7 * 0.7).abs() < 1e-13, "{:?}", forces.power);
 }
 
-/// The end on the arm passes through the end on the ground.
+/// The end of the spring on the arm passes through the end on the ground.
 #[test]
 fn ends_that_coincide() {
     let spring = |free_length, damping| {
@@ -238,7 +240,7 @@ fn ends_that_coincide() {
             .stiffness(500.0, free_length)
             .damping(damping)
     };
-    // Without free length and damping the force is zero there, so its direction is irrelevant.
+    // Without free length and damping the force vanishes there, so its direction is irrelevant.
     let torque = pendulum(spring(0.0, 0.0), 0.0).solve(&[]).unwrap().efforts[0];
     assert_eq!(torque, 0.0);
     for (free_length, damping) in [(0.05, 0.0), (0.0, 3.0)] {
@@ -247,7 +249,7 @@ fn ends_that_coincide() {
             let expected = InverseError::SpringWithoutDirection { spring: "s".into() };
             assert_eq!(solver.solve(&[]).unwrap_err(), expected);
             assert_eq!(solver.solve_dense(&[]).unwrap_err(), expected);
-            // The kernel itself returns finite numbers even there, and finite derivatives.
+            // The kernel itself returns finite forces and derivatives even there.
             let model = solver.model().unwrap();
             let parameters = Parameters::<Dual<f64, 5>>::new(solver.mechanism());
             let mut data = model.data(solver.state(), Settings::default());
@@ -257,15 +259,15 @@ fn ends_that_coincide() {
             let drive = data.inverse.efforts()[0];
             assert!(drive.value.is_finite() && drive.slope[0].is_finite());
         }
-        // Close to that position everything is regular.
+        // Close to the coinciding position, all results are regular.
         let drive = pendulum(spring(free_length, damping), 1e-3).solve(&[]).unwrap().efforts[0];
         assert!(drive.is_finite());
     }
 }
 
-/// Derivatives by dual numbers with respect to all five parameters of a spring. Without friction,
-/// actuator forces are affine in stiffness and damping, so finite differences give these
-/// derivatives exactly; the others are compared with central differences.
+/// Compares derivatives by dual numbers with respect to all five parameters of a spring with finite
+/// differences. Without friction, actuator forces are affine in stiffness and damping, so
+/// differences with respect to these are exact; the others are central differences.
 #[test]
 fn derivatives_by_the_numbers_of_a_spring() {
     let (_, case) = case(Class::Parallel, 4, 0.1);

@@ -10,7 +10,8 @@ fn check(matrix: &DMatrix<f64>) {
     let svd = Svd::new(matrix);
     let scale = matrix.amax().max(f64::MIN_POSITIVE) * matrix.ncols() as f64;
     let again = &svd.u * DMatrix::from_diagonal(&svd.singular_values) * svd.v.transpose();
-    // Round-off grows with the number of rotations of a column, a few per other column.
+    // Round-off grows with the number of rotations of a column, of which there are a few per other
+    // column.
     assert!((again - matrix).amax() <= 1e-14 * scale);
     let identity = DMatrix::identity(matrix.ncols(), matrix.ncols());
     assert!((svd.v.tr_mul(&svd.v) - identity).amax() <= 1e-13);
@@ -23,7 +24,7 @@ proptest! {
         check(&DMatrix::from_fn(rows, columns, |i, j| numbers[8 * i + j]));
     }
 
-    /// Products of thin factors have the rank of the thin side.
+    /// Products of a tall and a wide factor have a rank equal to the inner dimension.
     #[test]
     fn rank_is_found(rank in 1..5usize, numbers in prop::collection::vec(-1.0..1.0f64, 80)) {
         let left = DMatrix::from_fn(8, rank, |i, j| numbers[5 * i + j]);
@@ -40,7 +41,8 @@ proptest! {
     }
 }
 
-/// The fast computation of the smallest singular value, from well-conditioned to singular matrices.
+/// The fast computation of the smallest singular value, for matrices from well-conditioned to
+/// singular.
 #[test]
 fn smallest_singular_values() {
     let mut random = Random(7);
@@ -67,7 +69,7 @@ fn smallest_singular_values() {
     }
 }
 
-/// One of these is a matrix for which the decomposition of a general-purpose library failed.
+/// One of these matrices made the decomposition of a general-purpose library fail.
 #[test]
 fn matrices_of_mechanisms() {
     for seed in 0..60 {

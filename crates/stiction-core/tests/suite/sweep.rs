@@ -1,6 +1,7 @@
-//! Verdicts on friction beyond the limit of self-locking, on random mechanisms, against an
+//! Results for friction beyond the limit of self-locking, on random mechanisms, compared with an
 //! independent slow search. The search treats friction as loads on the bodies of a frictionless
-//! mechanism and follows the solution in small steps; it shares no code with the solver's coupling.
+//! mechanism and follows the solution in small steps; it shares no code with the solver's friction
+//! coupling.
 
 use crate::common::random::*;
 use nalgebra::{DMatrix, DVector};
@@ -25,8 +26,8 @@ struct Surface {
     unit: [AppliedLoad<f64>; 2],
 }
 
-/// Component of a joint's force that loads a surface, without preload; the maps in this test have
-/// no other terms.
+/// Returns the component of a joint's force that loads a surface, without preload. The normal-load
+/// maps in this test have no other terms.
 fn pressing(surface: &Surface, force: Vec3<f64>) -> Vec3<f64> {
     match surface.shape {
         InterfaceShape::Ball => force,
@@ -89,7 +90,7 @@ fn surfaces(solver: &InverseDynamics) -> Option<Vec<Surface>> {
     Some(all)
 }
 
-/// Reactions and actuator forces without friction under the given loads.
+/// Computes reactions and actuator forces without friction under the given loads.
 fn frictionless(
     solver: &mut InverseDynamics,
     loads: &[AppliedLoad<f64>],
@@ -101,7 +102,8 @@ fn frictionless(
     found
 }
 
-/// Largest attainable fraction of the coefficients, and the actuator forces there.
+/// Finds the largest fraction of the friction coefficients with a solution, and the actuator forces
+/// there.
 fn search(
     solver: &mut InverseDynamics,
     loads: &[AppliedLoad<f64>],
@@ -159,7 +161,7 @@ fn search(
             }
         }
         if !settled {
-            // Bisect towards the last known solution.
+            // Bisect towards the last fraction with a solution.
             step *= 0.5;
             if step < SHORTEST {
                 break;
@@ -225,7 +227,7 @@ fn verdicts_on_friction_swept_past_the_limit() {
                 match outcome {
                     Ok(found) => {
                         solved += 1;
-                        // The solution may end exactly there.
+                        // The solution branch may end exactly at the given coefficients.
                         assert!(part > 0.99, "{what}: found, but lost at {part}");
                         let largest = drives.iter().fold(1e-9f64, |max, d| max.max(d.abs()));
                         let apart = found.iter().zip(&drives).map(|(a, b)| (a - b).abs());

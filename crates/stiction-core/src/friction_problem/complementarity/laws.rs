@@ -7,7 +7,7 @@ use crate::friction::OwnFriction;
 pub(crate) enum MemberLaw {
     /// Coulomb's law, with stick or slip to be determined.
     Dry(DryFriction),
-    /// Interface whose slip is known in advance. Its unknown is the normal load, so its influence
+    /// Interface that slides in a known direction. Its unknown is the normal load, so its influence
     /// on rates and wrenches is per newton of normal load.
     Sliding(OwnFriction<f64>),
     /// Friction as a smooth function of the sliding velocity.
@@ -32,7 +32,7 @@ impl DryFriction {
     }
 }
 
-/// Friction as a smooth function of the sliding velocity.
+/// Friction law that is a smooth function of the sliding velocity.
 pub(crate) trait SmoothFriction: std::fmt::Debug {
     /// Computes the friction at the surface, N, under a normal load (N) at a sliding velocity
     /// (m/s).

@@ -1,14 +1,14 @@
-//! Solution of the friction law of one member (friction interface), with the friction at all other
-//! members fixed.
+//! Solution of the friction law of one member (friction interface) for fixed friction at all other
+//! members.
 
 use super::laws::SmoothFriction;
 use crate::friction_problem::surface_vector::norm;
 use nalgebra::{Matrix3, Vector3};
 use std::ops::Range;
 
-/// Surface rate of one member as a function of the member's own friction: `rates = free - V
-/// diag(values) V^T friction`, with orthogonal `V` (`vectors`) and the rate `free` without this
-/// friction.
+/// Surface rate of one member as a function of the member's own friction:
+/// `rates = free - V diag(values) V^T friction`, with the orthogonal matrix `V` (`vectors`). `free`
+/// is the rate without this friction.
 pub(super) struct LocalResponse {
     pub(super) vectors: Matrix3<f64>,
     pub(super) values: Vector3<f64>,
@@ -45,7 +45,7 @@ impl LocalResponse {
         if most <= 0.0 {
             return [0.0; 3];
         }
-        // Viscous friction reduces the rates, and the effect of dry friction on them.
+        // Viscous friction reduces the rates and the effect of dry friction on them.
         let damped = self.values.map(|w| 1.0 / (1.0 + viscous * w));
         let values = self.values.component_mul(&damped);
         let free = (self.vectors.transpose() * Vector3::from(free)).component_mul(&damped);
@@ -95,7 +95,7 @@ pub(super) fn smooth_friction(
     if factor <= 0.0 {
         return law.friction(load, start);
     }
-    // Friction increases with the velocity, so a sufficiently short step always reduces the error.
+    // Friction increases with velocity, so a sufficiently short step always reduces the error.
     let mut velocity = start;
     let mut damping = 1.0;
     let mut before = f64::INFINITY;

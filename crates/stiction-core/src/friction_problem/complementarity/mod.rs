@@ -1,21 +1,23 @@
-//! Friction at many interfaces that satisfies all friction laws at once: a nonlinear complementarity problem.
+//! Friction at several interfaces that must satisfy all friction laws simultaneously: a nonlinear
+//! complementarity problem.
 //!
-//! The unknowns are friction forces `f` at the surfaces. Surface rates `b` (accelerations, or velocities after a step)
-//! and joint wrenches are affine in them; normal loads `N` are norms of the wrenches. A dry interface satisfies
+//! The unknowns are the friction forces `f` at the surfaces. The surface rates `b` (accelerations,
+//! or velocities after a time step) and the joint wrenches are affine in `f`; the normal loads `N`
+//! are norms of the wrenches. A dry interface satisfies
 //!
 //! ```text
 //! f = projection of (f + rho b) onto |f| <= mu N(f)
 //! ```
 //!
-//! This equation is Coulomb's law: friction is within its limit if the interface sticks; if it slides,
-//! friction equals the limit and opposes the slip. Balls and plates have three components, other
-//! interfaces one.
+//! with a positive factor `rho`. This equation is Coulomb's law: friction is within its limit if
+//! the interface sticks; if it slides, friction equals the limit and opposes the slip. Balls and
+//! plates have three components of `f`, other interfaces have one.
 //!
 //! The projected Gauss-Seidel method solves one interface after the other; it converges from any
 //! start, but slowly. Newton's method on the nonsmooth equations (Alart and Curnier 1991) converges
-//! fast near a solution. If self-stresses leave friction indeterminate, its steps have minimum
-//! norm, so that it finds a solution near the start. If both methods fail, continuation follows the
-//! solution from zero friction.
+//! fast near a solution. If self-stresses leave friction indeterminate, Newton steps have minimum
+//! norm, so that the method finds a solution near the start. If both methods fail, continuation
+//! increases the friction coefficients from zero.
 //!
 //! Equation (D5) of the book's theory.
 
@@ -40,9 +42,9 @@ const SETTLED: f64 = 1e-12;
 const SWEEPS: usize = 40;
 /// Largest number of alternations between Gauss-Seidel sweeps and Newton's method.
 const ROUNDS: usize = 6;
-/// Scalings of the rates in Newton's method, tried in this order. The effective mass of a member is
-/// that of its lightest direction, so larger multiples are tried as well: a rod between balls spins
-/// far more easily than it swings.
+/// Scalings of the rates for Newton's method, tried in this order. The effective mass of a member
+/// is that of its lightest direction, so larger multiples are tried as well: a rod between balls
+/// spins far more easily than it swings.
 const SCALINGS: [Scaling; 4] = [
     Scaling::EffectiveMass(1.0),
     Scaling::ForcePerRate,
@@ -58,19 +60,19 @@ const STEPS: StepPolicy =
 pub(crate) struct Solution {
     /// Values of the unknowns, N: friction at the surfaces or, for sliding members, normal loads.
     pub(crate) amounts: Vec<f64>,
-    /// Surface rate along each unknown: acceleration, or velocity after a step.
+    /// Surface rate along each unknown: acceleration, or velocity after a time step.
     pub(crate) rates: Vec<f64>,
     /// Normal load of each member, N.
     pub(crate) loads: Vec<f64>,
     /// Largest residual of the friction laws relative to the largest force.
     pub(crate) residual: f64,
-    /// True for each member that sticks.
+    /// Flag of each member: `true` if it sticks.
     pub(crate) sticks: Vec<bool>,
 }
 
 impl Complementarity<'_> {
-    /// Solves the problem, starting from the unknowns `start`. Returns `None` if no solution is
-    /// found.
+    /// Solves the problem, starting from the values `start` of the unknowns. Returns `None` if no
+    /// solution is found.
     pub(crate) fn solve(&mut self, start: &[f64]) -> Option<Solution> {
         if self.count() == 0 {
             return Some(self.complete(Vec::new()));
@@ -94,7 +96,7 @@ impl Complementarity<'_> {
         Some(self.complete(x))
     }
 
-    /// Returns the interface with the largest residual of its friction law after the projected
+    /// Returns the interface that violates its friction law most after a run of the projected
     /// Gauss-Seidel method.
     pub(crate) fn worst(&self, start: &[f64]) -> Option<usize> {
         let mut x = start.to_vec();
@@ -110,8 +112,8 @@ impl Complementarity<'_> {
         worst.map(|member| member.interface)
     }
 
-    /// Runs Newton's method from `start` with one scaling after the other, until it converges.
-    /// Returns `None` if all fail.
+    /// Runs Newton's method from `start`, trying one scaling after the other until it converges.
+    /// Returns `None` if it fails with all scalings.
     fn newton_from(&mut self, start: &[f64]) -> Option<Vec<f64>> {
         let mut found = None;
         for scaling in SCALINGS {
@@ -126,8 +128,8 @@ impl Complementarity<'_> {
         found
     }
 
-    /// Follows the solution from zero friction to full friction by continuation. Returns `None` if
-    /// the continuation fails.
+    /// Computes the solution by continuation from zero to full friction. Returns `None` if the
+    /// continuation fails.
     fn follow_friction(&self) -> Option<Vec<f64>> {
         let x = vec![0.0; self.count()];
         let mut branch = FrictionBranch { problem: self, trial: x.clone(), x };

@@ -4,19 +4,19 @@ use super::SETTLED;
 use super::problem::Complementarity;
 use crate::linalg::RowSpace;
 
-/// A solution with a relative residual up to this value is accepted once the residual no longer
-/// decreases, because only round-off remains.
+/// Once the residual no longer decreases, a solution with a relative residual up to this value is
+/// accepted, because only round-off remains.
 const STAGNATED: f64 = 1e-9;
 /// Largest number of Newton steps.
 const STEPS: usize = 40;
-/// Largest number of halvings of one step until the residual decreases.
+/// Largest number of times that a step is halved until the residual decreases.
 const HALVINGS: usize = 10;
-/// A row of the Newton matrix counts as dependent on the others if its independent part is at most
-/// this fraction of the largest norm of a row (or of one, if that is greater).
+/// A row of the Newton matrix counts as dependent on the others if its component orthogonal to them
+/// is at most this fraction of the largest row norm (or of 1, if that is greater).
 const DEPENDENT: f64 = 1e-11;
 
 impl Complementarity<'_> {
-    /// Runs Newton's method from `x` with the fraction `part` of the friction coefficients. Returns true if
+    /// Runs Newton's method from `x` with `part` times the friction coefficients. Returns `true` if
     /// it converges to a solution.
     pub(super) fn newton(&self, x: &mut Vec<f64>, part: f64) -> bool {
         let n = self.count();

@@ -1,4 +1,5 @@
-//! Complementarity problem: members, and response of rates and joint wrenches to their friction.
+//! Complementarity problem: members (friction interfaces), and the effect of their friction on
+//! surface rates and joint wrenches.
 
 use super::laws::MemberLaw;
 use super::local::LocalResponse;
@@ -17,49 +18,48 @@ pub(crate) struct Member {
     pub(crate) law: MemberLaw,
 }
 
-/// Complementarity problem: its members, and the matrices by which surface rates and joint wrenches
-/// depend on the unknowns.
+/// Complementarity problem: its members, and the matrices that describe how surface rates and joint
+/// wrenches depend on the unknowns.
 pub(crate) struct Complementarity<'a> {
     at: Configuration<'a>,
     pub(crate) members: Vec<Member>,
-    /// Surface rate along each unknown if all members are frictionless; unused for members with
+    /// Surface rate along each unknown without friction at any member; unused for members with
     /// [`MemberLaw::Sliding`].
     pub(super) free: Vec<f64>,
     /// Change of each surface rate (rows) per unit of each unknown (columns), row by row.
     pub(super) compliance: Vec<f64>,
-    /// Wrench at each member's joint if all members are frictionless.
+    /// Wrench at each member's joint without friction at any member.
     base: Vec<Wrench<f64>>,
     /// Change of the wrench at each member's joint (rows) per unit of each unknown (columns), row
     /// by row.
     pub(super) influence: Vec<Wrench<f64>>,
-    /// Factor on the rate of a sticking member, relative to the largest frictionless rate. The
-    /// relative residual of the member is at most this product. If infinite, only the force
-    /// residual counts.
+    /// Tolerance factor for sticking members: the relative residual of such a member is at most
+    /// this factor times its rate relative to the largest frictionless rate. If the factor is
+    /// infinite, only the force residual counts.
     pub(crate) slack: f64,
-    /// Response to its own friction of each dry member with several components (ball or plate);
-    /// `None` for all other members.
+    /// For each dry member with several components (ball or plate), its surface rate as a function
+    /// of its own friction; `None` for all other members.
     pub(super) local: Vec<Option<LocalResponse>>,
     pub(super) scaling: Scaling,
-    /// Largest friction force that any member exerts under the normal loads of the frictionless
-    /// problem, N.
+    /// Largest friction force of any member under the normal loads of the frictionless problem, N.
     force: f64,
 }
 
-/// Rule for the factor by which surface rates are multiplied for comparison with friction forces
-/// (`rho` in the [module's](super) equation). Affects convergence, but not the solutions.
+/// Rule for the factor `rho` in the [module's](super) equation, which makes surface rates
+/// comparable with friction forces. It affects convergence, but not the solutions.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Scaling {
     /// Multiple of the member's effective mass.
     EffectiveMass(f64),
-    /// Largest friction force divided by the largest rate, but at least the effective mass. Gives a
-    /// scale to prescribed rates, which do not change with friction.
+    /// Largest friction force divided by the largest rate, but at least the effective mass. It
+    /// defines a scale for prescribed rates, which do not change with friction.
     ForcePerRate,
 }
 
 impl<'a> Complementarity<'a> {
     /// Creates the problem of `members` from the frictionless surface rates `free`, the change of
-    /// these rates with each unknown (`compliance`, row by row), the frictionless joint wrenches
-    /// `base`, and the influence of the unknowns on these wrenches.
+    /// these rates per unit of each unknown (`compliance`, row by row), the frictionless joint
+    /// wrenches `base`, and the influence of the unknowns on these wrenches (`operator`).
     pub(crate) fn new(
         at: Configuration<'a>,
         members: Vec<Member>,
@@ -126,12 +126,12 @@ impl<'a> Complementarity<'a> {
         self.at.normal_load(*interface, wrench, own)
     }
 
-    /// Computes the factor that converts surface rates of a member to the magnitude of forces.
+    /// Computes the factor that scales surface rates of a member to the magnitude of forces.
     pub(super) fn rate_factor(&self, places: &Range<usize>) -> f64 {
         let n = self.count();
         let compliance: f64 = places.clone().map(|i| -self.compliance[i * n + i]).sum();
         if compliance <= 0.0 {
-            // No friction changes these rates.
+            // Friction does not change these rates.
             return self.force_per_rate(&self.free[places.clone()]);
         }
         match self.scaling {
@@ -141,7 +141,7 @@ impl<'a> Complementarity<'a> {
         }
     }
 
-    /// Ratio of the largest friction force to the largest magnitude in `rates`; 0 if all rates
+    /// Ratio of the largest friction force to the largest magnitude in `rates`; zero if all rates
     /// vanish.
     fn force_per_rate(&self, rates: &[f64]) -> f64 {
         let factor = self.force / rates.iter().fold(0.0_f64, |m, rate| m.max(rate.abs()));

@@ -9,22 +9,22 @@ use crate::spatial::Wrench;
 use nalgebra::Vector3;
 use std::ops::Range;
 
-/// Inputs for the friction law of one member.
+/// Data from which the friction law of one member is evaluated.
 struct View<'a> {
     /// Indices of the member's unknowns.
     places: Range<usize>,
     x: &'a [f64],
     rates: &'a [f64],
     load: f64,
-    /// Factor on the given friction coefficients; 1 for full friction.
+    /// Multiplier of the given friction coefficients; 1 for full friction.
     part: f64,
-    /// Factor that converts the member's rates to the magnitude of forces.
+    /// Factor that scales the member's rates to the magnitude of forces.
     factor: f64,
 }
 
 impl Complementarity<'_> {
-    /// Solves the friction law of each member in turn with `part` times the friction coefficients,
-    /// and updates rates and wrenches; at most `sweeps` times.
+    /// Solves the friction law of each member in turn, with `part` times the friction coefficients,
+    /// and updates rates and wrenches after each. Repeats this at most `sweeps` times.
     pub(super) fn project(&self, x: &mut [f64], part: f64, sweeps: usize) {
         let n = self.count();
         let mut rates = self.rates(x);
@@ -65,8 +65,8 @@ impl Complementarity<'_> {
         }
     }
 
-    /// Computes the friction of a ball or plate, solving for all components together, because the effective
-    /// masses in different directions may differ by orders of magnitude.
+    /// Computes the friction of a ball or plate. Solves for all components together, because the
+    /// effective masses in different directions may differ by orders of magnitude.
     fn coupled_friction(
         &self,
         local: &LocalResponse,

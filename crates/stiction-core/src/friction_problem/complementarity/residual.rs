@@ -8,14 +8,14 @@ use crate::friction_problem::surface_vector::norm;
 /// Rates below this fraction of the largest frictionless rate count as round-off.
 const ROUND_OFF: f64 = 1e-14;
 
-/// Residual of the friction laws.
+/// Residuals of the friction laws of all members.
 pub(super) struct Residual {
     /// Residual of each unknown, N.
     pub(super) values: Vec<f64>,
-    /// Largest force, N, by which residuals are divided.
+    /// Largest force, N; residuals are divided by it.
     scale: f64,
-    /// Rate along each unknown of a sticking member, relative to the largest frictionless rate,
-    /// times [`Complementarity::slack`]; infinite for all other unknowns.
+    /// For each unknown of a sticking member: [`Complementarity::slack`] times the rate relative to
+    /// the largest frictionless rate; infinite for all other unknowns.
     rates: Vec<f64>,
     /// True for each member that sticks.
     pub(super) sticks: Vec<bool>,
@@ -42,13 +42,13 @@ impl Residual {
     }
 }
 
-/// Unknowns at which the friction laws are evaluated.
+/// Values of the unknowns for which the friction laws are evaluated, with the resulting rates.
 struct Point<'a> {
     x: &'a [f64],
-    /// Factor on the given friction coefficients; 1 for full friction.
+    /// Multiplier of the given friction coefficients; 1 for full friction.
     part: f64,
     rates: Vec<f64>,
-    /// Largest surface rate if all members are frictionless.
+    /// Largest surface rate without friction at any member.
     largest: f64,
 }
 

@@ -5,8 +5,8 @@ use crate::kinematics::error::AssemblyError;
 use crate::mechanism::{BodyId, Mechanism};
 use crate::spatial::Pose;
 
-/// Panics if a given body, joint or degree of freedom does not exist; indices come from the caller,
-/// not from user input.
+/// Panics if a given body, joint or degree of freedom does not exist. The indices come from the
+/// calling code, not from user input.
 pub(super) fn check_existence(
     mechanism: &Mechanism,
     initial_poses: &[(BodyId, Pose<f64>)],

@@ -1,12 +1,14 @@
-//! Checkpoint of the current position, from which an assembly continues with bitwise identical results.
+//! Checkpoint of the current configuration, from which an assembly continues with bitwise identical
+//! results.
 
 use super::Assembly;
 use crate::kinematics::coordinate::Target;
 use crate::parameters::Parameters;
 
 impl Assembly {
-    /// Appends the current position to `numbers`: coordinates, rates and accelerations of the tree,
-    /// the targets, and the coordinates of the tree at which the rate equations were compiled.
+    /// Appends the current configuration and motion to `numbers`: coordinates, rates and
+    /// accelerations of the spanning tree, the targets, and the coordinates for which the rate
+    /// equations were compiled.
     pub(crate) fn save(&self, numbers: &mut Vec<f64>) {
         let Self { state, planned_at, targets, .. } = self;
         let parts = [&state.coordinates, &state.rates, &state.accelerations, planned_at];
@@ -14,8 +16,9 @@ impl Assembly {
         numbers.extend(targets.iter().flat_map(|t| [t.value, t.rate, t.acceleration]));
     }
 
-    /// Restores a position saved by [`Self::save`] from the start of `numbers` and returns the
-    /// rest; `None` if numbers are missing or the rate equations cannot be compiled at that position.
+    /// Restores the data saved by [`Self::save`] from the start of `numbers` and returns the
+    /// remaining numbers. `None` if numbers are missing or the rate equations cannot be compiled at
+    /// the saved configuration.
     pub(crate) fn restore<'n>(
         &mut self,
         parameters: &Parameters<f64>,
@@ -37,19 +40,20 @@ impl Assembly {
         }
         self.state.coordinates.copy_from_slice(coordinates);
         self.differentiate(parameters);
-        // At a singular position, the saved rates and accelerations differ from the solution of the
-        // equations.
+        // At a singular configuration, the saved rates and accelerations differ from the solution
+        // of the equations.
         self.state.rates.copy_from_slice(rates);
         self.state.accelerations.copy_from_slice(accelerations);
         Some(rest)
     }
 
-    /// Coordinates of the tree at the current position.
+    /// Coordinates of the spanning tree at the current configuration.
     pub(crate) fn coordinates(&self) -> &[f64] {
         &self.state.coordinates
     }
 
-    /// Places all bodies at other coordinates of the tree, with the current targets.
+    /// Computes the poses of all bodies for other coordinates of the spanning tree, with the
+    /// current targets.
     pub(crate) fn place_at(&mut self, parameters: &Parameters<f64>, coordinates: &[f64]) {
         self.extrapolation.forget();
         self.state.coordinates.copy_from_slice(coordinates);

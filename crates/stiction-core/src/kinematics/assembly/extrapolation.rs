@@ -1,23 +1,23 @@
-//! Extrapolation of a motion from three positions, and prediction of the accuracy of Newton steps
-//! that reuse the matrix of the last position.
+//! Extrapolation of a motion from three configurations, and prediction of the accuracy of Newton
+//! steps that reuse the matrix of the last configuration.
 
-/// Initial estimate of the factor by which a Newton step with the matrix of the last position
+/// Initial estimate of the factor by which a Newton step with the matrix of the last configuration
 /// reduces the error.
 const UNKNOWN: f64 = 1e-3;
-/// Factor on the estimated ratio of the errors after and before a Newton step with the matrix of
-/// the last position. It applies whenever the estimate rules such a step out, so that the step is
-/// tried again later.
+/// Factor applied to the estimated error reduction of a Newton step with the matrix of the last
+/// configuration whenever the estimate rules such a step out. The step is thus tried again later.
 const HOPE: f64 = 0.7;
 
-/// State of the extrapolation. Extrapolated results depend on the previous positions, within
-/// round-off. Extrapolation must therefore be off if an assembly is to continue with bitwise
-/// identical results from its position alone.
+/// State of the extrapolation. Extrapolated results depend on the previous configurations, within
+/// round-off. An assembly that must continue with bitwise identical results from its configuration
+/// alone therefore must not extrapolate.
 #[derive(Clone, Debug)]
 pub(super) struct Extrapolation {
     is_active: bool,
-    /// Durations of the last two steps, s, newest first, if the states before them are known.
+    /// Durations of the last two steps, s, newest first; `None` if the state before a step is
+    /// unknown.
     steps: [Option<f64>; 2],
-    /// Duration of the step that led to the present position, s.
+    /// Duration of the step that led to the present configuration, s.
     passed: Option<f64>,
     reduction: f64,
 }
@@ -37,23 +37,23 @@ impl Extrapolation {
         self.is_active = true;
     }
 
-    /// Clears the step history; required after any change of the position other than a step along
-    /// the motion.
+    /// Clears the step history. Required after any change of the configuration other than a step
+    /// along the motion.
     pub(super) fn forget(&mut self) {
         (self.steps, self.passed) = ([None; 2], None);
     }
 
-    /// Begins a step of `step` seconds. Returns two factors, s^2: multiplied by the changes of the
-    /// accelerations in the last two steps (newest first) and added, they correct the predicted
-    /// change of the coordinates. `None` if the last step is unknown. Clears the step history
-    /// unless [`Self::stepped`] follows.
+    /// Begins a step of `step` seconds. Returns two factors, s^2, for the changes of the
+    /// accelerations in the last two steps (newest first). The sum of the products corrects the
+    /// predicted change of the coordinates. `None` if the last step is unknown. Clears the step
+    /// history unless [`Self::stepped`] follows.
     pub(super) fn weights(&mut self, step: f64) -> Option<[f64; 2]> {
         let [last, before] = core::mem::take(&mut self.steps);
         self.passed = last;
         let last = last?;
         // Integrals of the polynomial through the accelerations (Newton's divided differences).
         let cubic = step * step * step / 6.0;
-        // After a reversal, positions may coincide in time.
+        // After a reversal, configurations may coincide in time.
         let Some(before) = before.filter(|before| before * last > 0.0) else {
             return Some([cubic / last, 0.0]);
         };
@@ -68,8 +68,8 @@ impl Extrapolation {
         }
     }
 
-    /// Returns true if a Newton step with the matrix of the last position is expected to reduce the
-    /// error to `limit`.
+    /// Returns `true` if a Newton step with the matrix of the last configuration is expected to
+    /// reduce the error to `limit`.
     pub(super) fn suffices(&mut self, error: f64, limit: f64) -> bool {
         let suffices = error * self.reduction < limit;
         if !suffices {
@@ -78,8 +78,8 @@ impl Extrapolation {
         suffices
     }
 
-    /// Records the errors before and after a Newton step with the matrix of the last position;
-    /// errors below `limit` are round-off.
+    /// Updates the estimated error reduction from the errors before and after a Newton step with
+    /// the matrix of the last configuration. Errors below `limit` are round-off and are ignored.
     pub(super) fn add(&mut self, before: f64, after: f64, limit: f64) {
         if after.is_nan() || after > limit {
             let reduction = after / before;
@@ -92,7 +92,7 @@ impl Extrapolation {
 mod tests {
     use super::Extrapolation;
 
-    /// Checks that accelerations that are quadratic in time are continued exactly, for steps of
+    /// Checks that accelerations that are quadratic in time are extrapolated exactly, for steps of
     /// different durations.
     #[test]
     fn quadratic_accelerations_are_continued_exactly() {
@@ -121,7 +121,7 @@ mod tests {
             extrapolation.stepped(step);
         }
         assert_eq!(extrapolation.weights(-0.5), Some([0.125 / 6.0 / 0.5, 0.0]));
-        // A step that did not succeed leaves nothing to extrapolate from.
+        // After a step that did not succeed, no step history is left.
         assert_eq!(extrapolation.weights(step), None);
     }
 }

@@ -1,4 +1,5 @@
-//! Following a motion: prediction from the last position, and distinction between jumps and kinks.
+//! Tracking of a motion: prediction from the last configuration, and distinction between jumps and
+//! kinks.
 
 use super::Assembly;
 use super::check::check_targets;
@@ -8,22 +9,23 @@ use crate::kinematics::error::AssemblyError;
 use crate::parameters::Parameters;
 use crate::spatial::Pose;
 
-/// Differences from the predicted pose below this distance do not count as jumps: angles in rad,
-/// lengths in units of the characteristic length.
+/// Bodies closer than this distance to their predicted poses have not jumped; rad or characteristic
+/// lengths.
 const NEGLIGIBLE: f64 = 1e-6;
 /// Maximum number of halvings of a step of the motion.
 const HALVINGS: u32 = 12;
-/// A step longer than this fraction of the motion is halved without a search if it does not
-/// converge.
+/// A step longer than this fraction of the motion that does not converge is halved without a
+/// search.
 const LONG: f64 = 1.0 / 16.0;
 
 impl Assembly {
-    /// Moves along a motion from time `from` (the current position) to `to`, s, within the same
-    /// assembly mode. `motion` writes the targets at a given time.
+    /// Moves along a motion from time `from` (the current configuration) to `to`, s, within the
+    /// same assembly mode. `motion` writes the targets at a given time.
     ///
     /// # Errors
-    /// See [`AssemblyError`], which includes a jump that persists at the smallest step. After an error,
-    /// loops may be open: move the mechanism to a reachable position before further use.
+    /// See [`AssemblyError`], which includes a jump that persists at the smallest step. After an
+    /// error, loops may be open: move the mechanism to a reachable configuration before further
+    /// use.
     pub(crate) fn follow(
         &mut self,
         parameters: &Parameters<f64>,
@@ -36,8 +38,8 @@ impl Assembly {
         }
         let (mut now, mut step) = (from, to - from);
         let smallest = step * 0.5_f64.powi(HALVINGS as i32);
-        // A singular position explains a failure better than a jump, and an unreachable position
-        // better than the singular position before it.
+        // A singular configuration explains a failure better than a jump, and an unreachable one
+        // better than the singular configuration before it.
         let mut singular = None;
         self.passed.copy_from_slice(&self.targets);
         while now != to {
@@ -55,7 +57,7 @@ impl Assembly {
             )
             .and_then(|()| self.step_smoothly(parameters, next - now, !is_long));
             match outcome {
-                // Half the step costs less than a search from a poor prediction.
+                // Halving the step costs less than a search from a poor prediction.
                 Err(_) if is_long && now + 0.5 * (next - now) != now => {
                     self.state.clone_from(&self.before);
                     step = 0.5 * (next - now);
@@ -65,8 +67,7 @@ impl Assembly {
                     self.passed.copy_from_slice(&self.targets);
                     step *= 2.0;
                 }
-                // Far from time zero, half a step may vanish by rounding; treat this as the last
-                // halving.
+                // Far from time zero, half a step may vanish by rounding; stop halving then.
                 Err(error) if (0.5 * step).abs() < smallest.abs() || now + 0.5 * step == now => {
                     let out_of_reach = self.out_of_reach(parameters, to, motion);
                     return Err(out_of_reach.or(singular).unwrap_or(error));
@@ -84,7 +85,8 @@ impl Assembly {
     }
 
     /// Searches for a configuration at time `to`, s, and returns the error if the mechanism cannot
-    /// be assembled there. An unreachable position is thus not reported as a jump.
+    /// be assembled there. This prevents an unreachable configuration from being reported as a
+    /// jump.
     fn out_of_reach(
         &mut self,
         parameters: &Parameters<f64>,
@@ -101,11 +103,11 @@ impl Assembly {
     }
 
     /// Moves along a motion in one step if the motion is smooth enough; otherwise keeps the current
-    /// position and returns `false`. The step may span many samples. Unlike [`Self::follow`] it
-    /// starts no search, so a failure is cheap.
+    /// configuration and returns `false`. The step may span many samples. Unlike [`Self::follow`],
+    /// this method starts no search, so a failure is cheap.
     ///
     /// # Panics
-    /// Unless there is one target for each prescribed coordinate.
+    /// Panics unless there is one target for each prescribed coordinate.
     #[must_use = "it may have stayed where it was"]
     pub(crate) fn follow_in_one_step(
         &mut self,
@@ -127,7 +129,7 @@ impl Assembly {
         arrived
     }
 
-    /// Takes one step along a motion; fails if the bodies do not move as their velocities predict.
+    /// Takes one step along a motion. Fails if the bodies do not move as their velocities predict.
     /// If Newton's method does not converge and `may_search` is set, searches by damped least
     /// squares.
     fn step_smoothly(
@@ -136,7 +138,7 @@ impl Assembly {
         step: f64,
         may_search: bool,
     ) -> Result<(), AssemblyError> {
-        // The changes of the accelerations in the last steps give higher derivatives.
+        // The changes of the accelerations in the last steps approximate higher derivatives.
         let weights = self.extrapolation.weights(step).filter(|_| self.is_determined());
         let weights = weights.unwrap_or([0.0; 2]);
         let motion = self.state.rates.iter().zip(&self.state.accelerations);
@@ -207,19 +209,19 @@ impl Assembly {
         Ok(())
     }
 
-    /// Returns `true` if the prescribed coordinates determine the position. The angles of local degrees of
-    /// freedom, whose rates are zero, depend on the steps along a motion; a better prediction would
-    /// change them.
+    /// Returns `true` if the prescribed coordinates determine the configuration. Otherwise a better
+    /// prediction would change the result: the angles of local degrees of freedom, whose rates are
+    /// zero, depend on the steps along the motion.
     pub(super) fn is_determined(&self) -> bool {
         self.model.constraints.spins().is_empty()
     }
 
-    /// Returns `true` if the coordinates of the tree are so close to the predicted values that no
-    /// body can be farther than [`NEGLIGIBLE`] from its predicted pose.
+    /// Returns `true` if the coordinates of the spanning tree are so close to the predicted values
+    /// that no body can be farther than [`NEGLIGIBLE`] from its predicted pose.
     fn is_near_prediction(&self, parameters: &Parameters<f64>) -> bool {
         let pairs = self.state.coordinates.iter().zip(&self.predicted.coordinates);
         let apart: f64 = pairs.map(|(a, b)| (a - b).abs()).sum();
-        // Bodies turn about the joints between them, and components of quaternions are half angles.
+        // Bodies turn about the joints between them, and quaternion components are half angles.
         let bodies = &self.kinematics.bodies;
         let places = bodies.frame_j.iter().chain(&bodies.frame_k).chain(&bodies.pose);
         let base = bodies.pose[0].position;
@@ -257,8 +259,8 @@ impl Assembly {
     }
 }
 
-/// Converts an error at an intermediate position: attributes undetermined motions to that position,
-/// not to the prescribed coordinates.
+/// Converts an error at an intermediate configuration: attributes undetermined motions to that
+/// configuration, not to the prescribed coordinates.
 pub(super) fn on_the_way(error: AssemblyError) -> AssemblyError {
     match error {
         AssemblyError::Open { open } => AssemblyError::Undetermined { open },
@@ -266,8 +268,9 @@ pub(super) fn on_the_way(error: AssemblyError) -> AssemblyError {
     }
 }
 
-/// Finds the body with the largest difference between two sets of poses. Returns its index, its
-/// relative pose, and the size of the difference, with displacements in units of `length`.
+/// Finds the body with the largest difference between two sets of poses. Returns the index of the
+/// body, the pose in `b` relative to the pose in `a`, and the size of the difference, with lengths
+/// divided by `length`.
 fn farthest(a: &Bodies<f64>, b: &Bodies<f64>, length: f64) -> (usize, Pose<f64>, f64) {
     let mut worst = (0, Pose::identity(), 0.0);
     for (body, (a, b)) in a.pose.iter().zip(&b.pose).enumerate() {

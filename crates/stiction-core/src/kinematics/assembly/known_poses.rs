@@ -8,14 +8,15 @@ use crate::spatial::Pose;
 use core::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Cost of a step across a joint with given coordinates, on a path by which a body's pose is
-/// determined.
+/// Cost of a path segment across a joint with given coordinates, when a body's pose is computed
+/// along the cheapest path.
 const ACROSS: u64 = 1;
-/// Cost of a step from the body's home pose.
+/// Cost of a path that begins at a body's home pose.
 const HOME: u64 = 1 << 20;
-/// Cost of a step across a joint without any information.
+/// Cost of a path segment across a joint whose coordinates are not all given.
 const UNKNOWN: u64 = 1 << 40;
-/// Given quantities that differ by more than this conflict; in rad or characteristic lengths.
+/// Two values given for the same quantity conflict if they differ by more than this; in rad or
+/// characteristic lengths.
 pub(super) const CONFLICT: f64 = 1.0;
 
 /// Poses of all bodies relative to the reference point.
@@ -23,16 +24,17 @@ pub(super) struct BodyPoses {
     pub(super) poses: Vec<Pose<f64>>,
     /// True for each body whose pose the given data determine.
     pub(super) is_known: Vec<bool>,
-    /// True for each known body, and for each body whose pose closes the loops as far as possible.
+    /// True for each body with a known pose, and for each body placed such that its loops close as
+    /// far as possible.
     pub(super) is_placed: Vec<bool>,
     /// All bodies except the ground, each listed after its parent body, with the joint to the
-    /// parent; `None` if the pose of the body is known.
+    /// parent. The joint is `None` if the pose of the body is known.
     pub(super) paths: Vec<(usize, Option<usize>)>,
 }
 
 impl Given<'_> {
-    /// Computes the poses of all bodies relative to the reference point, along the cheapest paths
-    /// from the ground, from prescribed poses and from home poses.
+    /// Computes the poses of all bodies relative to the reference point. Each pose follows along
+    /// the cheapest path from the ground, a prescribed pose or a home pose.
     pub(super) fn body_poses(
         &self,
         prescribed: bool,

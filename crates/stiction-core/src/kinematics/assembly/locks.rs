@@ -1,4 +1,4 @@
-//! Coordinates that, when locked, fix the motions left undetermined by the prescribed coordinates.
+//! Selection of coordinates to lock, such that no motion remains undetermined.
 
 use super::super::bodies::State;
 use super::super::coordinate::{Coordinate, Target};
@@ -12,17 +12,17 @@ use crate::linalg::{RowSpace, StaticLu, Svd};
 use crate::mechanism::{BodyId, JointId};
 use nalgebra::{DMatrix, DVector};
 
-/// Singular vectors with singular values below this limit span the near-null space.
+/// Singular vectors with singular values below this limit count as the near-null space.
 const NEARLY_SINGULAR: f64 = 1e-5;
 /// Step of the central differences of the Jacobian, in rad or in characteristic lengths.
 const DIFFERENCE: f64 = 1e-4;
-/// Number of Newton steps towards a singular position.
+/// Maximum number of Newton steps towards a singular configuration.
 const REFINEMENTS: usize = 4;
 
 impl Given<'_> {
     /// Finds coordinates, with their values, that lock all instantaneous motions left undetermined
-    /// by the prescribed coordinates at the configuration near the reference. With these
-    /// coordinates prescribed as well, the position is regular even if the mechanism is singular or
+    /// by the prescribed coordinates at the configuration near the reference. If these coordinates
+    /// are prescribed as well, the configuration is regular even if the mechanism is singular or
     /// shaky.
     pub(in crate::kinematics) fn locks(&self) -> Result<Vec<(Coordinate, f64)>, AssemblyError> {
         let (topology, parameters) = (self.topology, self.parameters);
@@ -60,11 +60,13 @@ impl Given<'_> {
                 values[k] = errors[first + row];
             }
         }
-        // Rates of all candidates in the open motions; repeatedly lock the largest.
+        // Rates of all candidates in the undetermined motions; repeatedly lock a candidate with a
+        // large rate.
         let mut locks = Vec::new();
         for _ in 0..open.len() {
             let sizes: Vec<f64> = rates.row_iter().map(|row| row.norm()).collect();
-            // Among nearly equal candidates take the first.
+            // Take the first candidate whose rate exceeds half the greatest, so that small
+            // differences do not change the choice.
             let greatest = sizes.iter().copied().fold(0.0, f64::max);
             let Some(chosen) = sizes.iter().position(|size| *size > 0.5 * greatest) else { break };
             let direction: DVector<f64> = rates.row(chosen).transpose() / sizes[chosen];
@@ -75,8 +77,8 @@ impl Given<'_> {
         Ok(locks)
     }
 
-    /// Jacobian and errors of loop closure, the prescribed coordinates and `further` ones, whose targets are 0: the
-    /// rows of `further` are the last ones.
+    /// Computes the Jacobian and the errors of loop closure, the prescribed coordinates and the
+    /// `further` coordinates, all with zero targets. The rows of `further` come last.
     fn rows(&self, state: &State<f64>, further: &[Coordinate]) -> (DMatrix<f64>, Vec<f64>) {
         let topology = self.topology;
         let all = [self.coordinates, further].concat();
@@ -88,7 +90,7 @@ impl Given<'_> {
         (equations.jacobian(&mut kinematics).to_dense(), kinematics.errors().to_vec())
     }
 
-    /// Converts a violated condition to the remaining gap.
+    /// Converts a violated condition to a [`Gap`].
     fn gap_of(&self, missed: &Missed) -> Gap {
         let scale = self.parameters.length;
         let (length, angle) = if missed.is_angle { (0.0, missed.by) } else { (missed.by, 0.0) };
@@ -110,10 +112,10 @@ impl Given<'_> {
         }
     }
 
-    /// Refines a singular position, which loop closure determines only to the square root of round-off.
-    /// The singular values vanish linearly, so Newton's method on the near-null space of the Jacobian
-    /// determines the position to round-off: `P J(q + V t) V = 0` with the near-null vectors `V` and the
-    /// projection `P` on the left near-null space.
+    /// Refines a singular configuration, which loop closure determines only to the square root of
+    /// round-off. The singular values vanish linearly, so Newton's method on the near-null space of
+    /// the Jacobian determines the configuration to round-off. It solves `P J(q + V t) V = 0` with
+    /// the near-null vectors `V` and the projection `P` on the left near-null space.
     fn refine_singular(&self, state: &mut State<f64>) {
         let topology = self.topology;
         let constraints = MotionConstraints::new(topology, self.coordinates, &[]);
@@ -158,19 +160,19 @@ impl Given<'_> {
             let right = -projected(&jacobian);
             let amounts = slopes.solve(&right, slopes.rank_of_order_one(NEARLY_SINGULAR));
             let step: DVector<f64> = &basis * amounts;
-            // Longer steps lead to another position.
+            // Longer steps would lead to another configuration.
             if step.norm().is_nan() || step.norm() >= DIFFERENCE {
                 return;
             }
             let refined = moved(state, &step);
-            // Close the loops across the near-null space.
+            // Close the loops in the directions orthogonal to the near-null space.
             let (errors, jacobian) = at(&refined);
             let by_rows: Vec<f64> = jacobian.transpose().iter().copied().collect();
             space.decompose(&by_rows, errors.len(), topology.dofs(), NEARLY_SINGULAR);
             let step = -DVector::from_vec(space.shortest(errors.as_slice()));
             let refined = moved(&refined, &step);
-            // At a singular position beside the solutions, such as a stretched one between two elbows, loops
-            // stay open.
+            // The loops stay open at a singular configuration that is no solution, such as a
+            // stretched arm between its two elbow configurations.
             let open = at(&refined).0.amax();
             if open > MET || open.is_nan() {
                 return;
@@ -179,7 +181,7 @@ impl Given<'_> {
         }
     }
 
-    /// Lists the scalar coordinates that can be locked: first those of joints, then those of
+    /// Lists the scalar coordinates that can be locked, first those of joints, then those of
     /// bodies.
     fn candidates(&self) -> Vec<Coordinate> {
         let joints = self.mechanism.joints().iter().enumerate();

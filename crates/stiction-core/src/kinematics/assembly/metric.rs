@@ -1,37 +1,38 @@
-//! Distances between configurations, as root mean square displacements of the bodies.
+//! Distances between configurations, as root-mean-square displacements of the bodies.
 
 use super::super::bodies::Bodies;
 use super::search::SAME_MODE;
 use crate::spatial::{Mat3, Pose, Quaternion, Vec3};
 
-/// Metric on configurations that ignores local (passive) degrees of freedom.
+/// Metric on configurations; it ignores motions in local (passive) degrees of freedom.
 pub(super) struct Metric<'a> {
     /// Characteristic length, m.
     pub(super) length: f64,
     /// Centres of mass of the bodies, in the body frames, m.
     pub(super) com: &'a [Vec3<f64>],
-    /// Axis of the local degree of freedom of each body through the centre of mass, in the body
-    /// frame; `None` for a body without one.
+    /// Axis of each body's local degree of freedom, which passes through the centre of mass, in the
+    /// body frame; `None` for a body without a local degree of freedom.
     pub(super) spin_axes: Vec<Option<Vec3<f64>>>,
 }
 
-/// Displacement of a body between two poses, divided by the characteristic length. The distance
-/// between the origins and the rotation angle times the characteristic length are combined as
-/// orthogonal components.
+/// Computes the displacement of a body between two poses, divided by the characteristic length. The
+/// distance between the origins and the rotation angle times the characteristic length are combined
+/// as orthogonal components.
 pub(super) fn displacement(a: &Pose<f64>, b: &Pose<f64>, length: f64) -> f64 {
     let apart = a.inverse() * *b;
     (apart.position.norm() / length).hypot(apart.rotation.rotation_vector().norm())
 }
 
-/// Root mean square of the numbers; `None` if there are none.
+/// Computes the root mean square of the numbers; `None` for an empty iterator.
 pub(super) fn rms(numbers: impl Iterator<Item = f64>) -> Option<f64> {
     let (sum, count) = numbers.fold((0.0, 0), |(sum, count), x| (sum + x * x, count + 1));
     (count > 0).then(|| (sum / f64::from(count)).sqrt())
 }
 
 impl Metric<'_> {
-    /// Displacement of a body between two poses, m and rad. For a body with a local degree of
-    /// freedom: the displacement of the centre of mass, and the angle between the rotation axes.
+    /// Computes the displacement of a body between two poses, m and rad. For a body with a local
+    /// degree of freedom, these are the displacement of the centre of mass and the angle between
+    /// the axes of that degree of freedom.
     pub(super) fn parts(&self, body: usize, a: &Pose<f64>, b: &Pose<f64>) -> (f64, f64) {
         match self.spin_axes[body] {
             None => {
@@ -46,13 +47,13 @@ impl Metric<'_> {
         }
     }
 
-    /// Displacement of a body between two poses, divided by the characteristic length.
+    /// Computes the displacement of a body between two poses, divided by the characteristic length.
     pub(super) fn displacement(&self, body: usize, a: &Pose<f64>, b: &Pose<f64>) -> f64 {
         let (moved, turned) = self.parts(body, a, b);
         (moved / self.length).hypot(turned)
     }
 
-    /// Root mean square displacement of all bodies between two configurations.
+    /// Computes the root-mean-square displacement of all bodies between two configurations.
     pub(super) fn between(&self, a: &Bodies<f64>, b: &Bodies<f64>) -> f64 {
         let pairs = a.pose.iter().zip(&b.pose).enumerate().skip(1);
         rms(pairs.map(|(body, (a, b))| self.displacement(body, a, b))).unwrap_or(0.0)

@@ -1,4 +1,4 @@
-//! Poses of bodies that the given data determine only together with loop closure.
+//! Poses of bodies that follow from the given data only together with loop closure.
 
 use super::super::bodies::{Bodies, State, write_floating};
 use super::super::coordinate::{Coordinate, Target};
@@ -13,10 +13,10 @@ use crate::random::Random;
 use crate::topology::{Link, Role, Topology};
 use core::f64::consts::PI;
 
-/// Tolerance of closed loops, in rad or characteristic lengths. It is large, because home poses and
+/// Tolerance of loop closure, in rad or characteristic lengths. It is large because home poses and
 /// start coordinates are given with few digits.
 const ROUGHLY_CLOSED: f64 = 0.05;
-/// Number of starts of the search for the coordinates of a group.
+/// Number of starts of the search for the coordinates of a [`Group`].
 const STARTS: usize = 16;
 /// Number of steps of the search from each start.
 const STEPS: usize = 60;
@@ -26,9 +26,9 @@ const LARGE: usize = 60;
 /// Group of undetermined coordinates that loop closure determines together.
 #[derive(Default)]
 struct Group {
-    /// Nodes with undetermined coordinates.
+    /// Spanning-tree nodes with undetermined coordinates.
     nodes: Vec<usize>,
-    /// Rows of the position equations.
+    /// Rows of the position equations that determine the coordinates.
     rows: Vec<usize>,
 }
 
@@ -36,8 +36,8 @@ impl Given<'_> {
     /// Computes poses of bodies with unknown poses by closing loops with known bodies. Bodies whose
     /// loops close become known.
     ///
-    /// The bodies hang from known bodies along [`BodyPoses::paths`], so the result does not depend on
-    /// the mechanism's own tree.
+    /// The spanning tree used here follows [`BodyPoses::paths`], so the result does not depend on
+    /// the mechanism's own spanning tree.
     pub(super) fn close_loops(
         &self,
         prescribed: bool,
@@ -83,7 +83,7 @@ impl Given<'_> {
                 each.map(|(dof, moves)| if *moves { size(dof) * random.number() } else { 0.0 })
                     .collect()
             };
-            // Start from the present coordinates, then from random coordinates.
+            // Start first from the present coordinates, then from random coordinates.
             let mut best: Option<(f64, State<f64>)> = None;
             for attempt in 0..STARTS {
                 let mut trial = state.clone();
@@ -117,8 +117,8 @@ impl Given<'_> {
         }
     }
 
-    /// Collects the prescribed coordinates and the start coordinates of cut joints, which are not
-    /// coordinates of the tree.
+    /// Collects the prescribed coordinates and the start coordinates of cut joints. The spanning
+    /// tree does not contain the latter.
     fn given_coordinates(
         &self,
         prescribed: bool,
@@ -145,7 +145,8 @@ impl Given<'_> {
         (coordinates, targets)
     }
 
-    /// Marks the degrees of freedom of a group without a given coordinate.
+    /// Returns a flag for each degree of freedom of the spanning tree: `true` if it belongs to the
+    /// group and its coordinate is not given.
     fn moving_dofs(
         &self,
         topology: &Topology,
@@ -167,9 +168,9 @@ impl Given<'_> {
     }
 }
 
-/// Groups the nodes with undetermined coordinates that common rows connect, together with these
-/// rows. Divides large groups into parts, each with the rows that connect its nodes only with each
-/// other and with nodes of earlier parts.
+/// Forms groups of nodes with undetermined coordinates that are connected by common rows, together
+/// with these rows. Divides large groups into parts; the rows of a part connect its nodes only to
+/// each other and to nodes of earlier parts.
 fn groups(topology: &Topology, constraints: &MotionConstraints, is_open: &[bool]) -> Vec<Group> {
     let open_nodes: Vec<Vec<usize>> = constraints
         .rows
@@ -191,7 +192,7 @@ fn groups(topology: &Topology, constraints: &MotionConstraints, is_open: &[bool]
             .sum()
     };
     let is_large: Vec<bool> = (0..is_open.len()).map(|group| dofs(group) > LARGE).collect();
-    // The part of each node, and of each small group.
+    // Index of the part of each node, and of each small group.
     let mut part_of = vec![None; is_open.len()];
     let mut whole = vec![None; is_open.len()];
     let mut parts: Vec<Group> = Vec::new();

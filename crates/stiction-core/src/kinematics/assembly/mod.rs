@@ -36,25 +36,25 @@ use extrapolation::Extrapolation;
 use following::on_the_way;
 use std::sync::Arc;
 
-/// Tolerance of closed loops and prescribed values: lengths divided by the characteristic length,
-/// angles in rad. Round-off of a chain of poses is about 1e-16.
+/// Tolerance of loop closure and prescribed values: lengths divided by the characteristic length,
+/// angles in rad. The round-off of a chain of poses is about 1e-16.
 const CLOSED: f64 = 1e-14;
-/// Closure tolerance near a singular position, which magnifies round-off.
+/// Closure tolerance near a singular configuration, which magnifies round-off.
 const CLOSED_AT_WORST: f64 = 1e-12;
-/// A search that ends with a larger closure error has not found a singular position: there, it
-/// stops near 1e-12, because the errors decrease with the square of the distance.
+/// A search that ends with a larger closure error has not found a singular configuration. Near one,
+/// a search stops at about 1e-12, because the errors decrease with the square of the distance.
 const SINGULAR: f64 = 1e-10;
 /// Closure error below which Newton's method converges quadratically.
 const NEAR: f64 = 1e-7;
 /// Closure error below which a Newton step with the matrix of the previous step reduces the error
-/// to about the product of the errors before both steps.
+/// to about the product of the errors before the two steps.
 const CLOSE: f64 = 1e-3;
-/// Errors below this fraction of the closure tolerance are about round-off.
+/// Errors below this fraction of the closure tolerance are comparable to round-off.
 const ROUNDED: f64 = 0.1;
-/// Maximum number of Newton steps before the search by damped least squares.
+/// Maximum number of Newton steps before the search by damped least squares begins.
 const NEWTON_STEPS: usize = 12;
 
-/// Mechanism at a position with closed loops and prescribed coordinates.
+/// Mechanism at a configuration that closes the loops and satisfies the prescribed coordinates.
 #[derive(Clone, Debug)]
 pub(crate) struct Assembly {
     model: KinematicModel,
@@ -62,9 +62,9 @@ pub(crate) struct Assembly {
     state: State<f64>,
     /// State before the last step.
     before: State<f64>,
-    /// State before [`Self::before`], if extrapolation is active.
+    /// State before [`Self::before`]; updated only if extrapolation is active.
     before_last: State<f64>,
-    /// Last state with finite coordinates in Newton's method.
+    /// Last state with finite coordinates in the iterations of Newton's method.
     sound: State<f64>,
     predicted: State<f64>,
     trial: Bodies<f64>,
@@ -74,24 +74,25 @@ pub(crate) struct Assembly {
     passed: Vec<Target<f64>>,
     extrapolation: Extrapolation,
     row_scales: Vec<f64>,
-    /// Coordinates of the tree at which the rate equations were compiled.
+    /// Coordinates of the spanning tree for which the rate equations were compiled.
     planned_at: Vec<f64>,
     body_names: Vec<String>,
     joint_names: Vec<String>,
-    /// Number of elimination plans made so far.
+    /// Number of elimination plans compiled so far.
     plans: u64,
     report: AssemblyReport,
 }
 
 /// Finds coordinates, with their values, that lock all instantaneous motions left undetermined by
-/// the prescribed coordinates at the configuration near the given one; empty at a completely
-/// prescribed regular position.
+/// the prescribed coordinates at the configuration near the given one. Returns an empty list if the
+/// prescribed coordinates determine the motion and the configuration is regular.
 ///
 /// # Errors
 /// [`AssemblyError::Gap`] if the loops do not close at that configuration.
 ///
 /// # Panics
-/// Unless there is one target for each coordinate, and all named bodies, joints and degrees of freedom exist.
+/// Panics unless there is one target for each coordinate, and all named bodies, joints and degrees
+/// of freedom exist.
 #[doc(hidden)]
 pub fn locks(
     mechanism: &Mechanism,
@@ -108,14 +109,16 @@ pub fn locks(
 }
 
 impl Assembly {
-    /// Assembles the mechanism at `targets`, one for each of `coordinates`, starting from the
-    /// mechanism's start coordinates and from the guessed poses in `initial_poses` (in the ground's frame).
+    /// Assembles the mechanism at `targets`, one for each of `coordinates`. The search starts from
+    /// the mechanism's start coordinates and from the guessed poses in `initial_poses` (in the
+    /// ground's frame).
     ///
     /// # Errors
     /// See [`AssemblyError`].
     ///
     /// # Panics
-    /// Unless there is one target for each coordinate, and all named bodies, joints and degrees of freedom exist.
+    /// Panics unless there is one target for each coordinate, and all named bodies, joints and
+    /// degrees of freedom exist.
     pub(crate) fn new(
         mechanism: &Mechanism,
         topology: &Arc<Topology>,
@@ -166,13 +169,13 @@ impl Assembly {
         Ok(assembly)
     }
 
-    /// Enables extrapolation from the last three positions while following a motion. Results then depend on
-    /// the previous positions, within round-off.
+    /// Enables extrapolation from the last three configurations while tracking a motion. Results
+    /// then depend on the previous configurations, within round-off.
     pub(crate) fn extrapolate(&mut self) {
         self.extrapolation.activate();
     }
 
-    /// Comparison of the first configuration with the reference.
+    /// Comparison of the first assembled configuration with the reference configuration.
     pub(crate) fn report(&self) -> &AssemblyReport {
         &self.report
     }
@@ -182,7 +185,7 @@ impl Assembly {
         &self.model.constraints
     }
 
-    /// The compiled kinematics at the present position.
+    /// Compiled kinematics for the present configuration.
     pub(crate) fn model(&self) -> &KinematicModel {
         &self.model
     }
@@ -192,51 +195,54 @@ impl Assembly {
         &self.kinematics
     }
 
-    /// Coordinates, rates and accelerations of the tree at the present instant.
+    /// Coordinates, rates and accelerations of the spanning tree at the present instant.
     pub(crate) fn state(&self) -> &State<f64> {
         &self.state
     }
 
-    /// Removes the accelerations of local degrees of freedom that dynamics added.
+    /// Resets the accelerations of all bodies to those without the spin accelerations that the
+    /// dynamics added.
     pub(crate) fn forget_spins(&mut self) {
         if !self.model.constraints.spins().is_empty() {
             self.kinematics.bodies.accelerate(&self.model.topology, &self.state.accelerations);
         }
     }
 
-    /// Compiled kinematics, and the motion of all bodies, which dynamics reads and updates.
+    /// Returns the compiled kinematics and the motion of all bodies; the dynamics read and update
+    /// the latter.
     pub(crate) fn parts(&mut self) -> (&KinematicModel, &mut Kinematics<f64>) {
         (&self.model, &mut self.kinematics)
     }
 
-    /// Number of elimination plans made so far.
+    /// Number of elimination plans compiled so far.
     pub(crate) fn plans(&self) -> u64 {
         self.plans
     }
 
-    /// Copies the position of another assembly with the same elimination plan; [`Self::reverse`]
-    /// updates the rates.
+    /// Copies the configuration of another assembly with the same elimination plan. Call
+    /// [`Self::reverse`] to update the rates.
     pub(crate) fn go_to(&mut self, other: &Self) {
         self.extrapolation.forget();
         self.state.clone_from(&other.state);
         self.targets.copy_from_slice(&other.targets);
     }
 
-    /// Reverses all rates at the current position; accelerations do not change.
+    /// Reverses all rates at the current configuration without changing the accelerations.
     pub(crate) fn reverse(&mut self, parameters: &Parameters<f64>) {
         self.extrapolation.forget();
         self.targets.iter_mut().for_each(|target| target.rate = -target.rate);
         self.differentiate(parameters);
     }
 
-    /// Moves to new targets near the present ones by Newton's method from the present position. Unlike
-    /// [`Self::follow`] it does not check that the assembly mode stays the same.
+    /// Moves to new targets near the present ones by Newton's method from the present
+    /// configuration. Unlike [`Self::follow`], this method does not check that the assembly mode
+    /// stays the same.
     ///
     /// # Errors
-    /// See [`AssemblyError`]; the position then does not change.
+    /// See [`AssemblyError`]; after an error the configuration is unchanged.
     ///
     /// # Panics
-    /// Unless there is one target for each prescribed coordinate.
+    /// Panics unless there is one target for each prescribed coordinate.
     pub(crate) fn move_to(
         &mut self,
         parameters: &Parameters<f64>,
@@ -249,7 +255,7 @@ impl Assembly {
         self.targets.copy_from_slice(targets);
         let outcome = self.settle(parameters);
         if outcome.is_err() {
-            // The search ended with open loops, for which forces are undefined.
+            // The search ended with open loops, for which no forces are defined.
             self.state.clone_from(&self.before);
             self.targets.copy_from_slice(&self.passed);
             // The search may have replaced the plan.
@@ -261,9 +267,9 @@ impl Assembly {
         outcome
     }
 
-    /// Moves to known coordinates, rates and accelerations of the tree, at which the loops are
-    /// closed and the coordinates equal `targets`. Returns `false`, without moving, if the loops
-    /// are open.
+    /// Moves to known coordinates, rates and accelerations of the spanning tree, for which the
+    /// loops must be closed and the prescribed coordinates must equal `targets`. Returns `false`,
+    /// without moving, if the loops are open.
     pub(crate) fn return_to(
         &mut self,
         parameters: &Parameters<f64>,
@@ -291,7 +297,8 @@ impl Assembly {
             let Self { kinematics, model, state, .. } = self;
             kinematics.move_with(&model.topology, state);
             if !model.constraints.spins().is_empty() {
-                // Dynamics requires the responses to passive spins.
+                // The dynamics require the accelerations due to passive spins, which need the
+                // factors.
                 kinematics.factor_here(model, parameters);
             }
         } else {
@@ -302,7 +309,7 @@ impl Assembly {
         arrived
     }
 
-    /// Sets all rates and accelerations to zero at the present position.
+    /// Sets all rates and accelerations to zero at the present configuration.
     pub(crate) fn stop(&mut self, parameters: &Parameters<f64>) {
         self.extrapolation.forget();
         for target in &mut self.targets {
@@ -312,7 +319,8 @@ impl Assembly {
     }
 
     /// Runs Newton's method from the current state to the current targets, then computes rates and
-    /// accelerations. If a step fails, recompiles the elimination plan or searches.
+    /// accelerations. If Newton's method fails, starts a search; if the results violate a
+    /// constraint, compiles a new elimination plan.
     fn settle(&mut self, parameters: &Parameters<f64>) -> Result<(), AssemblyError> {
         let arrived = self.newton(parameters);
         if !arrived {
@@ -324,13 +332,15 @@ impl Assembly {
         };
         if differentiates {
             let agreed = self.agree(parameters);
-            // A plan made far from this position may omit rows that are independent here, or lose digits.
+            // A plan compiled far from this configuration may omit rows that are independent here,
+            // or lose digits.
             if agreed.is_err() && self.plan(parameters).is_ok() && self.differentiates(parameters) {
                 return self.agree(parameters);
             }
             return agreed;
         }
-        // The position is closed but singular: rates do not exist or are not unique.
+        // The loops are closed, but the configuration is singular: rates do not exist or are not
+        // unique.
         self.state.rates.fill(0.0);
         self.state.accelerations.fill(0.0);
         let planned = self.plan(parameters).map_err(on_the_way);
@@ -343,8 +353,8 @@ impl Assembly {
         self.is_differentiated()
     }
 
-    /// Solves for rates and accelerations at the solution of [`Self::newton`], reusing its factors;
-    /// returns `false` if they are not finite.
+    /// Solves for rates and accelerations at the solution of [`Self::newton`], reusing the factors
+    /// computed there; returns `false` if rates or accelerations are not finite.
     fn differentiates_here(&mut self, parameters: &Parameters<f64>) -> bool {
         let Self { kinematics, model, state, targets, .. } = self;
         kinematics.differentiate_here(model, parameters, state, targets);
@@ -367,7 +377,8 @@ impl Assembly {
         )
     }
 
-    /// Searches from the present state and completes the configuration.
+    /// Searches for a closed configuration from the present state, then closes the loops to
+    /// round-off.
     fn reassemble(&mut self, parameters: &Parameters<f64>) -> Result<(), AssemblyError> {
         self.search(parameters)?;
         self.complete(parameters)
@@ -376,7 +387,7 @@ impl Assembly {
     /// Closes the loops to round-off by Newton's method with a new plan.
     fn complete(&mut self, parameters: &Parameters<f64>) -> Result<(), AssemblyError> {
         if let Err(error) = self.plan(parameters) {
-            // A search ends with open loops only if no closed position is near.
+            // A search ends with open loops only if no closed configuration is near.
             return Err(match self.is_closed(parameters) {
                 true => error,
                 false => AssemblyError::Gap(self.gap(parameters)),
@@ -385,12 +396,12 @@ impl Assembly {
         if !self.newton(parameters) {
             return Err(AssemblyError::Gap(self.gap(parameters)));
         }
-        // Singular positions are visible only with loops closed to round-off.
+        // Singular configurations can be detected only with loops closed to round-off.
         self.plan(parameters)
     }
 
-    /// Returns `true` if the loops are closed and the prescribed values are met within the accuracy
-    /// of a search at a singular position.
+    /// Returns `true` if the loops are closed and the prescribed values are met, both within the
+    /// accuracy of a search near a singular configuration.
     fn is_closed(&mut self, parameters: &Parameters<f64>) -> bool {
         self.row_scales = self.model.constraints.row_scales(parameters.length);
         self.place(parameters) < SINGULAR
@@ -400,14 +411,14 @@ impl Assembly {
         self.kinematics.differentiate(&self.model, parameters, &mut self.state, &self.targets);
     }
 
-    /// Runs Newton's method with the current plan and places the bodies. Returns `false` if some loops
-    /// remain open.
+    /// Runs Newton's method with the current plan and computes the poses of the bodies. Returns
+    /// `false` if some loops remain open.
     fn newton(&mut self, parameters: &Parameters<f64>) -> bool {
         let closed = CLOSED.max(self.state.round_off());
         let mut error = f64::INFINITY;
         let mut is_placed = false;
         if self.extrapolation.is_active() && self.is_determined() && self.kinematics.is_factored() {
-            // The matrix of the previous position is almost the matrix of the present position.
+            // The matrix of the previous configuration is almost that of the present one.
             error = self.place(parameters);
             if error < closed {
                 return true;
@@ -434,7 +445,8 @@ impl Assembly {
             }
             self.kinematics.approach_here(&self.model, parameters, &mut self.state);
             if !self.state.coordinates.iter().all(|q| q.is_finite()) {
-                // Singular: the next method starts at the last finite state.
+                // Singular matrix: restore the last finite state, from which the next method
+                // starts.
                 self.state.clone_from(&self.sound);
                 return false;
             }
@@ -459,14 +471,14 @@ impl Assembly {
         error < CLOSED_AT_WORST.max(closed)
     }
 
-    /// Computes the poses of all bodies; returns the largest error.
+    /// Computes the poses of all bodies; returns the largest scaled error.
     fn place(&mut self, parameters: &Parameters<f64>) -> f64 {
         let Self { kinematics, model, state, targets, .. } = self;
         kinematics.place(&model.topology, parameters, &model.constraints, state, targets);
         self.scaled_error()
     }
 
-    /// Largest error, with lengths in units of the characteristic length; infinite if undefined.
+    /// Largest error, with lengths divided by the characteristic length; infinite if undefined.
     fn scaled_error(&self) -> f64 {
         let errors =
             self.kinematics.errors().iter().zip(&self.row_scales).map(|(e, s)| (e * s).abs());

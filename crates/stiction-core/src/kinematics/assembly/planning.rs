@@ -1,4 +1,4 @@
-//! Elimination plan for the rates, and detection of local degrees of freedom.
+//! Elimination plan for the rate equations, and detection of local degrees of freedom.
 
 use super::super::coordinate::Coordinate;
 use super::super::dof::{self, OpenMotion};
@@ -11,14 +11,15 @@ use crate::parameters::Parameters;
 use crate::spatial::Vec3;
 use std::sync::Arc;
 
-/// The rank is determined from singular values if a pivot of the scaled system is smaller than this
-/// value.
+/// If a pivot of the scaled system is smaller than this value, the rank is determined from singular
+/// values.
 const SUSPICIOUS_PIVOT: f64 = 1e-3;
-/// Angular rates below this value, in motions of unit norm, count as round-off.
+/// In motions of unit norm, angular rates below this value count as round-off.
 const SPINS: f64 = 1e-4;
 
 impl Assembly {
-    /// Plans the elimination at the present, closed position, and locks local degrees of freedom.
+    /// Compiles the elimination plan at the present closed configuration, and locks local degrees
+    /// of freedom.
     pub(super) fn plan(&mut self, parameters: &Parameters<f64>) -> Result<(), AssemblyError> {
         self.plans += 1;
         let before =
@@ -26,7 +27,7 @@ impl Assembly {
         let planned = self.replan(parameters);
         match planned {
             Ok(()) => self.planned_at.clone_from(&self.state.coordinates),
-            // The earlier plan remains valid at other positions.
+            // The earlier plan remains valid at other configurations.
             Err(_) => (self.model.constraints, self.row_scales, self.kinematics) = before,
         }
         planned
@@ -61,8 +62,8 @@ impl Assembly {
         Err(AssemblyError::Open { open })
     }
 
-    /// Returns, for each body, the axis about which it rotates in the locked passive spins, in the
-    /// body's frame; `None` for a body that does not rotate in them.
+    /// Returns the rotation axis of each body in the locked passive spins, in the body's frame;
+    /// `None` for a body that does not rotate in any of them.
     pub(super) fn spin_axes(&mut self, parameters: &Parameters<f64>) -> Vec<Option<Vec3<f64>>> {
         let mut axes = vec![None; self.body_names.len()];
         let spins = self.model.constraints.spins().len();

@@ -38,7 +38,7 @@ impl PrescribedPose {
         poses
     }
 
-    /// Returns true if all six components are prescribed.
+    /// Returns `true` if all six components are prescribed.
     pub(super) fn is_whole(&self) -> bool {
         let turned = self.rotation_vector.iter().all(Option::is_some)
             || (0..3).all(|index| {
@@ -47,7 +47,7 @@ impl PrescribedPose {
         turned && self.position.iter().all(Option::is_some)
     }
 
-    /// Returns the pose in the ground's frame with the prescribed components inserted.
+    /// Returns `pose` (in the ground's frame) with the prescribed components inserted.
     pub(super) fn applied_to(&self, pose: Pose<f64>) -> Pose<f64> {
         let mut position = pose.position.to_array();
         for (x, prescribed) in position.iter_mut().zip(self.position) {

@@ -1,8 +1,9 @@
 //! Reference configuration of a model: `home` poses of bodies, `start` coordinates of joints, and
 //! the prescribed coordinates.
 //!
-//! Prescribed coordinates take precedence over starts, and starts over homes. A missing start follows
-//! from homes, from neighbouring bodies and from prescribed poses.
+//! Prescribed coordinates take precedence over `start` coordinates, and these over `home` poses. A
+//! missing `start` coordinate follows from home poses, from neighbouring bodies and from prescribed
+//! poses.
 
 use super::super::bodies::{Bodies, State, write_floating};
 use super::super::coordinate::{Coordinate, Target};
@@ -16,35 +17,35 @@ use crate::spatial::Pose;
 use crate::topology::{Link, Topology};
 use core::f64::consts::TAU;
 
-/// Given data of the reference configuration.
+/// Given data from which the reference configuration is built.
 #[derive(Clone, Copy)]
 pub(in crate::kinematics) struct Given<'a> {
     pub(in crate::kinematics) mechanism: &'a Mechanism,
     pub(in crate::kinematics) topology: &'a Topology,
     pub(in crate::kinematics) parameters: &'a Parameters<f64>,
-    /// Poses of bodies in the ground's frame.
+    /// Home poses of bodies in the ground's frame.
     pub(in crate::kinematics) homes: &'a [(BodyId, Pose<f64>)],
-    /// Prescribed coordinates, and one target for each.
+    /// Prescribed coordinates, with one target for each in `targets`.
     pub(in crate::kinematics) coordinates: &'a [Coordinate],
     pub(in crate::kinematics) targets: &'a [Target<f64>],
 }
 
-/// Reference configuration. Its loops are closed only to the accuracy of the given numbers.
+/// Reference configuration. The loops are closed only to the accuracy of the given numbers.
 #[derive(Clone, Debug)]
 pub(in crate::kinematics) struct Reference {
-    /// Coordinates of the tree.
+    /// State of the spanning tree at the reference configuration.
     pub(in crate::kinematics) state: State<f64>,
     /// Pose of each body relative to the reference point; `None` if the given data do not determine
-    /// it.
+    /// the pose.
     poses: Vec<Option<Pose<f64>>>,
     /// True for each body whose pose follows from the given data alone. Poses that follow from loop
     /// closure are not certain, because loop closure may have several solutions.
     is_certain: Vec<bool>,
-    /// Contradictions among homes, starts and prescribed coordinates.
+    /// Contradictions among home poses, start coordinates and prescribed coordinates.
     pub(super) conflicts: Vec<Conflict>,
 }
 
-/// Coordinates of one joint.
+/// Given or assumed coordinates of one joint.
 pub(super) struct JointCoordinates {
     pub(super) values: Vec<f64>,
     /// True if every coordinate is prescribed or has a start value.
@@ -52,8 +53,8 @@ pub(super) struct JointCoordinates {
 }
 
 impl Given<'_> {
-    /// Builds the reference configuration. If `prescribed` is false, only starts (modulo whole
-    /// turns) and homes count.
+    /// Builds the reference configuration. If `prescribed` is false, ignores the prescribed
+    /// coordinates and uses only start coordinates (modulo whole turns) and home poses.
     pub(in crate::kinematics) fn reference(&self, prescribed: bool) -> Reference {
         let mut conflicts = Vec::new();
         let joints = self.joint_coordinates(prescribed, &mut conflicts);
@@ -100,7 +101,8 @@ impl Given<'_> {
         Reference { state, poses, is_certain, conflicts }
     }
 
-    /// Sets each coordinate that is not given but follows from a gearing with given ones.
+    /// Computes each coordinate that is not given itself but follows from given coordinates by a
+    /// gearing.
     fn follow_gearings(&self, is_given: &mut [bool], state: &mut State<f64>) {
         for gearing in &self.topology.gearings {
             let coefficients = &self.parameters.gearings[gearing.gearing].coefficients;
@@ -129,8 +131,9 @@ impl Given<'_> {
         values
     }
 
-    /// Coordinates of all joints: prescribed values, otherwise starts, otherwise zero. Starts of angles are
-    /// shifted by whole turns to be nearest to the prescribed value.
+    /// Returns the coordinates of all joints: prescribed values, otherwise start coordinates,
+    /// otherwise zero. Start angles are shifted by whole turns to be nearest to the prescribed
+    /// value.
     fn joint_coordinates(
         &self,
         prescribed: bool,
@@ -176,8 +179,8 @@ impl Given<'_> {
 }
 
 impl Reference {
-    /// Root mean square displacement of the bodies from their given poses; `None` without given
-    /// poses.
+    /// Computes the root-mean-square displacement of the bodies from their given poses; `None` if
+    /// no poses are given.
     pub(super) fn distance(&self, bodies: &Bodies<f64>, metric: &Metric<'_>) -> Option<f64> {
         let pairs = self.poses.iter().zip(&bodies.pose).enumerate().skip(1);
         rms(pairs.filter_map(|(body, (given, found))| {
@@ -185,13 +188,14 @@ impl Reference {
         }))
     }
 
-    /// Returns `true` if the pose of a body follows from the given data alone, without the closure
-    /// of loops.
+    /// Returns `true` if the pose of a body follows from the given data alone, without loop
+    /// closure.
     pub(super) fn is_certain(&self, body: usize) -> bool {
         self.is_certain[body]
     }
 
-    /// Root mean square displacement of the bodies with certain poses; zero without such bodies.
+    /// Computes the root-mean-square displacement of the bodies with certain poses; zero if no pose
+    /// is certain.
     pub(super) fn certain_distance(&self, bodies: &Bodies<f64>, metric: &Metric<'_>) -> f64 {
         let pairs = self.poses.iter().zip(&bodies.pose).enumerate().skip(1);
         let certain = pairs.filter(|(body, _)| self.is_certain[*body]);
@@ -201,7 +205,8 @@ impl Reference {
         .unwrap_or(0.0)
     }
 
-    /// Finds the body farthest from its given pose; returns its index, and its displacement in m and rad.
+    /// Finds the body farthest from its given pose. Returns the index of the body and its
+    /// displacement in m and rad.
     pub(super) fn farthest(
         &self,
         bodies: &Bodies<f64>,
@@ -216,7 +221,7 @@ impl Reference {
         each.max_by(|a, b| size(a.1, a.2).total_cmp(&size(b.1, b.2)))
     }
 
-    /// Turns bodies about the axes of their passive spins towards their given poses.
+    /// Rotates bodies about the axes of their passive spins towards their given poses.
     pub(super) fn turn_spins(
         &self,
         topology: &Topology,
@@ -246,7 +251,8 @@ impl Reference {
         self.unwind(topology, state);
     }
 
-    /// Adds whole turns to angles of the tree, so that they are nearest to the angles of the reference.
+    /// Adds whole turns to angles of the spanning tree, so that they are nearest to those of the
+    /// reference configuration.
     pub(super) fn unwind(&self, topology: &Topology, state: &mut State<f64>) {
         for node in &topology.nodes {
             let Link::Joint { joint, .. } = node.link else { continue };

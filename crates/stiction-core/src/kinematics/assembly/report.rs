@@ -7,28 +7,29 @@ use core::fmt;
 /// A note is reported if [`AssemblyReport::distance`] exceeds this value.
 pub(super) const FAR: f64 = 0.5;
 /// Another assembly mode is reported if its distance from the given configuration is less than this
-/// multiple of the distance of the assembled mode.
+/// multiple of the distance of the assembled configuration.
 pub(super) const NEARLY_AS_NEAR: f64 = 3.0;
 
 /// A contradiction among `home`, `start` and prescribed coordinates.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Conflict {
-    /// A joint's start differs from the prescribed value, which takes precedence.
+    /// The start coordinate of a joint differs from the prescribed value, which takes precedence.
     StartAndPrescribed {
         /// Name of the joint coordinate.
         joint: String,
-        /// Difference, rad (modulo a turn) or m.
+        /// Difference between the start coordinate and the prescribed value, rad (modulo a turn) or
+        /// m.
         by: f64,
-        /// True for an angle.
+        /// True if the coordinate is an angle.
         is_angle: bool,
     },
-    /// A body's home differs from its pose by starts or prescribed coordinates, which take
-    /// precedence.
+    /// The home pose of a body differs from the pose that follows from start or prescribed
+    /// coordinates, which take precedence.
     Home {
         /// Name of the body.
         body: String,
-        /// Displacement between both poses, m; rotations are multiplied by the characteristic
+        /// Displacement between the two poses, m; rotations are multiplied by the characteristic
         /// length.
         by: f64,
     },
@@ -69,9 +70,9 @@ pub struct OpenMode {
     pub taken: f64,
     /// Value of the coordinate in another mode, rad or m.
     pub other: f64,
-    /// True for an angle.
+    /// True if the coordinate is an angle.
     pub is_angle: bool,
-    /// Number of other modes found. More may exist.
+    /// Number of other assembly modes found; more may exist.
     pub count: usize,
 }
 
@@ -98,27 +99,27 @@ impl fmt::Display for OpenMode {
 /// Comparison of the assembled configuration with the given one.
 ///
 /// Distances are root mean squares over all bodies with poses determined by `home`, `start` and
-/// prescribed coordinates. Each body contributes the displacement of its origin, divided by the
-/// characteristic length, and its rotation angle, rad, as two orthogonal components; a body with
-/// a passive spin contributes the displacement of its centre of mass and the tilt of the spin axis.
+/// prescribed coordinates. Each body contributes two orthogonal components: the displacement of its
+/// origin, divided by the characteristic length, and its rotation angle, rad. For a body with a
+/// passive spin, these are the displacement of the centre of mass and the tilt of the spin axis.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct AssemblyReport {
-    /// Distance of the assembled configuration from the given one; `None` without given data.
+    /// Distance of the assembled configuration from the given one; `None` if no data are given.
     pub distance: Option<f64>,
     /// Distances of other assembly modes that the search found, nearest first. The list may be
     /// incomplete.
     pub other_modes: Vec<f64>,
     /// Body farthest from its given pose: name, displacement of its origin, m, and rotation, rad.
     pub farthest: Option<(String, f64, f64)>,
-    /// Contradictions in the given data.
+    /// Contradictions among the given data.
     pub conflicts: Vec<Conflict>,
     /// Assembly modes that the given data do not distinguish; `None` if no such modes were found.
     pub open_mode: Option<OpenMode>,
 }
 
 impl AssemblyReport {
-    /// Composes notes to the user: conflicts, a configuration far from the given one, and another assembly
-    /// mode at a similar distance.
+    /// Composes notes to the user: on conflicts, on a configuration far from the given one, and on
+    /// another assembly mode at a similar distance.
     pub fn notes(&self) -> Vec<String> {
         let mut notes: Vec<String> = self.conflicts.iter().map(ToString::to_string).collect();
         notes.extend(self.open_mode.as_ref().map(ToString::to_string));
@@ -134,8 +135,8 @@ impl AssemblyReport {
         let found = significant(distance, 2);
         if distance > FAR {
             let body = self.farthest.as_ref().map_or_else(String::new, |(body, moved, turned)| {
-                // The rotation or displacement of a body that only moves or only turns is
-                // round-off; omit it.
+                // If a body only translates or only rotates, the other amount is round-off; omit
+                // it.
                 let moved = (*moved > 1e-9).then(|| format!("{} mm", significant(moved * 1e3, 3)));
                 let turned = (*turned > 1e-9)
                     .then(|| format!("{} deg", significant(turned.to_degrees(), 3)));

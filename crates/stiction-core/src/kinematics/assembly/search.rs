@@ -1,4 +1,4 @@
-//! Search for a closed configuration, with the residual gap if none exists.
+//! Search for a configuration with closed loops; reports the remaining gap if none exists.
 
 use super::super::bodies::{Bodies, State};
 use super::super::coordinate::{Coordinate, Target};
@@ -22,31 +22,31 @@ use std::sync::Arc;
 
 /// Maximum number of steps of a search.
 const SEARCH_STEPS: usize = 500;
-/// Error at which a search stops. It is small, because passive spins are detectable only with
-/// closed loops.
+/// Scaled error at which a search stops. It is small because passive spins can be detected only
+/// with closed loops.
 pub(super) const CLOSELY: f64 = 1e-12;
 /// A search has found a closed configuration if the largest weighted error is below this value.
 const FOUND: f64 = 1e-6;
-/// Maximum number of perturbations to leave configurations at which the prescribed angles of a body
-/// have no rates.
+/// Maximum number of perturbations of configurations in which the rates of a body's prescribed
+/// angles are undefined.
 const UNDEFINED_AT_MOST: usize = 8;
-/// Minimum size of a random perturbation, rad and characteristic lengths.
+/// Minimum size of a random perturbation, in rad and characteristic lengths.
 const NUDGE: f64 = 0.1;
-/// Factor for the search that begins opposite to the first result: its start is the reference,
-/// displaced by the reversed displacement to the first result times this factor.
+/// Overshoot of the search that starts on the opposite side of the reference: from the reference,
+/// its start is displaced by the reversed displacement to the first result times this factor.
 const OVERSHOOT: f64 = 1.3;
 /// Maximum number of searches from random configurations.
 const RANDOM_STARTS: usize = 12;
-/// Number of degrees of freedom of the tree above which fewer searches are made.
+/// Number of degrees of freedom of the spanning tree above which fewer searches are made.
 pub(super) const LARGE: usize = 150;
-/// Safety factor on the distance at which another mode is worth a search, because the distance is
-/// only estimated.
+/// Safety factor on the estimated distance of another assembly mode from the reference. The factor
+/// decides whether to search for that mode.
 const SAFETY: f64 = 1.5;
-/// Configurations closer than this belong to one assembly mode; root mean square displacement in
-/// characteristic lengths.
+/// Configurations closer than this root-mean-square displacement, in characteristic lengths, belong
+/// to the same assembly mode.
 pub(super) const SAME_MODE: f64 = 1e-3;
 
-/// A closed configuration from a search.
+/// Assembly mode: a closed configuration found by a search.
 struct Mode {
     state: State<f64>,
     bodies: Bodies<f64>,
@@ -54,8 +54,8 @@ struct Mode {
     distance: f64,
 }
 
-/// Moves the degrees of freedom of the tree by random steps up to the `size` of each, rad and characteristic
-/// lengths.
+/// Moves each degree of freedom of the spanning tree by a random step of at most `size`, in rad and
+/// characteristic lengths.
 pub(super) fn perturb(
     topology: &Topology,
     parameters: &Parameters<f64>,
@@ -69,9 +69,10 @@ pub(super) fn perturb(
 }
 
 impl Assembly {
-    /// Searches from the current state; requires neither a plan nor a good initial guess. Complete
-    /// orientations prescribed by angles of orders like zxz are first searched as rotation vectors,
-    /// because such angles are undefined between parallel frames.
+    /// Searches for a closed configuration from the current state; requires neither an elimination
+    /// plan nor a good initial guess. Complete orientations prescribed by angles of orders like zxz
+    /// are first searched as rotation vectors, because such angles are undefined between parallel
+    /// frames.
     pub(super) fn search(
         &mut self,
         parameters: &Parameters<f64>,
@@ -79,7 +80,7 @@ impl Assembly {
         self.search_within(parameters, SEARCH_STEPS)
     }
 
-    /// Searches as [`Self::search`] does, with at most this number of steps.
+    /// Runs [`Self::search`] with at most `steps` steps.
     pub(super) fn search_within(
         &mut self,
         parameters: &Parameters<f64>,
@@ -89,15 +90,16 @@ impl Assembly {
             let motion_constraints =
                 core::mem::replace(&mut self.model.constraints, Arc::new(motion_constraints));
             let targets = core::mem::replace(&mut self.targets, targets);
-            // The search by the prescribed angles reports the errors.
+            // Errors are reported by the following search, which uses the prescribed angles.
             let _ = self.search_directly(parameters, steps);
             (self.model.constraints, self.targets) = (motion_constraints, targets);
         }
         self.search_directly(parameters, steps)
     }
 
-    /// Prescribed coordinates and targets in which rotation vectors replace complete orientations
-    /// prescribed by angles of orders like zxz; `None` without such orientations.
+    /// Replaces complete orientations prescribed by angles of orders like zxz by rotation vectors,
+    /// in the prescribed coordinates and their targets. Returns `None` if there are no such
+    /// orientations.
     fn by_rotations(&self) -> Option<(MotionConstraints, Vec<Target<f64>>)> {
         let mut coordinates = self.model.constraints.coordinates().to_vec();
         let mut targets = self.targets.clone();
@@ -128,9 +130,9 @@ impl Assembly {
         some.then(|| (MotionConstraints::new(&self.model.topology, &coordinates, spins), targets))
     }
 
-    /// Runs damped least squares on all rows from the current state. If the prescribed angles of a body
-    /// have no rates (such as angles of the order zxz between parallel frames), first perturbs all
-    /// coordinates.
+    /// Runs damped least squares on all rows from the current state. Where the rates of prescribed
+    /// angles are undefined (for example for the order zxz between parallel frames), first perturbs
+    /// all coordinates.
     fn search_directly(
         &mut self,
         parameters: &Parameters<f64>,
@@ -138,7 +140,7 @@ impl Assembly {
     ) -> Result<Descent, AssemblyError> {
         let topology = Arc::clone(&self.model.topology);
         let topology = &*topology;
-        // This weight makes a search report an infeasible motion as a gap in the loops.
+        // With this weight, an infeasible motion is reported as a gap in the loops.
         const PRESCRIBED_WEIGHT: f64 = 100.0;
         if self.kinematics.errors().len() != self.model.constraints.row_count() {
             self.kinematics = Kinematics::new(topology, &self.model.constraints, &self.model.rates);
@@ -163,11 +165,11 @@ impl Assembly {
 
     /// Assembles the mechanism in the mode nearest to the reference configuration.
     ///
-    /// A search whose steps contract from the beginning ends at the nearest mode
-    /// ([`Descent::contracts`]). Otherwise, and far from the reference, further searches begin at
-    /// the given starts, opposite to the first result, and at random around the reference; the
-    /// nearest result is selected. Without any given pose, no mode is nearest, and the first result
-    /// is selected.
+    /// If the steps of the first search contract from the beginning, it ends at the nearest mode
+    /// ([`Descent::contracts`]). Otherwise, or if the result is far from the reference, further
+    /// searches begin at the given start coordinates, on the opposite side of the reference, and at
+    /// random configurations around it; the nearest result is selected. If no pose is given, no
+    /// mode is nearest, and the first result is selected.
     pub(super) fn assemble(
         &mut self,
         parameters: &Parameters<f64>,
@@ -202,8 +204,7 @@ impl Assembly {
         let (mut modes, failure) =
             self.modes(parameters, (given, &reference, &metric), first, twin);
         let least = modes.iter().map(|mode| mode.distance).fold(f64::INFINITY, f64::min);
-        // If several modes are equally near within rounding, the first one found counts as the
-        // nearest.
+        // If several modes are equally near within rounding, the first one found counts as nearest.
         for mode in modes.iter_mut().filter(|mode| mode.distance <= least + TIE) {
             mode.distance = least;
         }
@@ -230,8 +231,8 @@ impl Assembly {
         outcome
     }
 
-    /// Returns the state of [`Self::twin`] if its mode may be nearly as near to the reference as
-    /// the present one.
+    /// Returns the state estimated by [`Self::twin`] if the assembly mode near it may be about as
+    /// near to the reference as the present one.
     fn near_twin(
         &mut self,
         parameters: &Parameters<f64>,
@@ -246,8 +247,8 @@ impl Assembly {
         (other < SAFETY * NEARLY_AS_NEAR * distance).then_some(twin)
     }
 
-    /// Finds assembly modes by several searches, in the order of the searches; returns the error of the first
-    /// search if all searches fail.
+    /// Finds assembly modes by several searches and returns them in the order of the searches. Also
+    /// returns the error to report if no mode can be completed.
     fn modes(
         &mut self,
         parameters: &Parameters<f64>,
@@ -265,7 +266,7 @@ impl Assembly {
             }
             Err(error) => (None, error),
         };
-        // The locked spins apply only to the first result.
+        // The locked spins are valid only for the first result.
         let coordinates = self.model.constraints.coordinates().to_vec();
         self.constrain(&coordinates, &[]);
         if let Some(twin) = twin {
@@ -274,7 +275,7 @@ impl Assembly {
                 self.add_mode(parameters, (reference, metric), &mut modes);
             }
         }
-        // Search from the given starts to the prescribed values.
+        // Search from the given start coordinates towards the prescribed values.
         self.state = given.reference(false).state;
         if self.search(parameters).is_ok() {
             if !is_any_given {
@@ -310,7 +311,7 @@ impl Assembly {
         (modes, failure)
     }
 
-    /// Adds the current configuration unless the modes contain it.
+    /// Adds the current configuration to `modes` unless its assembly mode is already in the list.
     fn add_mode(
         &mut self,
         parameters: &Parameters<f64>,
@@ -325,14 +326,14 @@ impl Assembly {
         }
     }
 
-    /// Places the bodies at the present coordinates.
+    /// Computes the poses of the bodies at the present coordinates.
     pub(super) fn placed(&self, parameters: &Parameters<f64>) -> Bodies<f64> {
         let mut bodies = self.kinematics.bodies.clone();
         bodies.place(&self.model.topology, parameters, &self.state.coordinates);
         bodies
     }
 
-    /// Compares the present configuration with the reference.
+    /// Compares the present configuration with the reference and stores the result in the report.
     fn compare(
         &mut self,
         parameters: &Parameters<f64>,
@@ -348,8 +349,8 @@ impl Assembly {
         self.report.other_modes = modes.iter().filter(is_other).map(|mode| mode.distance).collect();
     }
 
-    /// Numbers of prescribed coordinates and of degrees of freedom, if the motion is
-    /// overconstrained.
+    /// Returns the number of prescribed coordinates and the number of degrees of freedom if the
+    /// former is larger.
     pub(super) fn over_prescribed(
         &mut self,
         parameters: &Parameters<f64>,
@@ -367,7 +368,7 @@ impl Assembly {
         (prescribed > mobility).then_some((prescribed, mobility))
     }
 
-    /// Gap at the current state.
+    /// Computes the gap at the current state.
     pub(super) fn gap(&mut self, parameters: &Parameters<f64>) -> Gap {
         let prescribed = self.over_prescribed(parameters);
         let errors = self.kinematics.errors();

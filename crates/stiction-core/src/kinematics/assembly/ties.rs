@@ -1,4 +1,4 @@
-//! Search for further assembly modes that the given data do not distinguish from the assembled one.
+//! Search for other assembly modes that the given data do not distinguish from the assembled one.
 
 use super::super::bodies::Bodies;
 use super::super::least_squares::PositionEquations;
@@ -16,22 +16,25 @@ use std::sync::Arc;
 
 /// Number of searches.
 const STARTS: usize = 12;
-/// Sizes of the random steps before the searches, rad and characteristic lengths.
+/// Sizes of the random steps before the searches, in rad and characteristic lengths.
 const SIZES: [f64; 3] = [1.0, 2.0, 3.0];
 /// Maximum number of steps of a search. Searches that reach another mode take about ten steps; a
 /// larger limit would delay every setup of a mechanism with undetermined poses by futile searches.
 const STEPS: usize = 25;
-/// Error at which a search that moves only the open degrees of freedom ends; a search with all
-/// degrees of freedom follows.
+/// Error at which a search that moves only the undetermined degrees of freedom ends. A search with
+/// all degrees of freedom follows.
 const ROUGHLY: f64 = 1e-3;
 /// Distances that differ by less than this count as equal.
 pub(super) const TIE: f64 = 1e-6;
 
 impl Assembly {
-    /// Searches for modes that agree with the given poses as well as the assembled one, if the given data do
-    /// not determine the poses of all bodies; reports the first one found. Modes in which bodies only turn
-    /// about a line through their joints and their centre of mass, such as legs of a hexapod about
-    /// themselves, count as one; modes with a leg that points in the opposite direction do not count.
+    /// Searches for assembly modes that agree with the given poses as well as the assembled one
+    /// does, and reports the first one found. Does nothing if the given data determine the poses of
+    /// all bodies.
+    ///
+    /// Two modes count as the same if bodies, such as the legs of a hexapod, only rotate about a
+    /// line through their joints and their centre of mass. Modes with a leg that points in the
+    /// opposite direction do not count.
     pub(super) fn find_ties(
         &mut self,
         parameters: &Parameters<f64>,
@@ -84,8 +87,8 @@ impl Assembly {
 }
 
 impl Assembly {
-    /// Searches from the current state, moving only the open degrees of freedom, to close the loops
-    /// as far as they can.
+    /// Searches from the current state, moving only the undetermined degrees of freedom, to close
+    /// the loops as far as possible.
     fn close_open(&mut self, parameters: &Parameters<f64>, is_open: &[bool]) {
         let (topology, constraints) = (Arc::clone(&self.model.topology), &*self.model.constraints);
         self.kinematics = Kinematics::new(&topology, constraints, &self.model.rates);
@@ -94,9 +97,9 @@ impl Assembly {
         equations.solve(&mut self.kinematics, &mut self.state, ROUGHLY, STEPS);
     }
 
-    /// Returns `true` if a prismatic joint has the same length, but in the opposite direction, in
-    /// two placements. Such a leg passes through its foot, so the placement is not a mode of the
-    /// robot.
+    /// Returns `true` if a prismatic joint has opposite coordinates of equal magnitude in two
+    /// placements. In one of the placements, such a leg has passed through its foot, so that
+    /// placement is no assembly mode of the robot.
     fn reverses_slides(&self, parameters: &Parameters<f64>, both: [&Bodies<f64>; 2]) -> bool {
         let types = &self.model.topology.joint_types[..parameters.frame_j.len()];
         let mut slides =
@@ -114,7 +117,7 @@ impl Assembly {
     }
 }
 
-/// The joint coordinate that differs most between two placements of the bodies.
+/// Finds the joint coordinate that differs most between two placements of the bodies.
 fn most_different(
     given: &Given<'_>,
     length: f64,

@@ -1,4 +1,4 @@
-//! The assembly mode that meets the present one at a nearby singular position.
+//! Estimate of the assembly mode that meets the present one at a nearby singular configuration.
 
 use super::super::bodies::State;
 use super::super::least_squares::PositionEquations;
@@ -9,15 +9,17 @@ use crate::parameters::Parameters;
 
 /// Step of the central difference, rad and characteristic lengths.
 const DIFFERENCE: f64 = 1e-3;
-/// Largest distance, in rad and characteristic lengths, up to which the quadratic equation is
-/// trusted to locate the other mode.
+/// Largest distance of the other mode, in rad and characteristic lengths, for which the estimate
+/// from the quadratic equation is accepted.
 const NEARBY: f64 = 1.0;
 
 impl Assembly {
-    /// Estimates a state near another mode: with the smallest singular value `d` of the position equations
-    /// and their second derivative `h` along the right singular vector, both as components along the left
-    /// singular vector, the equation `d s + h s^2 / 2 = 0` has a second root `s = -2 d / h`. `None` if
-    /// this root is far away.
+    /// Estimates a state near another assembly mode; `None` if that mode is far away.
+    ///
+    /// Let `d` be the smallest singular value of the Jacobian of the position equations, with the
+    /// singular vectors `u` and `v`. Let `h` be the component along `u` of the second derivative of
+    /// the equations along `v`. Besides zero, the equation `d s + h s^2 / 2 = 0` has the root
+    /// `s = -2 d / h`; the returned state is at the distance `s` along `v`.
     pub(super) fn twin(&self, parameters: &Parameters<f64>) -> Option<State<f64>> {
         let (topology, constraints) = (&*self.model.topology, &*self.model.constraints);
         let mut kinematics = Kinematics::new(topology, constraints, &self.model.rates);

@@ -1,4 +1,4 @@
-//! Checks of the friction of a joint.
+//! Checks of the friction parameters of a joint.
 
 use super::JointSpec;
 use crate::friction::{
@@ -61,7 +61,7 @@ impl JointSpec {
     }
 }
 
-/// Checks of one joint's friction.
+/// Collects the defects of one joint's friction.
 struct Checks<'a> {
     joint: &'a str,
     defects: &'a mut Vec<Defect>,

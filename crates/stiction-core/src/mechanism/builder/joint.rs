@@ -26,7 +26,7 @@ pub struct JointSpec {
 }
 
 impl JointSpec {
-    /// Creates a joint with both frames at the origins of its bodies.
+    /// Creates a joint whose frames J and K coincide with the frames of its bodies.
     pub fn new(
         name: impl Into<String>,
         joint_type: JointType,
@@ -49,13 +49,14 @@ impl JointSpec {
         }
     }
 
-    /// Sets the joint frames in the predecessor (`X_PJ`) and in the successor (`X_SK`).
+    /// Sets the poses of the joint frames: J in the predecessor (`X_PJ`) and K in the successor
+    /// (`X_SK`).
     pub fn frames(mut self, frame_j: Pose<f64>, frame_k: Pose<f64>) -> Self {
         (self.frame_j, self.frame_k) = (frame_j, frame_k);
         self
     }
 
-    /// Sets the advance of a helical joint, m/rad.
+    /// Sets the pitch of a helical joint: its advance in m/rad.
     pub fn pitch(mut self, pitch: f64) -> Self {
         self.pitch = pitch;
         self
@@ -67,13 +68,13 @@ impl JointSpec {
         self
     }
 
-    /// Actuates only these degrees of freedom.
+    /// Actuates only the degrees of freedom with these indices.
     pub fn actuated_dofs(mut self, dofs: impl Into<Vec<usize>>) -> Self {
         self.actuated = dofs.into();
         self
     }
 
-    /// Sets the coordinates near which the joint is assembled.
+    /// Sets the start coordinates, near which the joint is assembled.
     pub fn start(mut self, coordinates: impl Into<Vec<f64>>) -> Self {
         self.start = Some(coordinates.into());
         self
@@ -85,20 +86,21 @@ impl JointSpec {
         self
     }
 
-    /// Adds a range that the joint should not leave. Ranges change no results; runs report where a
-    /// motion leaves them.
+    /// Adds a range that the joint should not leave. A range does not change results; runs report
+    /// where a motion leaves it.
     pub fn range(mut self, range: JointRange) -> Self {
         self.ranges.push(range);
         self
     }
 
-    /// Adds friction at an interface.
+    /// Adds friction at one of the joint's interfaces.
     pub fn friction(mut self, interface: JointFriction) -> Self {
         self.friction.push(interface);
         self
     }
 
-    /// Builds the joint unless its bodies do not exist; adds all defects to `defects`.
+    /// Builds the joint, or returns `None` if its bodies do not exist. Appends all defects to
+    /// `defects`.
     pub(super) fn resolve(
         self,
         ids: &HashMap<String, BodyId>,

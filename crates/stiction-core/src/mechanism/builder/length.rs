@@ -3,8 +3,8 @@
 use crate::mechanism::{Body, BodyId, Joint};
 use crate::spatial::Vec3;
 
-/// Computes the default of [`crate::mechanism::Mechanism::characteristic_length`], m; one metre if
-/// all points of each body coincide.
+/// Computes the default of [`crate::mechanism::Mechanism::characteristic_length`], m. Returns one
+/// metre if all points of each body coincide.
 pub(super) fn own_length(bodies: &[Body], joints: &[Joint]) -> f64 {
     let mut squares = Vec::new();
     let mut points_of: Vec<Vec<Vec3<f64>>> = vec![Vec::new(); bodies.len()];
@@ -18,7 +18,8 @@ pub(super) fn own_length(bodies: &[Body], joints: &[Joint]) -> f64 {
             squares.extend(points[..i].iter().map(|&b| (a - b).norm_squared()));
         }
     }
-    // Skip coincident points (two joints at one position) and the rounding of their coordinates.
+    // Skip coincident points, such as two joints with the same origin, and the rounding of their
+    // coordinates.
     let largest = squares.iter().copied().fold(0.0, f64::max);
     squares.retain(|&square| square > 1e-18 * largest);
     if squares.is_empty() {

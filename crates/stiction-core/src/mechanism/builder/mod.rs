@@ -21,7 +21,8 @@ use std::collections::{HashMap, HashSet};
 /// Reserved column names of the results.
 const TAKEN: [&str; 3] = ["time", "loads", "dampers"];
 
-/// Checks that no joint has a reserved name, or the name `joint.dof` of a degree of freedom of another joint.
+/// Checks that no joint has a reserved name, or the name `joint.dof` of another joint's degree of
+/// freedom.
 fn check_names(joints: &[Joint], defects: &mut Vec<Defect>) {
     for joint in joints {
         if TAKEN.contains(&joint.name.as_str()) {
@@ -95,13 +96,13 @@ impl MechanismBuilder {
         self
     }
 
-    /// Sets `X_WG`, the ground's frame in the world.
+    /// Sets `X_WG`, the pose of the ground's frame in the world.
     pub fn base(mut self, base: Pose<f64>) -> Self {
         self.base = base;
         self
     }
 
-    /// Declares [`Mechanism::characteristic_length`], m.
+    /// Sets the characteristic length, m, see [`Mechanism::characteristic_length`].
     pub fn characteristic_length(mut self, length: f64) -> Self {
         self.characteristic_length = Some(length);
         self
@@ -152,7 +153,7 @@ impl MechanismBuilder {
     /// Builds the mechanism.
     ///
     /// # Errors
-    /// All [`Defect`]s of the description together.
+    /// Returns all [`Defect`]s of the description together.
     pub fn build(self) -> Result<Mechanism, Defects> {
         let mut defects = Vec::new();
         check_finite(&mut defects, "gravity", &self.gravity.to_array());
@@ -243,7 +244,8 @@ impl MechanismBuilder {
             if !(length > 0.0 && length.is_finite()) {
                 defects.push(Defect::CharacteristicLength(length));
             } else if own.is_finite() {
-                // Points meant to coincide may differ by rounding; they do not define a size.
+                // Points that should coincide may differ by rounding; such distances do not define
+                // the size of the mechanism.
                 let (least, most) = (1e-6 * own, 1e6 * own.max(1.0));
                 if !(least..=most).contains(&length) {
                     defects.push(Defect::CharacteristicLengthFar { length, own, least, most });

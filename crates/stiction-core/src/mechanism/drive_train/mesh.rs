@@ -1,25 +1,26 @@
-//! Efficiency of a screw or worm by its geometry and coefficient of friction.
+//! Efficiency of a screw or worm gear from its geometry and coefficient of friction.
 //!
 //! Equation (G5) of the book's theory.
 
 /// Friction on an inclined flank of a screw's thread or of a worm.
 ///
-/// With `f = mu / cos(b)`, where `b` is half the flank angle in the section normal to the flank, and the lead
-/// angle `l`, the screw raises its load with the efficiency `tan l (1 - f tan l) / (tan l + f)`, and
-/// the load drives the screw with `(tan l - f) / (tan l (1 + f tan l))`. The screw is self-locking if `f >= tan l`.
+/// Let `l` be the lead angle and `f = mu / cos(b)`, where `b` is half the flank angle in the
+/// section normal to the flank. The screw raises its load with the efficiency
+/// `tan l (1 - f tan l) / (tan l + f)`. The load drives the screw with the efficiency
+/// `(tan l - f) / (tan l (1 + f tan l))`. The screw is self-locking if `f >= tan l`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mesh {
     /// Coefficient of friction, nonnegative.
     pub mu: f64,
-    /// Lead angle, rad, between 0 and a right angle: `atan(lead / (2 pi radius))`.
+    /// Lead angle, rad, `atan(lead / (2 pi radius))`; greater than 0 and less than a right angle.
     pub lead_angle: f64,
     /// Half the angle between the flanks in the axial section, rad, at least 0 and less than a right angle.
     pub flank_angle: f64,
 }
 
 impl Mesh {
-    /// Computes the efficiencies, first while the motor drives the screw, then while the load
-    /// drives the screw.
+    /// Computes two efficiencies: first while the motor drives the screw, then while the load
+    /// drives it.
     pub fn efficiencies(&self) -> (f64, f64) {
         let lead = self.lead_angle.tan();
         // The flank angle in the normal section: tan b = tan(flank angle) cos l.
@@ -46,7 +47,7 @@ mod tests {
         }
     }
 
-    /// Checks that a trapezoidal thread locks itself once `pi mu d / cos b` exceeds the lead.
+    /// Checks that a trapezoidal thread is self-locking once `pi mu d / cos b` exceeds the lead.
     #[test]
     fn self_locking_begins_where_friction_meets_the_slope() {
         let (lead_angle, flank_angle) = (0.08_f64, 15f64.to_radians());

@@ -1,4 +1,4 @@
-//! Drive trains: a motor with a gear or screw, including losses, that drives one or several joint coordinates.
+//! Drive trains: a motor with a lossy gear or screw that drives one or several joint coordinates.
 //!
 //! Equations (G1), (G2) and (G10) of the book's theory.
 
@@ -22,33 +22,38 @@ use core::f64::consts::TAU;
 
 /// Drive train of one motor: a rotary motor with a transmission to one or several degrees of freedom of joints.
 ///
-/// Its output coordinate `u` is the joint coordinate, or a weighted sum of several. With the
+/// The output coordinate `u` is the joint coordinate, or a weighted sum of several. With the
 /// transmission `n`, the motor turns by `n u`, and its torque
 ///
 /// ```text
 /// tau_m = J n u'' + c sgn(n u') + b n u' + tau_g
 /// ```
 ///
-/// accelerates the rotor, overcomes the friction of the motor, and enters the gear as `tau_g`. The gear
-/// exerts the effort `tau_o` at its output: `tau_g = tau_o / (n efficiency)` while the motor drives,
-/// and `tau_g = backward_efficiency tau_o / n` while it is driven.
+/// accelerates the rotor, overcomes the friction of the motor, and drives the gear with the torque
+/// `tau_g`. The gear exerts the effort `tau_o` at its output. While the motor drives,
+/// `tau_g = tau_o / (n efficiency)`; while the motor is driven,
+/// `tau_g = backward_efficiency tau_o / n`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DriveTrain {
     /// Name, unique among drive trains.
     pub name: String,
     /// Degrees of freedom that the motor drives; at least one, each listed once.
     pub dofs: Vec<GearedDof>,
-    /// Revolutions of the motor per revolution of the output or, with a lead, of the screw or pulley; not zero.
+    /// Nonzero ratio: revolutions of the motor per revolution of the output or, if `lead` is given,
+    /// per revolution of the screw or pulley.
     pub ratio: f64,
-    /// Travel per revolution of the screw or pulley, m; only for degrees of freedom that translate, not zero.
+    /// Nonzero travel per revolution of the screw or pulley, m; only for degrees of freedom that
+    /// translate.
     pub lead: Option<f64>,
     /// Weight of this motor if several motors share the efforts of joints, otherwise one. For a
-    /// single degree of freedom, it is the fraction of the effort that this motor exerts: in
-    /// inverse dynamics at the output of its gear, in simulations by its torque.
+    /// single degree of freedom, it is a fraction: in inverse dynamics, the fraction of the effort
+    /// that this motor exerts at the output of its gear; in simulations, the fraction of the
+    /// actuator effort that its torque produces.
     pub share: f64,
     /// Moment of inertia of all parts that turn with the motor, about the motor's axis, kg m^2; nonnegative.
     pub rotor_inertia: f64,
-    /// Axis of the rotor in the body that carries it. `None`: only the reflected inertia acts, at the joint.
+    /// Axis of the rotor and the body that carries it. If `None`, only the reflected inertia acts,
+    /// at the joint.
     pub rotor_axis: Option<RotorAxis>,
     /// Load-dependent loss of the gear or screw.
     pub gear: GearLoss,
@@ -60,25 +65,29 @@ pub struct DriveTrain {
     pub limits: MotorLimits,
 }
 
-/// Axis about which a rotor spins. Mass and inertia of the body that carries it include those of the rotor at rest.
+/// Axis about which a rotor spins. Mass and inertia of the carrying body include those of the rotor
+/// at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RotorAxis {
     /// Body that carries the motor.
     pub body: BodyId,
-    /// Unit vector in the body's frame. If the transmission is positive, the motor turns about it in the positive
-    /// sense when the joint moves in the positive direction.
+    /// Unit vector along the axis, in the body's frame. If the transmission is positive, the motor
+    /// turns in the positive sense about this vector when the joint moves in the positive
+    /// direction.
     pub axis: Vec3<f64>,
 }
 
 /// Load-dependent loss of a gear or screw.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum GearLoss {
-    /// Constant efficiencies, one for each direction of power.
+    /// Two constant efficiencies, one for each direction of power.
     Efficiency {
-        /// Output power over input power while the motor drives the joint; above zero, at most one.
+        /// Output power divided by input power while the motor drives the joint; above zero, at
+        /// most one.
         forward: f64,
-        /// Input power over output power while the joint drives the motor; at most one. At or below zero the
-        /// gear is self-locking: the motor must drive it in both directions.
+        /// Input power divided by output power while the joint drives the motor; at most one. If
+        /// the value is zero or negative, the gear is self-locking: the motor must drive it in both
+        /// directions.
         backward: f64,
     },
     /// Friction on an inclined flank: a screw or a worm.
@@ -88,18 +97,18 @@ pub enum GearLoss {
 /// Friction torque on a motor's shaft that does not depend on the load.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MotorFriction {
-    /// Constant torque that opposes the rotation, including the no-load torque of the gear, N m; nonnegative.
+    /// Constant friction torque, including the no-load torque of the gear, N m; nonnegative.
     pub constant: f64,
-    /// Torque per unit angular rate, N m s/rad; nonnegative.
+    /// Viscous friction torque per unit angular rate, N m s/rad; nonnegative.
     pub viscous: f64,
 }
 
-/// Limits of a motor; positive.
+/// Limits of a motor; each is positive if given.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MotorLimits {
-    /// Peak torque, N m.
+    /// Peak torque, N m: the greatest magnitude of the torque at any time.
     pub peak: Option<f64>,
-    /// Rated torque, N m: the greatest root mean square over a cycle.
+    /// Rated torque, N m: the greatest root mean square of the torque over a cycle.
     pub rated: Option<f64>,
     /// Greatest speed, rad/s.
     pub speed: Option<f64>,
@@ -109,14 +118,14 @@ impl GearLoss {
     /// Gear without loss.
     pub const NONE: Self = Self::Efficiency { forward: 1.0, backward: 1.0 };
 
-    /// Creates the loss of a gear with this efficiency while the motor drives. The power loss at an
-    /// effort is the same in both directions, so the efficiency while the motor is driven is `2 -
-    /// 1/efficiency`.
+    /// Creates the loss of a gear from its efficiency while the motor drives. The power loss at a
+    /// given effort is the same in both directions, so the efficiency while the motor is driven is
+    /// `2 - 1/efficiency`.
     pub fn of_efficiency(efficiency: f64) -> Self {
         Self::Efficiency { forward: efficiency, backward: 2.0 - efficiency.recip() }
     }
 
-    /// Returns the efficiencies, first while the motor drives the joint, then while the joint
+    /// Returns two efficiencies: first while the motor drives the joint, then while the joint
     /// drives the motor.
     pub fn efficiencies(&self) -> (f64, f64) {
         match self {
@@ -127,8 +136,8 @@ impl GearLoss {
 }
 
 impl DriveTrain {
-    /// Transmission `n`: angle of the motor per unit of the output coordinate, in rad/rad, or in rad/m if all its
-    /// degrees of freedom translate.
+    /// Transmission `n`: angle of the motor per unit of the output coordinate, in rad/m if all
+    /// degrees of freedom of the drive train translate, otherwise in rad/rad.
     pub fn transmission(&self) -> f64 {
         match self.lead {
             Some(lead) if self.translates() => self.ratio * (TAU / lead),
@@ -136,13 +145,15 @@ impl DriveTrain {
         }
     }
 
-    /// True if the output coordinate is a length: all degrees of freedom translate.
+    /// Returns `true` if the output coordinate is a length, because all degrees of freedom
+    /// translate.
     pub fn translates(&self) -> bool {
         self.dofs.iter().all(|driven| driven.translates)
     }
 
-    /// Degrees of freedom of the output coordinate `u`, each with its derivative `du/dq`. If some rotate and others
-    /// translate, `u` is an angle, and the derivatives with respect to translations include the lead.
+    /// Lists the degrees of freedom of the output coordinate `u`, each with its derivative `du/dq`.
+    /// If some rotate and others translate, `u` is an angle, and the derivatives with respect to
+    /// translations include the lead.
     pub fn output_parts(&self) -> impl Iterator<Item = (JointId, usize, f64)> + '_ {
         let mixed = !self.translates();
         self.dofs.iter().map(move |driven| {
@@ -154,7 +165,8 @@ impl DriveTrain {
         })
     }
 
-    /// Joint and degree of freedom, if the drive train moves only one.
+    /// Returns the joint and degree of freedom if the drive train drives only one, otherwise
+    /// `None`.
     pub fn only_dof(&self) -> Option<(JointId, usize)> {
         match self.dofs[..] {
             [GearedDof { joint, dof, .. }] => Some((joint, dof)),
@@ -162,7 +174,7 @@ impl DriveTrain {
         }
     }
 
-    /// True if the drive train moves this degree of freedom.
+    /// Returns `true` if the drive train drives this degree of freedom.
     pub fn moves(&self, joint: JointId, dof: usize) -> bool {
         self.dofs.iter().any(|driven| (driven.joint, driven.dof) == (joint, dof))
     }
@@ -173,25 +185,26 @@ impl DriveTrain {
         n * n * self.rotor_inertia
     }
 
-    /// True if the motor has friction.
+    /// Returns `true` if the motor has friction.
     pub fn has_motor_friction(&self) -> bool {
         self.motor_friction != MotorFriction::default()
     }
 
-    /// Losses of the gear per unit effort at its output, while the motor drives and while it is driven:
-    /// `1/efficiency - 1` and `1 - backward_efficiency`. `None` without a loss.
+    /// Returns the losses of the gear per unit effort at its output: `1/efficiency - 1` while the
+    /// motor drives, and `1 - backward_efficiency` while it is driven. `None` for a gear without
+    /// loss.
     pub fn losses(&self) -> Option<[f64; 2]> {
         let (forward, backward) = self.gear.efficiencies();
         let losses = [forward.recip() - 1.0, 1.0 - backward];
         (losses != [0.0; 2]).then_some(losses)
     }
 
-    /// True if the motor or the gear has friction.
+    /// Returns `true` if the motor or the gear has friction.
     pub fn has_friction(&self) -> bool {
         self.has_motor_friction() || self.losses().is_some()
     }
 
-    /// Copy without friction in motor and gear.
+    /// Returns a copy without friction in motor and gear.
     pub fn without_friction(&self) -> Self {
         let motor_friction = MotorFriction::default();
         Self { gear: GearLoss::NONE, motor_friction, ..self.clone() }

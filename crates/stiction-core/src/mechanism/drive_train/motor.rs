@@ -1,4 +1,4 @@
-//! Torque, power and losses of a motor for given effort and motion at the output of its gear.
+//! Torque, power and losses of a motor for a given effort and motion at the output of its gear.
 //!
 //! Equations (G3), (G4), (G6) of the book's theory.
 
@@ -11,14 +11,15 @@ use crate::spatial::{Pose, Twist};
 pub struct Motor {
     /// Torque that the motor's current produces, N m. At rest it excludes friction and gear loss.
     pub torque: f64,
-    /// Least and greatest torque, N m. At rest, the ends of the interval of torques that hold the joint; in
-    /// motion they differ only if the joint's effort is an interval.
+    /// Least and greatest torque, N m. At rest, these are the ends of the interval of torques that
+    /// hold the joint. In motion, they differ only if the joint's effort is an interval.
     pub torque_bounds: (f64, f64),
     /// Angular rate of the motor, rad/s.
     pub speed: f64,
     /// Angular acceleration of the motor relative to the body that carries it, rad/s^2.
     pub acceleration: f64,
-    /// Effort at the output of the gear, N or N m: this motor's part of the efforts of the joints.
+    /// Effort at the output of the gear, N or N m: the part of the joint efforts that this motor
+    /// exerts.
     pub effort: f64,
     /// Mechanical power of the motor, W.
     pub power: f64,
@@ -33,7 +34,7 @@ pub struct Motor {
 }
 
 impl Motor {
-    /// Returns `true` if the joint can stay at rest without torque of the motor: zero lies within
+    /// Returns `true` if the joint stays at rest without motor torque, because zero lies within
     /// `torque_bounds`.
     pub fn holds_without_power(&self) -> bool {
         let (low, high) = self.torque_bounds;
@@ -42,11 +43,13 @@ impl Motor {
 }
 
 impl DriveTrain {
-    /// Computes the state of the motor from the effort at the output of its gear (N or N m, from
-    /// [`MotorMap`](super::MotorMap)), the interval of this effort, and rate and acceleration of the output
-    /// coordinate. The rate is `None` at rest, where static friction of motor and gear makes the torque an interval.
-    /// `carrier` is the angular acceleration about the rotor's axis, rad/s^2, of the body that carries the rotor;
-    /// zero if only the reflected inertia acts.
+    /// Computes the state of the motor from the motion and the effort at the output of its gear.
+    ///
+    /// `effort` (N or N m, from [`MotorMap`](super::MotorMap)) and its interval `bounds` belong to
+    /// the gear's output, as do the rate and acceleration of the output coordinate. The rate is
+    /// `None` at rest, where static friction of motor and gear makes the torque an interval.
+    /// `carrier` is the angular acceleration (rad/s^2) of the body that carries the rotor, about
+    /// the rotor's axis; zero if only the reflected inertia acts.
     pub fn motor(
         &self,
         effort: f64,
@@ -104,8 +107,9 @@ impl DriveTrain {
         }
     }
 
-    /// Angular acceleration about the rotor's axis, rad/s^2, of the body that carries the rotor, from the poses and
-    /// accelerations of all bodies; zero if only the reflected inertia acts.
+    /// Computes the angular acceleration (rad/s^2) of the body that carries the rotor, about the
+    /// rotor's axis, from the poses and accelerations of all bodies. Returns zero if only the
+    /// reflected inertia acts.
     pub fn acceleration_of_carrier(
         &self,
         poses: &[Pose<f64>],
@@ -116,8 +120,8 @@ impl DriveTrain {
         })
     }
 
-    /// Torques that enter the gear for an effort at its output, N m: first while the motor drives,
-    /// then while the motor is driven.
+    /// Computes the torques at the input of the gear for an effort at its output, N m: first while
+    /// the motor drives, then while it is driven.
     fn inputs(&self, effort: f64) -> [f64; 2] {
         let (forward, backward) = self.gear.efficiencies();
         let ideal = effort / self.transmission();
@@ -125,7 +129,8 @@ impl DriveTrain {
     }
 }
 
-/// Product of effort and factor; zero for a zero factor, even if the effort is infinite.
+/// Multiplies an effort by a factor. Returns zero for a zero factor, even if the effort is
+/// infinite.
 pub(super) fn times(effort: f64, factor: f64) -> f64 {
     if factor == 0.0 { 0.0 } else { effort * factor }
 }
@@ -134,8 +139,8 @@ fn sign(x: f64) -> f64 {
     if x == 0.0 { 0.0 } else { x.signum() }
 }
 
-/// Efforts in an interval at which a piecewise linear function with a kink at zero can have its
-/// extreme values: the ends, and zero if it lies between them.
+/// Lists the efforts in an interval at which a piecewise linear function with a kink at zero can
+/// have its extreme values: the ends, and zero if it lies between them.
 fn candidates((low, high): (f64, f64)) -> impl Iterator<Item = f64> {
     let kink = (low < 0.0 && high > 0.0).then_some(0.0);
     [low, high].into_iter().chain(kink)

@@ -1,10 +1,10 @@
 //! Motors that share the efforts of joints: their torques are in a constant ratio, but the losses
 //! of their gears differ.
 //!
-//! A simulation gives each motor its share of the efforts of the actuators. Frictions, losses and
-//! rotors of the motors then determine the part of the effort that each gear transmits. This module
-//! solves the inverse problems: motor efforts for given efforts at the joints, in motion and at
-//! rest.
+//! In a simulation, each motor produces a fixed share of the actuator efforts. Motor friction, gear
+//! losses and rotor inertia then determine the effort that each gear transmits. This module solves
+//! the inverse problem, in motion and at rest: it computes the motor efforts for given efforts at
+//! the joints.
 //!
 //! Equations (G15) and (G16) of the book's theory.
 
@@ -16,11 +16,11 @@ use std::collections::HashSet;
 
 /// Largest number of motors for which all combinations of driving and driven gears are tried.
 const COMBINED: usize = 12;
-/// Relative size of round-off: smaller efforts of gears, and smaller relative differences between
+/// Relative size of round-off. Smaller gear efforts, and smaller relative differences between
 /// motors, count as zero.
 const ROUNDING: f64 = 1e-12;
 
-/// Group of motors that share the efforts of fewer actuators, and whose gears do not transmit these
+/// Group of motors that share the efforts of fewer actuators, with gears that do not transmit these
 /// efforts in the ratio of the shares.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SharedMotors {
@@ -28,20 +28,21 @@ pub struct SharedMotors {
     pub trains: Vec<usize>,
     /// Indices of the actuators, in the order of [`Mechanism::actuators`].
     pub actuators: Vec<usize>,
-    /// Derivatives of the output coordinates (rows) with respect to the degrees of freedom (columns).
+    /// Derivatives of the gears' output coordinates (rows) with respect to the degrees of freedom
+    /// (columns).
     parts: DMatrix<f64>,
     /// Efforts of the motors (rows) per unit effort of each degree of freedom (columns).
     shares: DMatrix<f64>,
 }
 
 /// Effort at the input of a gear (motor torque times transmission) as a function of the effort at
-/// the output.
+/// its output.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GearInput {
-    /// Effort at the input for zero effort at the output; it accelerates the rotor and overcomes
-    /// the friction of the motor.
+    /// Input effort at zero output effort. It accelerates the rotor and overcomes the friction of
+    /// the motor.
     resistance: f64,
-    /// Ratio of input to output effort, first while the motor drives, then while the motor is
+    /// Ratio of input effort to output effort: first while the motor drives, then while it is
     /// driven.
     factors: [f64; 2],
     /// Direction of motion, 1 or -1; zero at rest.
@@ -49,17 +50,18 @@ pub struct GearInput {
 }
 
 impl GearInput {
-    /// Returns `true` if the motor drives the gear at this nonzero output effort.
+    /// Returns `true` if the motor drives the gear, rather than being driven, at this nonzero
+    /// output effort.
     fn drives(&self, output: f64) -> bool {
         output * self.sense > 0.0
     }
 }
 
 impl DriveTrain {
-    /// Returns the effort at the input of the gear as a function of the effort at its output, for
-    /// rate and acceleration of the output coordinate and the acceleration `carrier` of the body
-    /// that carries the rotor, see [`Self::motor`]. At rest, with the rate `None`, neither friction
-    /// nor loss acts.
+    /// Returns the input effort of the gear as a function of its output effort. The arguments are
+    /// the rate and acceleration of the output coordinate, and the acceleration `carrier` of the
+    /// body that carries the rotor, see [`Self::motor`]. At rest (rate `None`), neither friction
+    /// nor gear loss acts.
     pub fn gear_input(&self, rate: Option<f64>, acceleration: f64, carrier: f64) -> GearInput {
         let motor = self.motor(0.0, (0.0, 0.0), rate, acceleration, carrier);
         let (forward, backward) = self.gear.efficiencies();
@@ -92,12 +94,13 @@ impl Mechanism {
 
 impl Group {
     /// Returns `true` if the gears do not transmit the efforts of the joints in the ratio of the
-    /// shares. This requires more motors than degrees of freedom and a gear with losses; in
-    /// addition, the group has several degrees of freedom, or rotors, frictions or losses are not
-    /// in this ratio.
+    /// shares. This requires more motors than degrees of freedom and a gear with losses. In
+    /// addition, the group must have several degrees of freedom, or its rotors, friction or losses
+    /// must not be in the ratio of the shares.
     fn shares_vary(&self, trains: &[DriveTrain]) -> bool {
         let mut all = self.trains.iter().map(|&train| &trains[train]);
-        // Compare with the motor with the largest share: a motor without a share defines no ratio.
+        // Compare with the motor with the largest share, because a motor with zero share defines no
+        // ratio.
         let main = all.clone().max_by(|a, b| a.share.total_cmp(&b.share));
         self.trains.len() > self.dofs.len()
             && all.clone().any(|train| train.losses().is_some())
@@ -105,9 +108,9 @@ impl Group {
                 || !all.all(|train| main.is_some_and(|main| is_proportional(main, train))))
     }
 
-    /// Returns `true` if simulations give each motor of the group its own shaft: if the friction of
-    /// a motor acts on several joints, or the loss of a gear depends on the part of the effort that
-    /// the gear transmits.
+    /// Returns `true` if simulations give each motor of the group its own shaft. This is necessary
+    /// if the friction of a motor acts on several joints, or if the loss of a gear depends on the
+    /// part of the effort that the gear transmits.
     pub(in crate::mechanism) fn needs_shafts(&self, trains: &[DriveTrain]) -> bool {
         let mut all = self.trains.iter().map(|&train| &trains[train]);
         let acts_on_several = |train: &DriveTrain| {
@@ -118,8 +121,8 @@ impl Group {
 }
 
 /// Returns `true` if two motors on one degree of freedom, with torques in the ratio of their
-/// shares, transmit efforts in this ratio at every motion: rotors and frictions must be in the same
-/// ratio, and the gears must have the same losses.
+/// shares, transmit efforts in this ratio in every motion. Rotor inertia and motor friction must
+/// then be in the same ratio, and the gears must have the same losses.
 fn is_proportional(one: &DriveTrain, other: &DriveTrain) -> bool {
     let sizes = |train: &DriveTrain| {
         let (n, friction) = (train.transmission(), train.motor_friction);
@@ -136,11 +139,14 @@ fn is_proportional(one: &DriveTrain, other: &DriveTrain) -> bool {
 }
 
 impl SharedMotors {
-    /// Computes the efforts of the actuators (motor torques times transmissions) with which the
-    /// gears exert the efforts `outputs` on the degrees of freedom; `inputs` has one entry for each
-    /// motor. `None` if the numbers of motors or degrees of freedom differ from those of the group,
-    /// or if no torques in the ratio of the shares produce the outputs. Self-locking gears can
-    /// cause this, or several solutions, of which one is returned.
+    /// Computes the efforts of the actuators (motor torques times transmissions) for which the
+    /// gears exert the efforts `outputs` on the degrees of freedom. `inputs` has one entry for each
+    /// motor.
+    ///
+    /// Returns `None` if the numbers of motors or degrees of freedom differ from those of the
+    /// group, or if no torques in the ratio of the shares produce the outputs, as may happen with
+    /// self-locking gears. With such gears there may also be several solutions, of which one is
+    /// returned.
     pub fn efforts(&self, inputs: &[GearInput], outputs: &[f64]) -> Option<Vec<f64>> {
         if (inputs.len(), outputs.len()) != self.parts.shape() {
             return None;
@@ -169,9 +175,9 @@ impl SharedMotors {
         })
     }
 
-    /// Solves for given directions of power in the gears: `driving` is true for each gear that its
-    /// motor drives. Returns the efforts of the actuators and, if the solution contradicts
-    /// `driving`, the directions of the solution.
+    /// Solves for given directions of power in the gears: `driving` is true for each gear driven by
+    /// its motor. Returns the efforts of the actuators. If the solution contradicts `driving`, also
+    /// returns the directions of power in the solution.
     fn with_directions(
         &self,
         inputs: &[GearInput],
@@ -179,7 +185,7 @@ impl SharedMotors {
         driving: &[bool],
     ) -> Option<(Vec<f64>, Option<Vec<bool>>)> {
         let (motors, dofs) = self.parts.shape();
-        // Unknown outputs of the gears, then unknown efforts of the actuators.
+        // The unknowns are the outputs of the gears, then the efforts of the actuators.
         let mut matrix = DMatrix::zeros(motors + dofs, motors + dofs);
         let mut right = DVector::zeros(motors + dofs);
         for (k, (input, driving)) in inputs.iter().zip(driving).enumerate() {
@@ -203,11 +209,11 @@ impl SharedMotors {
         Some((efforts, (next != driving).then_some(next)))
     }
 
-    /// Computes the interval of the actuator's effort that keeps a single degree of freedom at rest
-    /// by static friction of motors and gears, while the gears exert efforts within `bounds` on it.
-    /// A self-locking gear exerts any effort against which its motor does not turn it. `None` for
-    /// several degrees of freedom, or if `trains` are not those of the mechanism. For gears that
-    /// jam ([`Self::may_jam`]) the interval is an inner bound.
+    /// Computes the interval of the actuator's effort in which static friction of motors and gears
+    /// keeps a single degree of freedom at rest, while the gears exert efforts within `bounds` on
+    /// it. A self-locking gear exerts any effort against which its motor does not turn it. For
+    /// gears that jam ([`Self::may_jam`]), the interval is an inner bound. Returns `None` for
+    /// several degrees of freedom, or if `trains` are not those of the mechanism.
     pub fn holding(&self, trains: &[DriveTrain], (low, high): (f64, f64)) -> Option<(f64, f64)> {
         if self.actuators.len() != 1 {
             return None;
@@ -217,15 +223,15 @@ impl SharedMotors {
         Some((-greatest(&motors, -low), greatest(&motors, high)))
     }
 
-    /// Returns `true` if a gear has a negative efficiency while its motor is driven. A load along
-    /// the motion then also holds the gear against a motor that pushes it.
+    /// Returns `true` if a gear has a negative efficiency while its motor is driven. A load in the
+    /// direction of motion then jams the gear even against a motor that pushes in that direction.
     pub fn may_jam(&self, trains: &[DriveTrain]) -> bool {
         let mut own = self.trains.iter().filter_map(|&k| trains.get(k));
         own.any(|train| train.gear.efficiencies().1 < 0.0)
     }
 }
 
-/// Static friction of a motor that shares an effort.
+/// Static friction of one of the motors that share an effort.
 struct Holding {
     share: f64,
     /// Constant friction torque of the motor, multiplied by the transmission.
@@ -239,16 +245,16 @@ impl Holding {
         Self { share: train.share, friction, efficiencies: train.gear.efficiencies() }
     }
 
-    /// Effort of the actuator at which the motor overcomes its friction; infinite for a motor
-    /// without a share.
+    /// Actuator effort at which the motor overcomes its friction; infinite for a motor with zero
+    /// share.
     fn onset(&self) -> f64 {
         if self.share > 0.0 { self.friction / self.share } else { f64::INFINITY }
     }
 }
 
-/// Greatest effort of the actuator at which motors on the verge of forward motion exert at most
-/// `output`. The exerted effort increases with the actuator's effort, linearly between the onsets
-/// of the motors.
+/// Computes the greatest actuator effort at which motors on the verge of forward motion exert at
+/// most `output`. The exerted effort increases with the actuator effort, linearly between the
+/// efforts at which the individual motors overcome their friction.
 fn greatest(motors: &[Holding], output: f64) -> f64 {
     let mut starts: Vec<f64> = motors.iter().map(Holding::onset).collect();
     starts.retain(|start| start.is_finite());
@@ -266,7 +272,7 @@ fn greatest(motors: &[Holding], output: f64) -> f64 {
             } else if motor.share == 0.0 && motor.friction == 0.0 {
                 0.0
             } else {
-                // The motor cannot turn a self-locking gear against any effort.
+                // No effort of the motor can turn a self-locking gear against this output.
                 return end;
             };
             slope += factor * motor.share;

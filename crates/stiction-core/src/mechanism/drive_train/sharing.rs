@@ -1,4 +1,5 @@
-//! Distribution of joint efforts to motors: several motors on one joint, and motors that move several joints together.
+//! Distribution of joint efforts among motors: several motors on one joint, and motors that drive
+//! several joints together.
 //!
 //! Equations (G10) and (G11) of the book's theory.
 
@@ -14,7 +15,7 @@ pub struct MotorMap {
     pub terms: Vec<MotorTerm>,
 }
 
-/// Actuated degree of freedom in a [`MotorMap`].
+/// Term of a [`MotorMap`]: an actuated degree of freedom with its factors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotorTerm {
     /// Index of the actuator, in the order of [`Mechanism::actuators`](crate::mechanism::Mechanism::actuators).
@@ -22,22 +23,26 @@ pub struct MotorTerm {
     /// Derivative of the output coordinate of the motor's gear with respect to the coordinate of the degree of
     /// freedom. The effort of the gear acts on the degree of freedom with the same factor.
     pub part: f64,
-    /// Effort at the output of the gear per unit effort of all motors together on the degree of freedom.
+    /// Effort at the output of this motor's gear per unit total effort of all motors on the degree
+    /// of freedom.
     pub share: f64,
 }
 
 impl MotorMap {
-    /// Computes the rate or acceleration of the output coordinate from the rates or accelerations of the actuators.
+    /// Computes the rate or acceleration of the gear's output coordinate; `of` returns the rate or
+    /// acceleration of an actuator.
     pub fn output(&self, of: impl Fn(usize) -> f64) -> f64 {
         self.terms.iter().map(|term| term.part * of(term.actuator)).sum()
     }
 
-    /// Bounds the magnitude of the output coordinate, or of its rate, by the magnitudes at the actuators.
+    /// Computes an upper bound on the magnitude of the gear's output coordinate, or of its rate;
+    /// `of` returns the magnitude for an actuator.
     pub fn most(&self, of: impl Fn(usize) -> f64) -> f64 {
         self.terms.iter().map(|term| term.part.abs() * of(term.actuator)).sum()
     }
 
-    /// Effort at the output of the gear per unit effort of an actuator; zero for actuators without a term.
+    /// Effort at the output of the gear per unit effort of an actuator; zero for an actuator
+    /// without a term.
     pub(crate) fn share_of(&self, actuator: usize) -> f64 {
         let term = self.terms.iter().find(|term| term.actuator == actuator);
         term.map_or(0.0, |term| term.share)
@@ -48,8 +53,9 @@ impl MotorMap {
         self.terms.iter().map(|term| term.share * efforts[term.actuator]).sum()
     }
 
-    /// Computes the interval of the effort from the intervals of all actuators. Its ends are guaranteed bounds. They
-    /// are attained if the effort depends on one actuator only; otherwise friction may not attain the required ends
+    /// Computes the interval of the effort at the output of the gear from the effort intervals of
+    /// all actuators. Its ends are guaranteed bounds. They are attained if the effort depends on
+    /// one actuator only. Otherwise, the friction forces may be unable to attain the required ends
     /// of several intervals at once.
     pub fn effort_bounds(&self, bounds: &[(f64, f64)]) -> (f64, f64) {
         let each = self.terms.iter().map(|term| {
@@ -61,11 +67,12 @@ impl MotorMap {
     }
 }
 
-/// Drive trains linked by degrees of freedom that they share, directly or through other drive trains.
+/// Group of drive trains that drive common degrees of freedom, directly or through other drive
+/// trains of the group.
 pub(in crate::mechanism) struct Group {
     /// Indices of the drive trains.
     pub(in crate::mechanism) trains: Vec<usize>,
-    /// Degrees of freedom that these drive trains move.
+    /// Degrees of freedom driven by these drive trains.
     pub(super) dofs: Vec<(JointId, usize)>,
 }
 
@@ -91,7 +98,8 @@ impl Group {
         groups
     }
 
-    /// Derivatives of the output coordinates (rows) with respect to the degrees of freedom (columns).
+    /// Derivatives of the gears' output coordinates (rows) with respect to the degrees of freedom
+    /// (columns).
     pub(super) fn parts(&self, trains: &[DriveTrain]) -> DMatrix<f64> {
         let mut parts = DMatrix::zeros(self.trains.len(), self.dofs.len());
         for (row, &train) in self.trains.iter().enumerate() {
@@ -104,9 +112,10 @@ impl Group {
         parts
     }
 
-    /// Efforts of the motors (rows) per unit effort of each degree of freedom (columns). Among the
-    /// motor efforts that produce the efforts of the joints, selects those with the least sum of
-    /// `effort^2 / share`. `None` if the motors do not determine all motions.
+    /// Computes the efforts of the motors (rows) per unit effort of each degree of freedom
+    /// (columns). If several motor efforts produce the same joint efforts, selects those with the
+    /// smallest sum of `effort^2 / share`. Returns `None` if the motors do not determine the motion
+    /// of all degrees of freedom.
     pub(super) fn shares(&self, trains: &[DriveTrain]) -> Option<DMatrix<f64>> {
         // Relative size below which singular values are round-off.
         const DEPENDENT: f64 = 1e-9;
@@ -115,7 +124,8 @@ impl Group {
             return Some(DMatrix::from_iterator(self.trains.len(), 1, each));
         }
         let parts = self.parts(trains);
-        // Scale rows by the roots of the shares, and columns to unit norm, because units differ.
+        // Scale rows by the square roots of the shares, and columns to unit norm, because their
+        // units differ.
         let mut scaled = parts.clone();
         for (mut row, &train) in scaled.row_iter_mut().zip(&self.trains) {
             row *= trains[train].share.max(0.0).sqrt();
@@ -141,7 +151,8 @@ impl Group {
         for (mut column, size) in shares.column_iter_mut().zip(&sizes) {
             column /= *size;
         }
-        // The inverse of a square matrix does not depend on shares; small integers give it exactly.
+        // The inverse of a square matrix does not depend on the shares; it is exact for small
+        // integers.
         if self.trains.len() == self.dofs.len() {
             shares = parts.transpose().try_inverse().unwrap_or(shares);
         }
@@ -149,8 +160,8 @@ impl Group {
     }
 }
 
-/// Computes the maps of all drive trains; `actuators` are the actuated degrees of freedom of the
-/// mechanism.
+/// Computes the [`MotorMap`] of each drive train; `actuators` are the actuated degrees of freedom
+/// of the mechanism.
 pub(in crate::mechanism) fn motor_maps(
     trains: &[DriveTrain],
     actuators: &[(JointId, usize)],
@@ -171,8 +182,9 @@ pub(in crate::mechanism) fn motor_maps(
     maps
 }
 
-/// Checks that the motors determine the efforts of their joints: shares of motors on one degree of freedom sum to one,
-/// and motors that move several joints together determine the motion of each.
+/// Checks that the motors determine the efforts and motions of their joints. Shares of motors on
+/// one degree of freedom must sum to one; motors that drive several joints together must determine
+/// the motion of each joint.
 pub(in crate::mechanism) fn check_shares(
     trains: &[DriveTrain],
     joints: &[Joint],

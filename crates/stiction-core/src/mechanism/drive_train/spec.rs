@@ -7,14 +7,15 @@ use crate::spatial::Vec3;
 use core::f64::consts::FRAC_PI_2;
 use std::collections::HashMap;
 
-/// Specification of a drive train, which refers to joints by name and actuates their degrees of freedom.
+/// Specification of a drive train; it refers to joints by name. Building it actuates their degrees
+/// of freedom.
 #[must_use = "it has no effect unless a mechanism is built with it"]
 #[derive(Clone, Debug, PartialEq)]
 pub struct DriveTrainSpec {
-    /// Joints with their coefficients.
+    /// Names of the joints, with their coefficients.
     joints: Vec<(String, f64)>,
     train: DriveTrain,
-    /// Body that carries the rotor, and its axis.
+    /// Name of the body that carries the rotor, and the rotor's axis.
     rotor_axis: Option<(String, Vec3<f64>)>,
 }
 
@@ -55,7 +56,7 @@ impl DriveTrainSpec {
         &self.train.name
     }
 
-    /// Sets the revolutions of the motor per revolution of the output, screw or pulley.
+    /// Sets the ratio: revolutions of the motor per revolution of the output, screw or pulley.
     pub fn ratio(mut self, ratio: f64) -> Self {
         self.train.ratio = ratio;
         self
@@ -67,14 +68,16 @@ impl DriveTrainSpec {
         self
     }
 
-    /// Sets the fraction of the effort that this motor exerts, if several motors drive one degree of freedom, or its
-    /// weight, if several motors share the efforts of several degrees of freedom.
+    /// Sets the share. If several motors drive one degree of freedom, it is the fraction of the
+    /// effort that this motor exerts; if several motors share the efforts of several degrees of
+    /// freedom, it is a weight.
     pub fn share(mut self, share: f64) -> Self {
         self.train.share = share;
         self
     }
 
-    /// Sets the moment of inertia of all parts that turn with the motor, about its axis, kg m^2.
+    /// Sets the moment of inertia of all parts that turn with the motor, about the motor's axis, kg
+    /// m^2.
     pub fn rotor_inertia(mut self, inertia: f64) -> Self {
         self.train.rotor_inertia = inertia;
         self
@@ -86,7 +89,7 @@ impl DriveTrainSpec {
         self
     }
 
-    /// Sets the load-dependent loss.
+    /// Sets the load-dependent loss of the gear or screw.
     pub fn gear(mut self, gear: GearLoss) -> Self {
         self.train.gear = gear;
         self
@@ -110,7 +113,8 @@ impl DriveTrainSpec {
         self
     }
 
-    /// Builds the drive train and actuates its degrees of freedom; adds all defects to `defects`.
+    /// Builds the drive train and actuates its degrees of freedom. Appends all defects to
+    /// `defects`.
     pub(in crate::mechanism) fn resolve(
         mut self,
         ids: &HashMap<String, BodyId>,
@@ -229,7 +233,7 @@ impl DriveTrainSpec {
                 check("mesh.mu", Some(mu), NOT_NEGATIVE);
                 check("mesh.lead_angle", Some(lead_angle), "between 0 and 90 degrees");
                 check("mesh.flank_angle", Some(flank_angle), "from 0 to below 90 degrees");
-                // A forward efficiency of zero or less means that friction keeps the motor from
+                // If the forward efficiency is zero or negative, friction prevents the motor from
                 // turning the screw.
                 let (forward, _) = self.train.gear.efficiencies();
                 if defects.is_empty() && forward <= 0.0 {
@@ -244,13 +248,13 @@ impl DriveTrainSpec {
     }
 }
 
-/// Checks that bodies include the rotors that they carry.
+/// Checks that mass and inertia of each body include those of the rotors that it carries.
 pub(in crate::mechanism) fn check_rotors(
     trains: &[DriveTrain],
     bodies: &[Body],
     defects: &mut Vec<Defect>,
 ) {
-    // Round-off of an inertia that is exactly that of its rotor.
+    // Tolerance for the round-off of a body whose inertia is exactly that of its rotor.
     const ROUND_OFF: f64 = 1e-12;
     let about = |train: &DriveTrain| Some((train.rotor_axis?, train.rotor_inertia));
     for train in trains {

@@ -6,7 +6,7 @@ use crate::spatial::Pose;
 use nalgebra::{Matrix6, SymmetricEigen};
 use std::collections::HashMap;
 
-/// Matrix of six rows and six columns, stored as an array of rows.
+/// Matrix of six rows and six columns, as an array of rows.
 pub type SixBySix = [[f64; 6]; 6];
 
 /// An elastic connection with damping between a frame of one body and a frame of another.
@@ -19,9 +19,9 @@ pub type SixBySix = [[f64; 6]; 6];
 pub struct Bushing {
     /// Name, unique among springs and bushings.
     pub name: String,
-    /// Bodies of the two frames, distinct from each other.
+    /// The two connected bodies, which are distinct.
     pub ends: [BodyId; 2],
-    /// The two frames, each in its body.
+    /// Pose of each of the two connected frames in its body.
     pub frames: [Pose<f64>; 2],
     /// Stiffness matrix K, forces before moments and translations before rotations: forces in N/m
     /// and N/rad, moments in N and N m/rad; symmetric, positive semidefinite.
@@ -54,7 +54,7 @@ impl BushingSpec {
         }
     }
 
-    /// Sets the frames in their bodies.
+    /// Sets the poses of the two frames in their bodies.
     pub fn frames(mut self, from: Pose<f64>, to: Pose<f64>) -> Self {
         self.frames = [from, to];
         self
@@ -76,7 +76,8 @@ impl BushingSpec {
         &self.name
     }
 
-    /// Builds the bushing unless its bodies are unknown; adds all defects to `defects`.
+    /// Builds the bushing, or returns `None` if its bodies are unknown. Appends all defects to
+    /// `defects`.
     pub(in crate::mechanism) fn resolve(
         self,
         ids: &HashMap<String, BodyId>,
@@ -101,7 +102,7 @@ impl BushingSpec {
     }
 }
 
-/// Reason why a matrix is not symmetric positive semidefinite, for messages; `None` if it is.
+/// Describes for a message why a matrix is not symmetric positive semidefinite; `None` if it is.
 fn defect_of(matrix: &SixBySix) -> Option<String> {
     // Entries in files are rounded, so a rotated matrix is rarely exactly symmetric.
     const ROUNDING: f64 = 1e-9;
@@ -114,7 +115,7 @@ fn defect_of(matrix: &SixBySix) -> Option<String> {
             return Some(format!("has {value} on its diagonal, but must be at least 0"));
         }
     }
-    // Scale the diagonal to one, so that entries of different units are comparable.
+    // Scale the diagonal to one, because the entries have different units.
     let scale = |i: usize| if matrix[i][i] > 0.0 { matrix[i][i].sqrt().recip() } else { 1.0 };
     for i in 0..6 {
         for j in 0..i {

@@ -4,8 +4,8 @@ use super::check_not_negative;
 use crate::mechanism::scalar_dof::{Coefficients, find_scalar};
 use crate::mechanism::{Defect, Joint, JointId};
 
-/// A spring with a parallel damper on one degree of freedom of a joint. Its effort on the degree of
-/// freedom, from predecessor to successor, is `preload - stiffness * (q - rest) - damping * rate of q`.
+/// A spring with a parallel damper on one degree of freedom of a joint. Its effort, exerted by the
+/// predecessor on the successor, is `preload - stiffness * (q - rest) - damping * rate of q`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointSpring {
     /// Name, unique among springs and bushings.
@@ -22,8 +22,8 @@ pub struct JointSpring {
     pub preload: f64,
     /// Damping, N m s/rad or N s/m, nonnegative.
     pub damping: f64,
-    /// Centre of the full turn into which angles of a joint that closes a loop are wrapped, rad: the middle
-    /// of the joint's range, or zero.
+    /// Middle of the full turn into which angles of a joint that closes a loop are wrapped, rad:
+    /// the middle of the joint's range, or zero.
     pub(crate) middle: f64,
 }
 
@@ -74,7 +74,8 @@ impl JointSpringSpec {
         &self.spring.name
     }
 
-    /// Builds the spring unless its joint is unknown; adds all defects to `defects`.
+    /// Builds the spring, or returns `None` if its joint is unknown. Appends all defects to
+    /// `defects`.
     pub(in crate::mechanism) fn resolve(
         mut self,
         joints: &[Joint],

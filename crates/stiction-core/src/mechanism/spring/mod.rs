@@ -10,14 +10,14 @@ use super::{BodyId, Defect};
 use crate::spatial::Vec3;
 use std::collections::HashMap;
 
-/// A straight spring with a parallel damper between a point of one body and a point of another.
-/// Tension along the line between the points: `stiffness * (length - free_length) - preload + damping *
-/// rate of the length`.
+/// A straight spring with a parallel damper between a point of one body and a point of another. The
+/// tension along the line between the points is `stiffness * (length - free_length) - preload +
+/// damping * rate of the length`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spring {
     /// Name, unique among springs.
     pub name: String,
-    /// Bodies of the two ends, distinct from each other.
+    /// The two connected bodies, which are distinct.
     pub ends: [BodyId; 2],
     /// Positions of the ends, each in its body's frame, m.
     pub points: [Vec3<f64>; 2],
@@ -29,7 +29,8 @@ pub struct Spring {
     pub preload: f64,
     /// Damping, N s/m, nonnegative.
     pub damping: f64,
-    /// Least and greatest length that the design allows, m; lengths beyond them only raise cautions.
+    /// Least and greatest length that the design allows, m. Lengths outside this range only cause
+    /// cautions.
     pub lengths: Option<(f64, f64)>,
 }
 
@@ -40,7 +41,7 @@ pub struct GasSpring {
     pub extension_force: f64,
     /// Ratio of the force at the end of the stroke to the extension force (`x = F2/F1`), at least one.
     pub progression: f64,
-    /// Length between the ends of the extended spring, m, positive.
+    /// Distance between the ends of the extended spring, m, positive.
     pub extended_length: f64,
     /// Stroke, m: positive and less than the extended length.
     pub stroke: f64,
@@ -113,7 +114,8 @@ impl SpringSpec {
         &self.name
     }
 
-    /// Builds the spring, unless its bodies are unknown; adds all defects to `defects`.
+    /// Builds the spring, or returns `None` if its bodies are unknown. Appends all defects to
+    /// `defects`.
     pub(super) fn resolve(
         self,
         ids: &HashMap<String, BodyId>,
@@ -182,7 +184,7 @@ impl GasSpring {
     }
 }
 
-/// Reports parameters that are negative or not finite.
+/// Adds a defect for each parameter that is negative or not finite.
 fn check_not_negative(spring: &str, numbers: &[(&'static str, f64)], defects: &mut Vec<Defect>) {
     for &(parameter, value) in numbers {
         if !(value >= 0.0 && value.is_finite()) {

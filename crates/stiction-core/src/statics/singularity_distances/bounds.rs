@@ -1,4 +1,5 @@
-//! Bounds on the indices: tests against a value, and their largest change between two positions.
+//! Bounds on the singularity indices: tests against a value, and the largest change between two
+//! configurations.
 
 use super::super::distance::Distances;
 use super::{SMALL, SingularityDistances, SingularityIndex};
@@ -6,14 +7,15 @@ use crate::kinematics::Bodies;
 use crate::linalg::{BLOCK, Part};
 use crate::parameters::Parameters;
 
-/// Round-off of a Gram matrix and its decomposition, relative to the squared largest entry, with a
-/// margin.
+/// Round-off of a Gram matrix and its decomposition, relative to the square of the largest entry,
+/// with a margin.
 const ROUNDED: f64 = 1e-11;
 
 impl SingularityDistances {
-    /// Returns true if an index at the position of `bodies` certainly exceeds a value: if the Gram
-    /// matrix, shifted by the squared value, has a Cholesky decomposition. This test costs less
-    /// than the index. Also false if round-off does not allow the decision.
+    /// Returns `true` if an index at the configuration of `bodies` certainly exceeds `value`. This
+    /// holds if the Gram matrix, shifted by the square of the value, has a Cholesky decomposition.
+    /// The test costs less than computing the index. Returns `false` if round-off does not permit a
+    /// decision.
     pub fn exceeds(
         &mut self,
         index: SingularityIndex,
@@ -40,16 +42,17 @@ impl SingularityDistances {
         matrix.factor()
     }
 
-    /// Upper bounds on the changes of the indices since the last call. By Weyl's inequality a singular
-    /// value changes by at most the norm of the change of the matrix, which is at most the geometric
-    /// mean of its largest sums of magnitudes in a column and in a row.
+    /// Computes upper bounds on the changes of the indices since the last call. By Weyl's
+    /// inequality, a singular value changes by at most the norm of the change of the matrix. This
+    /// norm is at most the geometric mean of the largest sums of magnitudes in a column and in a
+    /// row.
     pub fn travel(&mut self, parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> Distances {
         std::mem::swap(&mut self.on, &mut self.passed);
         self.place(parameters, bodies);
         let Self { row_sums, .. } = self;
         row_sums.fill([[0.0; BLOCK]; 2]);
-        // Largest sums of magnitudes in a column: over the columns of constraints, and over those
-        // of actuators.
+        // Largest sums of magnitudes in a column: first over the columns of constraints, then over
+        // those of actuators.
         let mut columns = [0.0_f64; 2];
         for ((joint, on), passed) in self.joints.iter().zip(&self.on).zip(&self.passed) {
             let mut sums = [0.0; BLOCK];

@@ -6,15 +6,15 @@ use crate::linalg::{BLOCK, BlockCholesky, Lanczos, Part, Twofold, dot};
 /// Maximum number of refinement passes. For singular values at [`TINY`](super::TINY), each pass divides the
 /// error by about a hundred.
 const PASSES: usize = 10;
-/// Refinement ends if the correction, relative to the solution, is below this value, which is about
-/// round-off.
+/// Refinement ends when the correction, relative to the solution, is below this value, which is
+/// about round-off.
 const REFINED: f64 = 1e-14;
-/// Relative residual at which eigenvectors from refined solutions have converged.
+/// Relative residual at which the iteration with refined solutions has converged.
 const REFINED_ACCURACY: f64 = 1e-12;
 
-/// Computes the eigenvector of the smallest eigenvalue of a matrix by inverse iteration about the shift.
-/// Without a shift, solutions are refined with `product`, which multiplies by the matrix without
-/// forming it.
+/// Computes the eigenvector of the smallest eigenvalue of a matrix by inverse iteration with the
+/// given shift. Without a shift, solutions are refined with `product`, which multiplies by the
+/// matrix without forming it.
 pub(super) fn weakest<'a>(
     matrix: &mut BlockCholesky,
     lanczos: &'a mut Lanczos,
@@ -35,7 +35,8 @@ pub(super) fn weakest<'a>(
     found.filter(|_| settled)
 }
 
-/// Solves by iterative refinement with an approximate decomposition; `false` if it does not converge.
+/// Solves by iterative refinement with an approximate decomposition; returns `false` if the
+/// refinement does not converge.
 fn solve_refined(
     matrix: &mut BlockCholesky,
     vector: &mut [Part],

@@ -1,10 +1,10 @@
 //! Fast singularity indices along a motion, for statically determinate mechanisms.
 //!
-//! A smallest singular value is the square root of the smallest eigenvalue of the Gram matrix: the
-//! balance matrix times its transpose. With rows for bodies, the Gram matrix couples only bodies
-//! with a common joint; with rows for joints, only joints with a common body. The cost of its
-//! factorisation is proportional to the number of legs, except for the coupling of the joints at
-//! one hub.
+//! The smallest singular value is the square root of the smallest eigenvalue of the Gram matrix,
+//! which is the balance matrix times its transpose. If the rows belong to bodies, the Gram matrix
+//! couples only bodies with a common joint; if they belong to joints, only joints with a common
+//! body. The cost of its factorisation is proportional to the number of legs, except for the
+//! coupling of the joints at one hub.
 //!
 //! Equation (M6) of the book's theory.
 
@@ -24,22 +24,22 @@ use crate::parameters::Parameters;
 use crate::spatial::Wrench;
 use inverse_iteration::{length_squared, weakest};
 
-/// Singular values below this fraction of the largest entry are refined with the matrix itself,
-/// because the Gram matrix loses digits. The error is quadratic in the ratio of the Gram matrix's
-/// round-off, about 1e-14, to the squared value.
+/// Singular values below this fraction of the largest entry are refined with the balance matrix
+/// itself, because the Gram matrix loses digits: its round-off is about 1e-14. The error is
+/// quadratic in the ratio of this round-off to the squared singular value.
 const SMALL: f64 = 1e-4;
 /// Singular values below this fraction of the largest entry are computed by a decomposition of the
-/// matrix itself, because refinement would converge too slowly: each pass multiplies the error by
-/// the ratio of the Gram matrix's round-off to the squared value.
+/// balance matrix itself, because refinement would converge too slowly: each pass multiplies the
+/// error by the ratio of the Gram matrix's round-off to the squared singular value.
 const TINY: f64 = 1e-6;
 
-/// Computes [`Distances`] at many positions of one mechanism. Successive positions along a motion
-/// cost least: each value is extrapolated from the previous ones, and inverse iteration about the
-/// extrapolated value converges in few steps. The results therefore depend on the previous positions,
-/// within round-off.
+/// Computes [`Distances`] at many configurations of one mechanism. It is fastest for successive
+/// configurations along a motion: each value is extrapolated from the previous ones, and inverse
+/// iteration about the extrapolated value converges in few steps. The results therefore depend on
+/// the previous configurations, within round-off.
 #[derive(Clone, Debug)]
 pub struct SingularityDistances {
-    /// Number of bodies without the ground.
+    /// Number of bodies, not counting the ground.
     bodies: usize,
     joints: Vec<Content>,
     /// Gram matrix of constraints and actuators, one block per pair of bodies with a common joint.
@@ -51,13 +51,13 @@ pub struct SingularityDistances {
     /// Scaled unit wrenches of each joint, constraints before actuators, on the joint's predecessor
     /// and successor.
     on: Vec<[[Part; BLOCK]; 2]>,
-    /// Scaled unit wrenches at the previous position, for [`Self::travel`].
+    /// Scaled unit wrenches at the previous configuration, for [`Self::travel`].
     passed: Vec<[[Part; BLOCK]; 2]>,
-    /// Sums of the magnitudes of the changes in each row of each body, for [`Self::travel`]: over
-    /// the columns of constraints, and over the columns of actuators.
+    /// For each row of each body, the sum of the magnitudes of the changes, for [`Self::travel`]:
+    /// first over the columns of constraints, then over the columns of actuators.
     row_sums: Vec<[Part; 2]>,
-    /// Transposed constraint wrenches of each joint on its predecessor and successor: for each
-    /// component of the wrench, one value per constraint.
+    /// Transposed constraint wrenches of each joint on its predecessor and successor: one value per
+    /// constraint for each component of the wrench.
     across: Vec<[[Part; BLOCK]; 2]>,
     actuation: Prediction,
     constraint: Prediction,
@@ -66,12 +66,12 @@ pub struct SingularityDistances {
     lanczos: Lanczos,
 }
 
-/// Selects one of the [`Distances`].
+/// Singularity index to compute, one of the [`Distances`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SingularityIndex {
-    /// [`Distances::actuation`].
+    /// Actuation index, [`Distances::actuation`].
     Actuation,
-    /// [`Distances::constraint`].
+    /// Constraint index, [`Distances::constraint`].
     Constraint,
 }
 
@@ -81,13 +81,13 @@ struct Content {
     /// Predecessor and successor of the joint.
     ends: [usize; 2],
     constraints: usize,
-    /// Numbers of constraints and actuators.
+    /// Total number of constraints and actuators.
     unknowns: usize,
     drives: Vec<Dof>,
 }
 
-/// Two joints on one body. For each joint, `ends` is 0 if the body is its predecessor, and 1 if it
-/// is its successor.
+/// Two joints with a common body. `ends` is 0 for a joint whose predecessor is this body, and 1 for
+/// a joint whose successor is this body.
 #[derive(Clone, Copy, Debug)]
 struct Meeting {
     joints: [usize; 2],
@@ -96,10 +96,10 @@ struct Meeting {
 }
 
 impl SingularityDistances {
-    /// Prepares the computation for a mechanism. `None` if the mechanism has gearings, or if the numbers of unknowns
-    /// and equations of its balance differ.
+    /// Prepares the computation for a mechanism. Returns `None` if the mechanism has gearings, or
+    /// if its balance has different numbers of unknowns and equations.
     pub fn new(mechanism: &Mechanism) -> Option<Self> {
-        // The multiplier of a gearing loads the bodies of several joints.
+        // The multiplier of a gearing loads bodies at several joints.
         if !mechanism.gearings().is_empty() {
             return None;
         }
@@ -172,7 +172,7 @@ impl SingularityDistances {
         })
     }
 
-    /// Computes the indices at the current position of `bodies`.
+    /// Computes the indices at the current configuration of `bodies`.
     pub fn measure(
         &mut self,
         mechanism: &Mechanism,
@@ -189,7 +189,8 @@ impl SingularityDistances {
         }
     }
 
-    /// Computes one of the indices at the position of `bodies`, near a known value if one is given.
+    /// Computes one of the indices at the configuration of `bodies`. If the value is known
+    /// approximately, pass it as `expected`.
     pub fn measure_one(
         &mut self,
         index: SingularityIndex,
@@ -218,7 +219,7 @@ impl SingularityDistances {
         })
     }
 
-    /// Computes the actuation index at the position of the last [`Self::place`]; `None` if
+    /// Computes the actuation index at the configuration of the last [`Self::place`]; `None` if
     /// round-off of the Gram matrix makes the result too inaccurate.
     fn between_bodies(&mut self, largest: f64) -> Option<f64> {
         let trusted = |value: &f64| *value > SMALL * largest;
@@ -228,7 +229,7 @@ impl SingularityDistances {
         })
     }
 
-    /// Computes the constraint index at the position of the last [`Self::place`]; `None` if
+    /// Computes the constraint index at the configuration of the last [`Self::place`]; `None` if
     /// round-off of the Gram matrix makes the result too inaccurate.
     fn between_joints(&mut self, largest: f64) -> Option<f64> {
         let trusted = |value: &f64| *value > SMALL * largest;
@@ -248,7 +249,7 @@ impl SingularityDistances {
         Distances::of_square(&NewtonEuler::new(mechanism, parameters, bodies), &types)
     }
 
-    /// Computes the actuation index, from constraints and actuators together; `None` if inverse
+    /// Computes the actuation index from constraints and actuators together; `None` if inverse
     /// iteration fails.
     fn smallest_between_bodies(&mut self) -> Option<f64> {
         let near = self.actuation.shift();
@@ -256,8 +257,7 @@ impl SingularityDistances {
         found.or_else(|| self.smallest_between_bodies_at(Some(Shift::NONE)))
     }
 
-    /// Computes the constraint index, from the constraints alone; `None` if inverse iteration
-    /// fails.
+    /// Computes the constraint index from the constraints alone; `None` if inverse iteration fails.
     fn smallest_between_joints(&mut self) -> Option<f64> {
         if self.joints.iter().all(|joint| joint.constraints == 0) {
             return Some(1.0);
@@ -267,7 +267,7 @@ impl SingularityDistances {
         found.or_else(|| self.smallest_between_joints_at(Some(Shift::NONE)))
     }
 
-    /// Largest entry of the scaled balance matrix at the position of the last [`Self::place`].
+    /// Largest entry of the scaled balance matrix at the configuration of the last [`Self::place`].
     fn largest(&self) -> f64 {
         let mut largest = 0.0_f64;
         for (joint, on) in self.joints.iter().zip(&self.on) {
@@ -280,7 +280,7 @@ impl SingularityDistances {
         largest
     }
 
-    /// Writes the scaled unit wrenches of all joints at the position of `bodies`.
+    /// Computes the scaled unit wrenches of all joints at the configuration of `bodies`.
     fn place(&mut self, parameters: &Parameters<f64>, bodies: &Bodies<f64>) {
         let length = parameters.length;
         for (index, joint) in self.joints.iter().enumerate() {
@@ -313,8 +313,8 @@ impl SingularityDistances {
         }
     }
 
-    /// Computes the actuation index by inverse iteration with the shifted matrix or, without a shift, with refined
-    /// solutions.
+    /// Computes the actuation index by inverse iteration: with the shifted matrix or, without a
+    /// shift, with refined solutions.
     fn smallest_between_bodies_at(&mut self, shift: Option<Shift>) -> Option<f64> {
         self.multiply_between_bodies();
         let (joints, on) = (&self.joints, &self.on);
@@ -337,7 +337,7 @@ impl SingularityDistances {
         };
         let start = self.actuation.start(all);
         let motion = weakest(matrix, &mut self.lanczos, start, shift, product)?;
-        // Use the matrix itself, because the Gram matrix has fewer digits.
+        // Use the balance matrix itself, because the Gram matrix has fewer accurate digits.
         let mut square = 0.0;
         for (index, joint) in self.joints.iter().enumerate() {
             for unknown in 0..joint.unknowns {
@@ -359,8 +359,8 @@ impl SingularityDistances {
         Some(square.sqrt())
     }
 
-    /// Computes the Gram matrix of constraints and actuators between bodies, at the position of the
-    /// last [`Self::place`].
+    /// Computes the Gram matrix of constraints and actuators between bodies, at the configuration
+    /// of the last [`Self::place`].
     fn multiply_between_bodies(&mut self) {
         let matrix = &mut self.by_bodies;
         matrix.clear();
@@ -377,9 +377,9 @@ impl SingularityDistances {
         }
     }
 
-    /// Computes the Gram matrix of the constraints between joints, at the position of the last
-    /// [`Self::place`]. Rows without a constraint get the diagonal entry one, with `shift` added,
-    /// and no coupling.
+    /// Computes the Gram matrix of the constraints between joints, at the configuration of the last
+    /// [`Self::place`]. Rows without a constraint get the diagonal entry `1 + shift` and no
+    /// coupling.
     fn multiply_between_joints(&mut self, shift: f64) {
         for ((joint, on), across) in self.joints.iter().zip(&self.on).zip(&mut self.across) {
             for (on, across) in on.iter().zip(across) {
@@ -405,8 +405,8 @@ impl SingularityDistances {
         }
     }
 
-    /// Computes the constraint index by inverse iteration with the shifted matrix or, without a shift, with refined
-    /// solutions.
+    /// Computes the constraint index by inverse iteration: with the shifted matrix or, without a
+    /// shift, with refined solutions.
     fn smallest_between_joints_at(&mut self, shift: Option<Shift>) -> Option<f64> {
         self.multiply_between_joints(shift.map_or(0.0, |shift| shift.by));
         let matrix = &mut self.by_joints;

@@ -1,4 +1,4 @@
-//! Tests against decompositions of the matrices themselves.
+//! Tests against decompositions of the balance matrices.
 
 use super::super::newton_euler::Unknown;
 use super::*;
@@ -18,7 +18,7 @@ fn four_bar() -> Mechanism {
     let joint = |name: &str, kind, ends: [&str; 2], frames: [Pose<f64>; 2]| {
         JointSpec::new(name, kind, ends[0], ends[1]).frames(frames[0], frames[1])
     };
-    // All body frames coincide with the ground frame at this position.
+    // At this configuration, all body frames coincide with the ground frame.
     let [a, b, c, d] =
         [at(0.0, 0.0, 0.0), at(0.02, 0.0, 0.1), at(0.33, 0.01, 0.2), at(0.3, 0.02, 0.0)];
     let mut builder = MechanismBuilder::new("four-bar");
@@ -45,7 +45,7 @@ fn lower_bounds_are_below_the_indices() {
     let Distances { actuation, constraint } = proximity.measure(solver.mechanism(), at.0, at.1);
     let both = [SingularityIndex::Actuation, SingularityIndex::Constraint];
     for (index, value) in both.into_iter().zip([actuation, constraint]) {
-        // The margin for round-off is 1e-11 of a square.
+        // The margin for round-off is 1e-11, relative to the square of the largest entry.
         assert!(proximity.exceeds(index, value * (1.0 - 1e-6), at), "{index:?} {value}");
         assert!(!proximity.exceeds(index, value * (1.0 + 1e-6), at), "{index:?} {value}");
         assert!(!proximity.exceeds(index, f64::NAN, at));
@@ -53,7 +53,7 @@ fn lower_bounds_are_below_the_indices() {
     }
 }
 
-/// Checks nearly singular positions, which result from an unsuitable unit of length for
+/// Checks configurations that become nearly singular because of an unsuitable unit of length for
 /// moments.
 #[test]
 fn small_values_are_found_by_refined_solutions() {

@@ -1,5 +1,6 @@
-//! The hexapod with forty real postures of P. Dietmaier, "The Stewart-Gough platform of general geometry can
-//! have 40 real postures", Advances in Robot Kinematics (1998): each is found from few digits.
+//! The hexapod with forty real postures of P. Dietmaier, "The Stewart-Gough platform of general
+//! geometry can have 40 real postures", Advances in Robot Kinematics (1998). Each posture is found
+//! from hints with few digits.
 
 use super::postures::{Posture, joint};
 use super::{Hint, found};
@@ -8,7 +9,7 @@ use stiction_core::joint::JointType::*;
 use stiction_core::random::Random;
 use stiction_core::spatial::{Mat3, Pose};
 
-/// Balls of the base and of the platform, and lengths of the legs.
+/// Positions of the balls on the base and on the platform, and lengths of the legs.
 const BASE: [[f64; 3]; 6] = [
     [0.0, 0.0, 0.0],
     [1.107915, 0.0, 0.0],
@@ -27,8 +28,8 @@ const PLATFORM: [[f64; 3]; 6] = [
 ];
 const LENGTHS: [f64; 6] = [1.0, 0.645275, 1.086284, 1.503439, 1.281933, 0.771071];
 
-/// Position and rotation vector of the platform in all postures, by Newton's method from random poses in an
-/// independent program.
+/// Position and rotation vector of the platform in all postures, computed by Newton's method from
+/// random poses in an independent program.
 #[rustfmt::skip]
 const POSTURES: [[f64; 6]; 40] = [
     [0.442199, -0.713494, -0.543494, -1.888078, -0.873410, -0.575125],
@@ -73,7 +74,7 @@ const POSTURES: [[f64; 6]; 40] = [
     [0.999628, 0.026176, -0.007724, 0.366280, 2.192514, -1.668170],
 ];
 
-/// Postures with legs S P S (`balls`) or U P S.
+/// Creates a posture with SPS legs (if `balls`) or UPS legs.
 fn posture([x, y, z, a, b, c]: [f64; 6], balls: bool, random: &mut Random) -> Posture {
     let turn = v(a, b, c);
     let platform = Pose { position: v(x, y, z), rotation: Mat3::rotation(turn, turn.norm()) };
@@ -85,7 +86,7 @@ fn posture([x, y, z, a, b, c]: [f64; 6], balls: bool, random: &mut Random) -> Po
         let first = posture.poses.len();
         posture.poses.extend([along(foot, axis), along(tip, axis)]);
         let lower = if balls { Spherical } else { Universal };
-        // The first axis of a universal joint crosses the leg.
+        // The first axis of a universal joint is perpendicular to the leg.
         let across =
             Mat3::about_axis(1, (1.0, 0.0)) * Mat3::about_axis(2, random.number().sin_cos());
         let frame = Pose { rotation: along(foot, axis).rotation * across, position: foot };

@@ -1,5 +1,5 @@
-//! Assembly from homes and starts with few digits: the generating assembly mode is found wherever the next
-//! one is at least three times as far away, elsewhere a note names both.
+//! Assembly from home poses and start coordinates with few digits. The generating assembly mode is
+//! found if the next mode is at least three times as far away; otherwise a note names both modes.
 
 mod dietmaier;
 mod near_singular;
@@ -15,12 +15,12 @@ use stiction_core::random::Random;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 use stiction_core::topology::TreeRule;
 
-/// A number with an error of one per cent of `size` at most, and three digits.
+/// Returns `x` with three digits and a random error of at most one per cent of `size`.
 fn rough(x: f64, size: f64, random: &mut Random) -> f64 {
     format!("{:.2e}", x + 0.01 * size * random.number()).parse().unwrap()
 }
 
-/// Root mean square displacement of bodies, as in [`AssemblyReport::distance`].
+/// Computes the root-mean-square displacement of the bodies, as in [`AssemblyReport::distance`].
 fn apart(a: &[Pose<f64>], b: &[Pose<f64>], length: f64) -> f64 {
     let each = a.iter().zip(b).skip(1).map(|(a, b)| {
         let apart = a.inverse() * *b;
@@ -31,15 +31,17 @@ fn apart(a: &[Pose<f64>], b: &[Pose<f64>], length: f64) -> f64 {
 
 #[derive(Clone, Copy, Debug)]
 enum Hint {
-    /// Homes of all bodies.
+    /// Home poses of all bodies.
     Homes,
-    /// Starts of all joints with scalar coordinates.
+    /// Start coordinates of all joints with scalar coordinates.
     Starts,
-    /// Home of the platform (or of the body opposite to the ground) and starts of the actuated joints.
+    /// Home pose of the platform (or of the body opposite the ground) and start coordinates of the
+    /// actuated joints.
     Platform,
 }
 
-/// Assembles a posture from a hint; its distance from the posture, and the report.
+/// Assembles a mechanism from a hint to a posture. Returns the distance of the result from the
+/// posture, and the report.
 fn found(
     posture: &Posture,
     hint: Hint,
@@ -71,7 +73,7 @@ fn found(
         }
     }
     let (coordinates, targets) = posture.prescribed();
-    // The spanning tree must not matter.
+    // The result must not depend on the spanning tree.
     let seed = (random.number() * 1e9).abs() as u64;
     let rule = if seed.is_multiple_of(2) { TreeRule::Structure } else { TreeRule::Random(seed) };
     let length = mechanism.characteristic_length();
@@ -83,7 +85,8 @@ fn found(
         solver.bodies().pose.iter().map(|pose| ground.inverse() * *pose).collect();
     let has_spins = posture.joints[0].joint_type == Spherical;
     let error = match hint {
-        // Legs may turn about their own axes, universal ones by half a turn.
+        // Legs may rotate about their own axes; legs with universal joints may do so by half a
+        // turn.
         _ if has_spins || matches!(hint, Hint::Platform) => {
             let platform = posture.platform();
             let of = |poses: &[Pose<f64>]| [poses[0], poses[platform]];
@@ -94,7 +97,7 @@ fn found(
     Ok((error, solver.assembly_report().clone()))
 }
 
-/// Assembles postures of all classes by all hints.
+/// Assembles the postures of all classes with all kinds of hints.
 fn compare(seeds: core::ops::Range<u64>) {
     let classes: [fn(&mut Random) -> Posture; 6] =
         [four_bar, five_bar, platform_3rrr, platform_3rps, gough, delta];
@@ -117,11 +120,12 @@ fn compare(seeds: core::ops::Range<u64>) {
                 continue;
             }
         };
-        // Modes that differ by less than the errors of the hints are one.
+        // Modes that differ by less than the errors of the hints count as one.
         if error < 0.01 {
             continue;
         }
-        // Another mode: it must be nearer than three times the generating one, and noted.
+        // If another mode was found, it must be nearer than three times the distance of the
+        // generating mode, and a note must name it.
         let distance = report.distance.unwrap();
         println!("{} {seed} {hint:?}: {error:.3e} from the posture, {report:?}", posture.class);
         let is_near = report.other_modes.iter().any(|other| *other < 3.0 * distance);
@@ -140,7 +144,7 @@ fn the_generating_mode_is_found() {
     compare(0..540);
 }
 
-/// Takes minutes.
+/// Runs for minutes.
 #[test]
 #[ignore]
 fn the_generating_mode_is_found_ten_thousand_times() {
@@ -154,8 +158,9 @@ fn one() {
     compare(seed..seed + 1);
 }
 
-/// A five-bar whose corner is prescribed, with homes of some bodies: either elbow of a chain without homes agrees
-/// with the given data as well, and a note names a coordinate of both modes.
+/// A five-bar linkage with a prescribed corner and home poses of some bodies. Both elbows of a
+/// chain without home poses agree with the given data equally well; a note must name a coordinate
+/// that differs between the two modes.
 #[test]
 fn modes_that_agree_as_well_are_noted() {
     let mut noted = 0;
@@ -182,7 +187,7 @@ fn modes_that_agree_as_well_are_noted() {
             let says = notes.iter().any(|note| note.contains("do not decide the assembly mode"));
             assert!(says, "{seed} {bodies:?}: {report:?}");
             let open = report.open_mode.unwrap();
-            // The chain without homes, joints 2 to 4 or 0 to 2, has two elbows.
+            // The chain without home poses, joints 2 to 4 or 0 to 2, has two elbows.
             let joints = if bodies[0] == 1 { ["j2", "j3", "j4"] } else { ["j0", "j1", "j2"] };
             assert!(joints.contains(&open.coordinate.as_str()), "{seed} {bodies:?}: {open:?}");
             assert_eq!(open.count, 1, "{seed} {bodies:?}: {open:?}");

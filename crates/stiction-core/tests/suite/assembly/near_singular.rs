@@ -1,4 +1,5 @@
-//! Assembly near singular positions, from starts at which the loops cannot be closed to first order.
+//! Assembly near singular configurations, from starts where the loops cannot be closed at first
+//! order.
 
 use stiction_core::dynamics::{InverseDynamics, Settings};
 use stiction_core::joint::JointType::{Prismatic, Revolute};
@@ -9,7 +10,8 @@ use stiction_core::spatial::{Pose, Vec3};
 
 use crate::common::{along, v};
 
-/// A planar chain of bars along x between two pivots of the ground at a distance `base`.
+/// Creates a planar chain of bars along x between two pivots on the ground with the distance
+/// `base`.
 fn bars(lengths: &[f64], base: f64) -> Mechanism {
     let mut builder = MechanismBuilder::new("bars");
     let name = |bar: usize| if bar == 0 { "ground".to_owned() } else { format!("b{bar}") };
@@ -26,7 +28,8 @@ fn bars(lengths: &[f64], base: f64) -> Mechanism {
     builder.build().unwrap()
 }
 
-/// A slider on the x axis, driven by a crank and a rod; the slider's coordinate is its distance from the crank.
+/// Creates a slider-crank with the slider on the x axis; the slider's coordinate is its distance
+/// from the crank's pivot.
 fn slider_crank(crank: f64, rod: f64) -> Mechanism {
     let x = along(Vec3::zero(), Vec3::unit(0));
     let pin = |name: &str, from: &str, to: &str, at: f64| {
@@ -49,8 +52,8 @@ fn at_distance(mechanism: &Mechanism, distance: f64) -> Result<InverseDynamics, 
     InverseDynamics::new(mechanism.clone(), &[], &slide, &[target], Settings::default())
 }
 
-/// Two bars stretched along the line to the slider, at which the search begins, cannot shorten their distance
-/// to first order. Solutions are on both sides; a note names the other one.
+/// The search begins with two bars stretched along the line to the slider. At first order, they
+/// cannot shorten their distance. Solutions exist on both sides; a note names the other one.
 #[test]
 fn stretched_bars_leave_their_line() {
     let mut random = Random::new(4);
@@ -67,18 +70,18 @@ fn stretched_bars_leave_their_line() {
         let versine =
             (crank + rod - distance) * (rod - crank + distance) / (2.0 * crank * distance);
         let exact = 2.0 * (0.5 * versine).sqrt().asin();
-        // Loops are closed to 1e-12; at the angle `s` this changes the angle by 1e-12 / s.
+        // Loops are closed to 1e-12; at the angle `s`, this changes the angle by 1e-12 / s.
         let tolerance = 1e-12 / exact;
         assert!((angle - exact).abs() < tolerance, "{by:e}: {angle:e}, expected {exact:e}");
         let notes = solver.assembly_report().notes();
-        // Angles below the distance at which modes count as one need no note.
+        // Modes closer than the distance at which they count as one require no note.
         if exact > 5e-3 {
             assert!(notes.iter().any(|note| note.contains("assembly mode")), "{by:e}: {notes:?}");
         }
     }
 }
 
-/// Beyond the dead centre the error says by how much, however small that is.
+/// Beyond the dead centre, the error states the gap, however small it is.
 #[test]
 fn a_small_gap_is_reported_in_full() {
     let mechanism = slider_crank(1.0, 2.0);
@@ -100,8 +103,8 @@ fn gap(mechanism: &Mechanism) -> Gap {
     }
 }
 
-/// Three bars between two pivots, nearly stretched: assembled without prescribed coordinates if they reach, and
-/// otherwise reported with the least gap.
+/// Three nearly stretched bars between two pivots, assembled without prescribed coordinates. If the
+/// bars are too short, the least gap is reported.
 #[test]
 fn nearly_stretched_bars_close() {
     let mut random = Random::new(9);

@@ -7,7 +7,7 @@ use stiction_core::mechanism::{BodySpec, JointId, JointSpec, Mechanism, Mechanis
 use stiction_core::random::Random;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// A joint between two bodies (0 is the ground), with its frame in the world.
+/// A joint between two bodies (index 0 is the ground), with its frame in the world.
 pub(super) struct Hinge {
     pub(super) name: String,
     pub(super) joint_type: JointType,
@@ -16,13 +16,14 @@ pub(super) struct Hinge {
     pub(super) actuated: bool,
 }
 
-/// A closed configuration: poses of the bodies, ground first, and the joints between them. Its coordinates are
-/// zero where joint frames coincide in a reference position, from which `turned` frames deviate.
+/// A closed configuration: poses of the bodies, ground first, and the joints between them. Its
+/// coordinates are not zero, because each joint frame J is rotated by `turned`.
 pub(super) struct Posture {
     pub(super) class: &'static str,
     pub(super) poses: Vec<Pose<f64>>,
     pub(super) joints: Vec<Hinge>,
-    /// For each joint a rotation of frame J about its own axes, so that coordinates are not zero.
+    /// For each joint, a rotation of frame J about its own axes, which makes the coordinates
+    /// nonzero.
     pub(super) turned: Vec<Vec<f64>>,
 }
 
@@ -43,7 +44,7 @@ pub(super) fn joint(
         _ => vec![],
     };
     if let (Universal, [_, second]) = (joint_type, turned.as_slice()) {
-        // The z axis of `frame` is the first axis, fixed in the predecessor.
+        // The z axis of `frame` is the first axis, which is fixed in the predecessor.
         frame.rotation = frame.rotation * Mat3::about_axis(0, second.sin_cos());
     }
     posture.turned.push(turned);
@@ -57,8 +58,9 @@ impl Posture {
         Self { class, poses: all, joints: Vec::new(), turned: Vec::new() }
     }
 
-    /// The mechanism, with starts by `start` (of joint, coordinates), and with each joint frame J such that the
-    /// posture has the coordinates `turned`.
+    /// Builds the mechanism. `start` returns the start coordinates of a joint from its index and
+    /// its coordinates in the posture. Each joint frame J is such that the posture has the
+    /// coordinates `turned`.
     pub(super) fn mechanism(&self, start: impl Fn(usize, &[f64]) -> Option<Vec<f64>>) -> Mechanism {
         let mut builder = MechanismBuilder::new(self.class);
         for body in 1..self.poses.len() {
@@ -88,7 +90,7 @@ impl Posture {
         builder.build().unwrap()
     }
 
-    /// The body that homes of platforms are about.
+    /// Index of the body that hints with the home pose of a platform refer to.
     pub(super) fn platform(&self) -> usize {
         match self.class {
             "four-bar" | "five-bar" => 2,
@@ -96,7 +98,7 @@ impl Posture {
         }
     }
 
-    /// The actuated coordinates with their values in the posture.
+    /// Returns the actuated coordinates with their values in the posture.
     pub(super) fn prescribed(&self) -> (Vec<Coordinate>, Vec<Target<f64>>) {
         let actuated = self.joints.iter().enumerate().filter(|(_, joint)| joint.actuated);
         actuated
@@ -113,7 +115,8 @@ pub(super) fn planar(x: f64, y: f64, angle: f64) -> Pose<f64> {
     Pose { position: v(x, y, 0.0), rotation: Mat3::about_axis(2, angle.sin_cos()) }
 }
 
-/// A planar chain of bars between two points, elbow on a random side: poses of two bars of random lengths.
+/// Creates a planar chain of two bars with random lengths between two points, with the elbow on a
+/// random side. Returns the poses of the bars.
 fn elbow(from: Vec3<f64>, to: Vec3<f64>, random: &mut Random) -> [Pose<f64>; 2] {
     let apart = to - from;
     let half = 0.5 * apart.norm();
@@ -179,7 +182,7 @@ pub(super) fn platform_3rrr(random: &mut Random) -> Posture {
     posture
 }
 
-/// A platform above the ground on three legs R P S, tangential hinges at the feet.
+/// Creates a platform above the ground on three RPS legs with tangential hinges at the feet.
 pub(super) fn platform_3rps(random: &mut Random) -> Posture {
     let ball = |leg: i32, platform: &Pose<f64>| {
         let turn = planar(0.0, 0.0, 2.0 * core::f64::consts::FRAC_PI_3 * f64::from(leg));
@@ -217,7 +220,7 @@ pub(super) fn platform_3rps(random: &mut Random) -> Posture {
     posture
 }
 
-/// A general hexapod with legs U P S.
+/// Creates a general hexapod with UPS legs.
 pub(super) fn gough(random: &mut Random) -> Posture {
     let axis = v(random.number(), random.number(), random.number());
     let platform = Pose {
@@ -235,7 +238,7 @@ pub(super) fn gough(random: &mut Random) -> Posture {
         let frame = along(foot, axis);
         let first = posture.poses.len();
         posture.poses.extend([frame, along(tip, axis)]);
-        // First axis across the leg, in any direction.
+        // The first axis is perpendicular to the leg, in any direction.
         let turn = Mat3::about_axis(1, (1.0, 0.0)) * Mat3::about_axis(2, random.number().sin_cos());
         let across = Pose { rotation: frame.rotation * turn, position: foot };
         joint(&mut posture, Universal, (0, first), across, false, random);
@@ -246,7 +249,7 @@ pub(super) fn gough(random: &mut Random) -> Posture {
     posture
 }
 
-/// A delta robot with legs R U U: the rods as single bars.
+/// Creates a delta robot with RUU legs, whose rods are single bars.
 pub(super) fn delta(random: &mut Random) -> Posture {
     let position = v(0.2 * random.number(), 0.2 * random.number(), -0.9 + 0.1 * random.number());
     let platform = Pose::at(position);
@@ -261,7 +264,8 @@ pub(super) fn delta(random: &mut Random) -> Posture {
         let tip = platform.apply(turn.apply(v(0.1, 0.0, 0.0)));
         let tangent = turn.rotation.columns[1];
         let rod = (tip - elbow).direction().unwrap();
-        // The first axis of both universal joints is the tangent, the second is at right angles to the rod.
+        // The first axis of both universal joints is the tangent; the second is perpendicular to
+        // the rod.
         let second = tangent.cross(rod).direction().unwrap();
         let frame = |at: Vec3<f64>| Pose {
             rotation: Mat3::from_columns(second, tangent.cross(second), tangent),
@@ -271,7 +275,7 @@ pub(super) fn delta(random: &mut Random) -> Posture {
         posture.poses.extend([arm, along(elbow, rod)]);
         joint(&mut posture, Revolute, (0, first), along(foot, tangent), true, random);
         joint(&mut posture, Universal, (first, first + 1), frame(elbow), false, random);
-        // From the platform, so that its first axis is fixed there.
+        // The platform is the predecessor, so that the first axis is fixed in it.
         joint(&mut posture, Universal, (1, first + 1), frame(tip), false, random);
     }
     posture

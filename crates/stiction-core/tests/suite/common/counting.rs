@@ -1,4 +1,5 @@
-//! A global allocator that counts, for the tests of this crate and of its dependents.
+//! A global allocator that counts allocations, for the tests of this crate and of crates that
+//! depend on it.
 #![allow(unsafe_code, reason = "a global allocator that counts")]
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -26,7 +27,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// Number of allocations of this thread during `f`.
+/// Counts the allocations of this thread during `f`.
 pub(crate) fn allocations(f: impl FnOnce()) -> usize {
     let before = ALLOCATIONS.with(Cell::get);
     f();

@@ -1,4 +1,4 @@
-//! Robots of the reference data, and readers for these data.
+//! Robots of the reference data, and functions that read these data.
 #![allow(dead_code, unreachable_pub, reason = "each test uses a part")]
 
 pub mod random;
@@ -16,7 +16,7 @@ pub fn v(x: f64, y: f64, z: f64) -> Vec3<f64> {
     Vec3::new(x, y, z)
 }
 
-/// Frame at `position` whose z axis points along `axis`.
+/// Returns the frame at `position` whose z axis points along `axis`.
 pub fn along(position: Vec3<f64>, axis: Vec3<f64>) -> Pose<f64> {
     Pose { rotation: Mat3::between(Vec3::unit(2), axis), position }
 }
@@ -25,8 +25,8 @@ pub fn diagonal(x: f64, y: f64, z: f64) -> Mat3<f64> {
     Mat3::diagonal(v(x, y, z))
 }
 
-/// Coulomb and viscous friction at the first interface, with only the resultant force as normal
-/// load.
+/// Creates Coulomb and viscous friction at the first interface, with only the resultant force as
+/// normal load.
 pub fn friction(mu: f64, viscous: f64, radius: Option<f64>) -> JointFriction {
     JointFriction { radius, ..JointFriction::guide(Law::coulomb_viscous(mu, viscous)) }
 }
@@ -37,7 +37,8 @@ pub struct Robot {
     pub coordinates: Vec<Coordinate>,
 }
 
-/// One RPS leg: revolute axis y of the leg frame at `foot`, ball at `tip` of the platform.
+/// Adds one RPS leg: its revolute axis is the y axis of the leg frame at `foot`, its ball is at
+/// `tip` of the platform.
 #[expect(clippy::too_many_arguments)]
 fn rps_leg(
     builder: MechanismBuilder,
@@ -75,7 +76,7 @@ fn rps_leg(
         .joint(s)
 }
 
-/// The symmetric 3-RPS of `reference/3rps_symmetric_*`.
+/// Creates the symmetric 3-RPS robot of `reference/3rps_symmetric_*`.
 pub fn symmetric_3rps(rub: Option<[JointFriction; 3]>) -> Robot {
     let mut builder = MechanismBuilder::new("3rps")
         .gravity(v(0.0, 0.0, -9.81))
@@ -109,7 +110,7 @@ pub fn symmetric_3rps(rub: Option<[JointFriction; 3]>) -> Robot {
     }
 }
 
-/// Crank, rod and slider of reference R8 with the crank at `angle` (rad), turning at 10 rad/s.
+/// Creates crank, rod and slider of reference R8; the crank turns at 10 rad/s.
 pub fn slider_crank() -> Robot {
     let (crank, rod) = (0.1, 0.3);
     let z = Pose::identity();
@@ -161,7 +162,7 @@ pub fn slider_crank() -> Robot {
     }
 }
 
-/// The planar 3-RRR of reference R9.
+/// Creates the planar 3-RRR robot of reference R9.
 pub fn planar_3rrr() -> Robot {
     let mut builder = MechanismBuilder::new("3rrr").gravity(v(0.0, -9.81, 0.0)).body(
         BodySpec::new("platform")
@@ -181,7 +182,7 @@ pub fn planar_3rrr() -> Robot {
             .joint(
                 JointSpec::new(format!("leg{}.R1", n + 1), JointType::Revolute, "ground", &upper)
                     .frames(Pose::at(direction(0.60)), Pose::identity())
-                    // Towards the centre, then to the side of the elbow.
+                    // The direction towards the centre, then rotated to the side of the elbow.
                     .start([(degrees + 180.0 - 40.0).to_radians()])
                     .actuated(),
             )
@@ -208,7 +209,7 @@ pub fn planar_3rrr() -> Robot {
     }
 }
 
-/// A sine `mean + amplitude sin(rate t + phase)` with its derivatives.
+/// Returns the sine `mean + amplitude sin(rate t + phase)` with its derivatives.
 pub fn sine(mean: f64, amplitude: f64, rate: f64, phase: f64, t: f64) -> Target<f64> {
     let (s, c) = (rate * t + phase).sin_cos();
     Target {
@@ -221,7 +222,7 @@ pub fn sine(mean: f64, amplitude: f64, rate: f64, phase: f64, t: f64) -> Target<
 const TURN: f64 = std::f64::consts::TAU;
 const QUARTER: f64 = std::f64::consts::FRAC_PI_2;
 
-/// The reference motion of the symmetric 3-RPS.
+/// Returns the reference motion of the symmetric 3-RPS robot at time `t`.
 pub fn symmetric_motion(t: f64) -> [Target<f64>; 3] {
     [
         sine(0.55, 0.03, TURN, QUARTER, t),
@@ -230,7 +231,7 @@ pub fn symmetric_motion(t: f64) -> [Target<f64>; 3] {
     ]
 }
 
-/// The reference load of the symmetric 3-RPS.
+/// Returns the reference load of the symmetric 3-RPS robot.
 pub fn symmetric_load(robot: &Robot) -> AppliedLoad<f64> {
     AppliedLoad {
         body: robot.mechanism.body_id("platform").unwrap(),
@@ -241,7 +242,7 @@ pub fn symmetric_load(robot: &Robot) -> AppliedLoad<f64> {
     }
 }
 
-/// The regular twin of the paper's robot.
+/// Creates the regular variant of the robot of Zhang et al. 2018.
 pub fn regular_twin(mu: f64, viscous: f64) -> Robot {
     let mut builder = MechanismBuilder::new("twin")
         .gravity(v(0.0, 0.0, -9.81))
@@ -283,8 +284,8 @@ pub fn regular_twin(mu: f64, viscous: f64) -> Robot {
     }
 }
 
-/// The paper's robot as printed: base 900 mm, platform 300 mm. All six coordinates of the platform
-/// are prescribed, because nothing constrains its roll to first order.
+/// Creates the robot of Zhang et al. 2018 as printed: base 900 mm, platform 300 mm. All six
+/// coordinates of the platform are prescribed, because at first order nothing constrains the roll.
 pub fn printed_robot(rub: bool) -> Robot {
     let mut builder = MechanismBuilder::new("zhang2018")
         .gravity(v(0.0, 0.0, -9.81))
@@ -328,7 +329,8 @@ pub fn printed_robot(rub: bool) -> Robot {
     }
 }
 
-/// The paper's motion (29), with the remaining coordinates constant.
+/// Returns the motion (29) of Zhang et al. 2018 at time `t`, with the remaining coordinates
+/// constant.
 pub fn printed_motion(t: f64) -> [Target<f64>; 6] {
     let still = |value| Target { value, rate: 0.0, acceleration: 0.0 };
     [
@@ -341,7 +343,8 @@ pub fn printed_motion(t: f64) -> [Target<f64>; 6] {
     ]
 }
 
-/// The reference motion of the regular twin; the pitch angle is 90 deg minus theta.
+/// Returns the reference motion of the regular variant at time `t`; the pitch angle is 90 deg minus
+/// theta.
 pub fn twin_motion(t: f64) -> [Target<f64>; 3] {
     [
         sine(0.060, 0.020, TURN, 0.0, t),
@@ -350,7 +353,7 @@ pub fn twin_motion(t: f64) -> [Target<f64>; 3] {
     ]
 }
 
-/// A reference table: rows of named cells.
+/// Reads a reference table: rows of named cells.
 pub fn table(name: &str) -> Vec<HashMap<String, String>> {
     let path = format!("{}/../../reference/{name}", env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{path}: {e}"));
@@ -363,7 +366,7 @@ pub fn table(name: &str) -> Vec<HashMap<String, String>> {
         .collect()
 }
 
-/// A number of a row.
+/// Reads a number from a row.
 pub fn number(row: &HashMap<String, String>, column: &str) -> f64 {
     row[column].parse().unwrap_or_else(|_| panic!("{column}: {}", row[column]))
 }

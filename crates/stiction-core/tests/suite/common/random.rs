@@ -1,11 +1,11 @@
-//! Random mechanisms of several classes, assembled by construction.
+//! Random mechanisms of several classes, built in an assembled configuration.
 
 use super::*;
 use stiction_core::dynamics::{FrictionMode, InverseDynamics, Settings};
 use stiction_core::friction::{InterfaceShape, interfaces_of};
 use stiction_core::kinematics::AssemblyError;
 
-/// A mechanism with its prescribed coordinates and their motion at the present instant.
+/// A mechanism with its prescribed coordinates, and their motion at one instant.
 pub struct Case {
     pub mechanism: Mechanism,
     pub coordinates: Vec<Coordinate>,
@@ -15,16 +15,16 @@ pub struct Case {
 }
 
 impl Case {
-    /// Inverse dynamics of a regular specimen, and its smallest singular value: mechanisms near
-    /// singular positions magnify round-off.
+    /// Returns the inverse dynamics of the mechanism and its smallest singular value. Returns
+    /// `None` near singular configurations, which magnify round-off.
     pub fn regular_solver(&self, friction: FrictionMode) -> Option<(InverseDynamics, f64)> {
         let Self { mechanism, coordinates, targets, class, .. } = self;
         let settings = Settings { friction, ..Settings::default() };
         let solver =
             match InverseDynamics::new(mechanism.clone(), &[], coordinates, targets, settings) {
                 Ok(solver) => solver,
-                // Two legs with fixed balls leave the platform the rotation about the line between
-                // them.
+                // Two legs with fixed balls permit a rotation of the platform about the line
+                // between the balls.
                 Err(AssemblyError::Open { .. }) if *class == Class::Constrained => return None,
                 Err(error) => panic!("{class:?}: {error}"),
             };
@@ -36,7 +36,7 @@ impl Case {
     }
 }
 
-/// Largest difference between two lists, relative to their largest number.
+/// Computes the largest difference between two lists, relative to the largest magnitude.
 pub fn apart(a: &[f64], b: &[f64]) -> f64 {
     let largest = a.iter().chain(b).fold(1e-9f64, |max, x| max.max(x.abs()));
     a.iter().zip(b).fold(0.0f64, |max, (x, y)| max.max((x - y).abs())) / largest
@@ -73,7 +73,7 @@ pub const CLASSES: [Class; 8] = [
     Class::Idle,
 ];
 
-/// SplitMix64.
+/// Pseudo-random generator SplitMix64.
 pub struct Random(pub u64);
 
 impl Random {
@@ -84,7 +84,7 @@ impl Random {
         z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
         z ^ (z >> 31)
     }
-    /// A number in (-1, 1).
+    /// Returns a number in (-1, 1).
     pub fn signed(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
@@ -108,7 +108,8 @@ impl Random {
     }
 }
 
-/// Parts of a mechanism before it is built, as world poses at assembly.
+/// Description of a mechanism before it is built: bodies and joints with world poses in the
+/// assembled configuration.
 #[derive(Clone)]
 pub struct Draft {
     pub bodies: Vec<DraftBody>,
@@ -126,7 +127,7 @@ pub struct DraftBody {
 #[derive(Clone)]
 pub struct DraftJoint {
     pub joint_type: JointType,
-    /// Numbers of the two bodies; zero is the ground.
+    /// Indices of the two bodies; zero is the ground.
     pub ends: (usize, usize),
     pub frame: Pose<f64>,
     pub actuated: Vec<usize>,
@@ -139,7 +140,7 @@ impl Draft {
     }
 
     pub fn body(&mut self, random: &mut Random, pose: Pose<f64>) -> usize {
-        // A few point masses give a physically possible inertia.
+        // A few point masses, which yield a physically possible inertia.
         let mut inertia = Mat3::zero();
         for _ in 0..4 {
             let (p, m) = (random.vector() * 0.15, random.between(0.1, 0.5));
@@ -262,7 +263,7 @@ impl Draft {
         joints
     }
 
-    /// Adds a leg of two collinear rods between two balls, free to spin about its line.
+    /// Adds a leg of two collinear rods between two balls; the leg can spin about its own line.
     fn spinning_leg(
         &mut self,
         random: &mut Random,
@@ -321,8 +322,9 @@ fn dofs(joint_type: JointType) -> usize {
     joint_type.dofs().len()
 }
 
-/// A random draft of a class, with actuators, and the DOFs that must be prescribed in addition to
-/// the actuators (none, except that with redundant actuation some actuators are not prescribed).
+/// Creates a random draft of a class, with actuators, and the DOFs that must be prescribed in
+/// addition to the actuators. There are none of the latter; with redundant actuation, some
+/// actuators are not prescribed.
 pub fn draft(class: Class, random: &mut Random) -> (Draft, Vec<(usize, usize)>) {
     let mut draft = Draft::new();
     let mut driven: Vec<(usize, usize)> = Vec::new();
@@ -400,7 +402,7 @@ pub fn draft(class: Class, random: &mut Random) -> (Draft, Vec<(usize, usize)>) 
                 };
                 candidates.push(scalar(&draft, &joints));
             }
-            // One actuator per leg, up to the number of DOFs of the platform.
+            // One actuator per leg, at most as many as the platform has DOFs.
             let wanted = if class == Class::Constrained { 6 - legs } else { legs };
             for actuator in 0..wanted {
                 let of_leg = &mut candidates[actuator % legs];
@@ -465,14 +467,14 @@ pub fn draft(class: Class, random: &mut Random) -> (Draft, Vec<(usize, usize)>) 
     }
     draft.reverse_some(random);
     let prescribed = match class {
-        // Six of eight determine the pose of the platform.
+        // Six of the eight actuators determine the pose of the platform.
         Class::RedundantlyActuated => driven[..6].to_vec(),
         _ => driven,
     };
     (draft, prescribed)
 }
 
-/// A random mechanism with its motion.
+/// Creates a random mechanism with its motion.
 pub fn case(class: Class, seed: u64, mu: f64) -> (Draft, Case) {
     let mut random = Random(seed);
     let (mut draft, prescribed) = draft(class, &mut random);
@@ -521,7 +523,8 @@ fn in_motion(
     Case { mechanism, coordinates, targets, loads, class }
 }
 
-/// Friction interfaces of a joint; a cylindrical joint has either a sleeve or a pin and a guide.
+/// Lists the friction interfaces of a joint; a cylindrical joint has either a sleeve or a pin and a
+/// guide.
 pub fn surfaces_of(joint_type: JointType, sleeve: bool) -> Vec<(usize, InterfaceShape)> {
     let all = interfaces_of(joint_type).iter().enumerate();
     let all = all.map(|(place, (_, shape))| (place, *shape));

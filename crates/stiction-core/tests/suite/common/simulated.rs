@@ -1,12 +1,13 @@
-//! Mechanisms of several simulation tests.
+//! Mechanisms that several simulation tests use.
 
 use super::*;
 use stiction_core::forward::Forward;
 use stiction_core::friction::Combine;
 use stiction_core::kinematics::State;
 
-/// The symmetric 3-RPS at rest with its platform level at 0.55 m: friction coefficient 0.12 in
-/// guides and pins, `balls` in the balls, and viscous friction in all of them.
+/// Creates the symmetric 3-RPS robot at rest with its platform level at 0.55 m. The friction
+/// coefficient is 0.12 in guides and pins and `balls` in the balls; all joints have viscous
+/// friction.
 pub fn rubbing_3rps(balls: f64) -> (Robot, Forward, State<f64>) {
     let robot = symmetric_3rps(Some([
         friction(0.12, 0.4 / 0.0125_f64.powi(2), Some(0.0125)),
@@ -18,14 +19,14 @@ pub fn rubbing_3rps(balls: f64) -> (Robot, Forward, State<f64>) {
     (robot, model, state)
 }
 
-/// Coordinates of the symmetric 3-RPS with level platform.
+/// Returns coordinates of the symmetric 3-RPS robot with a level platform.
 pub fn level() -> [Target<f64>; 3] {
     [0.55, 0.0, 0.0].map(|value| Target { value, rate: 0.0, acceleration: 0.0 })
 }
 
-/// A collar of 1 kg on a guide along x with two pads 20 mm apart and a friction coefficient of
-/// 0.12. Its centre of mass has the given offset from the guide, m; beyond `span / (2 mu)` it jams.
-/// No gravity.
+/// Creates a collar of 1 kg on a guide along x, with two pads 20 mm apart and a friction
+/// coefficient of 0.12. Its centre of mass is at the distance `offset` from the guide, m. The
+/// collar jams for offsets beyond `span / (2 mu)`. No gravity.
 pub fn collar(offset: f64) -> Mechanism {
     let x = along(Vec3::zero(), Vec3::unit(0));
     let interface = JointFriction {

@@ -1,4 +1,4 @@
-//! Random drawings of several classes.
+//! Random drawings of several classes, see [`Drawing`].
 
 use super::{Drawing, Ints, Joint, by, cross, plus};
 use crate::common::random::Random;
@@ -10,13 +10,14 @@ pub enum Class {
     Loop,
     /// A platform on two to six legs of any kind.
     Parallel,
-    /// A platform on equal legs, translated but not rotated: parallel and equal wrenches.
+    /// A platform on equal legs that is translated but not rotated; leg wrenches are parallel and
+    /// equal.
     EqualLegs,
     /// Planar linkages in space, with one loop or several.
     Planar,
     /// All axes through one point.
     Spherical,
-    /// Planar linkages with all hinges on one line, spherical ones with all axes in one plane:
+    /// Planar linkages with all hinges on one line, or spherical ones with all axes in one plane:
     /// folded, taut, or branching mechanisms.
     Flat,
     /// Ladders: loops attached to loops.
@@ -57,7 +58,7 @@ fn point(random: &mut Random) -> Ints {
     std::array::from_fn(|_| random.below(5) as i64 - 2)
 }
 
-/// A joint with random actuators. `second` is used by types that need it (U and E).
+/// Creates a joint with random actuators. `second` is used by types that need it (U and E).
 fn joint(
     random: &mut Random,
     joint_type: JointType,
@@ -103,8 +104,8 @@ fn chain(
 const ANY: [JointType; 8] =
     [Revolute, Revolute, Revolute, Prismatic, Cylindrical, Universal, Spherical, Helical];
 
-/// Types, positions and axes of a random chain. Often its axes are restricted to few directions or
-/// points.
+/// Creates types, positions and axes of a random chain. Its axes are often restricted to few
+/// directions or points.
 fn random_chain(random: &mut Random, count: usize) -> Vec<(JointType, Ints, Ints)> {
     let (axes, places) = (1 + random.below(4), 1 + random.below(count + 1));
     let axes: Vec<Ints> = (0..axes).map(|_| random.pick(&AXES)).collect();
@@ -112,7 +113,7 @@ fn random_chain(random: &mut Random, count: usize) -> Vec<(JointType, Ints, Ints
     (0..count).map(|_| (random.pick(&ANY), random.pick(&places), random.pick(&axes))).collect()
 }
 
-/// Joints of a planar chain: hinges along the normal, slides perpendicular to it.
+/// Creates the joints of a planar chain: hinges along the normal, slides perpendicular to it.
 fn planar_chain(random: &mut Random, count: usize, turned: usize) -> Vec<(JointType, Ints, Ints)> {
     let turn = |x: Ints| [x[turned % 3], x[(turned + 1) % 3], x[(turned + 2) % 3]];
     (0..count)
@@ -177,7 +178,7 @@ pub fn drawing(class: Class, random: &mut Random) -> Drawing {
             for _ in 0..2 + random.below(4) {
                 let by = point(random);
                 let turned = random.below(3);
-                // Translated, and sometimes rotated to other axes.
+                // The platform is translated, and the axes are sometimes permuted.
                 let turn = |x: Ints| [x[turned], x[(turned + 1) % 3], x[(turned + 2) % 3]];
                 let turned = random.below(3) == 0;
                 let turn = |x: Ints| if turned { turn(x) } else { x };
@@ -212,7 +213,7 @@ pub fn drawing(class: Class, random: &mut Random) -> Drawing {
             let joints = random_chain(random, count);
             chain(&mut drawing, random, &joints, (0, 0));
             for _ in 0..1 + random.below(2) {
-                // Next to the last loop: rungs between two of its bodies.
+                // Add rungs between two bodies of the last loop.
                 let bodies = drawing.coms.len();
                 let (from, to) = (bodies, bodies - 1);
                 let count = 2 + random.below(3);

@@ -1,5 +1,5 @@
 //! Mechanisms whose joints have small integer coordinates, so that axes are often parallel,
-//! concurrent or coplanar, and all of their properties that linear algebra decides, exactly.
+//! concurrent or coplanar. All properties that linear algebra decides are computed exactly.
 #![allow(dead_code, unreachable_pub, reason = "each test uses a part")]
 
 pub mod classes;
@@ -13,8 +13,8 @@ use stiction_core::mechanism::{BodySpec, JointSpec, Mechanism, MechanismBuilder}
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
 pub type Ints = [i64; 3];
-/// Six numbers: of a twist the angular, then the linear velocity at the origin; of a wrench the
-/// force, then the moment about the origin.
+/// Six components: for a twist, the angular velocity, then the linear velocity at the origin; for a
+/// wrench, the force, then the moment about the origin.
 pub type Six = [i64; 6];
 
 pub fn cross(a: Ints, b: Ints) -> Ints {
@@ -33,7 +33,7 @@ fn six(a: Ints, b: Ints) -> Six {
     [a[0], a[1], a[2], b[0], b[1], b[2]]
 }
 
-/// Six coordinates of the line through a point: of a rotation, or of a force.
+/// Returns the six coordinates of the line through a point, which represent a rotation or a force.
 fn line(direction: Ints, point: Ints) -> Six {
     six(direction, cross(point, direction))
 }
@@ -41,21 +41,21 @@ fn line(direction: Ints, point: Ints) -> Six {
 const ZERO: Ints = [0; 3];
 pub const UNITS: [Ints; 3] = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
 
-/// A joint in the assembled position.
+/// A joint in the assembled configuration.
 #[derive(Clone, Debug)]
 pub struct Joint {
     pub joint_type: JointType,
-    /// Predecessor and successor by number; zero is the ground.
+    /// Indices of predecessor and successor; zero is the ground.
     pub ends: (usize, usize),
     pub at: Ints,
     pub axis: Ints,
-    /// Perpendicular to the axis: the joint's x axis.
+    /// The joint's x axis, perpendicular to `axis`.
     pub second: Ints,
     pub pitch: i64,
     pub actuated: Vec<usize>,
 }
 
-/// A mechanism in the assembled position.
+/// A mechanism in the assembled configuration, with integer coordinates.
 #[derive(Clone, Debug, Default)]
 pub struct Drawing {
     /// Centres of mass of the moving bodies.
@@ -64,7 +64,7 @@ pub struct Drawing {
 }
 
 impl Joint {
-    /// Twists of all DOFs, not of unit length.
+    /// Returns the twists of all DOFs, which are not of unit length.
     pub fn twists(&self) -> Vec<Six> {
         let (p, a, x) = (self.at, self.axis, self.second);
         let slide = |axis| six(ZERO, axis);
@@ -81,7 +81,7 @@ impl Joint {
         }
     }
 
-    /// A basis of its constraint wrenches.
+    /// Returns a basis of the joint's constraint wrenches.
     pub fn wrenches(&self) -> Vec<Six> {
         let (p, a, x) = (self.at, self.axis, self.second);
         let y = cross(a, x);
@@ -101,7 +101,7 @@ impl Joint {
         }
     }
 
-    /// Wrench of an actuator on a DOF: a couple, or a force through the joint.
+    /// Returns the wrench of an actuator on a DOF: a couple, or a force through the joint.
     pub fn effort(&self, dof: usize) -> Six {
         let (p, a, x) = (self.at, self.axis, self.second);
         match (self.joint_type, dof) {
@@ -130,7 +130,7 @@ impl Drawing {
         6 * self.coms.len() as i64 - self.constraints() as i64
     }
 
-    /// Six coordinates per body of a wrench's action on successor and predecessor.
+    /// Returns the action of a wrench on successor and predecessor, with six coordinates per body.
     pub fn on_bodies(&self, joint: &Joint, wrench: Six) -> Vec<i64> {
         let mut row = vec![0; 6 * self.coms.len()];
         for (body, sign) in [(joint.ends.1, 1), (joint.ends.0, -1)] {
@@ -143,7 +143,7 @@ impl Drawing {
         row
     }
 
-    /// Actions of the constraints on the bodies, one row per wrench.
+    /// Returns the actions of the constraints on the bodies, one row per constraint wrench.
     pub fn constraint_rows(&self) -> Vec<Vec<i64>> {
         self.joints
             .iter()
@@ -151,7 +151,8 @@ impl Drawing {
             .collect()
     }
 
-    /// Conditions on the joint rates, six rows per independent loop.
+    /// Returns the number of DOFs, and the conditions on the joint rates, six rows per independent
+    /// loop.
     pub fn loop_rows(&self) -> (usize, Vec<Vec<i64>>) {
         let first: Vec<usize> = self
             .joints
@@ -162,7 +163,7 @@ impl Drawing {
             })
             .collect();
         let dofs = self.joints.iter().map(|j| j.twists().len()).sum();
-        // Path from the ground to each body, as joints with signs.
+        // Paths from the ground to each body, as lists of joints with signs.
         let mut ways: Vec<Option<Vec<(usize, i64)>>> = vec![None; self.coms.len() + 1];
         ways[0] = Some(vec![]);
         let mut closing: Vec<usize> = (0..self.joints.len()).collect();
@@ -202,8 +203,8 @@ impl Drawing {
         (dofs, rows)
     }
 
-    /// The same mechanism with bodies in the given frames (world poses), and lengths multiplied by
-    /// `scale`.
+    /// Builds the same mechanism with body frames at the given world poses, and lengths multiplied
+    /// by `scale`.
     pub fn build(&self, frames: &[Pose<f64>], scale: f64) -> Mechanism {
         let vector = |x: Ints| Vec3::new(x[0] as f64, x[1] as f64, x[2] as f64);
         let name = |body: usize| match body {

@@ -1,20 +1,22 @@
 //! Exact ranks of integer matrices, modulo primes near 2^61.
 //!
-//! The rank modulo a prime is never greater than the true rank, and it is less only if the prime
-//! divides every minor of that size. Such a minor of our matrices (at most 150 columns of length at
-//! most 30) is below 30^150 < 2^740 by Hadamard's inequality, so at most 12 of the 5e16 primes of
-//! this size divide it. For a fixed prime, a wrong rank thus has a probability of about 2^-61, and
-//! the tests compute about 1e6 ranks. Two primes must agree on everything, so that even such an
+//! The rank modulo a prime never exceeds the true rank, and it is smaller only if the prime divides
+//! every minor of that size. Such a minor of the matrices of these tests (at most 150 columns of
+//! length at most 30) is below 30^150 < 2^740 by Hadamard's inequality, so at most 12 of the 5e16
+//! primes of this size divide it. For a fixed prime and random minors, a wrong rank has a
+//! probability of about 2^-61, and the tests compute about 1e6 ranks. The results for two primes
+//! must agree, so that even such an error is detected: the same error with both primes has a
+//! probability of 2^-122.
 //! error is detected: the same error in both has a probability of 2^-122.
 
 /// The two largest primes below 2^61; a test verifies them with [`is_prime`].
 pub const PRIMES: [u64; 2] = [(1 << 61) - 1, (1 << 61) - 31];
 
-/// The span of integer rows modulo a prime, as rows with leading ones.
+/// The span of integer rows modulo a prime, stored as rows with leading ones.
 #[derive(Clone)]
 pub struct RowSpace {
     prime: u64,
-    /// Rows by the column of their leading one; all entries before it are zero.
+    /// Rows, indexed by the column of their leading one; all entries before it are zero.
     rows: Vec<Option<Vec<u64>>>,
     rank: usize,
 }
@@ -36,12 +38,12 @@ impl RowSpace {
         self.rank
     }
 
-    /// True if a row is a combination of the rows in the space.
+    /// Returns `true` if a row is a linear combination of the rows in the space.
     pub fn contains(&self, row: &[i64]) -> bool {
         self.reduced(row).1.is_none()
     }
 
-    /// Adds a row; returns true if it is independent of the others.
+    /// Adds a row; returns `true` if it is independent of the rows already in the space.
     pub fn insert(&mut self, row: &[i64]) -> bool {
         let (mut row, leading) = self.reduced(row);
         let Some(leading) = leading else { return false };
@@ -52,7 +54,7 @@ impl RowSpace {
         true
     }
 
-    /// Remainder of a row, and its first nonzero column.
+    /// Returns the remainder of a row, and its first nonzero column.
     fn reduced(&self, row: &[i64]) -> (Vec<u64>, Option<usize>) {
         let p = self.prime;
         let mut row: Vec<u64> = row.iter().map(|x| x.rem_euclid(p as i64) as u64).collect();

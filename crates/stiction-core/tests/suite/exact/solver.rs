@@ -1,4 +1,4 @@
-//! The library's representation of drawings.
+//! Builds the library's solver from a drawing.
 
 use super::Drawing;
 use crate::common::random::Random;
@@ -7,8 +7,8 @@ use stiction_core::kinematics::{Coordinate, Target};
 use stiction_core::mechanism::BodyId;
 use stiction_core::spatial::Pose;
 
-/// The mechanism in its drawn position with the pose of every body prescribed: prescribing less
-/// would not test more, and this leaves no DOF undetermined.
+/// Assembles the mechanism in its drawn configuration with the pose of every body prescribed.
+/// Prescribing less would not test more, and this leaves no DOF undetermined.
 pub fn assembled(drawing: &Drawing, random: &mut Random) -> InverseDynamics {
     let scale = random.pick(&[1.0, 1.0, 0.1, 1e-3, 1e3]);
     let turned = random.below(2) == 0;

@@ -1,6 +1,7 @@
-//! An independent computation of finite mobility: bodies with six coordinates each, joint
-//! conditions written from geometry, derivatives by differences, a different method of closing the
-//! joints, and the dimension counted at the ends of paths twice as far from the drawn position.
+//! An independent computation of finite mobility. Bodies have six coordinates each, joint
+//! conditions are written from geometry, derivatives are differences, the joints are closed by a
+//! different method, and the dimension is counted at the ends of paths twice as far from the drawn
+//! configuration.
 
 use super::{Drawing, Ints};
 use crate::common::random::Random;
@@ -9,30 +10,31 @@ use stiction_core::joint::JointType::*;
 use stiction_core::linalg::Svd;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// Closure tolerance. A motion blocked at second order then still has displacements of about 1e-6.
+/// Closure tolerance of the joints. A motion blocked at second order then still has displacements
+/// of about 1e-6.
 const CLOSED: f64 = 1e-13;
-/// Size of the first step away from the drawing, then of the steps along a path (rad, units of
-/// length).
+/// Size of the first step away from the drawn configuration, then of the steps along a path (rad,
+/// units of length).
 const STEPS: [f64; 5] = [0.02, 0.04, 0.04, 0.05, 0.05];
-/// Size of the steps that count the dimension. Where branches intersect in the drawing, at a
-/// distance of about 0.2, they bend by about 0.02 of themselves.
+/// Size of the steps that count the dimension. If branches intersect in the drawn configuration, at
+/// a distance of about 0.2, they bend by about 0.02 of this step.
 const PROBE: f64 = 0.004;
-/// Limits of the components of a probing step: above the larger one they are motion, below the
-/// smaller one they are not; between them the tracer gives no verdict.
+/// Limits of the components of a counting step: above the larger limit, a component is a motion;
+/// below the smaller limit, it is not; in between, the tracer gives no result.
 const MOTION: (f64, f64) = (0.06, 0.25);
 
-/// Result of tracing from the drawn position.
+/// Result of tracing from the drawn configuration.
 #[derive(Clone, Debug, Default)]
 pub struct Traced {
     /// Distinct dimensions of the motion branches found, sorted.
     pub dimensions: Vec<usize>,
-    /// True if a count was ambiguous, or if there was none.
+    /// True if a count was ambiguous, or if there was no count.
     pub doubtful: bool,
     /// Number of paths that were not followed to their ends.
     pub lost: usize,
 }
 
-/// End of a path.
+/// End of a traced path.
 enum Away {
     There(State),
     /// Closing the joints cancelled the first step.
@@ -40,7 +42,7 @@ enum Away {
     Lost,
 }
 
-/// Poses of all moving bodies relative to the drawing.
+/// Poses of all moving bodies relative to the drawn configuration.
 type State = Vec<Pose<f64>>;
 
 pub struct Tracer<'a> {
@@ -53,7 +55,8 @@ impl<'a> Tracer<'a> {
         Self { drawing, random: Random(seed) }
     }
 
-    /// Leaves the drawing on `ways` different paths and counts at their ends.
+    /// Leaves the drawn configuration on `ways` different paths and counts the dimension at their
+    /// ends.
     pub fn trace(&mut self, ways: usize) -> Traced {
         let start = vec![Pose::identity(); self.drawing.coms.len()];
         let mut traced = Traced::default();
@@ -68,7 +71,7 @@ impl<'a> Tracer<'a> {
                 Away::Lost => traced.lost += 1,
             }
         }
-        // If some paths advance, paths that return give no information.
+        // If some paths advance, paths that return to the start give no information.
         if traced.dimensions.iter().any(|&dimension| dimension > 0) {
             traced.dimensions.retain(|&dimension| dimension > 0);
         }
@@ -78,7 +81,7 @@ impl<'a> Tracer<'a> {
         traced
     }
 
-    /// Follows one path to some distance, without turning back.
+    /// Follows one path to a given distance without turning back.
     fn away(&mut self, start: &State) -> Away {
         let mut here = start.clone();
         let mut heading: Option<DVector<f64>> = None;
@@ -109,7 +112,8 @@ impl<'a> Tracer<'a> {
         Away::There(here)
     }
 
-    /// Dimension of the reachable set near a position, and whether the count is unambiguous.
+    /// Computes the dimension of the reachable set near a configuration, and whether the count is
+    /// unambiguous.
     fn dimension(&mut self, here: &State) -> (usize, bool) {
         let open = self.open(here);
         let mut moves = Vec::new();
@@ -139,7 +143,7 @@ impl<'a> Tracer<'a> {
         sum / size
     }
 
-    /// Motions open to first order.
+    /// Computes a basis of the motions that are open at first order.
     fn open(&self, state: &State) -> Vec<DVector<f64>> {
         let svd = Svd::new(&self.derivatives(state));
         // Differences are accurate to 1e-10; double roots are closed to 1e-6.
@@ -157,15 +161,16 @@ impl<'a> Tracer<'a> {
             if errors.amax() < CLOSED {
                 return Some((state, moved));
             }
-            // Displacements that return to the start converge slowly there.
+            // If the displacement returns to the start, closing converges slowly: stop early.
             if errors.amax() < 1e-9 && moved.norm() < 0.5 * MOTION.0 * step.norm() {
                 return Some((state, moved));
             }
             let derivatives = self.derivatives(&state);
             let mut normal = derivatives.tr_mul(&derivatives);
-            // Damping in proportion to the errors: for `x^2 = 0` and `x y = 0`, undamped steps
-            // would go straight to the origin although y is free. Damped steps descend to the line
-            // x = 0 and are fast near it. Not below the rounding of the normal matrix.
+            // The damping is proportional to the errors. For `x^2 = 0` and `x y = 0`, undamped
+            // steps would go straight to the origin although y is free. Damped steps descend to the
+            // line x = 0 and converge fast near it. The damping is not below the rounding of the
+            // normal matrix.
             let damping = (more * errors.norm()).max(1e-12);
             (0..normal.nrows()).for_each(|k| normal[(k, k)] += damping);
             let back = -normal.cholesky()?.solve(&derivatives.tr_mul(&errors));
@@ -196,7 +201,7 @@ impl<'a> Tracer<'a> {
         DMatrix::from_columns(&columns)
     }
 
-    /// Constraint errors of all joints.
+    /// Computes the constraint errors of all joints.
     fn errors(&self, state: &State) -> DVector<f64> {
         let pose = |body: usize| if body == 0 { Pose::identity() } else { state[body - 1] };
         let mut errors = Vec::new();
@@ -205,7 +210,7 @@ impl<'a> Tracer<'a> {
             let [at, z, x] = [joint.at, joint.axis, joint.second].map(vector);
             let (z, x) = (z * (1.0 / z.norm()), x * (1.0 / x.norm()));
             let y = z.cross(x);
-            // Relative to the predecessor.
+            // Components relative to the predecessor.
             let apart = p.rotation.transpose_mul(s.apply(at) - p.apply(at));
             let turn = p.rotation.transpose() * s.rotation;
             let (dx, dy, dz) = (apart.dot(x), apart.dot(y), apart.dot(z));

@@ -1,24 +1,25 @@
-//! Exact properties of a drawing.
+//! Properties of a drawing, computed exactly.
 
 use super::modular::{PRIMES, RowSpace};
 use super::{Drawing, Ints, Six, cross};
 
-/// Least number of joints of a hub, by the definition of a leg.
+/// Minimum number of joints of a hub, as in the definition of a leg.
 const HUB: usize = 3;
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Verdicts {
     pub mobility: usize,
-    /// Independent self-stresses of the constraints alone.
+    /// Number of independent self-stresses of the constraints alone.
     pub redundant: usize,
     /// Rank of the balance with actuators.
     pub rank: usize,
     /// Number of unknowns of the balance minus its rank.
     pub free_unknowns: usize,
-    /// For each joint, the determinacy of force x y z and moment x y z about its origin.
+    /// For each joint, whether force x y z and moment x y z about its origin are statically
+    /// determinate.
     pub determined: Vec<[bool; 6]>,
     pub drives: Vec<bool>,
-    /// Independent motions of each moving body.
+    /// Number of independent motions of each moving body.
     pub motions: Vec<usize>,
     /// True if bodies between hubs can move while the hubs are fixed; `None` without hubs or such
     /// bodies.
@@ -36,7 +37,7 @@ impl Verdicts {
         let equations = 6 * drawing.coms.len();
         let held = RowSpace::of(prime, equations, &drawing.constraint_rows());
         let mobility = equations - held.rank();
-        // The same from the loop conditions on the joint rates.
+        // The same mobility from the loop conditions on the joint rates.
         let (dofs, rows) = drawing.loop_rows();
         assert_eq!(mobility, dofs - RowSpace::of(prime, dofs, &rows).rank(), "{drawing:?}");
 
@@ -47,7 +48,8 @@ impl Verdicts {
         let rows: Vec<Vec<i64>> =
             (0..equations).map(|i| columns.iter().map(|column| column[i]).collect()).collect();
         let balance = RowSpace::of(prime, unknowns.len(), &rows);
-        // A linear function of the unknowns is determined if it is a combination of the equations.
+        // A linear function of the unknowns is determinate if it is a linear combination of the
+        // equations.
         let determined = (0..drawing.joints.len())
             .map(|joint| {
                 let at = drawing.joints[joint].at;
@@ -101,7 +103,7 @@ fn leg_singular(drawing: &Drawing, prime: u64) -> Option<bool> {
     Some(RowSpace::of(prime, of_legs.len(), &rows).rank() < of_legs.len())
 }
 
-/// Joint and wrench of each unknown: constraints first, then actuators.
+/// Lists joint and wrench of each unknown: constraints first, then actuators.
 fn unknowns(drawing: &Drawing) -> Vec<(usize, Six)> {
     let joints = || drawing.joints.iter().enumerate();
     let constraints =
@@ -111,7 +113,7 @@ fn unknowns(drawing: &Drawing) -> Vec<(usize, Six)> {
     constraints.chain(drives).collect()
 }
 
-/// A component of a wrench: of its force, or of its moment about a point.
+/// Computes a component of a wrench: of its force, or of its moment about a point.
 fn component(wrench: Six, at: Ints, k: usize) -> i64 {
     let [fx, fy, fz, mx, my, mz] = wrench;
     let force = [fx, fy, fz];
