@@ -1,33 +1,38 @@
-//! Friction of an interface at a given velocity and mode, as an affine function of its normal load.
+//! Friction of an interface as an affine function of its normal load, at a given sliding velocity
+//! and stick-slip mode.
 
 use crate::friction::{Law, OwnFriction, Resistance};
 pub(super) use crate::friction_problem::surface_vector::{dot, norm};
 use crate::parameters::InterfaceParameters;
 
-/// Mode of a friction interface at an instant: slip or stick.
+/// Mode of a friction interface at an instant: smooth law, slip, stick, or stick at the static
+/// friction limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum InterfaceMode {
-    /// Friction is a smooth function of velocity and internal state: a regularised law, viscous friction alone, or
-    /// bristles.
+    /// The friction is a smooth function of velocity and internal state, so the interface never
+    /// sticks: a regularised law, purely viscous friction, or a bristle law.
     Smooth,
-    /// Slip. For an interface with one DOF the first number is the direction of slip, 1 or -1, constant within a step.
-    /// For several DOFs the numbers are the unit vector of slip at the surface, used where the velocity is too small to
-    /// define one.
+    /// Slip in the given direction. For an interface with one DOF the first number is the sign of
+    /// the slip, 1 or -1, constant within a step. For several DOFs the numbers are the unit vector
+    /// of the sliding velocity, which is used only where the velocity is too small to define a
+    /// direction.
     Slides([f64; 3]),
     /// Stick: static friction prevents slip.
     Sticks,
-    /// Static friction at its limit while other constraints prevent slip; the unit vector is the direction of slip
-    /// onset, which the friction opposes.
+    /// Static friction is at its limit, and other constraints still prevent slip. The unit vector
+    /// is the direction in which the interface would begin to slip; the friction opposes this
+    /// direction.
     AtLimit([f64; 3]),
 }
 
-/// Friction of an interface as an affine function of its normal load: the effort on each DOF of the interface is
-/// `-(constant + per_load * normal load)`, N or N m, with the lever arms of the surface included.
+/// Friction of an interface as an affine function of its normal load: `-(constant + per_load *
+/// normal load)` is the effort on each DOF of the interface, N or N m, with the lever arms of the
+/// surface included.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct AffineFriction {
     pub(super) constant: [f64; 3],
     pub(super) per_load: [f64; 3],
-    /// Friction of the interface itself as far as it changes the normal load, as on the flanks of a thread.
+    /// Part of the friction that itself changes the normal load, as on the flanks of a thread.
     pub(super) own: OwnFriction<f64>,
 }
 
@@ -37,16 +42,17 @@ impl AffineFriction {
         Self { constant: [0.0; 3], per_load: [0.0; 3], own: OwnFriction::none() }
     }
 
-    /// Returns the friction at the surface, N, under a normal load, N; `arms` are the lever arms of the DOFs, m, or 1
-    /// for translations.
+    /// Returns the friction force along each DOF at the surface, N, under the normal load `load`,
+    /// N. `arms` are the lever arms of the rotational DOFs, m; the entry of a translation is 1.
     pub(super) fn at_surface(&self, arms: [f64; 3], load: f64) -> [f64; 3] {
         let effort = |i: usize| self.constant[i] + self.per_load[i] * load;
         [0, 1, 2].map(|i| if effort(i) == 0.0 { 0.0 } else { effort(i) / arms[i] })
     }
 }
 
-/// Returns the mode of an interface at rest with an unregularised law, for given surface rates or accelerations: static
-/// friction at its limit along them if their magnitude exceeds `rounding`, stick otherwise.
+/// Returns the mode of an interface at rest with an unregularised law. If the magnitude of the
+/// given sliding velocities or accelerations exceeds `rounding`, the mode is
+/// [`InterfaceMode::AtLimit`] in their direction, otherwise [`InterfaceMode::Sticks`].
 pub(super) fn mode_of(rates: &[f64], rounding: f64) -> InterfaceMode {
     let mut direction = [0.0; 3];
     direction[..rates.len()].copy_from_slice(rates);
@@ -58,7 +64,8 @@ pub(super) fn mode_of(rates: &[f64], rounding: f64) -> InterfaceMode {
     }
 }
 
-/// Returns whether friction is a smooth function of velocity and inner state, so that the interface never sticks.
+/// Returns true if the friction is a smooth function of velocity and internal state, so that the
+/// interface never sticks.
 pub(super) fn is_smooth(interface: &InterfaceParameters<f64>) -> bool {
     let smooth = |law: &Law<f64>| {
         law.bristles.is_some()
@@ -68,8 +75,8 @@ pub(super) fn is_smooth(interface: &InterfaceParameters<f64>) -> bool {
     interface.laws().into_iter().all(smooth)
 }
 
-/// Returns the friction of an interface at a surface velocity, m/s; `bristles` are the bristle deflections, m, if the
-/// law has any.
+/// Returns the friction of an interface in a given mode at the sliding velocity `velocity`, m/s.
+/// `bristles` are the bristle deflections, m; laws without bristles ignore them.
 pub(super) fn affine_friction(
     interface: &InterfaceParameters<f64>,
     pitch: f64,
@@ -84,19 +91,20 @@ pub(super) fn affine_friction(
         InterfaceMode::Slides(direction) if single || speed == 0.0 => direction,
         InterfaceMode::AtLimit(direction) => direction,
         _ if single => [if velocity[0] < 0.0 { -1.0 } else { 1.0 }, 0.0, 0.0],
-        // Beyond a reversal, friction keeps its direction for the rest of the step, as for
-        // interfaces with one DOF.
+        // If the velocity reverses within a step, the friction keeps its direction until the end of
+        // the step, as for interfaces with one DOF.
         InterfaceMode::Slides(before) if dot(velocity, before) < 0.0 => {
             velocity.map(|v| -v / speed)
         }
         _ if speed > 0.0 => velocity.map(|v| v / speed),
         _ => [0.0; 3],
     };
-    // Speed along the direction; slightly negative where a step evaluates beyond a reversal.
+    // Speed along the direction of slip; slightly negative where a step is evaluated beyond a
+    // reversal.
     let along = dot(velocity, direction);
     let law = interface.law_towards(direction[0]);
     let resistance = match mode {
-        // Slip onset within a step.
+        // The interface begins to slip within the step.
         InterfaceMode::AtLimit(_) if along > 0.0 && law.slides_as_at_its_limit() => {
             law.sliding(along)
         }
@@ -124,7 +132,7 @@ pub(super) fn affine_friction(
     AffineFriction { constant, per_load, own }
 }
 
-/// Returns the rates of the bristle deflections, m/s.
+/// Returns the rate of each bristle deflection, m/s.
 pub(super) fn bristle_rate(
     interface: &InterfaceParameters<f64>,
     velocity: [f64; 3],
@@ -134,6 +142,6 @@ pub(super) fn bristle_rate(
     let Some(own) = &law.bristles else { return [0.0; 3] };
     let speed = norm(velocity);
     let mu = law.coefficient(speed);
-    // `Bristles::rate` with the speed of the whole interface.
+    // The formula of `Bristles::rate`, with the sliding speed of all DOFs together.
     [0, 1, 2].map(|i| velocity[i] - own.stiffness * speed * bristles[i] / mu)
 }

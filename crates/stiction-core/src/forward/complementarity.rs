@@ -1,4 +1,5 @@
-//! Complementarity problem between frictions and the accelerations, or velocities, of the interfaces.
+//! Complementarity problem between the friction forces and the sliding accelerations (or sliding
+//! velocities) of the interfaces.
 
 use super::Forward;
 use super::balance::{Balance, Response};
@@ -9,22 +10,24 @@ use crate::friction_problem::influence::Influence;
 use crate::kinematics::Bodies;
 use crate::spatial::Wrench;
 
-/// Interfaces that take part in a complementarity problem, each with the responses of the balance to its unknown
-/// frictions.
+/// Interfaces with unknown friction in a complementarity problem. Stores the [`Response`] of the
+/// mechanism (accelerations, multipliers and joint wrenches) to one unit of each unknown friction.
 pub(super) struct Members<'a> {
     model: &'a Forward,
     data: &'a Data,
     balance: &'a Balance,
     members: Vec<Member>,
-    /// Response to each unknown.
+    /// Response of the mechanism to one unit of each unknown friction.
     pub(super) units: Vec<Response>,
-    /// Interface and joint wrench of each unknown, per unit of the unknown.
+    /// Index of the interface of each unknown, and the wrench at its joint per unit of the unknown.
     wrenches: Vec<(usize, Wrench<f64>)>,
-    /// Interfaces whose friction the base response includes, and the wrenches of these frictions.
+    /// Interfaces whose friction is already included in the base response, each with its friction
+    /// wrench.
     known: Vec<(usize, Wrench<f64>)>,
 }
 
-/// Influence of each unknown on the wrenches at the joints of the members.
+/// Linear map from the unknown frictions to the wrenches at the joints of the interfaces in the
+/// problem.
 struct MemberWrenches<'a> {
     model: &'a Forward,
     bodies: &'a Bodies<f64>,
@@ -48,7 +51,8 @@ impl Influence for MemberWrenches<'_> {
     }
 }
 
-/// Sums the frictions among `all` that act between the gear of the interface `gear` and its load.
+/// Sums those friction wrenches in `all` that act between the gear of the interface `gear` and the
+/// load of the gear.
 fn friction_behind(model: &Forward, gear: usize, all: &[(usize, Wrench<f64>)]) -> Wrench<f64> {
     let own = all.iter().filter(|(interface, _)| is_behind(&model.parameters, gear, *interface));
     own.fold(Wrench::zero(), |sum, (_, wrench)| sum + *wrench)
@@ -60,12 +64,13 @@ impl<'a> Members<'a> {
         Self { model, data, balance, members, units, wrenches: Vec::new(), known: Vec::new() }
     }
 
-    /// Records the friction wrench of an interface that the base response includes.
+    /// Declares that the base response already includes the friction wrench of an interface.
     pub(super) fn include(&mut self, interface: usize, wrench: Wrench<f64>) {
         self.known.push((interface, wrench));
     }
 
-    /// Adds an interface to the problem; `wrenches` are the wrenches at its joint per unit of each of its unknowns.
+    /// Adds an interface to the problem; `wrenches` are the wrenches at its joint per unit of each
+    /// of its unknown frictions.
     pub(super) fn add(
         &mut self,
         interface: usize,
@@ -82,10 +87,11 @@ impl<'a> Members<'a> {
         self.members.push(Member { interface, places: first..self.units.len(), law });
     }
 
-    /// Builds the complementarity problem of the members. `base` is the response without friction of the members, and
-    /// `free` returns the surface rates of a member in that response. `prescribed` contains the rates of the prescribed
-    /// actuators, which friction does not change. A friction force changes every other rate by `step` times the
-    /// acceleration that it causes.
+    /// Builds the complementarity problem. `base` is the response without the unknown frictions,
+    /// and `free` returns the sliding velocities (or accelerations) of an interface in the base
+    /// response. `prescribed` contains the rates of the prescribed actuators, which friction does
+    /// not change. A friction force changes every other rate by the acceleration that it causes
+    /// times `step`.
     pub(super) fn problem(
         &self,
         base: &Response,
@@ -101,8 +107,8 @@ impl<'a> Members<'a> {
             for (place, i) in member.places.clone().enumerate() {
                 let rate = model.prescribed_rate(member.interface, place, |k| prescribed[k]);
                 if let Some(rate) = rate {
-                    // Computed rates of a locked actuator are round-off, whose sign would choose a
-                    // direction of slip.
+                    // Computed rates of a locked actuator are round-off, and the sign of round-off
+                    // must not select a direction of slip.
                     rates[i] = rate;
                     continue;
                 }

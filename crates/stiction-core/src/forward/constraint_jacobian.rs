@@ -1,12 +1,13 @@
-//! Constraints on the accelerations of the tree: closed loops, gearings and constrained DOFs.
+//! Constraints on the accelerations of the spanning tree: loop closures, gearings and constrained
+//! DOFs.
 
 use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
 use crate::spatial::{Twist, Wrench};
 use crate::topology::{Link, Role, Topology};
 
-/// DOF of a joint whose acceleration is constrained, by static friction or by an actuator that
-/// prescribes its motion.
+/// DOF of a joint whose acceleration is constrained, either by static friction or by an actuator
+/// with prescribed motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ConstrainedDof {
     pub(super) joint: usize,
@@ -15,10 +16,11 @@ pub(super) struct ConstrainedDof {
     pub(super) acceleration: f64,
     /// True if an actuator constrains the DOF, false if static friction does.
     pub(super) actuated: bool,
-    /// Friction limit as an effort: the scale of static frictions that are statically
-    /// indeterminate.
+    /// Friction limit as an effort. Static frictions that are statically indeterminate are
+    /// distributed relative to these limits.
     pub(super) scale: f64,
-    /// Reference effort, N or N m: statically indeterminate frictions deviate from it as little as possible.
+    /// Reference effort, N or N m. Statically indeterminate frictions deviate from their reference
+    /// efforts as little as possible.
     pub(super) reference: f64,
 }
 
@@ -29,51 +31,57 @@ impl ConstrainedDof {
     }
 }
 
-/// DOF of a sticking interface, as one of the constrained DOFs.
+/// DOF of a sticking interface, with its index among the constrained DOFs.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct StickingDof {
     pub(super) interface: usize,
-    /// Index of the DOF in the interface.
+    /// Index of this DOF among the DOFs of the interface.
     pub(super) place: usize,
-    /// Index among the constrained DOFs.
+    /// Index in the list of [`ConstrainedDof`].
     pub(super) row: usize,
 }
 
-/// Row of the constraints: a unit wrench of a joint (a covector on the relative motion of its bodies), or a gearing.
+/// Row of the constraint equations: a unit wrench of a joint (a covector on the relative motion of
+/// the two bodies), or a gearing.
 #[derive(Clone, Debug)]
 pub(super) struct ConstraintRow {
-    /// Index of the joint; for a gearing, of the first of its joints.
+    /// Index of the joint. For a gearing, index of the first joint of the gearing.
     pub(super) joint: usize,
     /// Index of the DOF in the joint, if the row constrains a single DOF.
     pub(super) dof: Option<usize>,
-    /// Index in [`Topology::gearings`] if the row is a gearing. Its covector is then zero: the row acts on joints of
-    /// the tree, whose wrenches follow from the equilibrium of the bodies.
+    /// Index in [`Topology::gearings`] if the row is a gearing. The covector of a gearing is zero:
+    /// a gearing acts on joints of the spanning tree, whose wrenches follow from the equilibrium of
+    /// the bodies.
     pub(super) gearing: Option<usize>,
-    /// Wrench of a unit multiplier of this row, predecessor on successor, world axes about the reference point.
+    /// Wrench that the predecessor exerts on the successor per unit of the multiplier of this row,
+    /// world axes about the reference point.
     pub(super) covector: Wrench<f64>,
-    /// Required value of the row for the accelerations of the tree.
+    /// Right-hand side: the value that the row must have for the accelerations of the spanning
+    /// tree.
     pub(super) right: f64,
     /// True if the multiplier is the effort of a prescribed actuator.
     pub(super) actuated: bool,
     /// Friction limit as an effort, if the multiplier is a static friction.
     pub(super) friction_scale: Option<f64>,
-    /// Reference effort of a static friction: statically indeterminate frictions deviate from it as little as possible.
+    /// Reference effort of a static friction. Statically indeterminate frictions deviate from their
+    /// reference efforts as little as possible.
     pub(super) reference: f64,
-    /// Factor that makes residuals of angles and lengths comparable.
+    /// Scale factor that makes residuals of angles and lengths comparable.
     pub(super) scale: f64,
 }
 
-/// All constraints at one position and velocity.
+/// All constraint rows at one configuration and velocity.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ConstraintRows {
     pub(super) rows: Vec<ConstraintRow>,
-    /// Matrix over the DOFs of the tree, row by row; see [`Self::fill_matrix`].
+    /// Constraint Jacobian with respect to the DOFs of the spanning tree, row-major; see
+    /// [`Self::fill_matrix`].
     pub(super) matrix: Vec<f64>,
 }
 
 impl ConstraintRows {
-    /// Computes all rows and their matrix, reusing the buffers. Needs [`Bodies::place`] and, for the right-hand sides,
-    /// [`Bodies::move_with`].
+    /// Computes all rows and the constraint Jacobian, reusing the buffers. Requires
+    /// [`Bodies::place`] and, for the right-hand sides, [`Bodies::move_with`].
     pub(super) fn update(
         &mut self,
         topology: &Topology,
@@ -85,7 +93,8 @@ impl ConstraintRows {
         self.fill_matrix(topology, parameters, bodies);
     }
 
-    /// Computes all rows without their matrix, whose size is quadratic in the number of bodies.
+    /// Computes all rows without the constraint Jacobian, whose size is quadratic in the number of
+    /// bodies.
     pub(super) fn update_rows(
         &mut self,
         topology: &Topology,
@@ -135,7 +144,7 @@ impl ConstraintRows {
             let place = dof;
             let dof = &topology.joint_types[joint].dofs()[place];
             let covector = bodies.effort(dof, joint);
-            // In a joint of the tree the joint rate is a rate of the tree.
+            // For a joint of the spanning tree, the joint rate is itself a rate of the tree.
             let right = match topology.role[joint] {
                 Role::Tree { .. } => acceleration,
                 Role::Cut { .. } => {
@@ -156,7 +165,7 @@ impl ConstraintRows {
         }
     }
 
-    /// Computes the matrix of the constraint Jacobian, one row for each constraint.
+    /// Computes the constraint Jacobian, one row for each constraint.
     pub(super) fn fill_matrix(
         &mut self,
         topology: &Topology,
@@ -180,7 +189,8 @@ impl ConstraintRows {
         }
     }
 
-    /// Returns the product of a row with rates or accelerations of the tree, without using the matrix.
+    /// Returns the product of a constraint row with rates or accelerations of the spanning tree,
+    /// without the matrix.
     pub(super) fn product(
         &self,
         (topology, parameters): (&Topology, &Parameters<f64>),
@@ -200,8 +210,8 @@ impl ConstraintRows {
         sum
     }
 
-    /// Writes the matrix to `scaled`, with its rows multiplied by their scales and its columns by `columns`, reusing
-    /// the buffer.
+    /// Writes the constraint Jacobian to `scaled`, with each row multiplied by its scale and each
+    /// column by its entry in `columns`, reusing the buffer.
     pub(super) fn scale_into(&self, columns: &[f64], scaled: &mut Vec<f64>) {
         scaled.clone_from(&self.matrix);
         let each = self.rows.iter().zip(scaled.chunks_exact_mut(columns.len().max(1)));
@@ -211,8 +221,8 @@ impl ConstraintRows {
     }
 }
 
-/// Calls `of` with each DOF of the tree that changes the relative pose of a joint's two bodies, and with the sign of
-/// that change.
+/// Calls `of` for each DOF of the spanning tree that changes the relative pose of the two bodies of
+/// a joint. The second argument is the sign of the change, 1 or -1.
 pub(super) fn each_dof(topology: &Topology, joint: usize, mut of: impl FnMut(usize, f64)) {
     match topology.role[joint] {
         Role::Cut { cut } => {
@@ -229,8 +239,9 @@ pub(super) fn each_dof(topology: &Topology, joint: usize, mut of: impl FnMut(usi
     }
 }
 
-/// Returns the relative acceleration of a joint's two bodies at zero accelerations of the tree, minus the
-/// velocity-dependent acceleration that the joint allows. The constraint rows must cancel it.
+/// Returns the relative acceleration of the two bodies of a joint at zero accelerations of the
+/// spanning tree, minus the velocity-dependent acceleration that the joint allows. The constraint
+/// rows must cancel this acceleration.
 pub(super) fn opening(
     topology: &Topology,
     parameters: &Parameters<f64>,

@@ -1,7 +1,8 @@
-//! Coupling of friction and reactions, with unknown accelerations.
+//! Coupled solution of normal loads, friction and accelerations.
 //!
-//! Joint wrenches, and the accelerations that they cause, are affine in the normal loads of the
-//! interfaces. The normal loads are therefore the unknowns of a [`LoadProblem`].
+//! For given friction coefficients and modes, joint wrenches and accelerations are affine in the
+//! normal loads of the interfaces. The normal loads are therefore the unknowns of a
+//! [`LoadProblem`].
 //!
 //! Equation (D3) of the book's theory.
 
@@ -20,14 +21,16 @@ use crate::friction_problem::uniqueness::BoundStart;
 use crate::random::Random;
 use crate::spatial::{Vec3, Wrench};
 
-/// Step sizes of the continuation from zero to full friction. The shortest step bounds the work:
-/// every search for modes repeats the continuation, which needs some 60 steps to locate a lock.
-/// Near singular positions, a continuation without shortest step would need millions of steps.
+/// Step sizes of the continuation from zero to full friction. The shortest step bounds the
+/// computing time: every trial of modes repeats the continuation, which needs about 60 steps to
+/// locate the point at which friction locks the mechanism. Near singular configurations a
+/// continuation without a shortest step would need millions of steps.
 const STEPS: StepPolicy =
     StepPolicy { first: 0.1, growth: 1.5, longest: f64::INFINITY, shortest: 1e-6, most: 300 };
-/// Number of starts of the search for other solutions.
+/// Number of random starts in the search for other solutions.
 const STARTS: u32 = 24;
-/// Two solutions count as equal if their normal loads differ by less than this fraction.
+/// Two solutions count as equal if their normal loads differ by less than this fraction of the
+/// largest load.
 const SAME: f64 = 1e-7;
 
 /// Solution with friction: normal loads, accelerations and reactions.
@@ -38,28 +41,31 @@ pub(super) struct Coupled {
     pub(super) loads: Vec<f64>,
 }
 
-/// Problem for the unknown normal loads, and the responses of the balance that define it.
+/// Problem for the unknown normal loads, and the responses of the mechanism that define its
+/// coefficients.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Coupling {
-    /// Wrenches that do not depend on normal loads, each with its joint: those of actuators, and the constant parts of
-    /// friction.
+    /// Wrenches that do not depend on normal loads, each with the index of its joint: wrenches of
+    /// actuators, and the constant parts of friction.
     constant: Vec<(usize, Wrench<f64>)>,
-    /// Response of the balance to the constant wrenches.
+    /// Response of the mechanism to the constant wrenches.
     base: Response,
     problem: LoadProblem,
-    /// Joint and friction wrench per newton of each unknown normal load.
+    /// For each unknown normal load, the index of its joint and the friction wrench per newton of
+    /// the load.
     units: Vec<(usize, Wrench<f64>)>,
-    /// Interface of each unknown normal load.
+    /// Index of the interface of each unknown normal load.
     interfaces: Vec<usize>,
     one: Response,
     all: Vec<(usize, Wrench<f64>)>,
     workspace: LoadWorkspace,
-    /// True if the influence matrix of the problem is computed. Its size is quadratic in the number of interfaces.
+    /// True if the influence matrix of the problem is up to date. The size of this matrix is
+    /// quadratic in the number of interfaces.
     has_influence: bool,
     fixed_point: FixedPoint,
 }
 
-/// Responses of the decomposed balance to the friction due to one newton of each normal load.
+/// Responses of the mechanism to the friction that one newton of each normal load causes.
 struct Responses<'a> {
     model: &'a Forward,
     data: &'a Data,
@@ -108,7 +114,8 @@ impl Influence for Responses<'_> {
 }
 
 impl Coupling {
-    /// Sets up the problem for given frictions; `efforts` are the wrenches of the actuators, each with its joint.
+    /// Sets up the problem for given frictions. `efforts` are the wrenches of the actuators, each
+    /// with the index of its joint.
     pub(super) fn update(
         &mut self,
         (model, data): (&Forward, &Data),
@@ -151,7 +158,7 @@ impl Coupling {
         }
     }
 
-    /// Computes the influence of the normal loads on each other, unless it has been computed since the last update.
+    /// Computes the influence of the normal loads on each other if it is not up to date.
     pub(super) fn need_influence(
         &mut self,
         (model, data): (&Forward, &Data),
@@ -170,9 +177,10 @@ impl Coupling {
         problem.set_influence(&mut responses);
     }
 
-    /// Solves by fixed-point iteration from the `known` normal loads. An iteration solves the
-    /// balance once, whereas Newton's method solves it once for each interface. Returns false if
-    /// the iteration does not contract, or if gears transmit normal loads.
+    /// Solves by fixed-point iteration, starting from the normal loads `known`. Each iteration
+    /// solves the equations of motion once, whereas Newton's method solves them once per interface.
+    /// Returns false if the iteration does not contract, or if the normal load of an interface
+    /// depends on the effort that a gear transmits.
     pub(super) fn iterate(
         &mut self,
         (model, data): (&Forward, &Data),
@@ -214,8 +222,9 @@ impl Coupling {
         true
     }
 
-    /// Solves by Newton's method from the `known` normal loads, N, one for each interface, if it converges there;
-    /// otherwise by continuation from the frictionless solution.
+    /// Solves by Newton's method, starting from the normal loads `known`, N, one for each
+    /// interface. If Newton's method does not converge from there, or without `known`, solves by
+    /// continuation from the frictionless solution.
     pub(super) fn solve(
         &mut self,
         (model, data): (&Forward, &Data),
@@ -230,20 +239,23 @@ impl Coupling {
         Ok(())
     }
 
-    /// Number of steps of the continuation in the last solution, zero without one.
+    /// Returns the number of continuation steps in the last solution; zero if it needed no
+    /// continuation.
     pub(super) fn continuation_steps(&self) -> usize {
         self.workspace.continuation_steps
     }
 
-    /// Returns the uniqueness bound: if it is below one, no other normal loads satisfy the friction laws in these
-    /// modes.
+    /// Returns the uniqueness bound of the normal loads for the present modes. If the bound is
+    /// below one, no other normal loads satisfy the friction laws in these modes.
     pub(super) fn bound(&mut self, model: &Forward, data: &Data) -> f64 {
-        // The bound must not depend on earlier ones, which a resumed simulation does not have.
+        // The bound must not depend on bounds computed earlier, because a resumed simulation does
+        // not have them.
         let least = (BoundStart::New, 0.0);
         self.problem.coupling_bound(model.configuration(data), least, &mut self.workspace)
     }
 
-    /// Searches for solutions that differ from `known`, from many random starts.
+    /// Searches from many random starts for solutions whose normal loads differ from those of
+    /// `known`.
     pub(super) fn others(
         &mut self,
         (model, data): (&Forward, &Data),
@@ -280,7 +292,7 @@ impl Coupling {
         found
     }
 
-    /// Computes accelerations and reactions from the normal loads found last.
+    /// Computes accelerations and reactions from the normal loads of the last solution.
     fn complete(
         &mut self,
         (model, data): (&Forward, &Data),
@@ -302,8 +314,8 @@ impl Coupling {
         self.note_loads((model, data), frictions, response, found);
     }
 
-    /// Writes the normal loads of all interfaces to `found`; `response` gives the normal loads that are not unknowns of
-    /// the problem.
+    /// Writes the normal loads of all interfaces to `found`. Normal loads that are not unknowns of
+    /// the problem are computed from `response`.
     fn note_loads(
         &self,
         (model, data): (&Forward, &Data),

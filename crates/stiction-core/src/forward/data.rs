@@ -1,4 +1,4 @@
-//! Quantities at an instant that do not depend on the modes of the interfaces.
+//! Quantities at one instant that do not depend on the stick-slip modes of the interfaces.
 
 use super::Forward;
 use super::inputs::{InputState, Inputs, View};
@@ -8,7 +8,7 @@ use crate::kinematics::{Bodies, State, Target};
 use crate::spatial::Twist;
 use crate::statics::AppliedLoad;
 
-/// Position, velocity and inputs at an instant, and quantities that depend on them alone.
+/// Position, velocity and inputs at one instant, and quantities that depend only on these.
 #[derive(Clone, Debug)]
 pub(super) struct Data {
     /// Time, s.
@@ -16,27 +16,28 @@ pub(super) struct Data {
     pub(super) state: State<f64>,
     pub(super) bodies: Bodies<f64>,
     pub(super) masses: MassMatrix,
-    /// Effort of each actuator, N or N m; zero for prescribed ones.
+    /// Effort of each actuator, N or N m; zero for actuators with prescribed motion.
     pub(super) efforts: Vec<f64>,
     pub(super) loads: Vec<AppliedLoad<f64>>,
-    /// Targets of the prescribed actuators.
+    /// Target coordinates, rates and accelerations of the actuators with prescribed motion.
     pub(super) targets: Vec<Target<f64>>,
-    /// Surface velocity of each interface, m/s.
+    /// Sliding velocity at the surface of each interface, m/s.
     pub(super) velocities: Vec<[f64; 3]>,
     /// Bristle deflections of each interface, m.
     pub(super) bristles: Vec<[f64; 3]>,
-    /// State of the inputs: internal states, sides of the switching functions, counted angles.
+    /// State of the inputs: internal states, signs of the switching functions, unwrapped angles.
     pub(super) input: InputState,
     /// Rates of the internal states of the inputs, per second.
     pub(super) input_rates: Vec<f64>,
-    /// Estimated friction limit of each interface relative to the largest: the scale of statically indeterminate static
-    /// frictions. Stays constant while the modes stay the same.
+    /// Estimated friction limit of each interface relative to the largest one. Statically
+    /// indeterminate static frictions are distributed relative to these limits. The values stay
+    /// constant while the modes stay the same.
     pub(super) friction_scales: Vec<f64>,
-    /// Reference static friction of each interface, N: statically indeterminate frictions deviate
-    /// from it as little as possible.
+    /// Reference static friction of each interface at the surface, N. Statically indeterminate
+    /// frictions deviate from their references as little as possible.
     pub(super) reference_frictions: Vec<[f64; 3]>,
-    /// Factor by which static friction may exceed its limit; one except in a search that allows for statically
-    /// indeterminate frictions.
+    /// Factor by which static friction may exceed its limit. The factor exceeds one only in a mode
+    /// search that tolerates a small excess of statically indeterminate frictions.
     pub(super) limit_factor: f64,
 }
 
@@ -63,7 +64,7 @@ impl Data {
 }
 
 impl Forward {
-    /// Computes the data at a time, s, from the state and the inputs.
+    /// Computes the data at a time, s, from the state of the mechanism and the inputs.
     pub(super) fn data(
         &self,
         time: f64,
@@ -80,8 +81,8 @@ impl Forward {
         data
     }
 
-    /// Recomputes the data in place. Uses the values that `data` holds for time, state, bristles, states of the inputs,
-    /// friction scales and reference frictions.
+    /// Recomputes the data in place from the time, state, bristle deflections, input states,
+    /// friction scales and reference frictions stored in `data`.
     pub(super) fn update_data(&self, data: &mut Data, inputs: &mut dyn Inputs) {
         let (topology, parameters) = (&self.topology, &self.parameters);
         let Data {
@@ -120,14 +121,14 @@ impl Forward {
         data.limit_factor = 1.0;
     }
 
-    /// Targets of the prescribed actuators at a time, s.
+    /// Returns the targets of the actuators with prescribed motion at a time, s.
     pub(super) fn targets(&self, time: f64, inputs: &mut dyn Inputs) -> Vec<Target<f64>> {
         let mut targets = Vec::new();
         self.targets_into(time, inputs, &mut targets);
         targets
     }
 
-    /// Writes the targets of the prescribed actuators at a time, s, reusing the buffer.
+    /// Writes the targets of the actuators with prescribed motion at a time, s, reusing the buffer.
     pub(super) fn targets_into(
         &self,
         time: f64,
@@ -140,18 +141,18 @@ impl Forward {
         inputs.targets(time, targets);
     }
 
-    /// Returns the parameters and poses from which normal loads follow.
+    /// Returns the parameters and body poses that determine the normal loads.
     pub(super) fn configuration<'a>(&'a self, data: &'a Data) -> Configuration<'a> {
         Configuration { parameters: &self.parameters, bodies: &data.bodies }
     }
 
-    /// Speed of a body, rad/s: the larger of its angular velocity and its linear velocity over the characteristic
-    /// length.
+    /// Returns the speed of a body, rad/s: the larger of its angular speed and its linear speed
+    /// divided by the characteristic length.
     pub(super) fn twist_rate(&self, twist: &Twist<f64>) -> f64 {
         twist.angular.norm().max(twist.linear.norm() / self.parameters.length)
     }
 
-    /// Largest speed of any body, see [`Self::twist_rate`], rad/s.
+    /// Returns the largest speed of any body, rad/s, as defined by [`Self::twist_rate`].
     pub(super) fn fastest(&self, data: &Data) -> f64 {
         data.bodies.twist.iter().map(|twist| self.twist_rate(twist)).fold(0.0, f64::max)
     }

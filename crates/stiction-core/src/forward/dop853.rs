@@ -1,15 +1,17 @@
-//! Coefficients of the method of Dormand and Prince of order 8, with error estimates of orders 5 and 3 and an
-//! interpolation of order 7.
+//! Coefficients of the Runge-Kutta method of Dormand and Prince of order 8, with error estimates of
+//! orders 5 and 3 and an interpolant of order 7.
 //!
 //! Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, second
-//! edition, section II.5 and II.6 and the program DOP853. Rounded to double precision.
+//! edition, sections II.5 and II.6 and the program DOP853. Rounded to double precision.
 
-/// Number of stages of a step; the derivative at its end is the first stage of the next step.
+/// Number of stages of a step. The derivative at the end of the step is the first stage of the next
+/// step.
 pub(super) const STAGES: usize = 12;
-/// Number of stages including the derivative at the end of the step and those that only the interpolation needs.
+/// Number of stages including the derivative at the end of the step and the additional stages for
+/// the interpolant.
 pub(super) const ALL_STAGES: usize = 16;
 
-/// Times of the stages as fractions of the step.
+/// Time of each stage as a fraction of the step.
 pub(super) const NODES: [f64; ALL_STAGES] = [
     0.0,
     0.05260015195876773,
@@ -29,8 +31,8 @@ pub(super) const NODES: [f64; ALL_STAGES] = [
     0.7777777777777778,
 ];
 
-/// Weights of the derivatives in each stage, as pairs of index and weight. Row 12 is the solution
-/// of order 8.
+/// Coefficients of the earlier derivatives in each stage, as pairs of stage index and weight. Row
+/// 12 contains the weights of the solution of order 8.
 pub(super) const WEIGHTS: [&[(usize, f64)]; ALL_STAGES] = [
     &[],
     &[(0, 0.05260015195876773)],
@@ -142,7 +144,7 @@ pub(super) const ERROR_5: &[(usize, f64)] = &[
 pub(super) const LOWER_3: &[(usize, f64)] =
     &[(0, 0.2440944881889764), (8, 0.7338466882816118), (11, 0.022058823529411766)];
 
-/// Weights of the derivatives in the last four coefficients of the interpolation.
+/// Weights of the derivatives in the last four coefficients of the interpolant.
 pub(super) const INTERPOLATION: [&[(usize, f64)]; 4] = [
     &[
         (0, -8.428938276109013),

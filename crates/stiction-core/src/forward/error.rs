@@ -6,12 +6,12 @@ use crate::kinematics::AssemblyError;
 use crate::words::brief;
 use thiserror::Error;
 
-/// Another solution that satisfies all friction laws.
+/// Competing solution: another solution at the same state that satisfies all friction laws.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Competitor {
     /// Normal loads of all interfaces, N.
     pub loads: Vec<f64>,
-    /// Accelerations of the tree, rad/s^2 or m/s^2.
+    /// Accelerations of the spanning tree, rad/s^2 or m/s^2.
     pub accelerations: Vec<f64>,
     /// Mode of each interface.
     pub interfaces: Vec<InterfaceMode>,
@@ -24,8 +24,8 @@ pub enum ForwardError {
     /// The mechanism cannot be assembled at its start.
     #[error("{0}")]
     Assembly(#[from] AssemblyError),
-    /// No acceleration was found by continuation from the frictionless solution; usually none exists (Painleve's
-    /// paradox).
+    /// The continuation from the frictionless solution found no accelerations that satisfy the
+    /// friction laws; usually none exist (Painleve's paradox).
     #[error(
         "at t = {t} s no acceleration was found that satisfies the friction laws of the rigid \
          model: the solution continued from zero friction ends {at}, where the normal loads grow \
@@ -41,7 +41,7 @@ pub enum ForwardError {
         time: f64,
         /// Joint whose normal load grows most.
         joint: String,
-        /// Scale of the friction coefficients at which the solution branch ends, percent.
+        /// Fraction of the given friction coefficients at which the solution branch ends, percent.
         percent: f64,
     },
     /// The search found no combination of sticking and sliding interfaces that satisfies all friction laws.
@@ -55,7 +55,8 @@ pub enum ForwardError {
         /// Name of a joint that can neither stick nor slide.
         joint: String,
     },
-    /// A body has no inertia in a motion that the constraints allow.
+    /// A motion that the constraints allow moves a body without inertia, so that its acceleration
+    /// is undefined.
     #[error(
         "at t = {t} s body `{body}` can move without any inertia, so its acceleration is not \
          defined; give it mass and moments of inertia, or lock that motion", t = brief(*time, 9))]
@@ -72,7 +73,7 @@ pub enum ForwardError {
         time: f64,
         /// Name of the spring or bushing.
         spring: String,
-        /// The problem in words.
+        /// Description of the problem.
         problem: String,
     },
     /// The loops cannot be closed after a step.
@@ -87,7 +88,7 @@ pub enum ForwardError {
         /// Closure error, m or rad.
         gap: f64,
     },
-    /// The tolerance requires a step below the shortest one.
+    /// The tolerance requires a step shorter than the smallest allowed one.
     #[error(
         "at t = {t} s steps of {step:.1e} s are still too long for the tolerance {tolerance:.0e}: \
          the motion changes too fast there{around}; allow a larger tolerance, or check the forces \
@@ -99,10 +100,11 @@ pub enum ForwardError {
         step: f64,
         /// Relative tolerance.
         tolerance: f64,
-        /// Text about the joint or position where the motion changes too fast; may be empty.
+        /// Text for the message that names the joint or position where the motion changes too fast;
+        /// may be empty.
         around: String,
     },
-    /// A formula of the inputs changes between its branches without end (chatter).
+    /// A formula of the inputs switches endlessly between its branches (chatter).
     #[error(
         "at t = {t} s {what} changes back and forth {count} times within {span:.1e} s (chatter): \
          on both sides of its jump it drives the mechanism back to the jump; write a continuous \
@@ -113,11 +115,11 @@ pub enum ForwardError {
     Chatter {
         /// Time of the last change, s.
         time: f64,
-        /// The formula or limit, in words.
+        /// Description of the formula or limit that switches.
         what: String,
-        /// Number of changes.
+        /// Number of switches.
         count: usize,
-        /// Time span of the changes, s.
+        /// Time span of the switches, s.
         span: f64,
     },
     /// The simulated time hardly advances over many evaluations.
@@ -135,25 +137,25 @@ pub enum ForwardError {
         /// Joint with the largest normal force, if joints have friction.
         joint: Option<String>,
     },
-    /// The start values contradict each other or the loops.
+    /// The start values contradict each other or the loop constraints.
     #[error(
         "the start values contradict each other: {what} {is} off by {by:.3e} {unit}; give fewer values, or \
          consistent ones",
         is = if what.starts_with("joint") { "and is" } else { "is" },
     )]
     Contradiction {
-        /// The violated value or rate, in words.
+        /// Description of the value or rate that cannot be satisfied.
         what: String,
-        /// Residual.
+        /// Residual of the value or rate, in `unit`.
         by: f64,
-        /// Unit of the residual.
+        /// Unit of `by`.
         unit: &'static str,
         /// True if `by` is the residual of a rate, false if it is that of a value.
         rates: bool,
     },
-    /// The motion at the start violates a lock, a prescribed motion or a loop immediately: at a
-    /// dead centre, or at a bifurcation of the motion. At rest, the forces push into such a motion,
-    /// and no finite reaction prevents it.
+    /// The motion at the start violates a lock, a prescribed motion or a loop constraint
+    /// immediately, at a dead centre or at a bifurcation of the motion. For a mechanism at rest,
+    /// the forces drive it into a motion that no finite reaction prevents.
     #[error(
         "the start is contradictory: {}; start {}at another position, or release that constraint",
         blocked(*time, what, *by, *translates, *at_rest),
@@ -162,17 +164,18 @@ pub enum ForwardError {
     Blocked {
         /// Time, s.
         time: f64,
-        /// The violated constraint, in words.
+        /// Description of the violated constraint.
         what: String,
         /// Residual acceleration, m/s^2 or rad/s^2.
         by: f64,
         /// True if `by` is in m/s^2, false if it is in rad/s^2.
         translates: bool,
-        /// True if the mechanism is at rest and the forces push it; `by` is then the residual after
-        /// one second.
+        /// True if the mechanism is at rest and the forces accelerate it; `by` is then the
+        /// constraint violation that would accumulate in one second.
         at_rest: bool,
     },
-    /// Loops, locks or prescribed motions would stop a motion instantly.
+    /// Loop constraints, locks or prescribed motions would stop a motion instantly, which is an
+    /// impact.
     #[error(
         "at t = {t} s velocities would have to jump by {percent:.2} % of the largest so that {what} \
          holds: an impact, which is not modelled; release that constraint, prescribe another motion, or \
@@ -180,14 +183,15 @@ pub enum ForwardError {
     Impact {
         /// Time, s.
         time: f64,
-        /// The violated constraint, in words.
+        /// Description of the violated constraint.
         what: String,
         /// Required jump of the velocities, percent of the largest velocity.
         percent: f64,
-        /// True if the constraint is a loop, not a lock or a prescribed motion.
+        /// True if the violated constraint is a loop closure, false if it is a lock or a prescribed
+        /// motion.
         by_loop: bool,
     },
-    /// The checkpoint belongs to another mechanism or version.
+    /// The checkpoint was written for another mechanism or by another version of the program.
     #[error(
         "the checkpoint is of another mechanism, or was written by another version of this \
          program; start the simulation again without it"
@@ -201,7 +205,7 @@ pub enum ForwardError {
         time: f64,
         /// Name of the fastest body.
         body: String,
-        /// Speed of its centre of mass, or of a point at the characteristic length from it, m/s.
+        /// Speed of the centre of mass, or of a point at the characteristic length from it, m/s.
         speed: f64,
     },
     /// A quantity is infinite or not a number.
@@ -209,7 +213,7 @@ pub enum ForwardError {
     NotFinite {
         /// Time, s.
         time: f64,
-        /// The quantity, in words.
+        /// Description of the quantity.
         what: &'static str,
     },
 }

@@ -1,4 +1,4 @@
-//! Initial state of a simulation from partial data.
+//! Initial state of a simulation from incomplete start values.
 //!
 //! Equation (D8) of the book's theory.
 
@@ -11,30 +11,31 @@ use crate::linalg::RowSpace;
 use crate::mechanism::BodyId;
 use crate::spatial::Pose;
 
-/// Given value or rate of one coordinate at the start of a simulation.
+/// Given value or rate of one coordinate at the start of a simulation. Each may be absent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Known {
     /// The coordinate.
     pub coordinate: Coordinate,
     /// Value, rad or m, if given.
     pub value: Option<f64>,
-    /// Rate, rad/s or m/s, if given. For a component of a rotation vector it is that component of the angular velocity,
-    /// in axes of the ground's frame.
+    /// Rate, rad/s or m/s, if given. For a component of a rotation vector, the rate is the same
+    /// component of the angular velocity, in the axes of the ground frame.
     pub rate: Option<f64>,
 }
 
 /// A given rate counts as satisfied if its relative residual is below this value.
 const MET: f64 = 1e-9;
-/// A constraint row counts as dependent if its component that is independent of the other rows is
-/// below this fraction of the row.
+/// A constraint row counts as linearly dependent if its component orthogonal to the span of the
+/// other rows is below this fraction of its norm.
 const DEPENDENT: f64 = 1e-10;
 
 impl Forward {
     /// Assembles a state from known values and rates of any joint coordinates and body poses.
     ///
-    /// The search starts from the start coordinates of the joints and from `initial_poses`, guesses
-    /// of body poses in the ground's frame. Each step is the minimum-norm step that satisfies the
-    /// known values and closes the loops. Undetermined rates minimise the kinetic energy.
+    /// The search starts from the start coordinates of the joints and from the guesses
+    /// `initial_poses` of body poses in the ground frame. Each Newton step is the minimum-norm step
+    /// that closes the loops and satisfies the known values. Rates that remain undetermined
+    /// minimise the kinetic energy.
     ///
     /// # Errors
     /// [`ForwardError::Contradiction`] names the value or rate that cannot be satisfied.
@@ -93,7 +94,7 @@ impl Forward {
         let n = topology.dofs();
         let mut space = RowSpace::default();
         space.decompose(&rows.matrix, rows.rights.len(), n, DEPENDENT);
-        // Minimum-norm scaled rates that satisfy the rows; below, the kinetic energy is minimised.
+        // Minimum-norm scaled rates that satisfy the rows. The kinetic energy is minimised below.
         let mut found = space.shortest(&rows.rights);
         let largest = rows.rights.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         for (row, right) in rows.matrix.chunks_exact(n.max(1)).zip(&rows.rights).enumerate() {
@@ -120,7 +121,8 @@ impl Forward {
         let mut matrix = Vec::new();
         masses.matrix_into(topology, &bodies, &mut matrix);
         let free = basis.len() / n.max(1);
-        // Without inertia the kinetic energy has no unique minimum: the minimum-norm rates remain.
+        // Without inertia the kinetic energy has no unique minimum; the minimum-norm rates then
+        // remain unchanged.
         if free > 0
             && largest > 0.0
             && let Ok(factored) = factor(&matrix, &mut basis, n, &|_| false, &mut Vec::new())
@@ -142,7 +144,8 @@ impl Forward {
         Ok(state)
     }
 
-    /// Name of a coordinate for messages, with the names of its joint or bodies.
+    /// Returns the name of a coordinate for messages, which includes the names of its joint or
+    /// bodies.
     fn in_words(&self, coordinate: &Coordinate) -> String {
         let body = |body: &BodyId| &self.simulated().bodies()[body.0].name;
         let axis = |axis: &usize| ["x", "y", "z"].get(*axis).copied().unwrap_or("?");

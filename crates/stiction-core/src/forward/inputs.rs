@@ -6,34 +6,35 @@ use crate::statics::AppliedLoad;
 use crate::topology::Topology;
 use std::f64::consts::TAU;
 
-/// Present state of a simulation, as an argument of the inputs.
+/// View of the present state of a simulation, passed to the methods of [`Inputs`].
 #[derive(Clone, Copy)]
 pub struct View<'a> {
     /// Time, s.
     pub time: f64,
-    /// Coordinates and rates of the tree.
+    /// Coordinates and rates of the spanning tree.
     pub state: &'a State<f64>,
-    /// Poses and twists of the bodies, about the reference point.
+    /// Poses of the bodies, and twists about the reference point.
     pub bodies: &'a Bodies<f64>,
     pub(super) topology: &'a Topology,
     pub(super) parameters: &'a Parameters<f64>,
     pub(super) input: &'a InputState,
 }
 
-/// State of the inputs that a simulation stores.
+/// State of the inputs that is part of the state of a simulation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct InputState {
     /// Internal states of the inputs, see [`Inputs::initial_states`].
     pub(super) values: Vec<f64>,
-    /// Scale of each internal state: its absolute tolerance is a fraction of this scale.
+    /// Magnitude of each internal state: its absolute tolerance is a fraction of this magnitude.
     pub(super) scales: Vec<f64>,
-    /// Side of each switching function, see [`Inputs::switches`].
+    /// Side of each switching function: true if the value counts as positive, see
+    /// [`Inputs::switches`].
     pub(super) sides: Vec<bool>,
-    /// Angles of joints that close a loop, counted over full turns.
+    /// Unwrapped angles of cut joints.
     pub(super) angles: Vec<Angle>,
 }
 
-/// Angle of a joint, counted over full turns up to the start of the present step.
+/// Unwrapped angle of a joint (continuous over full turns), as of the start of the present step.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Angle {
     pub(super) joint: usize,
@@ -47,9 +48,9 @@ pub(super) struct Angle {
 }
 
 impl Angle {
-    /// Returns the angle that equals `nearest`, rad, up to full turns and is closest to the angle predicted with the
-    /// mean of the rates before and now. Rates change little within a step, so that the prediction errs by much less
-    /// than half a turn.
+    /// Returns the angle that differs from `nearest`, rad, by full turns and is closest to the
+    /// predicted angle. The prediction uses the mean of the rates at the last update and now. Rates
+    /// change little within a step, so the prediction error is much less than half a turn.
     pub(super) fn count_on(&self, time: f64, nearest: f64, rate: f64) -> f64 {
         if time == self.time {
             return self.value;
@@ -60,22 +61,24 @@ impl Angle {
 }
 
 impl<'a> View<'a> {
-    /// Internal states of the inputs, see [`Inputs::initial_states`].
+    /// Returns the internal states of the inputs, see [`Inputs::initial_states`].
     pub fn states(&self) -> &'a [f64] {
         &self.input.values
     }
 
-    /// Side of each switching function: true if its value counts as positive, see [`Inputs::switches`].
+    /// Returns the side of each switching function: true if its value counts as positive, see
+    /// [`Inputs::switches`].
     pub fn sides(&self) -> &'a [bool] {
         &self.input.sides
     }
 
-    /// Rate of an actuator, rad/s or m/s.
+    /// Returns the rate of an actuator, rad/s or m/s.
     pub fn actuator_rate(&self, actuator: usize) -> f64 {
         self.bodies.actuator_rate(self.topology, self.topology.actuators[actuator])
     }
 
-    /// Coordinate of an actuator, rad or m; angles are counted over full turns since the start.
+    /// Returns the coordinate of an actuator, rad or m. Angles are unwrapped (continuous over full
+    /// turns since the start).
     pub fn actuator_coordinate(&self, actuator: usize) -> f64 {
         let actuator = self.topology.actuators[actuator];
         let at = (actuator.joint, actuator.dof);
@@ -91,8 +94,8 @@ impl<'a> View<'a> {
         }
     }
 
-    /// Value and rate of a coordinate; the acceleration is set to zero. Angles of joints are counted over full turns
-    /// since the start.
+    /// Returns value and rate of a coordinate; the returned acceleration is zero. Joint angles are
+    /// unwrapped (continuous over full turns since the start).
     pub fn measure(&self, coordinate: Coordinate) -> Target<f64> {
         let (topology, parameters) = (self.topology, self.parameters);
         let tree = &self.state.coordinates;
@@ -107,8 +110,8 @@ impl<'a> View<'a> {
     }
 }
 
-/// Coordinate of a joint's DOF, rad or m; zero for joints without scalar coordinates, and for indices that are not DOFs
-/// of the joint.
+/// Returns the coordinate of a DOF of a joint, rad or m. Returns zero for joints without scalar
+/// coordinates, and for indices that are not DOFs of the joint.
 pub(super) fn joint_coordinate(
     (topology, pitch): (&Topology, &[f64]),
     state: &State<f64>,
@@ -128,55 +131,57 @@ pub(super) fn joint_coordinate(
     nearest.get(dof).copied().unwrap_or(0.0)
 }
 
-/// Inputs of a simulation. The results of all methods must depend on their arguments only, since a simulation repeats
-/// steps. Inputs may jump only at [`Self::next_change`].
+/// Inputs of a simulation: actuator efforts, prescribed motions and external loads. The results of
+/// all methods must depend only on their arguments, since a simulation repeats steps. Inputs may
+/// jump only at [`Self::next_change`].
 pub trait Inputs {
     /// Writes the efforts of all actuators, N or N m, in the order of
-    /// [`Mechanism::actuators`](crate::mechanism::Mechanism::actuators). The simulation ignores those of prescribed
-    /// actuators. `efforts` contains zeros at first.
+    /// [`Mechanism::actuators`](crate::mechanism::Mechanism::actuators). The simulation ignores the
+    /// efforts of actuators with prescribed motion. `efforts` is initially zero.
     fn efforts(&mut self, view: &View<'_>, efforts: &mut [f64]);
 
-    /// Writes the targets of the prescribed actuators at a time, s, in the order given to
-    /// [`Forward::new`](super::Forward::new). `targets` contains zeros at first.
+    /// Writes the targets of the actuators with prescribed motion at a time, s, in the order passed
+    /// to [`Forward::new`](super::Forward::new). `targets` is initially zero.
     fn targets(&mut self, time: f64, targets: &mut [Target<f64>]) {
         let _ = (time, targets);
     }
 
-    /// Appends the loads on bodies to `loads`, which is empty at first.
+    /// Appends the external loads on bodies to `loads`, which is initially empty.
     fn loads(&mut self, view: &View<'_>, loads: &mut Vec<AppliedLoad<f64>>) {
         let _ = (view, loads);
     }
 
-    /// Returns the internal states of the inputs, such as the integral of a controller: for each
-    /// one its initial value, and the magnitude to which the absolute tolerance refers. The
-    /// simulation integrates them with the mechanism, under the same error control.
+    /// Returns the internal states of the inputs, such as the integral term of a controller, as
+    /// pairs of initial value and magnitude. The absolute tolerance of a state is relative to its
+    /// magnitude. The simulation integrates the states together with the mechanism, under the same
+    /// error control.
     fn initial_states(&self) -> Vec<(f64, f64)> {
         Vec::new()
     }
 
-    /// Writes the rates of the internal states, per second. `rates` contains zeros at first.
+    /// Writes the time derivatives of the internal states, per second. `rates` is initially zero.
     fn state_rates(&mut self, view: &View<'_>, rates: &mut [f64]) {
         let _ = (view, rates);
     }
 
-    /// Appends the values of the switching functions to `values`, which is empty at first; their number must be
-    /// constant.
+    /// Appends the values of the switching functions to `values`, which is initially empty. The
+    /// number of switching functions must be constant.
     ///
     /// Efforts, loads and rates of internal states must be smooth functions of time and state while
-    /// [`View::sides`] stays the same, even beyond the zero of a switching function. An example of a
-    /// switching function is an effort minus its limit. A step ends where the function changes its
-    /// sign; from there on, the function has its other side.
+    /// [`View::sides`] stays the same, even beyond the zero of a switching function. An example of
+    /// a switching function is an effort minus its limit. A step ends where a switching function
+    /// changes its sign; its entry in [`View::sides`] changes there.
     fn switches(&mut self, view: &View<'_>, values: &mut Vec<f64>) {
         let _ = (view, values);
     }
 
-    /// Returns whether the simulation ends where this switching function is or becomes negative.
+    /// Returns true if the simulation ends as soon as this switching function is negative.
     fn ends_at(&self, switch: usize) -> bool {
         let _ = switch;
         false
     }
 
-    /// Name of a switching function for messages, such as "the effort of `A`".
+    /// Returns the name of a switching function for messages, such as "the effort of `A`".
     fn switch_name(&self, switch: usize) -> String {
         format!("switching function {switch} of the inputs")
     }
@@ -187,38 +192,42 @@ pub trait Inputs {
         None
     }
 
-    /// Returns the time, s, until which efforts and loads stay constant from `time` on as long as the mechanism is at
-    /// rest. A simulation at rest does not evaluate them before that time. By default they may change at any time.
+    /// Returns the time, s, until which efforts and loads stay constant, counted from `time`, as
+    /// long as the mechanism is at rest. A simulation at rest does not evaluate the inputs before
+    /// the returned time. The default is `time`: the inputs may change at any moment.
     fn steady_until(&self, time: f64) -> f64 {
         time
     }
 
-    /// Returns the time, s, until which a few samples from `time` on resolve the inputs. No step exceeds it; a longer
-    /// step could miss a short pulse.
+    /// Returns the time, s, until which a few samples starting at `time` resolve the inputs. No
+    /// step extends beyond this time, because a longer step could miss a short pulse.
     fn seen_until(&self, time: f64) -> f64 {
         let _ = time;
         f64::INFINITY
     }
 
-    /// Returns the time, s, until which the inputs are known. Steps end there. By default it is infinite.
+    /// Returns the time, s, until which the inputs are known. Steps end there. The default is
+    /// infinity.
     fn known_until(&self) -> f64 {
         f64::INFINITY
     }
 
-    /// Receives the time, s, at which a step begins. Inputs whose value depends on earlier evaluations must start from
-    /// their state at this time in every evaluation until the next step begins.
+    /// Notifies the inputs that a step begins at `time`, s. If the value of an input depends on
+    /// earlier evaluations, every evaluation until the next call must start from the state of the
+    /// input at this time.
     fn begin_step(&mut self, time: f64) {
         let _ = time;
     }
 
-    /// Updates sampled inputs. The simulation calls it once at the start and at each [`Self::next_change`].
+    /// Updates sampled inputs. The simulation calls this method once at the start and at each
+    /// [`Self::next_change`].
     fn change(&mut self, view: &View<'_>) {
         let _ = view;
     }
 }
 
-/// Constant efforts, N or N m, in the order of [`Mechanism::actuators`], without loads. Actuators beyond the end of the
-/// list exert no effort.
+/// Inputs with constant efforts, N or N m, in the order of [`Mechanism::actuators`], and no loads.
+/// Actuators beyond the end of the list exert no effort.
 ///
 /// [`Mechanism::actuators`]: crate::mechanism::Mechanism::actuators
 #[derive(Clone, Debug, PartialEq)]

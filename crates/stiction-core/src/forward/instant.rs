@@ -1,4 +1,4 @@
-//! Results at an instant: accelerations, reactions, friction, powers.
+//! Results of a simulation at one instant: accelerations, reactions, friction, powers.
 
 use super::Forward;
 use super::affine_friction::{InterfaceMode, bristle_rate, dot, norm};
@@ -23,21 +23,23 @@ pub struct InterfaceSample {
     pub velocity: [f64; 3],
     /// Normal load, N.
     pub load: f64,
-    /// Friction at the surface along each DOF of the interface, N, with the sign of the sliding that it opposes.
+    /// Friction force at the surface along each DOF of the interface, N, with the sign of the
+    /// sliding velocity that it opposes.
     pub friction: [f64; 3],
     /// Static friction limit under this normal load, N.
     pub limit: f64,
 }
 
 impl InterfaceSample {
-    /// Margin to slip: static friction limit minus magnitude of the friction, N.
+    /// Returns the margin to slip, N: the static friction limit minus the magnitude of the
+    /// friction.
     pub fn margin(&self) -> f64 {
         self.limit - norm(self.friction)
     }
 
-    /// Dissipated power, W. During slip it is the sliding speed times the friction that the law requires, not the
-    /// scalar product of velocity and friction. The energy balance therefore reveals friction that does not oppose the
-    /// slip.
+    /// Returns the dissipated power, W. During slip the power is computed as sliding speed times
+    /// friction magnitude, not as the scalar product of velocity and friction. The energy balance
+    /// therefore reveals any friction that does not oppose the slip.
     pub(super) fn dissipated(&self) -> f64 {
         let along = dot(self.velocity, self.friction);
         match self.interface {
@@ -68,7 +70,7 @@ pub struct Account {
 }
 
 impl Account {
-    /// Computes all powers and energies. The bodies must have poses and velocities.
+    /// Computes all powers and energies. Poses and twists of `bodies` must be up to date.
     pub(super) fn update(
         &mut self,
         model: &Forward,
@@ -100,22 +102,22 @@ impl Account {
     }
 }
 
-/// Results at an instant.
+/// Results of a simulation at one instant.
 #[derive(Clone, Debug)]
 pub struct Instant {
     /// Time, s.
     pub time: f64,
-    /// Coordinates, rates, accelerations of the tree.
+    /// Coordinates, rates and accelerations of the spanning tree.
     pub state: State<f64>,
-    /// Motion of all bodies, about the reference point.
+    /// Poses, twists and accelerations of all bodies, about the reference point.
     pub bodies: Bodies<f64>,
     /// Efforts of all actuators, N or N m.
     pub drives: Vec<f64>,
-    /// Effort of each gearing, N m, or N if its sum is a length, see
+    /// Effort of each gearing, N m; N if the gearing sums lengths, see
     /// [`Gearing`](crate::mechanism::Gearing).
     pub gearings: Vec<f64>,
-    /// Complete wrench of each joint, exerted by its predecessor on its successor, world axes about the reference
-    /// point. The wrenches of motor shafts that the model adds come last.
+    /// Complete wrench of each joint, exerted by the predecessor on the successor, world axes about
+    /// the reference point. Motor shafts that the model adds follow at the end.
     pub wrenches: Vec<Wrench<f64>>,
     /// State of each friction interface.
     pub interfaces: Vec<InterfaceSample>,
@@ -125,26 +127,29 @@ pub struct Instant {
     pub(super) input_rates: Vec<f64>,
     /// Energies and powers.
     pub account: Account,
-    /// Uniqueness bound, if computed: below one no other normal loads satisfy the friction laws in the present modes.
+    /// Uniqueness bound, if computed. If the bound is below one, no other normal loads satisfy the
+    /// friction laws in the present modes.
     pub coupling: Option<f64>,
     /// Number of redundant constraints, including the constraints of sticking DOFs.
     pub redundant: usize,
-    /// Number of actuator efforts that are statically indeterminate because more DOFs are prescribed or locked than can
-    /// move. The simulation takes the efforts with the least sum of squares, with torques divided by the characteristic
-    /// length.
+    /// Number of actuator efforts that are statically indeterminate because more DOFs are
+    /// prescribed or locked than the mechanism has. The simulation selects the efforts with the
+    /// least sum of squares, with torques divided by the characteristic length.
     pub open_drives: usize,
     /// Mobility: number of DOFs left by the constraints.
     pub mobility: usize,
-    /// Singularity distance of the constraints; zero at a singular position of the loops.
+    /// Singularity index of the constraints, between zero and one; zero at a singular configuration
+    /// of the loops.
     pub(super) distance: f64,
-    /// Sticking interface whose joint is at rest at this instant only, so that it must start to move.
+    /// Sticking interface that must start to move, because its joint is at rest at this instant
+    /// only.
     pub(super) gives_way: Option<usize>,
-    /// Number of joints of the mechanism, not counting motor shafts that the model adds.
+    /// Number of joints of the mechanism, excluding motor shafts that the model adds.
     pub(super) joints: usize,
 }
 
 impl Instant {
-    /// Names a quantity that is not finite, in words; `None` if all are finite.
+    /// Returns a description of a quantity that is not finite; `None` if all quantities are finite.
     pub(super) fn nonfinite(&self) -> Option<&'static str> {
         if !self.drives.iter().all(|effort| effort.is_finite()) {
             return Some("the effort of an actuator");
@@ -152,7 +157,7 @@ impl Instant {
         if !self.state.accelerations.iter().all(|a| a.is_finite()) {
             return Some("an acceleration");
         }
-        // Results include magnitudes: squares must be finite.
+        // Results include magnitudes, so the squares must be finite as well.
         let is_finite = |w: &Wrench<f64>| [w.force, w.moment].iter().all(|v| v.dot(*v).is_finite());
         (!self.wrenches.iter().all(is_finite)).then_some("a reaction")
     }
@@ -181,7 +186,8 @@ impl Instant {
         }
     }
 
-    /// Returns force (N) and moment (N m, about the origin of frame J) of each joint's complete wrench, world axes.
+    /// Returns the force, N, and the moment about the origin of frame J, N m, of the complete
+    /// wrench of each joint, in world axes.
     pub fn reactions(&self) -> Vec<(Vec3<f64>, Vec3<f64>)> {
         let each = self.wrenches.iter().zip(&self.bodies.frame_j).take(self.joints);
         each.map(|(w, j)| (w.force, w.moment_about(j.position))).collect()
@@ -189,7 +195,7 @@ impl Instant {
 }
 
 impl Forward {
-    /// Writes friction and normal load of each interface for a solution, reusing the buffer.
+    /// Writes the friction and normal load of each interface for a solution, reusing the buffer.
     pub(super) fn interfaces_into(
         &self,
         data: &Data,
@@ -222,14 +228,14 @@ impl Forward {
             let limit = interface.law_towards(friction[0]).at_rest() * load;
             let (mut velocity, mode) = (data.velocities[index], modes[index]);
             if mode == InterfaceMode::Sticks && !self.is_prescribed_interface(index) {
-                // Remaining rates due to other sticking interfaces are round-off.
+                // The remaining velocity, due to other sticking interfaces, is round-off.
                 velocity = [0.0; 3];
             }
             interfaces.push(InterfaceSample { interface: mode, velocity, load, friction, limit });
         }
     }
 
-    /// Returns the effort of each gearing of the mechanism in a response.
+    /// Returns the effort of each gearing of the mechanism from the multipliers of a solution.
     pub(super) fn gearing_efforts<'a>(
         &'a self,
         response: &'a Response,
@@ -239,8 +245,8 @@ impl Forward {
         each.take(self.mechanism.gearings().len())
     }
 
-    /// Sums the wrenches of frictions and gearings that act between the gear of an interface and its load, for a
-    /// solution.
+    /// Returns the sum of the wrenches of frictions and gearings that act between the gear of an
+    /// interface and the load of this gear, for a solution.
     pub(super) fn friction_behind(&self, gear: usize, data: &Data, solved: &Solved) -> Wrench<f64> {
         let (rows, bodies) = (&solved.balance.rows.rows[..], &data.bodies);
         let side = LoadSide { model: self, bodies, sticking: &solved.sticking, rows };
@@ -257,14 +263,15 @@ impl Forward {
         sum
     }
 
-    /// Returns the results at an instant for a solution of the accelerations.
+    /// Returns the results at one instant from a solution of the equations of motion.
     pub(super) fn instant(&self, data: &Data, modes: &[InterfaceMode], solved: &Solved) -> Instant {
         let mut instant = Instant::new(self);
         self.instant_into(data, modes, solved, &mut instant);
         instant
     }
 
-    /// Writes the results at an instant for a solution of the accelerations, reusing the buffers.
+    /// Writes the results at one instant from a solution of the equations of motion, reusing the
+    /// buffers.
     pub(super) fn instant_into(
         &self,
         data: &Data,
@@ -293,7 +300,7 @@ impl Forward {
         state.accelerations.clone_from(&response.accelerations);
         for constrained in &solved.constrained {
             if let Role::Tree { node } = topology.role[constrained.joint] {
-                // Exact values: constrained DOFs must not drift by round-off.
+                // Assigned exactly, because constrained DOFs must not drift by round-off.
                 let tree_dof = topology.nodes[node].tree_dofs.start + constrained.dof;
                 state.accelerations[tree_dof] = constrained.acceleration;
             }

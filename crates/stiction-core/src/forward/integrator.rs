@@ -1,29 +1,32 @@
-//! Integrator: the Runge-Kutta method of Dormand and Prince of order 8, with error control and interpolation.
+//! Numerical integrator: the Runge-Kutta method of Dormand and Prince of order 8, with error
+//! control and interpolation.
 //!
 //! Equation (D6) of the book's theory.
 
 use super::dop853::{ALL_STAGES, ERROR_5, INTERPOLATION, LOWER_3, NODES, STAGES, WEIGHTS};
 
-/// Times of all stages after the first, including those of the interpolation, as fractions of the step.
+/// Times of all stages after the first, including the stages for the interpolant, as fractions of
+/// the step.
 pub(super) const NODES_OF_OUTPUT: &[f64] = NODES.split_at(1).1;
 
-/// Stages of the last attempted step, and its interpolation.
+/// Stages of the last attempted step, and the interpolant of this step.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Steps {
     stages: Vec<Vec<f64>>,
     start: Vec<f64>,
     /// State at the stage evaluated last.
     last: Vec<f64>,
-    /// Copy of that state while the interpolation is prepared.
+    /// Copy of `last` while the interpolant is prepared.
     kept: Vec<f64>,
     pub(super) end: Vec<f64>,
     pub(super) step: f64,
-    /// Coefficients of the interpolation, if prepared.
+    /// Coefficients of the interpolant, valid if `has_curve`.
     curve: Vec<Vec<f64>>,
     has_curve: bool,
 }
 
-/// Tolerances of a step; an error of one unit is `absolute * scale + relative * |y|`.
+/// Tolerances of a step: an error of one unit in a component `y` is `absolute * scale + relative *
+/// |y|`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tolerance<'a> {
     pub(super) relative: f64,
@@ -32,7 +35,8 @@ pub(super) struct Tolerance<'a> {
 }
 
 impl Steps {
-    /// Copies the stages of another step, without its interpolation, reusing the memory of this one.
+    /// Copies the stages of another step, without the interpolant, reusing the buffers of this
+    /// step.
     pub(super) fn copy_from(&mut self, other: &Self) {
         let Self { stages, start, last, kept: _, end, step, curve: _, has_curve } = self;
         stages.clone_from(&other.stages);
@@ -42,8 +46,9 @@ impl Steps {
         (*step, *has_curve) = (other.step, false);
     }
 
-    /// Attempts a step from the state `start`, whose derivative is `first`. `derivative` writes the derivative at a
-    /// time and a state. Returns the estimated error in units of the tolerance.
+    /// Attempts a step from the state `start` with the time derivative `first`. `derivative` writes
+    /// the time derivative at a given time and state. Returns the estimated error in units of the
+    /// tolerance.
     pub(super) fn attempt<E>(
         &mut self,
         start: &[f64],
@@ -88,7 +93,7 @@ impl Steps {
         Ok(step.abs() * fifth / (below * f64::from(count.max(1))).sqrt())
     }
 
-    /// Evaluates the derivative at a stage; the state at the stage remains in `last`.
+    /// Evaluates the derivative at a stage, and stores the state at this stage in `last`.
     fn evaluate<E>(
         &mut self,
         stage: usize,
@@ -104,9 +109,9 @@ impl Steps {
         done
     }
 
-    /// Estimates the product of the step and the contraction rate of neighbouring solutions (Hairer, Norsett and Wanner
-    /// 1993, section IV.2). If it exceeds about six, stability instead of accuracy limits the step. `after` is the
-    /// derivative at the end of the step.
+    /// Estimates the step size times the largest rate at which neighbouring solutions converge
+    /// (Hairer, Norsett and Wanner 1993, section IV.2). If the estimate exceeds about six, the step
+    /// is limited by stability, not by accuracy. `after` is the derivative at the end of the step.
     pub(super) fn stiffness(&self, after: &[f64], scales: &[f64]) -> f64 {
         let Some(before) = self.stages.get(STAGES - 1) else { return 0.0 };
         let (mut change, mut apart) = (0.0, 0.0);
@@ -117,7 +122,7 @@ impl Steps {
         if apart > 0.0 { self.step * (change / apart).sqrt() } else { 0.0 }
     }
 
-    /// Writes the state of a stage, given its weights, to `y`.
+    /// Writes the state at a stage with the given weights to `y`.
     fn point(&self, weights: &[(usize, f64)], y: &mut Vec<f64>) {
         y.clear();
         y.extend_from_slice(&self.start);
@@ -127,7 +132,7 @@ impl Steps {
         }
     }
 
-    /// Prepares the interpolation for [`Self::at`]; `last` is the derivative at the end of the step.
+    /// Prepares the interpolant for [`Self::at`]. `last` is the derivative at the end of the step.
     pub(super) fn interpolate<E>(
         &mut self,
         time: f64,
@@ -136,7 +141,7 @@ impl Steps {
     ) -> Result<(), E> {
         self.stages[STAGES].clear();
         self.stages[STAGES].extend_from_slice(last);
-        // The estimate of stiffness needs the last stage of the step itself.
+        // [`Self::stiffness`] needs the state at the last stage of the step itself.
         std::mem::swap(&mut self.kept, &mut self.last);
         for stage in STAGES + 1..ALL_STAGES {
             self.evaluate(stage, time, &mut derivative)?;
@@ -166,7 +171,7 @@ impl Steps {
         Ok(())
     }
 
-    /// Writes the interpolated state at a fraction `part` of the step, between 0 and 1, to `y`.
+    /// Writes the interpolated state at the fraction `part` of the step, between 0 and 1, to `y`.
     pub(super) fn at(&self, part: f64, y: &mut Vec<f64>) {
         debug_assert!(self.has_curve, "the curve is that of this step");
         y.clear();

@@ -6,9 +6,9 @@ use crate::kinematics::{Bodies, State, Target, closure_error};
 use crate::mechanism::JointId;
 
 impl Forward {
-    /// Returns the coordinate of a joint's DOF, rad or m, for a state of the tree and the poses of the bodies. Angles
-    /// of joints that close a loop lie within half a turn. Returns zero for joints without scalar coordinates, and for
-    /// indices that are not DOFs of the joint.
+    /// Returns the coordinate of a DOF of a joint, rad or m, for given tree coordinates and body
+    /// poses. Angles of cut joints lie within half a turn of zero. Returns zero for joints without
+    /// scalar coordinates, and for indices that are not DOFs of the joint.
     pub fn joint_coordinate(
         &self,
         state: &State<f64>,
@@ -20,8 +20,8 @@ impl Forward {
         joint_coordinate((&self.topology, pitch), state, bodies, (joint.0, dof))
     }
 
-    /// Returns coordinate (see [`Self::joint_coordinate`]), rate and acceleration of a joint's DOF for a state of the
-    /// tree and the motion of the bodies.
+    /// Returns the coordinate (see [`Self::joint_coordinate`]), rate and acceleration of a DOF of a
+    /// joint for given tree coordinates and body motions.
     pub fn joint_motion(
         &self,
         state: &State<f64>,
@@ -33,8 +33,8 @@ impl Forward {
         bodies.joint_motion(&self.topology, &self.parameters, (joint.0, dof), value)
     }
 
-    /// Returns the largest closure error of loops and gearings, m, for a state of the tree and the poses of the bodies.
-    /// Errors of angles are multiplied by the characteristic length.
+    /// Returns the largest closure error of loops and gearings, m, for given tree coordinates and
+    /// body poses. Angular errors are multiplied by the characteristic length.
     pub fn closure_error(&self, bodies: &Bodies<f64>, state: &State<f64>) -> f64 {
         closure_error(&self.topology, &self.parameters, (bodies, &state.coordinates))
     }

@@ -1,4 +1,5 @@
-//! Mass matrix of the tree, and its bias: inertia forces, gravity, loads and springs.
+//! Mass matrix of the spanning tree, and the bias forces due to inertia, gravity, loads and
+//! springs.
 
 use super::rotors::{Rotor, RotorPart, RotorTerm};
 use crate::dynamics::{RotorMotion, spring_powers, spring_wrenches};
@@ -9,7 +10,8 @@ use crate::spatial::{Mat3, Twist, Vec3, Wrench};
 use crate::statics::{AppliedLoad, demand_of_motion};
 use crate::topology::{Link, Topology};
 
-/// Inertia of a body, or of a composite of bodies, about the reference point in world axes.
+/// Inertia of a body or of several rigidly connected bodies, about the reference point in world
+/// axes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Inertia {
     mass: f64,
@@ -39,7 +41,8 @@ impl Inertia {
         self.second = self.second + other.second;
     }
 
-    /// Product of the inertia with a twist: the momentum of a velocity, or the inertia wrench of an acceleration.
+    /// Returns the product of the inertia with a twist: the momentum for a velocity, or the inertia
+    /// wrench for an acceleration.
     #[inline(always)]
     pub(super) fn times<T: Scalar>(&self, twist: Twist<T>) -> Wrench<T> {
         let (mass, moment) = (T::from_f64(self.mass), self.moment.lift());
@@ -51,30 +54,33 @@ impl Inertia {
     }
 }
 
-/// Inertias and bias at one position and velocity, from which the mass matrix follows.
+/// Inertias and bias forces at one configuration and velocity, from which the mass matrix is
+/// computed.
 #[derive(Clone, Debug, Default)]
 pub(super) struct MassMatrix {
     /// Inertia of each body.
     pub(super) inertia: Vec<Inertia>,
-    /// Wrench that the joints must exert on each body at zero acceleration of the tree.
+    /// Wrench that the joints must exert on each body if all accelerations of the spanning tree are
+    /// zero.
     pub(super) bias_wrenches: Vec<Wrench<f64>>,
-    /// Generalised forces of the bias wrenches on the DOFs of the tree.
+    /// Generalised forces of the bias wrenches on the DOFs of the spanning tree.
     pub(super) bias: Vec<f64>,
-    /// Rotors of drive trains at the present position and velocity.
+    /// Rotors of drive trains at the present configuration and velocity.
     pub(super) rotors: Vec<RotorTerm>,
-    /// Joints that move the rotors, for all rotors in one list.
+    /// Joints that move each rotor, concatenated for all rotors.
     pub(super) rotor_parts: Vec<RotorPart>,
     pub(super) rotor_rows: Vec<f64>,
-    /// Effort that each rotor takes from its joints, per acceleration of each tree DOF.
+    /// Effort on the output coordinate that accelerates each rotor, per acceleration of each DOF of
+    /// the spanning tree.
     pub(super) taken_rows: Vec<f64>,
-    /// Composite inertia of each subtree.
+    /// Composite rigid-body inertia of each subtree.
     pub(super) composite: Vec<Inertia>,
     /// Buffer: bias wrench of each subtree, about the reference point.
     subtree_wrenches: Vec<Wrench<f64>>,
 }
 
 impl MassMatrix {
-    /// Computes inertia and bias; needs [`Bodies::place`] and [`Bodies::move_with`].
+    /// Computes inertias and bias forces. Requires [`Bodies::place`] and [`Bodies::move_with`].
     pub(super) fn new(
         topology: &Topology,
         (parameters, rotors): (&Parameters<f64>, &[Rotor]),
@@ -86,7 +92,8 @@ impl MassMatrix {
         masses
     }
 
-    /// Recomputes in place, reusing the buffers; needs [`Bodies::place`] and [`Bodies::move_with`].
+    /// Recomputes in place, reusing the buffers. Requires [`Bodies::place`] and
+    /// [`Bodies::move_with`].
     pub(super) fn update(
         &mut self,
         topology: &Topology,
@@ -135,8 +142,8 @@ impl MassMatrix {
         self.update_rotors((topology, parameters), rotors, bodies);
     }
 
-    /// Writes the mass matrix of the tree, row by row, reusing the buffer. Its size is quadratic in
-    /// the number of degrees of freedom, so only the dense solution of the balance asks for it.
+    /// Writes the mass matrix of the spanning tree, row-major, reusing the buffer. The size of the
+    /// matrix is quadratic in the number of degrees of freedom, so only the dense solver uses it.
     pub(super) fn matrix_into(
         &self,
         topology: &Topology,
@@ -185,7 +192,8 @@ impl MassMatrix {
         }
     }
 
-    /// Computes the rows of the rotors, and adds the efforts that they take to the bias.
+    /// Computes the rows of the rotors, and adds the efforts that accelerate the rotors to the
+    /// bias.
     fn update_rotors(
         &mut self,
         (topology, parameters): (&Topology, &Parameters<f64>),
@@ -211,7 +219,7 @@ impl MassMatrix {
         }
     }
 
-    /// Kinetic energy of bodies and rotors, J.
+    /// Returns the kinetic energy of bodies and rotors, J.
     pub(super) fn kinetic(&self, bodies: &Bodies<f64>) -> f64 {
         let each = self.inertia.iter().zip(&bodies.twist);
         let of_bodies = each.map(|(inertia, twist)| 0.5 * twist.power(inertia.times(*twist)));
@@ -221,7 +229,7 @@ impl MassMatrix {
     }
 }
 
-/// Potential energy of gravity (zero at the reference point) and of springs, J.
+/// Returns the potential energy of gravity (zero at the reference point) and of springs, J.
 pub(super) fn potential(parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> f64 {
     let of_body = |body: usize| {
         let com = bodies.pose[body].apply(parameters.com[body]);
@@ -231,17 +239,17 @@ pub(super) fn potential(parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> f
     (1..bodies.pose.len()).map(of_body).chain(of_springs).sum()
 }
 
-/// Power dissipated by the dampers of springs, W, for moving bodies.
+/// Returns the power dissipated by the dampers of springs, W. Requires body twists.
 pub(super) fn damped(parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> f64 {
     spring_powers(parameters, bodies).map(|spring| spring.dissipated).sum()
 }
 
-/// Power of all loads, W, for moving bodies.
+/// Returns the power of all external loads, W. Requires body twists.
 pub(super) fn power_of_loads(loads: &[AppliedLoad<f64>], bodies: &Bodies<f64>) -> f64 {
     loads.iter().map(|load| bodies.twist[load.body.0].power(load.wrench(bodies))).sum()
 }
 
-/// Rate of change of the potential energy, W, for moving bodies.
+/// Returns the rate of change of the potential energy, W. Requires body twists.
 pub(super) fn exchange(parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> f64 {
     let of_body = |body: usize| {
         let com = bodies.pose[body].apply(parameters.com[body]);

@@ -1,12 +1,13 @@
 //! Forward dynamics: motion of a mechanism under given forces, with joints that stick and slip.
 //!
-//! One linear system yields accelerations and all reactions (the constraints are differentiated twice: index 1). The
-//! friction of a joint is bounded by the reaction of the same joint and solved together with it. The accelerations
-//! decide whether an interface at rest sticks; a sticking interface does not creep. See [`Forward`] and [`Simulation`].
+//! One linear system yields the accelerations and all reactions; the constraints are differentiated
+//! twice (index 1). The friction of a joint is bounded by the reaction of the same joint, and both
+//! are solved for together. The accelerations decide whether an interface at rest sticks; a
+//! sticking interface does not creep. See [`Forward`] and [`Simulation`].
 //!
-//! [`Forward`] is the model. `Data` contain the quantities at an instant that do not depend on the
-//! modes of the interfaces. A [`Simulation`] advances the state and stores the results as an
-//! [`Instant`].
+//! [`Forward`] is the model. `Data` contains the quantities at one instant that do not depend on
+//! the stick-slip modes of the interfaces. A [`Simulation`] advances the state and stores the
+//! results as an [`Instant`].
 
 mod affine_friction;
 mod balance;
@@ -43,7 +44,7 @@ pub use simulation::{
     Settings, Simulation,
 };
 
-// Used by the project's other crates; no part of the stable interface.
+// Used by other crates of the project; not part of the stable interface.
 #[doc(hidden)]
 pub use error::Competitor;
 #[doc(hidden)]
@@ -62,8 +63,7 @@ use rotors::{Rotor, shaft_friction};
 use sparse::closures::{Closures, Reach};
 use std::sync::Arc;
 
-/// For trees with at least this many DOFs, the sparse solution of the balance is faster than the
-/// dense one.
+/// Number of DOFs of the spanning tree from which the sparse solver is faster than the dense one.
 const SPARSE: usize = 24;
 
 /// Model of a mechanism for forward dynamics. Immutable.
@@ -94,7 +94,7 @@ const SPARSE: usize = 24;
 /// let start = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
 /// let state = forward.assemble(&[], &[slide], &[start])?;
 ///
-/// // 4 N do not overcome 0.25 * 20 N, 9 N leave 4 N for 2 kg.
+/// // A push of 4 N is below the friction limit 0.25 * 20 N; a push of 9 N leaves 4 N for 2 kg.
 /// let mut weak = ConstantEfforts(vec![4.0]);
 /// let mut simulation = forward.start(0.0, state.clone(), Settings::default(), &mut weak)?;
 /// simulation.advance(1.0, &mut weak)?;
@@ -114,32 +114,35 @@ const SPARSE: usize = 24;
 #[derive(Clone, Debug)]
 pub struct Forward {
     mechanism: Mechanism,
-    /// Copy of the mechanism with shafts for motors, and these shafts, see
-    /// [`Mechanism::trains_on_shafts`]. `None` if no motor needs one.
+    /// Copy of the mechanism with additional shafts for motors, and these shafts, see
+    /// [`Mechanism::trains_on_shafts`]. `None` if no motor needs an additional shaft.
     with_shafts: Option<(Mechanism, Vec<MotorShaft>)>,
     topology: Arc<Topology>,
     parameters: Parameters<f64>,
-    /// Indices of the actuators whose motion is prescribed.
+    /// Indices of the actuators with prescribed motion.
     prescribed: Vec<usize>,
     /// Rotors of drive trains.
     rotors: Vec<Rotor>,
-    /// Scale of each DOF of the tree: the characteristic length for translations, one for rotations.
+    /// Scale of each DOF of the spanning tree: the characteristic length for a translation, one for
+    /// a rotation.
     columns: Vec<f64>,
-    /// Sparse system of the loop closures for the computation of accelerations; `None` if the balance is solved
-    /// densely.
+    /// Sparse system of the loop closures for computing accelerations; `None` if accelerations are
+    /// computed by dense linear algebra.
     closures: Option<Arc<Closures>>,
-    /// Sparse system of the loop closures for projections of positions and rates; `None` if they are solved densely.
+    /// Sparse system of the loop closures for projecting coordinates and rates onto the
+    /// constraints; `None` if the projection uses dense linear algebra.
     projections: Option<Arc<Closures>>,
 }
 
 impl Forward {
-    /// Builds the model. `prescribed` are the indices, in the order of [`Mechanism::actuators`], of actuators whose
-    /// coordinate is a given function of time; all others exert efforts. Indices without an actuator are ignored.
+    /// Creates the model. `prescribed` contains the indices, in the order of
+    /// [`Mechanism::actuators`], of actuators whose coordinate is a given function of time; all
+    /// other actuators exert efforts. Indices without an actuator are ignored.
     pub fn new(mechanism: Mechanism, prescribed: &[usize]) -> Self {
         Self::with_tree(mechanism, TreeRule::Structure, prescribed)
     }
 
-    /// Builds the model as [`Self::new`], with a spanning tree chosen by `rule`.
+    /// Creates the model like [`Self::new`], with a spanning tree selected by `rule`.
     pub fn with_tree(mechanism: Mechanism, rule: TreeRule, prescribed: &[usize]) -> Self {
         let with_shafts = mechanism.with_shafts();
         let simulated = with_shafts.as_ref().map_or(&mechanism, |(simulated, _)| simulated);
@@ -167,12 +170,14 @@ impl Forward {
         model
     }
 
-    /// Returns whether the sparse solution of the balance is faster than the dense one.
+    /// Returns true if the mechanism has so many DOFs that the sparse solver is faster than the
+    /// dense one.
     fn is_sparse(&self) -> bool {
         self.topology.dofs() >= SPARSE
     }
 
-    /// Forces the sparse solution of the balance, whatever its size, if the structure of the mechanism allows it.
+    /// Forces the use of the sparse solver for any number of DOFs. Has no effect on mechanisms with
+    /// rotors or gearings, which the sparse solver does not support.
     #[doc(hidden)]
     pub fn solve_sparsely(&mut self) {
         let topology = &self.topology;
@@ -182,29 +187,31 @@ impl Forward {
         }
     }
 
-    /// Forces the dense solution of the balance, whatever its size. Tests compare the sparse solution with it.
+    /// Forces the use of the dense solver for any number of DOFs. Tests compare the sparse solver
+    /// with it.
     #[doc(hidden)]
     pub fn solve_densely(&mut self) {
         (self.closures, self.projections) = (None, None);
     }
 
-    /// The mechanism that this model describes.
+    /// Returns the mechanism that this model describes.
     pub fn mechanism(&self) -> &Mechanism {
         &self.mechanism
     }
 
-    /// Topology of the mechanism: spanning tree and cut joints.
+    /// Returns the topology of the mechanism: spanning tree and cut joints.
     pub fn topology(&self) -> &Topology {
         &self.topology
     }
 
-    /// Parameters of the mechanism: geometry, inertia and friction.
+    /// Returns the parameters of the mechanism: geometry, inertia and friction.
     pub fn parameters(&self) -> &Parameters<f64> {
         &self.parameters
     }
 
-    /// Assembles the mechanism so that `coordinates` have the values and rates of `targets`. `initial_poses` are
-    /// guesses of body poses in the ground's frame. Returns coordinates and rates of the tree.
+    /// Assembles the mechanism so that `coordinates` have the values and rates of `targets`.
+    /// `initial_poses` are initial guesses of body poses in the ground frame. Returns coordinates
+    /// and rates of the spanning tree.
     ///
     /// # Errors
     /// See [`crate::kinematics::AssemblyError`].
@@ -217,8 +224,8 @@ impl Forward {
         self.assemble_with_report(initial_poses, coordinates, targets).map(|(state, _)| state)
     }
 
-    /// Assembles the mechanism as [`Self::assemble`], and also compares the assembled configuration with the given
-    /// start coordinates and poses.
+    /// Assembles the mechanism like [`Self::assemble`], and also compares the assembled
+    /// configuration with the given start coordinates and poses.
     ///
     /// # Errors
     /// See [`crate::kinematics::AssemblyError`].

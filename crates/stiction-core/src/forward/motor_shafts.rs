@@ -1,5 +1,5 @@
-//! Shafts that the model adds to the mechanism for motors that share the efforts of joints. With
-//! them the friction of each motor is simulated.
+//! Shafts that the model adds to the mechanism for motors that drive joints jointly with other
+//! motors. The shafts allow the simulation of the friction of each motor.
 //!
 //! Equation (G13) of the book's theory.
 
@@ -9,25 +9,28 @@ use crate::mechanism::{JointId, Mechanism, MotorShaft};
 use crate::spatial::Wrench;
 
 impl Forward {
-    /// Simulated mechanism: with the added shafts, see [`Mechanism::trains_on_shafts`].
+    /// Returns the mechanism that is simulated, including the added motor shafts, see
+    /// [`Mechanism::trains_on_shafts`].
     pub(super) fn simulated(&self) -> &Mechanism {
         self.with_shafts.as_ref().map_or(&self.mechanism, |(mechanism, _)| mechanism)
     }
 
-    /// Joint by which results name an interface. If the interface is on an added motor shaft, it is the first joint
-    /// that the motor moves.
+    /// Returns the joint whose name identifies an interface in results. For an interface on an
+    /// added motor shaft, this is the first joint that the motor moves.
     pub(super) fn reported_joint(&self, interface: usize) -> JointId {
         let own = self.parameters.interfaces[interface].joint;
         self.shaft_at(own).map_or(JointId(own), |shaft| shaft.moved)
     }
 
-    /// The motor shaft that the model adds with this joint.
+    /// Returns the added motor shaft to which a joint belongs; `None` for joints of the original
+    /// mechanism.
     pub(super) fn shaft_at(&self, joint: usize) -> Option<&MotorShaft> {
         let mut shafts = self.with_shafts.iter().flat_map(|(_, shafts)| shafts);
         shafts.find(|shaft| shaft.joint.0 == joint)
     }
 
-    /// Returns the wrench of each motor or actuator that exerts an effort, with the index of its joint.
+    /// Returns the wrench of each motor or actuator that exerts a given effort, with the index of
+    /// its joint.
     pub(super) fn actuator_wrenches<'a>(
         &'a self,
         data: &'a Data,

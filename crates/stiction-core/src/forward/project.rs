@@ -1,4 +1,4 @@
-//! Projection of positions and velocities onto the loop constraints and constrained DOFs.
+//! Projection of configurations and velocities onto the loop constraints and constrained DOFs.
 
 use super::Forward;
 use super::balance::DEPENDENT;
@@ -12,16 +12,16 @@ use crate::mechanism::JointId;
 use crate::spatial::{Pose, Quaternion, Twist};
 use crate::topology::{Link, Role};
 
-/// Loops count as closed if every closure error is below this value, rad, or m over the
-/// characteristic length.
+/// Loops count as closed if every closure error is below this value, rad; length errors are divided
+/// by the characteristic length.
 const CLOSED: f64 = 1e-14;
-/// Loops count as open if a closure error exceeds this value, rad, or m over the characteristic
-/// length.
+/// Loops count as open if a closure error exceeds this value, rad; length errors are divided by the
+/// characteristic length.
 const OPEN: f64 = 1e-9;
 /// Largest number of Newton steps to close the loops.
 const STEPS: usize = 10;
 
-/// Fixed position of a DOF that static friction locks.
+/// Position at which static friction locks a DOF.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Anchor {
     pub(super) joint: usize,
@@ -30,11 +30,11 @@ pub(super) struct Anchor {
     pub(super) pose: Pose<f64>,
 }
 
-/// If a correction is smaller than this, rad or characteristic lengths, the next one reuses the
-/// present decomposition, provided the singularity distance exceeds [`REGULAR`]. The error of the
-/// reuse is of second order.
+/// If a correction is below this value, rad or characteristic lengths, and the singularity index
+/// exceeds [`REGULAR`], the next correction reuses the present decomposition. The resulting error
+/// is of second order.
 const SMALL: f64 = 1e-9;
-/// Singularity distance above which a decomposition may be reused.
+/// Singularity index above which a decomposition may be reused.
 const REGULAR: f64 = 0.2;
 
 /// Buffers of projections.
@@ -46,9 +46,9 @@ pub(super) struct Projection {
     errors: Vec<f64>,
     scaled: Vec<f64>,
     space: RowSpace,
-    /// Sparse decomposition, if the structure of the model suits it.
+    /// Sparse decomposition of the constraint rows; `None` if the model is not suited to it.
     sparse: Option<SparseRows>,
-    /// True if the sparse decomposition is valid at the present position.
+    /// True if the sparse decomposition is valid at the present configuration.
     is_sparse: bool,
     values: Vec<f64>,
     step: Vec<f64>,
@@ -71,7 +71,7 @@ impl Projection {
         }
     }
 
-    /// Decomposes the constraint rows with respect to the DOFs that are not `frozen`.
+    /// Decomposes the constraint rows, restricted to the DOFs that are not `frozen`.
     fn decompose(&mut self, model: &Forward, frozen: &[bool]) {
         let Self { bodies, rows, scaled, space, sparse, is_sparse, .. } = self;
         *is_sparse = sparse.as_mut().is_some_and(|s| s.decompose(model, bodies, rows, frozen));
@@ -84,13 +84,14 @@ impl Projection {
         space.decompose(scaled, rows.rows.len(), model.columns.len(), DEPENDENT);
     }
 
-    /// Singularity distance of the constraint rows, between zero and one.
+    /// Returns the singularity index of the constraint rows, between zero and one.
     fn distance(&self) -> f64 {
         let sparse = self.sparse.as_ref().filter(|_| self.is_sparse);
         sparse.map_or_else(|| self.space.least_part(), SparseRows::distance)
     }
 
-    /// Computes the minimum-norm change of the tree (`step`) for which the constraint rows take the values in `values`.
+    /// Computes the minimum-norm change of the tree coordinates (`step`) for which the products of
+    /// the constraint rows with the change equal `values`.
     fn shortest(&mut self, columns: &[f64]) {
         let Self { rows, space, sparse, is_sparse, values, step, .. } = self;
         if let Some(sparse) = sparse.as_mut().filter(|_| *is_sparse) {
@@ -104,9 +105,10 @@ impl Projection {
 }
 
 impl Forward {
-    /// Projects a state onto the constraints: closes the loops, moves constrained DOFs to their prescribed or locked
-    /// positions, and removes from the rates the component that violates the constraints. `frozen` DOFs of the tree
-    /// keep their coordinates, and their rates become zero.
+    /// Projects a state onto the constraints: closes the loops, moves constrained DOFs to their
+    /// prescribed or locked positions, and removes the component of the rates that violates the
+    /// constraints. `frozen` DOFs of the spanning tree keep their coordinates, and their rates
+    /// become zero.
     ///
     /// # Errors
     /// [`ForwardError::Open`] if the loops cannot be closed.
@@ -121,7 +123,7 @@ impl Forward {
         self.project_in(time, state, targets, (anchors, frozen), &mut Projection::new(self))
     }
 
-    /// Projects as [`Self::project`], reusing the buffers.
+    /// Projects a state like [`Self::project`], reusing the buffers.
     ///
     /// # Errors
     /// See [`Self::project`].
@@ -182,8 +184,8 @@ impl Forward {
         Ok(())
     }
 
-    /// Lists the DOFs that the projection constrains: first those of prescribed actuators, then the anchored DOFs of
-    /// joints that close loops.
+    /// Lists the DOFs that the projection constrains: first the DOFs of actuators with prescribed
+    /// motion, then the anchored DOFs of cut joints.
     fn constrain_anchors(
         &self,
         targets: &[Target<f64>],
@@ -199,12 +201,13 @@ impl Forward {
         constrained.extend(prescribed.chain(anchored).map(|at| ConstrainedDof::actuated(at, 0.0)));
     }
 
-    /// Returns the anchors of joints that close loops.
+    /// Returns the anchors of cut joints.
     fn cut_anchors<'a>(&self, anchors: &'a [Anchor]) -> impl Iterator<Item = &'a Anchor> {
         anchors.iter().filter(|a| matches!(self.topology.role[a.joint], Role::Cut { .. }))
     }
 
-    /// Computes the constraint rows of loops and constrained DOFs at a state, and the position error of each row.
+    /// Computes the constraint rows of loops and constrained DOFs at a state, and the position
+    /// error of each row.
     fn close(
         &self,
         state: &State<f64>,
@@ -235,7 +238,7 @@ impl Forward {
         errors.extend(self.cut_anchors(anchors).map(|anchor| self.displacement(bodies, anchor)));
     }
 
-    /// Removes from the rates the component that violates the constraints.
+    /// Removes the component of the rates that violates the constraints.
     fn project_rates(
         &self,
         state: &mut State<f64>,
@@ -265,7 +268,8 @@ impl Forward {
         }
     }
 
-    /// Displacement of an anchored DOF from its position at stick onset, rad or m, in a joint that closes a loop.
+    /// Returns the displacement, rad or m, of an anchored DOF of a cut joint from its position at
+    /// stick onset.
     fn displacement(&self, bodies: &Bodies<f64>, anchor: &Anchor) -> f64 {
         let (j, k) = (bodies.frame_j[anchor.joint], bodies.frame_k[anchor.joint]);
         let relative = j.inverse() * k;
@@ -277,7 +281,7 @@ impl Forward {
         twist.power(bodies.effort(dof, anchor.joint))
     }
 
-    /// Normalises the quaternions in a state.
+    /// Normalises all quaternions in a state.
     fn normalise(&self, state: &mut State<f64>) {
         for node in &self.topology.nodes {
             let q = &mut state.coordinates[node.coordinates.clone()];
@@ -288,8 +292,9 @@ impl Forward {
         }
     }
 
-    /// Writes the time derivatives of the coordinates of the tree to `out`; rotations in S and free joints have
-    /// quaternions as coordinates.
+    /// Writes the time derivatives of the coordinates of the spanning tree to `out`. Rotations of
+    /// spherical (S) joints, free joints and floating bodies are described by quaternions, so these
+    /// derivatives differ from the rates.
     pub(super) fn coordinate_rates(&self, coordinates: &[f64], rates: &[f64], out: &mut [f64]) {
         use crate::spatial::Vec3;
         for node in &self.topology.nodes {
@@ -303,8 +308,8 @@ impl Forward {
             let omega = Vec3::new(v[at], v[at + 1], v[at + 2]);
             let pure = Quaternion { w: 0.0, v: omega * 0.5 };
             let now = Quaternion::from_coordinates(&q[at..]);
-            // Angular velocity is in world axes for a floating body, in the axes of the successor
-            // for a joint.
+            // The angular velocity is in world axes for a floating body, and in the axes of the
+            // successor for a joint.
             let change = match node.link {
                 Link::Floating => pure.compose(now),
                 Link::Joint { .. } => now.compose(pure),
@@ -322,7 +327,7 @@ impl Forward {
     }
 }
 
-/// Sets the entries of frozen DOFs in the constraint matrix to zero.
+/// Sets the columns of frozen DOFs in the constraint Jacobian to zero.
 fn freeze(rows: &mut ConstraintRows, frozen: &[bool]) {
     for entries in rows.matrix.chunks_exact_mut(frozen.len().max(1)) {
         for (entry, frozen) in entries.iter_mut().zip(frozen) {
@@ -333,7 +338,8 @@ fn freeze(rows: &mut ConstraintRows, frozen: &[bool]) {
     }
 }
 
-/// Index of the first component of a quaternion among the coordinates of a node; `None` if the node has no quaternion.
+/// Returns the index of the first quaternion component among the coordinates of a node; `None` if
+/// the node has no quaternion.
 fn quaternion_at(topology: &crate::topology::Topology, link: &Link) -> Option<usize> {
     use crate::joint::JointType;
     match *link {

@@ -11,43 +11,49 @@ use crate::spatial::{Twist, Vec3, Wrench};
 use crate::topology::{Role, Topology};
 use core::ops::Range;
 
-/// All rotors that one output coordinate drives. The output coordinate is that of one degree of freedom, or that of a
-/// motor that moves several joints.
+/// All rotors that turn with one output coordinate. The output coordinate is either the coordinate
+/// of one degree of freedom or, for a motor that moves several joints, a linear combination of
+/// joint coordinates.
 #[derive(Clone, Debug)]
 pub(super) struct Rotor {
-    /// Degrees of freedom (joint and index in it), each with its coefficient in the output coordinate.
+    /// Degrees of freedom as (joint, index in the joint, coefficient in the output coordinate).
     dofs: Vec<(usize, usize, f64)>,
     /// Inertia reflected to the output coordinate, kg m^2 or kg.
     inertia: f64,
-    /// Body on which the rotor spins, the spin axis in the frame of that body, and the angular momentum per rate of the
-    /// output. `None` for a rotor without a declared axis, whose inertia acts on the output coordinate alone.
+    /// Body that carries the rotor, the spin axis in the frame of this body, and the angular
+    /// momentum per unit output rate. `None` for a rotor without a declared axis, whose inertia
+    /// acts only on the output coordinate.
     spinning: Option<(usize, Vec3<f64>, f64)>,
 }
 
-/// Terms of a rotor in the equations of motion at one position and velocity.
+/// Terms of a rotor in the equations of motion at one configuration and velocity.
 #[derive(Clone, Debug)]
 pub(super) struct RotorTerm {
-    /// Joints that move the rotor, as a range of [`MassMatrix::rotor_parts`](super::mass_matrix::MassMatrix).
+    /// Joints that move the rotor, as a range of indices in
+    /// [`MassMatrix::rotor_parts`](super::mass_matrix::MassMatrix).
     pub(super) parts: Range<usize>,
     inertia: f64,
-    /// Effort that the rotor takes from its joints at zero accelerations of the tree.
+    /// Effort on the output coordinate that accelerates the rotor if all accelerations of the
+    /// spanning tree are zero.
     pub(super) bias: f64,
-    /// Body on which the rotor spins, and the angular momentum per rate of the output, world axes.
+    /// Index of the body that carries the rotor, and the angular momentum per unit output rate,
+    /// world axes.
     pub(super) carrier: Option<(usize, Vec3<f64>)>,
 }
 
-/// A joint that moves a rotor.
+/// Joint that moves a rotor.
 #[derive(Clone, Debug)]
 pub(super) struct RotorPart {
     pub(super) joint: usize,
     /// Predecessor and successor of the joint.
     ends: (usize, usize),
-    /// Joint wrench of a unit effort on the output coordinate.
+    /// Joint wrench per unit effort on the output coordinate.
     pub(super) covector: Wrench<f64>,
 }
 
 impl Rotor {
-    /// Lists the rotors of a mechanism; rotors without an axis that share an output coordinate are combined.
+    /// Lists the rotors of a mechanism. Rotors without an axis that share an output coordinate are
+    /// combined.
     pub(super) fn all(mechanism: &Mechanism) -> Vec<Self> {
         let mut rotors: Vec<Self> = Vec::new();
         for train in mechanism.drive_trains() {
@@ -69,9 +75,9 @@ impl Rotor {
         rotors
     }
 
-    /// Computes the terms of the rotor at a position and velocity. Writes the rotor's output rate per rate of each tree
-    /// DOF to `row`, and the effort that it takes per acceleration of each tree DOF to `taken`; appends the rotor's
-    /// joints to `parts`.
+    /// Computes the terms of the rotor at a configuration and velocity. Writes the output rate per
+    /// rate of each tree DOF to `row`, and the effort that accelerates the rotor per acceleration
+    /// of each tree DOF to `taken`. Appends the joints that move the rotor to `parts`.
     pub(super) fn at(
         &self,
         (topology, parameters): (&Topology, &Parameters<f64>),
@@ -87,7 +93,7 @@ impl Rotor {
             each_dof(topology, joint, |tree_dof, sign| {
                 row[tree_dof] += sign * bodies.screws[tree_dof].power(covector);
             });
-            // In a joint of the tree the joint rate is a rate of the tree.
+            // For a joint of the spanning tree, the joint rate is itself a rate of the tree.
             if let Role::Cut { .. } = topology.role[joint] {
                 bias += opening(topology, parameters, bodies, joint).power(covector);
             }
@@ -112,8 +118,9 @@ impl Rotor {
 }
 
 impl RotorTerm {
-    /// Kinetic energy, J, that the rotor has in addition to a rotor at rest on its body; `parts` are the joints of all
-    /// rotors, and `twists` those of all bodies.
+    /// Returns the kinetic energy of the rotor, J, minus the kinetic energy of a rotor that does
+    /// not turn relative to its carrier. `parts` are the joints of all rotors, and `twists` the
+    /// twists of all bodies.
     pub(super) fn kinetic(&self, parts: &[RotorPart], twists: &[Twist<f64>]) -> f64 {
         let of_joint = |part: &RotorPart| {
             let (predecessor, successor) = part.ends;
@@ -125,14 +132,15 @@ impl RotorTerm {
     }
 }
 
-/// Friction of all motors and gears on each degree of freedom, as an interface with friction coefficient one. Its
-/// normal load is the constant motor friction, plus the gear loss, which is affine in the magnitude of the transmitted
-/// effort. Gears that share a degree of freedom have the same losses, and transmit efforts in constant ratios. Any
-/// other gear has a separate shaft.
+/// Returns the friction of all motors and gears on each degree of freedom, as interfaces with the
+/// friction coefficient one. The normal load of such an interface is the constant motor friction
+/// plus the gear loss, which is affine in the magnitude of the transmitted effort. Gears that act
+/// on the same degree of freedom have the same losses and transmit efforts in constant ratios; all
+/// other gears have separate shafts.
 pub(super) fn shaft_friction(mechanism: &Mechanism) -> Vec<InterfaceParameters<f64>> {
     let mut frictions: Vec<InterfaceParameters<f64>> = Vec::new();
     for train in mechanism.drive_trains().iter().filter(|train| train.has_friction()) {
-        // Motors of several joints with friction have shafts.
+        // Motors with friction that move several joints have separate shafts.
         let Some((joint, dof)) = train.only_dof() else { continue };
         let (n, friction) = (train.transmission().abs(), train.motor_friction);
         let (joint, joint_type) = (joint.0, mechanism.joints()[joint.0].joint_type);

@@ -1,4 +1,4 @@
-//! Accelerations and reactions with friction, for given modes of all interfaces.
+//! Accelerations and reactions with friction, for given stick-slip modes of all interfaces.
 
 use super::Forward;
 use super::affine_friction::{AffineFriction, InterfaceMode, affine_friction};
@@ -11,11 +11,11 @@ use crate::friction_problem::continuation::Lock;
 use crate::kinematics::{Bodies, Target};
 use crate::spatial::Wrench;
 
-/// For trees with at least this many DOFs, decisions between stick and slip also use the sparse
-/// balance.
+/// Number of DOFs of the spanning tree from which decisions between stick and slip also use the
+/// sparse solver.
 const LARGE: usize = 150;
 
-/// Solution of accelerations and reactions for given modes of the interfaces.
+/// Solution for accelerations and reactions, for given modes of the interfaces.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Solved {
     pub(super) coupled: Coupled,
@@ -31,7 +31,8 @@ pub(super) struct Solved {
 }
 
 impl Solved {
-    /// Number of steps of the continuation in the last solution, zero without one.
+    /// Returns the number of continuation steps in the last solution; zero if it needed no
+    /// continuation.
     pub(super) fn continuation_steps(&self) -> usize {
         self.coupling.continuation_steps()
     }
@@ -46,8 +47,9 @@ pub(super) enum Unsolved {
 }
 
 impl Forward {
-    /// Lists the DOFs that are constrained in these modes: those of prescribed actuators and of sticking interfaces.
-    /// Friction does not constrain a DOF that an actuator prescribes.
+    /// Lists the DOFs that are constrained in the given modes: DOFs of actuators with prescribed
+    /// motion, and DOFs of sticking interfaces. Friction does not constrain a DOF whose motion is
+    /// prescribed.
     pub(super) fn constrain(
         &self,
         targets: &[Target<f64>],
@@ -69,7 +71,7 @@ impl Forward {
             }
             for (place, dof) in interface.shape.dofs().enumerate() {
                 let joint = interface.joint;
-                // A prescribed DOF has its own constraint already.
+                // A prescribed DOF already has a constraint row.
                 if !targets.is_empty() && self.is_prescribed_place(index, place) {
                     continue;
                 }
@@ -89,7 +91,7 @@ impl Forward {
         }
     }
 
-    /// Computes the constraint rows and their matrix for these modes.
+    /// Computes the constraint rows and the constraint Jacobian for the given modes.
     pub(super) fn constraint_rows(
         &self,
         bodies: &Bodies<f64>,
@@ -102,7 +104,8 @@ impl Forward {
         rows
     }
 
-    /// Decomposes the balance for these modes, with equal scales for all static frictions.
+    /// Factorises the equations of motion for the given modes, with equal scales for all static
+    /// frictions.
     pub(super) fn balance(
         &self,
         data: &Data,
@@ -111,7 +114,8 @@ impl Forward {
         Balance::new(self, data, self.constraint_rows(&data.bodies, &data.targets, modes))
     }
 
-    /// Friction of an interface in its present mode, as an affine function of its normal load.
+    /// Returns the friction of an interface in a given mode, as an affine function of its normal
+    /// load.
     pub(super) fn friction(
         &self,
         data: &Data,
@@ -124,9 +128,10 @@ impl Forward {
         affine_friction(content, pitch, mode, velocity, bristles)
     }
 
-    /// Solves for given modes, starting from the normal loads `known`; with `bound` also computes the uniqueness bound.
-    /// The balance is dense except for large mechanisms: decisions between stick and slip compare accelerations with
-    /// round-off, which is smaller in the dense balance.
+    /// Solves the equations of motion for given modes, starting from the normal loads `known`. If
+    /// `bound`, also computes the uniqueness bound. Uses the dense solver except for large
+    /// mechanisms: decisions between stick and slip compare accelerations with round-off, which is
+    /// smaller in the dense solution.
     pub(super) fn solve(
         &self,
         data: &Data,
@@ -140,7 +145,7 @@ impl Forward {
         Ok(solved)
     }
 
-    /// Solves as [`Self::solve`], reusing the buffers.
+    /// Solves like [`Self::solve`], reusing the buffers.
     pub(super) fn solve_into(
         &self,
         data: &Data,
@@ -157,7 +162,7 @@ impl Forward {
         self.couple(data, modes, known, bound, solved)
     }
 
-    /// Solves for the normal loads, after the constraints and the mass matrix have been decomposed.
+    /// Solves for the normal loads, after the constraints and the mass matrix have been factorised.
     pub(super) fn couple(
         &self,
         data: &Data,
@@ -204,8 +209,9 @@ impl Forward {
             coupling.need_influence((self, data), balance, sticking, workspace);
             *coupling_bound = Some(coupling.bound(self, data));
         }
-        // If the influence matrix is small, Newton's method takes less time. With a bound of one or
-        // more, other solutions may exist, and only Newton's method keeps to its branch.
+        // If the influence matrix is small, Newton's method takes less time. If the bound is one or
+        // more, other solutions may exist, and only Newton's method stays on the present solution
+        // branch.
         let is_unique = !coupling_bound.is_some_and(|bound| bound >= 1.0);
         let iterated = known.filter(|_| is_unique && balance.is_sparse()).is_some_and(|known| {
             let results = (&mut *workspace, &mut *coupled);
@@ -221,7 +227,7 @@ impl Forward {
         Ok(())
     }
 
-    /// Searches for other solutions in the same modes, from many starts.
+    /// Searches for other solutions in the given modes from many random starts.
     pub(super) fn others(
         &self,
         data: &Data,
@@ -239,7 +245,7 @@ impl Forward {
         others.into_iter().map(competitor).collect()
     }
 
-    /// Converts a missing solution into an error with names.
+    /// Converts a failed solution into an error that names the joint or body.
     pub(super) fn unsolved(&self, time: f64, unsolved: Unsolved) -> ForwardError {
         match unsolved {
             Unsolved::Locked(Lock { part, interface }) => ForwardError::NoAcceleration {
@@ -254,7 +260,7 @@ impl Forward {
         }
     }
 
-    /// Name of a joint.
+    /// Returns the name of a joint of the simulated mechanism.
     pub(super) fn joint_name(&self, joint: usize) -> String {
         self.simulated().joints()[joint].name.clone()
     }

@@ -1,4 +1,5 @@
-//! Surface motion of friction interfaces, and wrenches of friction on their joints.
+//! Sliding motion at the surfaces of friction interfaces, and the wrenches of friction on their
+//! joints.
 
 use super::Forward;
 use super::constraint_jacobian::each_dof;
@@ -6,14 +7,16 @@ use crate::kinematics::Bodies;
 use crate::spatial::Wrench;
 
 impl Forward {
-    /// Returns a copy of the bodies with the accelerations that follow from those of the tree.
+    /// Returns a copy of the bodies with the body accelerations for given accelerations of the
+    /// spanning tree.
     pub(super) fn accelerated(&self, bodies: &Bodies<f64>, accelerations: &[f64]) -> Bodies<f64> {
         let mut bodies = bodies.clone();
         bodies.accelerate(&self.topology, accelerations);
         bodies
     }
 
-    /// Surface acceleration of an interface, m/s^2; the bodies must have accelerations.
+    /// Returns the relative acceleration of the surfaces of an interface along each of its DOFs,
+    /// m/s^2. Requires body accelerations.
     pub(super) fn surface_acceleration(&self, bodies: &Bodies<f64>, interface: usize) -> [f64; 3] {
         let (topology, parameters) = (&self.topology, &self.parameters);
         let content = &parameters.interfaces[interface];
@@ -29,8 +32,8 @@ impl Forward {
         surface
     }
 
-    /// Wrenches at the joint of an interface that one newton of friction at the surface exerts, for each DOF of the
-    /// interface.
+    /// Returns, for each DOF of an interface, the wrench at the joint that one newton of friction
+    /// at the surface exerts.
     pub(super) fn unit_frictions(
         &self,
         bodies: &Bodies<f64>,
@@ -46,7 +49,8 @@ impl Forward {
         each.collect()
     }
 
-    /// Surface rate of an interface along one of its DOFs, m/s, for given rates of the tree.
+    /// Returns the sliding velocity of an interface along one of its DOFs, m/s, for given rates of
+    /// the spanning tree.
     pub(super) fn surface_rate(
         &self,
         bodies: &Bodies<f64>,
@@ -66,9 +70,12 @@ impl Forward {
         arm * rate
     }
 
-    /// Computes the surface rate of an interface along one of its DOFs, m/s, from the rates of the prescribed actuators
-    /// (by their index among the prescribed ones); rates may also be accelerations. `None` if they do not determine it:
-    /// they determine the DOFs of their own joints, and the added shafts of motors all of whose joints they move.
+    /// Computes the sliding velocity of an interface along one of its DOFs, m/s, from the rates of
+    /// actuators with prescribed motion. `rate` returns the rate of an actuator, given its index in
+    /// the list of prescribed actuators; accelerations can be used instead of rates. Returns `None`
+    /// if the prescribed actuators do not determine the velocity. They determine it for DOFs of
+    /// their own joints, and for an added motor shaft if they prescribe all joints that the motor
+    /// moves.
     pub(super) fn prescribed_rate(
         &self,
         interface: usize,
@@ -92,7 +99,8 @@ impl Forward {
         Some(arm * rate(index(actuator)?))
     }
 
-    /// Returns whether prescribed actuators determine the motion of an interface along one of its DOFs.
+    /// Returns true if prescribed actuators determine the motion of an interface along one of its
+    /// DOFs.
     pub(super) fn is_prescribed_place(&self, interface: usize, place: usize) -> bool {
         self.prescribed_rate(interface, place, |_| 0.0).is_some()
     }

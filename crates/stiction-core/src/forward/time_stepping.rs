@@ -1,17 +1,17 @@
-//! One step of Moreau's time stepping (Moreau 1988, Jean 1999): unknown velocities, with friction laws at the end of
-//! the step.
+//! Time step of Moreau's method (Moreau 1988, Jean 1999): the unknowns are velocities, and the
+//! friction laws hold at the end of the step.
 //!
-//! With the mass matrix `M` of the tree in the middle of the step, and the velocities `v` before and `w` after the
-//! step:
+//! With the mass matrix `M` of the spanning tree at the middle of the step, the velocities `v`
+//! before the step, and `w` after the step:
 //!
 //! ```text
 //! M (w - v) = h (efforts and loads) + J^T (impulses of loops and prescribed actuators) + (impulses of friction)
 //! ```
 //!
-//! `J w` has its prescribed value at the end of the step. The friction laws relate impulses and `w`; the friction of
-//! each interface is bounded by the reaction of the same joint in the same step. Stops and reversals within the step
-//! need no event. A sticking interface has zero velocity at the end of the step. Velocities may jump if friction
-//! requires it.
+//! `J w` has its prescribed value at the end of the step. The friction laws relate the friction
+//! impulses to `w`. The friction of each interface is bounded by the reaction of the same joint in
+//! the same step. Stick onset and reversals within the step need no event detection. A sticking
+//! interface has zero velocity at the end of the step. Velocities may jump if friction requires it.
 //!
 //! Equation (D7) of the book's theory.
 
@@ -34,12 +34,12 @@ use crate::parameters::InterfaceParameters;
 
 /// Largest accepted residual of the friction laws, relative to the largest force.
 const RESIDUAL: f64 = 1e-9;
-/// Weight of the residual rates of sticking interfaces relative to residual forces. Accepted residual rates are then at
-/// most 1e-6 of the largest rate.
+/// Weight of the residual rates of sticking interfaces relative to residual forces. Accepted
+/// residual rates are at most 1e-6 of the largest rate.
 const SLACK: f64 = 1e-3;
 
-/// Friction above this multiple of the largest force without friction belongs to a jump of
-/// velocities.
+/// If friction exceeds the largest force without friction by this factor, it is part of a velocity
+/// jump.
 const IMPULSIVE: f64 = 1e3;
 
 /// Results of a time step.
@@ -47,23 +47,23 @@ pub(super) struct TimeStep {
     /// State at the end of the step, before projection onto the constraints.
     pub(super) state: State<f64>,
     pub(super) modes: Vec<InterfaceMode>,
-    /// Bristle deflections at the end of the step, m.
+    /// Bristle deflections of each interface at the end of the step, m.
     pub(super) bristles: Vec<[f64; 3]>,
     /// Internal states of the inputs at the end of the step.
     pub(super) input_states: Vec<f64>,
-    /// Surface velocities at the end, m/s.
+    /// Sliding velocities at the surfaces at the end of the step, m/s.
     pub(super) velocities: Vec<[f64; 3]>,
-    /// Friction at the surfaces, averaged over the step, N.
+    /// Friction forces at the surfaces, averaged over the step, N.
     pub(super) frictions: Vec<[f64; 3]>,
-    /// Normal loads, averaged over the step, N.
+    /// Normal loads of the interfaces, averaged over the step, N.
     pub(super) loads: Vec<f64>,
     /// Actuator efforts, averaged over the step, N or N m.
     pub(super) drives: Vec<f64>,
     pub(super) response: Response,
-    /// Largest rate of the tree that the step would end with if friction were absent, rad/s or characteristic lengths
-    /// per second.
+    /// Largest rate of the spanning tree at the end of the step if friction were absent, rad/s or
+    /// characteristic lengths per second.
     pub(super) free_rate: f64,
-    /// Work in the step, J.
+    /// Work done and energy dissipated in the step, J.
     pub(super) work: Energies,
     pub(super) redundant: usize,
     pub(super) open_drives: usize,
@@ -76,15 +76,15 @@ pub(super) struct TimeStep {
 pub(super) struct StepStart<'a> {
     pub(super) state: &'a State<f64>,
     pub(super) modes: &'a [InterfaceMode],
-    /// Bristle deflections, m.
+    /// Bristle deflections of each interface, m.
     pub(super) bristles: &'a [[f64; 3]],
     /// Initial guess of the friction forces at the surfaces, N.
     pub(super) frictions: &'a [[f64; 3]],
-    /// States, sides and counted angles of the inputs.
+    /// Internal states, signs of the switching functions, and unwrapped angles of the inputs.
     pub(super) input: &'a InputState,
 }
 
-/// Law that regularises friction as a smooth function of velocity.
+/// Regularised friction law, a smooth function of velocity.
 #[derive(Clone, Debug)]
 struct Regularised {
     interface: InterfaceParameters<f64>,
@@ -104,7 +104,8 @@ impl SmoothFriction for Regularised {
     }
 }
 
-/// Bristles whose deflection at the end of the step follows from the velocity there (implicit Euler).
+/// Bristle law whose deflection at the end of the step follows from the velocity at the end of the
+/// step (implicit Euler).
 #[derive(Clone, Debug)]
 struct BristleStep {
     interface: InterfaceParameters<f64>,
@@ -137,11 +138,11 @@ impl SmoothFriction for BristleStep {
 }
 
 impl Forward {
-    /// Computes a time step of length `step`, s, from `time`, s.
+    /// Computes a time step of length `step`, s, starting at `time`, s.
     ///
     /// # Errors
-    /// [`ForwardError::NoChoice`] if no frictions satisfying all laws are found,
-    /// [`ForwardError::Massless`], [`ForwardError::NotFinite`] for efforts.
+    /// [`ForwardError::NoChoice`] if no frictions that satisfy all laws are found,
+    /// [`ForwardError::Massless`], and [`ForwardError::NotFinite`] if efforts are not finite.
     pub(super) fn time_step(
         &self,
         time: f64,
@@ -168,8 +169,8 @@ impl Forward {
             let entries = &rows.matrix[index * n..(index + 1) * n];
             let rate: f64 = entries.iter().zip(&start.rates).map(|(a, b)| a * b).sum();
             let end = index.checked_sub(topology.closures()).map_or(0.0, |k| ends[k].rate);
-            // The row belongs to the middle of the step and changes until its end; `right` is minus
-            // its rate of change.
+            // The row is evaluated at the middle of the step and changes until the end of the step;
+            // `right` is minus the rate of change of the row.
             row.right = (end - rate) / step + 0.5 * row.right;
         }
         let massless = |m: Massless| self.unsolved(time, Unsolved::Massless(m));
@@ -201,15 +202,16 @@ impl Forward {
         };
         let prescribed: Vec<f64> = ends.iter().map(|end| end.rate).collect();
         let mut problem = members.problem(&base, step, free, &prescribed);
-        // Redundant rows are consistent to third order in the step; projection removes the rest.
+        // Redundant rows are consistent to third order in the step; projection removes the
+        // remaining error.
         problem.slack = SLACK;
         let mut near: Vec<f64> = problem
             .members
             .iter()
             .flat_map(|m| from.frictions[m.interface][..m.places.len()].to_vec())
             .collect();
-        // Frictions of a jump are impulses over a short time. Where static frictions are not unique,
-        // a search from them would keep them as a self-stress.
+        // Frictions in a velocity jump are impulses divided by a short time. Where static frictions
+        // are not unique, a search that starts from these values would keep them as a self-stress.
         let largest = near.iter().fold(0.0_f64, |m, f| m.max(f.abs()));
         let forces = base.wrenches.iter().map(|wrench| wrench.force.norm());
         if largest > IMPULSIVE * forces.fold(0.0, f64::max) {
@@ -217,7 +219,7 @@ impl Forward {
         }
         let mut found = problem.solve(&near).filter(|found| found.residual <= RESIDUAL);
         if found.is_none() && near.iter().any(|amount| *amount != 0.0) {
-            // After a jump the frictions of the previous step may be a bad start.
+            // After a jump the frictions of the previous step may be a bad initial guess.
             let zero = vec![0.0; near.len()];
             found = problem.solve(&zero).filter(|found| found.residual <= RESIDUAL);
         }
@@ -237,7 +239,7 @@ impl Forward {
         Ok(self.end_of_step(&data, from, step, solution, (&balance, response)))
     }
 
-    /// Friction law of an interface at the end of a time step.
+    /// Returns the friction law of an interface at the end of a time step.
     fn law(&self, data: &Data, interface: usize, mode: InterfaceMode, step: f64) -> MemberLaw {
         let content = &self.parameters.interfaces[interface];
         let velocity = data.velocities[interface];
@@ -264,7 +266,7 @@ impl Forward {
         MemberLaw::Dry(DryFriction { forward, backward, viscous: law.viscous })
     }
 
-    /// Builds the results of a time step from its solution.
+    /// Computes the results of a time step from the solution of the complementarity problem.
     fn end_of_step(
         &self,
         data: &Data,

@@ -1,9 +1,11 @@
-//! Wrenches that gears transmit.
+//! Wrenches that gears transmit to their loads.
 //!
-//! A gear lies between its motor and its joint. Its loss depends on the effort that it transmits: the effort of the
-//! joint's complete wrench without the friction of the joint itself, and without the effort of gearings at that joint.
-//! The constraints exert the efforts of prescribed actuators at the joints of these actuators. If motors with added
-//! shafts move such a joint, their gears transmit these efforts in addition.
+//! A gear lies between its motor and its joint, and its loss depends on the effort that it
+//! transmits. The transmitted effort is the effort of the complete joint wrench, without the
+//! friction of the joint itself and without the efforts of gearings at this joint. The constraints
+//! exert the efforts of actuators with prescribed motion at the joints of these actuators. If
+//! motors with added shafts move such a joint, the gears of these motors also transmit a part of
+//! these efforts.
 //!
 //! Equations (G8) and (G14) of the book's theory.
 
@@ -15,18 +17,18 @@ use crate::parameters::Parameters;
 use crate::scalar::Scalar;
 use crate::spatial::Wrench;
 
-/// Returns whether the friction of the interface `other` acts between the gear of the interface `gear` and the load of
-/// that gear.
+/// Returns true if the friction of the interface `other` acts between the gear of the interface
+/// `gear` and the load of this gear.
 pub(super) fn is_behind(parameters: &Parameters<f64>, gear: usize, other: usize) -> bool {
     let [gear, other] = [gear, other].map(|interface| &parameters.interfaces[interface]);
     let is_shaft = |shape: InterfaceShape| matches!(shape, InterfaceShape::Shaft { .. });
     gear.load.gear.is_some() && gear.joint == other.joint && !is_shaft(other.shape)
 }
 
-/// Wrench at the joint of a gear's interface that the gear does not transmit: the wrench of
-/// gearings, which act in parallel to the gear. On an added shaft, the result contains, with
-/// negative sign, the motor's part of the efforts of prescribed actuators. The gear transmits this
-/// part although it does not act on the joint of the shaft.
+/// Returns the part of the wrench at the joint of the interface `gear` that its gear does not
+/// transmit: the wrench of gearings, which act in parallel with the gear. For an added motor shaft,
+/// the motor's share of the efforts of prescribed actuators is subtracted, because the gear
+/// transmits this share although the share does not act on the joint of the shaft.
 pub(super) fn parallel_to_gear<T: Scalar>(
     model: &Forward,
     bodies: &Bodies<f64>,
@@ -70,20 +72,22 @@ pub(super) struct LoadSide<'a> {
 }
 
 impl LoadSide<'_> {
-    /// Returns whether a friction acts between a gear and its load, see [`is_behind`].
+    /// Returns true if the friction of the interface `other` acts between the gear of the interface
+    /// `gear` and its load, see [`is_behind`].
     pub(super) fn is_behind(&self, gear: usize, other: usize) -> bool {
         is_behind(&self.model.parameters, gear, other)
     }
 
     /// Lists the interfaces whose friction acts between the gear of an interface and its load.
     pub(super) fn behind(self, gear: usize) -> impl Iterator<Item = usize> {
-        // Most interfaces have no gear; a search for each would take quadratic time.
+        // Most interfaces have no gear, and a search for every interface would take quadratic time.
         let interfaces = &self.model.parameters.interfaces;
         let all = interfaces[gear].load.gear.is_some().then_some(0..interfaces.len());
         all.into_iter().flatten().filter(move |&o| self.is_behind(gear, o))
     }
 
-    /// Sums the wrenches of static frictions and gearings between the gear of an interface and its load.
+    /// Returns the sum of the wrenches of static frictions and gearings that act between the gear
+    /// of an interface and the load of this gear.
     pub(super) fn held<T: Scalar>(&self, gear: usize, multipliers: &[T]) -> Wrench<T> {
         if self.model.parameters.interfaces[gear].load.gear.is_none() {
             return Wrench::zero();

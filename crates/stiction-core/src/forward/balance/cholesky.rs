@@ -1,19 +1,20 @@
-//! Cholesky decomposition of the mass matrix projected onto the possible motions, some of which may
-//! have no inertia.
+//! Cholesky decomposition of the mass matrix projected onto the motions that the constraints allow,
+//! including motions without inertia.
 
 use super::{dot, fill};
 use crate::scalar::Scalar;
 
-/// The inertia of a motion counts as round-off below this fraction of the largest inertia of any
-/// motion.
+/// Fraction of the largest inertia of any motion below which the inertia of a motion counts as
+/// round-off.
 const NEGLIGIBLE: f64 = 1e-14;
 
-/// Cholesky factor of `Z^T M Z` with pivoting. The vectors of `basis` are reordered so that motions without inertia
-/// come last, where round-off does not hide small pivots. A motion without inertia that `may_lack_inertia` accepts is
-/// added to `spins` and given an arbitrary inertia; its rate then stays constant as long as no load acts on it.
+/// Returns the Cholesky factor of `Z^T M Z`, computed with pivoting. The vectors of `basis` are
+/// reordered so that motions without inertia come last, where round-off does not hide small pivots.
+/// If `may_lack_inertia` accepts a motion without inertia, the motion is appended to `spins` and
+/// assigned an arbitrary inertia; its rate then stays constant as long as no load acts on it.
 ///
 /// # Errors
-/// Returns the rates of a motion without inertia that is not accepted.
+/// Returns the rates of a motion without inertia that `may_lack_inertia` rejects.
 pub(in crate::forward) fn factor(
     matrix: &[f64],
     basis: &mut [f64],
@@ -26,8 +27,8 @@ pub(in crate::forward) fn factor(
     Ok(factor)
 }
 
-/// Computes the same factor as [`factor`], reusing the buffers, and writes the momenta `M Z` to
-/// `momenta`.
+/// Computes the Cholesky factor like [`factor`], reusing the buffers, and writes the momenta `M Z`
+/// to `momenta`.
 ///
 /// # Errors
 /// See [`factor`].
@@ -87,7 +88,7 @@ pub(super) fn factor_into(
             }
             continue;
         }
-        // Motion without inertia: this vector, less its coupling to the motions before it.
+        // Motion without inertia: this basis vector minus its coupling to the preceding motions.
         let mut with: Vec<f64> = (0..i).map(|k| factor[i * free + k]).collect();
         for k in (0..i).rev() {
             let after: f64 = (k + 1..i).map(|m| factor[m * free + k] * with[m]).sum();
@@ -109,7 +110,7 @@ pub(super) fn factor_into(
     Ok(())
 }
 
-/// Solves `L L^T x = right` in place with the lower triangle `L`.
+/// Solves `L L^T x = right` in place, where `factor` is the lower triangle `L`.
 pub(in crate::forward) fn solve_factored<T: Scalar>(factor: &[f64], right: &mut [T]) {
     let free = right.len();
     for i in 0..free {

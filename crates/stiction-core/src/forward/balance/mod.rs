@@ -1,16 +1,17 @@
-//! Accelerations and reactions for given wrenches in the joints.
+//! Equations of motion with constraints: accelerations and reactions for given joint wrenches.
 //!
-//! With the tree's mass matrix `M`, the bias `h` of inertia, gravity and loads, given efforts `f`, and the constraints
-//! `J a = r`:
+//! With the mass matrix `M` of the spanning tree, the bias `h` of inertia, gravity and loads, given
+//! efforts `f`, and the constraints `J a = r`:
 //!
 //! ```text
 //! M a + h = f + J^T l
 //! ```
 //!
-//! The null space `Z` of `J` decouples it: accelerations follow from `J` and `Z^T M Z`, then the
-//! multipliers from the independent rows. `M` may be singular, but `Z^T M Z` must not be: each
-//! possible motion must have inertia. Dependent rows are redundant constraints. They do not affect
-//! the accelerations, and their reactions follow from the declared rule, see [`redundancy`].
+//! The null space `Z` of `J` decouples the equations: accelerations follow from `J` and `Z^T M Z`,
+//! then the multipliers `l` from the independent rows. `M` may be singular, but `Z^T M Z` must not
+//! be: each motion that the constraints allow must have inertia. Dependent rows are redundant
+//! constraints. They do not affect the accelerations, and [`redundancy`] determines their reactions
+//! by a declared rule.
 //!
 //! Equations (D1) and (D2) of the book's theory.
 
@@ -34,52 +35,54 @@ use passive_spins::fastest_body;
 use redundancy::RedundancyResolution;
 use sparse::SparseBalance;
 
-/// A constraint row counts as dependent if its component that is independent of the other rows is
-/// below this fraction of the row. Equal to the limit of ranks in `statics/rank.rs`.
+/// A constraint row counts as linearly dependent if its component orthogonal to the span of the
+/// other rows is below this fraction of its norm. Equal to the rank threshold in `statics/rank.rs`.
 pub(super) const DEPENDENT: f64 = 1e-10;
 
-/// A dependent row contradicts the others if its relative residual exceeds this value. Smaller
-/// residuals are due to round-off and to rates that violate the constraints slightly.
+/// A dependent row contradicts the other rows if its relative residual exceeds this value. Smaller
+/// residuals are due to round-off and to rates that slightly violate the constraints.
 const CONTRADICTS: f64 = 1e-6;
 
-/// Motion without inertia, identified by the body that moves fastest in it.
+/// Motion without inertia, identified by the body that is fastest in this motion.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Massless {
     pub(super) body: usize,
 }
 
-/// Factorised force balance at one position, for a given set of constraints.
+/// Factorised equations of motion at one configuration, for a given set of constraints.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Balance {
     pub(super) rows: ConstraintRows,
-    /// Sparse solution; `None` if the structure of the model does not suit it.
+    /// Sparse factorisation; `None` if the model is not suited to it.
     sparse: Option<Box<SparseBalance>>,
-    /// True if the balance always uses the dense solution, for example in a search for modes.
+    /// True if the equations are always factorised densely, for example in a search for stick-slip
+    /// modes.
     pub(super) stays_dense: bool,
-    /// True if the sparse solution is valid at the present position. The dense quantities below then belong to an
-    /// earlier position and must not be used.
+    /// True if the sparse factorisation is valid at the present configuration. The dense quantities
+    /// below then belong to an earlier configuration and must not be used.
     is_sparse: bool,
-    /// Mass matrix of the tree.
+    /// Mass matrix of the spanning tree, row-major.
     mass: Vec<f64>,
     space: RowSpace,
     scaled: Vec<f64>,
-    /// Basis of the accelerations that the constraints allow (null space of the rows), orthonormal in scaled DOFs.
+    /// Basis of the null space of the constraint rows: accelerations that the constraints allow,
+    /// orthonormal in scaled DOFs.
     basis: Vec<f64>,
-    /// Momentum of each vector of the null space: the columns of `M Z`.
+    /// Momentum of each basis vector of the null space: the columns of `M Z`.
     momenta: Vec<f64>,
-    /// Lower triangle of the Cholesky factor of `Z^T M Z`, row by row.
+    /// Lower triangle of the Cholesky factor of `Z^T M Z`, row-major.
     factor: Vec<f64>,
-    /// Rates of the tree for a unit rate of each passive spin without inertia.
+    /// Rates of the spanning tree for a unit rate of each passive spin without inertia.
     passive_spins: Vec<Vec<f64>>,
-    /// Distribution of the reactions of redundant constraints.
+    /// Rule that distributes the reactions of redundant constraints.
     pub(super) redundancy: RedundancyResolution,
 }
 
 impl Balance {
-    /// Creates the balance with a dense decomposition.
+    /// Factorises the equations of motion densely.
     ///
     /// # Errors
-    /// Returns a motion without inertia that is no passive spin of a single body.
+    /// Returns a motion without inertia, unless the motion is the passive spin of a single body.
     pub(super) fn new(
         model: &Forward,
         data: &Data,
@@ -90,8 +93,9 @@ impl Balance {
         Ok(balance)
     }
 
-    /// Recomputes the balance for its constraint rows, sparsely where possible and densely otherwise, reusing the
-    /// buffers. The matrix of the rows need not be filled.
+    /// Factorises the equations of motion again for the constraint rows in `rows`, sparsely if
+    /// possible and densely otherwise, reusing the buffers. The constraint Jacobian need not be
+    /// filled.
     ///
     /// # Errors
     /// See [`Self::new`].
@@ -117,7 +121,8 @@ impl Balance {
         self.update_densely(model, data, workspace)
     }
 
-    /// Recomputes the dense decomposition for the constraint rows and their filled matrix, reusing the buffers.
+    /// Repeats the dense factorisation for the constraint rows and the filled constraint Jacobian,
+    /// reusing the buffers.
     ///
     /// # Errors
     /// See [`Self::new`].
@@ -160,8 +165,8 @@ impl Balance {
         Ok(())
     }
 
-    /// Replaces a sparse solution by the dense decomposition, reusing the buffers. Does nothing if the balance is
-    /// dense.
+    /// Replaces a sparse factorisation by the dense one, reusing the buffers. Does nothing if the
+    /// factorisation is already dense.
     ///
     /// # Errors
     /// See [`Self::new`].
@@ -173,45 +178,47 @@ impl Balance {
         Ok(())
     }
 
-    /// Returns the sparse solution if it is valid at the present position.
+    /// Returns the sparse factorisation if it is valid at the present configuration.
     fn sparse(&self) -> Option<&SparseBalance> {
         self.sparse.as_deref().filter(|_| self.is_sparse)
     }
 
-    /// Returns whether the balance is solved sparsely.
+    /// Returns true if the equations of motion are factorised sparsely.
     pub(super) fn is_sparse(&self) -> bool {
         self.is_sparse
     }
 
-    /// Basis of the tree rates that the constraints allow, vector by vector; requires a dense
-    /// decomposition.
+    /// Returns a basis of the tree rates that the constraints allow, one vector after the other.
+    /// Requires a dense factorisation.
     pub(super) fn null_space(&self) -> &[f64] {
         &self.basis
     }
 
-    /// Number of DOFs that the constraints leave; `n` is the number of DOFs of the tree.
+    /// Returns the mobility: the number of DOFs that the constraints leave. `n` is the number of
+    /// DOFs of the spanning tree.
     pub(super) fn mobility(&self, n: usize) -> usize {
         self.sparse().map_or_else(|| n - self.space.rank(), SparseBalance::mobility)
     }
 
-    /// Singularity distance of the constraint rows, between zero and one.
+    /// Returns the singularity index of the constraint rows, between zero and one.
     pub(super) fn distance(&self) -> f64 {
         self.sparse().map_or_else(|| self.space.least_part(), SparseBalance::distance)
     }
 
-    /// Number of redundant constraints.
+    /// Returns the number of redundant constraints.
     pub(super) fn redundant(&self) -> usize {
         let dense = || self.redundancy.self_stresses.len();
         self.sparse().map_or_else(dense, SparseBalance::redundant)
     }
 
-    /// Returns whether any constraint is redundant.
+    /// Returns true if any constraint is redundant.
     pub(super) fn is_redundant(&self) -> bool {
         self.redundant() > 0
     }
 
-    /// Finds a row that no acceleration satisfies: a dependent row whose value contradicts the
-    /// others. Returns its index and the residual of the nearest acceleration, m/s^2 or rad/s^2.
+    /// Finds a constraint row that no accelerations satisfy: a dependent row whose right-hand side
+    /// contradicts the other rows. Returns the index of the row and its residual for the
+    /// least-squares accelerations, m/s^2 or rad/s^2.
     pub(super) fn contradiction(&self, model: &Forward, data: &Data) -> Option<(usize, f64)> {
         let n = model.topology.dofs();
         if self.space.rank() == self.rows.rows.len() {
@@ -223,7 +230,8 @@ impl Balance {
         let each = self.rows.rows.iter().zip(self.rows.matrix.chunks_exact(n.max(1)));
         let residuals: Vec<f64> =
             each.map(|(row, entries)| row.scale * (dot(entries, &nearest) - row.right)).collect();
-        // If all values are round-off, it is the round-off of terms of the size of squared rates.
+        // If all right-hand sides are round-off, their size is that of round-off in terms of
+        // squared rates.
         let fastest = model.fastest(data);
         let size = right.iter().fold(fastest * fastest, |m, x| m.max(x.abs()));
         let worst = (0..residuals.len())

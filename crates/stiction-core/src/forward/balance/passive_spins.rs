@@ -1,5 +1,6 @@
 //! Passive spins without inertia: rotations of a single body about an axis without moment of
-//! inertia, for example of a rod between two balls. They keep their rate and cannot carry a moment.
+//! inertia, for example of a rod between two balls. A passive spin keeps its rate and cannot carry
+//! a moment.
 
 use super::{Balance, Massless};
 use crate::forward::Forward;
@@ -9,24 +10,26 @@ use crate::kinematics::body_twists;
 use crate::spatial::{Twist, Vec3, Wrench};
 use crate::topology::Link;
 
-/// The moment about the axis of a spin without inertia counts as zero below this fraction of all
-/// moments on the body. The axis is the direction in which the inertia is below a threshold, so the
-/// error of its direction is the square root of that threshold.
+/// Fraction of all moments on a body below which the moment about a spin axis without inertia
+/// counts as zero. The axis is the direction in which the inertia is below a threshold, so the
+/// error of this direction is the square root of the threshold.
 const NEGLIGIBLE: f64 = 1e-6;
 /// A body counts as at rest if its speed is below this fraction of the speed of the fastest body.
 const AT_REST: f64 = 1e-6;
 
 impl Balance {
-    /// Returns whether there are passive spins without inertia.
+    /// Returns true if there are passive spins without inertia.
     pub(in crate::forward) fn has_passive_spins(&self) -> bool {
         !self.passive_spins.is_empty()
     }
 
-    /// Checks that no moment acts on passive spins without inertia. With `effort`, a joint and the wrench on it, checks
-    /// the moment of this wrench alone; without it, checks the moments of loads and inertia forces.
+    /// Checks that no moment acts about the axis of a passive spin without inertia. If `effort`
+    /// contains a joint and its wrench, checks the moment of this wrench alone; otherwise checks
+    /// the moments of loads and inertia forces.
     ///
     /// # Errors
-    /// Returns the body on whose spin a moment acts; its acceleration is undefined.
+    /// Returns the body about whose spin axis a moment acts; the acceleration of this spin is
+    /// undefined.
     pub(in crate::forward) fn check_passive_spins(
         &self,
         model: &Forward,
@@ -58,8 +61,8 @@ impl Balance {
         Ok(())
     }
 
-    /// Removes from the accelerations of the tree the component that changes the rates of passive spins without
-    /// inertia.
+    /// Removes the component of the tree accelerations that would change the rates of passive spins
+    /// without inertia.
     pub(in crate::forward) fn keep_passive_spins(
         &self,
         model: &Forward,
@@ -94,8 +97,8 @@ impl Balance {
     }
 }
 
-/// Returns the index of the fastest body at given rates of the tree, and true if that body rotates and no other body
-/// moves.
+/// Returns the index of the fastest body for given rates of the spanning tree, and true if this
+/// body rotates and no other body moves.
 pub(super) fn fastest_body(model: &Forward, data: &Data, rates: &[f64]) -> (usize, bool) {
     let twists = body_twists(&model.topology, &data.bodies, rates);
     let size = |twist: &Twist<f64>| model.twist_rate(twist);

@@ -1,9 +1,15 @@
 //! Distribution of the reactions of redundant constraints.
 //!
-//! Four criteria apply in sequence, each to the solutions that the previous criterion leaves open: least efforts of
-//! prescribed actuators; least static frictions in units of the friction limits, or least deviations from reference
-//! frictions within all limits; least elastic energy of declared compliances; least reactions, see
-//! [`crate::dynamics::Weighting`]. Each criterion minimises a sum of squares, so reactions are linear in the loads.
+//! Four criteria apply in sequence, each to the solutions that the previous criteria leave
+//! undetermined:
+//!
+//! 1. least efforts of actuators with prescribed motion;
+//! 2. least static frictions relative to the friction limits, or least deviations from reference
+//!    frictions within all limits;
+//! 3. least elastic energy of declared compliances;
+//! 4. least reactions, see [`crate::dynamics::Weighting`].
+//!
+//! Each criterion minimises a sum of squares, so reactions are linear in the loads.
 
 use super::response::Response;
 use crate::forward::Forward;
@@ -13,7 +19,7 @@ use crate::linalg::Svd;
 use crate::statics::DETERMINED;
 use nalgebra::{DMatrix, DVector};
 
-/// Quantity that a stage minimises.
+/// Quantity whose sum of squares a stage minimises.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Criterion {
     Efforts,
@@ -22,26 +28,28 @@ enum Criterion {
     Reactions,
 }
 
-/// Stage of the distribution: a criterion and the self-stresses among which it chooses.
+/// Stage of the distribution: a criterion, and the self-stresses that it determines.
 #[derive(Clone, Debug)]
 struct Stage {
     criterion: Criterion,
-    /// Self-stresses that the earlier criteria leave undetermined, one per column, as combinations of the basis.
+    /// Self-stresses that the earlier criteria leave undetermined, one per column, as coefficients
+    /// of the basis `self_stresses`.
     open: DMatrix<f64>,
     response: Svd,
     rank: usize,
 }
 
-/// Rule that distributes the reactions of redundant constraints at one position.
+/// Rule that distributes the reactions of redundant constraints at one configuration.
 #[derive(Clone, Debug, Default)]
 pub(in crate::forward) struct RedundancyResolution {
-    /// Basis of the self-stress states: reactions in equilibrium without external load.
+    /// Basis of the self-stress states: reactions in equilibrium without external loads.
     pub(in crate::forward) self_stresses: Vec<Response>,
     stages: Vec<Stage>,
 }
 
 impl RedundancyResolution {
-    /// Creates the rule from a basis of the self-stresses; an empty basis means no redundant constraints.
+    /// Creates the rule from a basis of the self-stresses. An empty basis means that no constraint
+    /// is redundant.
     pub(in crate::forward) fn new(
         model: &Forward,
         data: &Data,
@@ -79,7 +87,8 @@ impl RedundancyResolution {
                 .collect();
             let matrix = DMatrix::from_columns(&columns) * &open;
             let response = Svd::new(&matrix);
-            // If the self-stresses do not change the quantity, its matrix is round-off.
+            // If the self-stresses do not change the minimised quantity, the entries of the matrix
+            // are round-off.
             let rank =
                 if matrix.amax() > DETERMINED * size { response.rank(DETERMINED) } else { 0 };
             let rest = response.null_space(rank);
@@ -98,16 +107,17 @@ impl RedundancyResolution {
         Self { self_stresses, stages }
     }
 
-    /// Returns the number of efforts of prescribed actuators that only the criteria determine, because more DOFs are
-    /// prescribed than can move.
+    /// Returns the number of efforts of prescribed actuators that only the minimum-effort criterion
+    /// determines, because more DOFs are prescribed than the mechanism has.
     pub(in crate::forward) fn open_efforts(&self) -> usize {
         let stage = self.stages.iter().find(|stage| stage.criterion == Criterion::Efforts);
         stage.map_or(0, |stage| stage.rank)
     }
 
-    /// Adds self-stresses to a response so that it satisfies all criteria. If `whole` (see
-    /// [`Balance::respond`](super::Balance::respond)), static frictions deviate as little as possible from their
-    /// reference values, otherwise from zero.
+    /// Adds self-stresses to a response so that the sum satisfies all criteria. If `whole` (see
+    /// [`Balance::respond`](super::Balance::respond)), static frictions deviate as little as
+    /// possible from their reference values; otherwise they deviate as little as possible from
+    /// zero.
     pub(in crate::forward) fn apply(
         &self,
         (model, data): (&Forward, &Data),
@@ -127,7 +137,7 @@ impl RedundancyResolution {
                     .filter_map(|row| row.friction_scale.map(|s| row.reference / s));
                 now.iter_mut().zip(references).for_each(|(now, reference)| *now -= reference);
             }
-            // Least squares by singular vectors.
+            // Least-squares solution from the singular value decomposition.
             along.clear();
             along.resize(answer.v.nrows(), 0.0);
             for k in 0..*rank {
@@ -156,7 +166,7 @@ pub(in crate::forward) struct Workspace {
     amounts: Vec<f64>,
 }
 
-/// Calls `put` with the numbers whose sum of squares a criterion minimises.
+/// Calls `put` with each number of the sum of squares that a criterion minimises.
 fn weigh(
     (model, data): (&Forward, &Data),
     rows: &ConstraintRows,
@@ -177,7 +187,7 @@ fn weigh(
             actuated.map(|(row, m)| m * weight(row.scale != 1.0)).for_each(put);
         }
         Criterion::Energy | Criterion::Reactions => {
-            // Joints that the model adds are no part of the machine.
+            // Joints that the model adds for motor shafts are not part of the machine.
             let own = model.mechanism.joints().len();
             for (joint, wrench) in response.wrenches.iter().take(own).enumerate() {
                 let j = &data.bodies.frame_j[joint];

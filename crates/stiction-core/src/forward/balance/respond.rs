@@ -1,4 +1,4 @@
-//! Response of a decomposed balance to wrenches in the joints.
+//! Response of the factorised equations of motion to given joint wrenches.
 
 use super::cholesky::solve_factored;
 use super::redundancy;
@@ -13,7 +13,7 @@ use crate::scalar::{Lanes, Scalar};
 use crate::spatial::{Twist, Vec3, Wrench};
 use crate::topology::{Link, Role};
 
-/// Values of four responses that are computed together, one per lane.
+/// Four scalars, one for each of four responses that are computed together by vector instructions.
 pub(in crate::forward) type Four = Lanes<f64, 4>;
 
 /// Buffers of the computation of responses.
@@ -27,9 +27,10 @@ pub(in crate::forward) struct Workspace {
 }
 
 impl Balance {
-    /// Computes the response to given joint wrenches (predecessor on successor), which act in addition to the
-    /// constraint wrenches. If `whole`, the response includes loads, inertia forces and prescribed accelerations;
-    /// otherwise it is the response to the given wrenches alone.
+    /// Computes accelerations, multipliers and joint wrenches for given joint wrenches `efforts`
+    /// (predecessor on successor), which act in addition to the constraint wrenches. If `whole`,
+    /// the response includes loads, inertia forces and prescribed accelerations; otherwise it
+    /// contains only the effect of the given wrenches.
     pub(in crate::forward) fn respond(
         &self,
         model: &Forward,
@@ -42,7 +43,7 @@ impl Balance {
         response
     }
 
-    /// Computes the response as [`Self::respond`], reusing the buffers.
+    /// Computes the response like [`Self::respond`], reusing the buffers.
     pub(in crate::forward) fn respond_into(
         &self,
         model: &Forward,
@@ -90,8 +91,8 @@ impl Balance {
         self.redundancy.apply((model, data), &self.rows, whole, redundancy, response);
     }
 
-    /// Computes joint wrenches and multipliers in response to up to four joint wrenches, for each of them separately.
-    /// Requires a dense decomposition without redundant constraints.
+    /// Computes the joint wrenches and multipliers that each of up to four given joint wrenches
+    /// causes alone. Requires a dense factorisation without redundant constraints.
     pub(in crate::forward) fn respond_to_four<'s>(
         &self,
         model: &Forward,
@@ -117,9 +118,9 @@ impl Balance {
         (&four.wrenches, &four.multipliers)
     }
 
-    /// Computes a response from three inputs: accelerations that satisfy the constraint rows, the generalised forces
-    /// that remain at these accelerations (efforts included), and the wrench that the joints must exert on each body at
-    /// zero acceleration of the tree.
+    /// Completes a response. On entry, `stages` contains accelerations that satisfy the constraint
+    /// rows, the generalised forces that remain at these accelerations (including efforts), and the
+    /// wrench that the joints must exert on each body at zero acceleration of the spanning tree.
     fn accelerate<T: Scalar>(
         &self,
         model: &Forward,
@@ -130,7 +131,7 @@ impl Balance {
     ) {
         let n = model.topology.dofs();
         let Stages { forces, along, accelerations, multipliers, .. } = stages;
-        // Forces along the null space accelerate the mechanism.
+        // Forces projected onto the null space accelerate the mechanism.
         along.clear();
         along.extend(self.basis.chunks_exact(n.max(1)).map(|z| {
             let mut sum = T::zero();
@@ -158,7 +159,8 @@ impl Balance {
         self.load_joints(model, data, efforts, whole, stages);
     }
 
-    /// Computes the self-stress for given multipliers: the response without accelerations and loads.
+    /// Computes the self-stress state with the given multipliers: the joint wrenches without
+    /// accelerations and loads.
     pub(super) fn self_stress(
         &self,
         model: &Forward,
@@ -175,8 +177,8 @@ impl Balance {
         Response { accelerations: vec![0.0; n], multipliers, wrenches }
     }
 
-    /// Computes the wrenches of all joints from accelerations, multipliers, and the wrench that the joints must exert
-    /// on each body.
+    /// Computes the wrenches of all joints from accelerations, multipliers, and the wrench that the
+    /// joints must exert on each body.
     pub(super) fn load_joints<T: Scalar>(
         &self,
         model: &Forward,
@@ -219,8 +221,8 @@ impl Balance {
                 wrenches[joint] += wrench;
             }
         }
-        // Rotors take a part of the efforts before these reach the joint; wrenches in the tree follow from
-        // the bodies.
+        // A part of an effort accelerates the rotor and does not reach the joint. Wrenches of
+        // joints in the spanning tree are computed from the bodies.
         let rows = masses.rotor_rows.chunks_exact(n).zip(masses.taken_rows.chunks_exact(n));
         for (rotor, (row, taken)) in masses.rotors.iter().zip(rows) {
             if let Some((body, momentum)) = rotor.carrier {

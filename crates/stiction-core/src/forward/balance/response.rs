@@ -1,15 +1,16 @@
-//! Accelerations, multipliers and joint wrenches that follow from efforts.
+//! Accelerations, multipliers and joint wrenches that result from given efforts.
 
 use crate::spatial::Wrench;
 
-/// Response of the mechanism to efforts. It is linear in the efforts.
+/// Response of the mechanism to given efforts. The response is linear in the efforts.
 #[derive(Debug, Default)]
 pub(in crate::forward) struct Response {
-    /// Accelerations of the tree, rad/s^2 or m/s^2.
+    /// Accelerations of the spanning tree, rad/s^2 or m/s^2.
     pub(in crate::forward) accelerations: Vec<f64>,
-    /// Multiplier of each constraint row.
+    /// Lagrange multiplier of each constraint row.
     pub(in crate::forward) multipliers: Vec<f64>,
-    /// Complete wrench of each joint, predecessor on successor, world axes about the reference point.
+    /// Complete wrench of each joint, exerted by the predecessor on the successor, world axes about
+    /// the reference point.
     pub(in crate::forward) wrenches: Vec<Wrench<f64>>,
 }
 

@@ -1,4 +1,5 @@
-//! Sparse solution of the balance: elimination of the tree, then of the loop closures.
+//! Sparse factorisation of the equations of motion: elimination of the spanning tree, then of the
+//! loop closures.
 
 use super::stages::Stages;
 use super::{Balance, fill};
@@ -11,35 +12,39 @@ use crate::linalg::{BLOCK, Part, dot};
 use crate::spatial::{Vec3, Wrench};
 use crate::topology::{Link, Role, Topology};
 
-/// The iteration for the least reactions ends when the multipliers change by less than this
-/// fraction. The first iteration leaves an error due to the matrix that makes the system definite.
+/// The iteration for the minimum-norm reactions ends when the multipliers change by less than this
+/// fraction. The first iteration leaves an error due to the matrix that is added to make the system
+/// definite.
 const LEAST: f64 = 1e-12;
-/// Largest number of iterations for the least reactions.
+/// Largest number of iterations for the minimum-norm reactions.
 const CHANGES: usize = 4;
 
-/// Balance at one position under given constraints, after sparse elimination.
+/// Equations of motion at one configuration under given constraints, factorised by sparse
+/// elimination.
 #[derive(Clone, Debug)]
 pub(super) struct SparseBalance {
     tree: Articulated,
     closures: Closures,
-    /// Flag for each DOF of the tree: true if a constraint row prescribes its acceleration.
+    /// Flag for each DOF of the spanning tree: true if a constraint row prescribes its
+    /// acceleration.
     prescribed: Vec<bool>,
-    /// Prescribed DOFs of the tree, each with the index of its row.
+    /// Prescribed DOFs of the spanning tree, each with the index of its constraint row.
     rows: Vec<(usize, usize)>,
-    /// True if constraints are redundant.
+    /// True if any constraint is redundant.
     is_redundant: bool,
     /// True if static friction or actuators constrain DOFs of cut joints.
     holds_cuts: bool,
     loops: Loops,
 }
 
-/// Constraint wrenches of the loops, and the loops that pass through each joint of the tree.
+/// Constraint wrenches of the loops, and the loops that pass through each joint of the spanning
+/// tree.
 #[derive(Clone, Debug)]
 struct Loops {
     /// Unit wrenches of the constraint rows of each loop closure (block).
     covectors: Vec<Vec<Wrench<f64>>>,
-    /// Loop closures (blocks) whose loops pass through the joint of each node of the tree, with the
-    /// sign of the passage.
+    /// For the joint of each tree node, the loop closures (blocks) whose loops pass through the
+    /// joint, with the sign of the passage.
     through: Vec<Vec<(usize, f64)>>,
 }
 
@@ -62,7 +67,7 @@ impl Loops {
     }
 }
 
-/// Buffers of sparse responses.
+/// Buffers for the computation of responses with the sparse factorisation.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SparseWorkspace {
     carried: Vec<Part>,
@@ -76,7 +81,7 @@ pub(super) struct SparseWorkspace {
 }
 
 impl SparseBalance {
-    /// Creates the sparse balance of a model; `None` if the structure of the model does not suit it.
+    /// Creates the sparse factorisation of a model; `None` if the model is not suited to it.
     pub(super) fn new(model: &Forward) -> Option<Self> {
         let closures = Closures::clone(model.closures.as_ref()?);
         Some(Self {
@@ -90,9 +95,10 @@ impl SparseBalance {
         })
     }
 
-    /// Eliminates the balance at the position of `data`. Returns false if the dense decomposition must be used: for
-    /// motions without inertia, for singular positions, and for redundant constraints that include actuator efforts or
-    /// static friction.
+    /// Factorises the equations of motion at the configuration of `data`. Returns false if the
+    /// dense factorisation must be used instead: for motions without inertia, for singular
+    /// configurations, and for redundant constraints that include actuator efforts or static
+    /// friction.
     pub(super) fn update(&mut self, model: &Forward, data: &Data, rows: &ConstraintRows) -> bool {
         let (topology, parameters) = (&model.topology, &model.parameters);
         let Self { tree, closures, prescribed, rows: of_tree, is_redundant, holds_cuts, loops } =
@@ -136,25 +142,25 @@ impl SparseBalance {
         !*is_redundant || (rows.rows.len() == first && parameters.compliance.is_none())
     }
 
-    /// Number of DOFs that the constraints leave.
+    /// Returns the mobility: the number of DOFs that the constraints leave.
     pub(super) fn mobility(&self) -> usize {
         self.prescribed.len() - self.rows.len() - self.closures.rank
     }
 
-    /// Number of redundant constraints.
+    /// Returns the number of redundant constraints.
     pub(super) fn redundant(&self) -> usize {
         self.closures.places.iter().flatten().count() - self.closures.rank
     }
 
-    /// Singularity distance, see [`Balance::distance`].
+    /// Returns the singularity index, see [`Balance::distance`].
     pub(super) fn distance(&self) -> f64 {
         self.closures.distance
     }
 }
 
 impl Balance {
-    /// Computes a response from generalised forces (efforts included) and from the wrench that the joints must exert on
-    /// each body at zero acceleration of the tree.
+    /// Computes a response from the generalised forces (including efforts) and from the wrench that
+    /// the joints must exert on each body at zero acceleration of the spanning tree.
     pub(super) fn respond_sparse(
         &self,
         sparse: &SparseBalance,
@@ -202,9 +208,9 @@ impl Balance {
             along.extend((0..pivots.len()).map(|d| reduced[d] + closures.along(d, multipliers)));
             tree.accelerate(topology, along, &mut one.accelerations, carried);
             if sparse.holds_cuts {
-                // If friction holds the mechanism, its accelerations vanish, but their round-off is
+                // If friction locks the mechanism, the accelerations vanish, but their round-off is
                 // that of the much larger accelerations without constraints. A second solution
-                // removes it.
+                // removes this round-off.
                 fill(rest, multipliers.len(), [0.0; BLOCK]);
                 let of = (&**topology, &model.parameters);
                 for (index, place) in closures.places.iter().enumerate() {
@@ -237,8 +243,8 @@ impl Balance {
             if !sparse.is_redundant || changes == CHANGES {
                 break;
             }
-            // Self-stresses that make the reactions least, then a correction in the row space,
-            // where the added matrix has changed the multipliers.
+            // Adds the self-stresses that minimise the reactions, then a correction in the row
+            // space, because the added definite matrix has changed the multipliers there.
             fill(change, multipliers.len(), [0.0; BLOCK]);
             gradient((model, data), rows, &closures.places, one, change);
             closures.scaled(change);
@@ -255,8 +261,8 @@ impl Balance {
                 break;
             }
         }
-        // Multipliers of the rows in the tree: the effort that the joint must transmit, less the
-        // given forces.
+        // Multipliers of the rows in the spanning tree: the effort that the joint must transmit,
+        // minus the given forces.
         for &(tree_dof, row) in &sparse.rows {
             let joint = rows[row].joint;
             let Role::Tree { node } = topology.role[joint] else { continue };
@@ -267,8 +273,9 @@ impl Balance {
     }
 }
 
-/// Components of the wrench of a joint, weighted so that the reactions of redundant constraints
-/// minimise the sum of their squares.
+/// Returns the components of the wrench of a joint, weighted so that the reactions of redundant
+/// constraints have the least sum of squares. Force first, N; then the moment divided by the
+/// characteristic length, N.
 fn weighed(model: &Forward, data: &Data, joint: usize, wrench: &Wrench<f64>) -> Part {
     let moment = wrench.moment_about(data.bodies.frame_j[joint].position);
     let moment: Vec3<f64> = moment * (1.0 / model.parameters.length);
@@ -276,8 +283,8 @@ fn weighed(model: &Forward, data: &Data, joint: usize, wrench: &Wrench<f64>) -> 
     [force.x, force.y, force.z, moment.x, moment.y, moment.z]
 }
 
-/// Calls `put` with each entry of the Hessian of the sum of squares of all reactions, as a function of the multipliers
-/// of rows at cut joints.
+/// Calls `put` with each entry of the Hessian of the sum of squares of all reactions with respect
+/// to the multipliers of rows at cut joints.
 fn each_pair(
     (model, data): (&Forward, &Data),
     loops: &Loops,
@@ -304,7 +311,8 @@ fn each_pair(
     }
 }
 
-/// Adds half the gradient of the sum of squares of all reactions with respect to the multipliers of rows at cut joints.
+/// Adds half the gradient of the sum of squares of all reactions, with respect to the multipliers
+/// of rows at cut joints, to `to`.
 fn gradient(
     (model, data): (&Forward, &Data),
     rows: &[ConstraintRow],

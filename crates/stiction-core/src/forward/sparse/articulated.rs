@@ -1,9 +1,9 @@
-//! Elimination of the tree with articulated inertias.
+//! Elimination of the spanning tree with articulated-body inertias.
 //!
-//! Degrees of freedom are eliminated one at a time, from the ends of the tree to its roots. In exact arithmetic this is
-//! a sparse decomposition of the tree's mass matrix, `M = L D L^T`, whose factors are never formed. The quantities of
-//! each node refer to a point of that node, in world axes; long chains then lose no digits to large distances from the
-//! origin.
+//! Degrees of freedom are eliminated one at a time, from the leaves of the tree to its roots. In
+//! exact arithmetic this is a sparse decomposition of the mass matrix of the tree, `M = L D L^T`,
+//! whose factors are never formed. The quantities of each node refer to a point of the node, in
+//! world axes, so that in long chains no digits are lost to large distances from the origin.
 
 use crate::forward::mass_matrix::MassMatrix;
 use crate::kinematics::Bodies;
@@ -12,30 +12,33 @@ use crate::parameters::Parameters;
 use crate::spatial::{Twist, Vec3, Wrench};
 use crate::topology::{Link, Topology};
 
-/// The inertia of a motion counts as round-off below this fraction of that of the rigid subtree.
+/// Fraction of the inertia of the rigid subtree below which the articulated-body inertia of a
+/// motion counts as round-off.
 const NEGLIGIBLE: f64 = 1e-11;
 
-/// Articulated inertia as a 6 x 6 block: force and moment per linear and angular acceleration.
+/// Articulated-body inertia as a 6 x 6 matrix: force and moment per linear and angular
+/// acceleration.
 type Inertia = [Part; BLOCK];
 
-/// Factorised equations of motion of the tree at one position (articulated bodies).
+/// Factorised equations of motion of the spanning tree at one configuration (articulated-body
+/// algorithm).
 #[derive(Clone, Debug, Default)]
 pub(in crate::forward) struct Articulated {
     /// Reference point of each node, world axes, m.
     points: Vec<Vec3<f64>>,
-    /// Articulated inertia of each node about its reference point.
+    /// Articulated-body inertia of each node about its reference point.
     inertia: Vec<Inertia>,
     /// Unit twist of each DOF about the reference point of its node, linear part first.
     screws: Vec<Part>,
-    /// Articulated inertia times the unit twist of each DOF.
+    /// Articulated-body inertia times the unit twist of each DOF.
     momenta: Vec<Part>,
-    /// Articulated inertia along each DOF; infinite for a prescribed DOF.
+    /// Articulated-body inertia along each DOF; infinite for a prescribed DOF.
     pub(in crate::forward) pivots: Vec<f64>,
 }
 
 impl Articulated {
-    /// Eliminates the tree. DOFs with `prescribed` acceleration count as rigid. Returns false if a motion has no
-    /// inertia, or one below round-off.
+    /// Eliminates all DOFs of the spanning tree. DOFs with `prescribed` acceleration count as
+    /// rigid. Returns false if the inertia of a motion is zero or below round-off.
     pub(in crate::forward) fn update(
         &mut self,
         (topology, parameters): (&Topology, &Parameters<f64>),
@@ -86,8 +89,8 @@ impl Articulated {
         true
     }
 
-    /// Reduces the generalised forces of a wrench on a body, as the elimination does: calls `put` with each DOF between
-    /// the body and its root, and with the reduced force.
+    /// Applies the forward elimination to the generalised forces of a wrench on a body. Calls `put`
+    /// with each DOF between the body and its root, and with the reduced force of the DOF.
     pub(in crate::forward) fn reduce(
         &self,
         topology: &Topology,
@@ -111,9 +114,9 @@ impl Articulated {
         }
     }
 
-    /// First half of the solution of `M a = forces`: reduces the generalised `forces` in place. The accelerations of
-    /// prescribed DOFs are given in `accelerations`, and their forces stay unreduced. `carried` is a buffer for the
-    /// wrench on each node.
+    /// Forward elimination in the solution of `M a = forces`: reduces the generalised `forces` in
+    /// place. `accelerations` contains the accelerations of prescribed DOFs, whose forces are not
+    /// reduced. `carried` is a buffer for the wrench on each node.
     pub(in crate::forward) fn reduce_all(
         &self,
         topology: &Topology,
@@ -142,8 +145,8 @@ impl Articulated {
         }
     }
 
-    /// Second half of the solution: computes the accelerations from the reduced forces, except for prescribed DOFs.
-    /// `carried` is a buffer for the acceleration of each node.
+    /// Back substitution: computes the accelerations from the reduced forces, except for prescribed
+    /// DOFs. `carried` is a buffer for the acceleration of each node.
     pub(in crate::forward) fn accelerate(
         &self,
         topology: &Topology,
@@ -170,7 +173,7 @@ impl Articulated {
     }
 }
 
-/// Inertia of a body about a point.
+/// Returns the 6 x 6 inertia of a body about a point.
 fn inertia_about(
     parameters: &Parameters<f64>,
     bodies: &Bodies<f64>,
@@ -195,7 +198,8 @@ fn inertia_about(
     block
 }
 
-/// Adds an inertia to `to`; its reference point lies at `arm` from that of `to`.
+/// Adds `inertia` to `to`. The reference point of `inertia` lies at `arm` from the reference point
+/// of `to`.
 fn add_shifted(to: &mut Inertia, mut inertia: Inertia, arm: Vec3<f64>) {
     // Columns, then rows: `X^T I X`.
     for row in &mut inertia {
@@ -214,7 +218,7 @@ fn carry_force(force: &mut Part, arm: Vec3<f64>) {
     (0..3).for_each(|i| force[3 + i] += moment.component(i));
 }
 
-/// Moves the reference point of a motion by `arm`.
+/// Moves the reference point of a twist or acceleration by `arm`.
 fn carry_motion(motion: &mut Part, arm: Vec3<f64>) {
     let linear = Vec3::new(motion[3], motion[4], motion[5]).cross(arm);
     (0..3).for_each(|i| motion[i] += linear.component(i));

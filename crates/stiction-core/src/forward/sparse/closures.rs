@@ -1,83 +1,92 @@
-//! Sparse system of the loop closures: `S = V W V^T`, where `V` has a row for each constraint.
+//! Sparse system of the loop closures: `S = V W V^T`, where `V` has a row for each constraint at a
+//! cut joint.
 //!
-//! `V` has a column for each DOF of the tree. It is the constraint matrix itself for projections, or the matrix reduced
-//! by the elimination of the tree for accelerations, where `W` is the diagonal matrix of the inverse pivots. The rows
-//! of one cut joint form a block; `S` couples two blocks only if their loops share bodies. If constraints are
-//! redundant, `S` is singular. A small multiple of a definite matrix is then added; the pivots of the sum show which
-//! rows are dependent, and iterative corrections remove the error.
+//! `V` has a column for each DOF of the spanning tree. For projections, `V` is the constraint
+//! Jacobian. For accelerations, `V` is the constraint Jacobian after forward elimination of the
+//! tree, and `W` is the diagonal matrix of the inverse pivots. The rows of one cut joint form a
+//! block; `S` couples two blocks only if their loops share bodies. If constraints are redundant,
+//! `S` is singular. A small multiple of a definite matrix is then added; the pivots of the sum show
+//! which rows are dependent, and iterative refinement removes the error.
 
 use crate::forward::constraint_jacobian::ConstraintRow;
 use crate::linalg::{BLOCK, BlockCholesky, Part, Slot, add_outer, dot};
 use crate::topology::{Role, Topology};
 
-/// A row counts as round-off if its diagonal entry is below this fraction of the largest one.
+/// Fraction of the largest diagonal entry below which the diagonal entry of a row counts as
+/// round-off.
 const ZERO: f64 = 1e-20;
 /// Size of the added definite matrix, relative to the scaled system with unit diagonal.
 const ADDED: f64 = 1e-8;
 /// Smallest pivot of an independent row, relative to the diagonal; pivots of dependent rows are below [`DEPENDENT`].
 const INDEPENDENT: f64 = 1e-5;
 const DEPENDENT: f64 = 2e-7;
-/// Above this singularity distance, a solution without an added matrix needs no correction: its
-/// round-off is that of the system divided by the square of the distance.
+/// Singularity index above which a solution without an added matrix needs no refinement: its
+/// round-off is the round-off of the system divided by the square of the index.
 const REGULAR: f64 = 0.03;
-/// The corrections end when the residual is below this fraction of the right-hand side.
+/// Fraction of the right-hand side below which the residual ends the iterative refinement.
 const SETTLED: f64 = 1e-15;
-/// Largest number of corrections.
+/// Largest number of refinement iterations.
 const CORRECTIONS: usize = 6;
 
-/// DOFs in which the rows of a cut joint have entries.
+/// Set of DOFs in which the rows of a cut joint have nonzero entries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::forward) enum Reach {
-    /// DOFs on the paths between the two bodies of the joint.
+    /// DOFs on the path between the two bodies of the joint.
     Loop,
     /// DOFs on the paths from both bodies to their roots.
     Roots,
 }
 
-/// Definite matrix over the rows, as a function that calls its argument with each pair of rows and their entry.
+/// Definite matrix over the constraint rows. The function calls its argument with each pair of rows
+/// and the corresponding entry.
 pub(in crate::forward) type Definite<'a> = &'a dyn Fn(&mut dyn FnMut(Place, Place, f64));
 
-/// Position of a constraint row: its block and its index in the block.
+/// Location of a constraint row in the system: index of the block, and index of the row in the
+/// block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::forward) struct Place {
     pub(in crate::forward) block: usize,
     pub(in crate::forward) row: usize,
 }
 
-/// System of the loop closures and its factors.
+/// Sparse system of the loop closures and its Cholesky factor.
 #[derive(Clone, Debug)]
 pub(in crate::forward) struct Closures {
-    /// Place of each constraint row; `None` for rows of joints of the tree.
+    /// Location of each constraint row in the system; `None` for rows at joints of the spanning
+    /// tree.
     pub(in crate::forward) places: Vec<Option<Place>>,
     /// Number of rows of each block.
     counts: Vec<usize>,
-    /// Factor that makes errors of angles and lengths comparable, for each row.
+    /// Scale factor of each row that makes residuals of angles and lengths comparable.
     units: Vec<Part>,
-    /// Start of the list of blocks that reach each node, in `blocks`; the last number is the total.
+    /// For each node, the start of its list in `blocks`, the blocks with entries in the DOFs of the
+    /// node; the last number is the total length.
     starts: Vec<usize>,
-    /// Blocks that reach each node, in ascending order, for all nodes in one list.
+    /// Blocks with entries in the DOFs of each node, in ascending order, concatenated for all
+    /// nodes.
     blocks: Vec<usize>,
-    /// Start of the slots for the pairs of blocks that reach each node.
+    /// For each node, the start of its list in `slots`, which has a slot for each pair of blocks at
+    /// the node.
     pairs: Vec<usize>,
     slots: Vec<Slot>,
-    /// Start of the values of each DOF, in `values`.
+    /// For each DOF, the start of its column in `values`.
     firsts: Vec<usize>,
     /// Node of each DOF.
     nodes: Vec<usize>,
-    /// Values of `V` in the column of each DOF: one part for each block that reaches its node.
+    /// Entries of `V`, column by column: one part for each block with entries in the DOF.
     values: Vec<Part>,
-    /// Factor for each row that makes the diagonal of `S` one.
+    /// Factor of each row that scales the diagonal of `S` to one.
     scales: Vec<Part>,
     weights: Vec<f64>,
-    /// Diagonal of the definite matrix, scaled like the system.
+    /// Diagonal of the added definite matrix, scaled like the system.
     diagonal: Vec<Part>,
     matrix: BlockCholesky,
-    /// Factor of the definite matrix in the sum; zero if it is not added.
+    /// Factor of the added definite matrix; zero if no matrix is added.
     pub(in crate::forward) added: f64,
     /// Number of independent rows.
     pub(in crate::forward) rank: usize,
-    /// Singularity distance: smallest component of an independent row that is outside the span of the rows before it,
-    /// relative to the size of the row; one if the system has no rows.
+    /// Singularity index: smallest distance of an independent row from the span of the preceding
+    /// rows, relative to the norm of the row; one if the system has no rows.
     pub(in crate::forward) distance: f64,
 }
 
@@ -91,7 +100,7 @@ pub(in crate::forward) struct Buffers {
 }
 
 impl Closures {
-    /// Prepares the system for a topology.
+    /// Allocates the system for a topology.
     pub(in crate::forward) fn new(topology: &Topology, reach: Reach) -> Self {
         let mut of_node = vec![Vec::new(); topology.nodes.len()];
         for (block, cut) in topology.cuts.iter().enumerate() {
@@ -151,13 +160,13 @@ impl Closures {
         }
     }
 
-    /// Number of blocks.
+    /// Returns the number of blocks.
     pub(in crate::forward) fn count(&self) -> usize {
         self.counts.len()
     }
 
-    /// Assigns the rows to blocks and sets all values to zero. Returns false if a block has too many rows, or if a row
-    /// is that of a gearing.
+    /// Assigns the constraint rows to blocks and sets all entries to zero. Returns false if a block
+    /// has too many rows, or if a row belongs to a gearing.
     pub(in crate::forward) fn assign(
         &mut self,
         topology: &Topology,
@@ -185,7 +194,7 @@ impl Closures {
         true
     }
 
-    /// Adds to the entry of the row at `at` in the column of a DOF.
+    /// Adds `value` to the entry of `V` in the row at `at` and the column of a DOF.
     pub(in crate::forward) fn add(&mut self, tree_dof: usize, at: Place, value: f64) {
         let node = self.nodes[tree_dof];
         let own = &self.blocks[self.starts[node]..self.starts[node + 1]];
@@ -194,9 +203,9 @@ impl Closures {
         }
     }
 
-    /// Computes and factors the system with a weight for each DOF, which is zero for excluded DOFs. Adds the definite
-    /// matrix if rows are redundant. Returns false if the pivots do not clearly separate independent from dependent
-    /// rows.
+    /// Computes and factorises the system. `weights` contains the weight of each DOF, which is zero
+    /// for excluded DOFs. Adds the matrix `definite` if rows are redundant. Returns false if the
+    /// pivots do not clearly separate independent from dependent rows.
     pub(in crate::forward) fn factor(
         &mut self,
         weights: impl Iterator<Item = f64>,
@@ -208,8 +217,8 @@ impl Closures {
         self.assemble();
         self.added = 0.0;
         self.matrix.keep();
-        // The factorisation ends at the first dependent row. Detecting redundancy costs little more
-        // than knowing it in advance, and the result depends on the position alone.
+        // The factorisation stops at the first dependent row. Detecting redundancy costs little
+        // more than knowing it in advance, and the result depends only on the configuration.
         if self.matrix.factor_above(INDEPENDENT) {
             return self.count_independent(false);
         }
@@ -218,7 +227,7 @@ impl Closures {
         self.matrix.factor() && self.count_independent(true)
     }
 
-    /// Computes the system from the scaled rows.
+    /// Computes the matrix of the system from the scaled rows.
     fn assemble(&mut self) {
         self.matrix.clear();
         for d in 0..self.weights.len() {
@@ -248,11 +257,11 @@ impl Closures {
         }
     }
 
-    /// Adds a small multiple of the definite matrix.
+    /// Adds a small multiple of the matrix `definite` to the system.
     fn add_definite(&mut self, definite: Definite<'_>) {
         let Self { scales, matrix, added, diagonal, .. } = self;
         let scale = |at: Place| scales[at.block][at.row];
-        // A row is the sum of contributions of all joints along its loop.
+        // An entry is the sum of contributions of all joints along the loop.
         diagonal.fill([0.0; BLOCK]);
         definite(&mut |a, b, entry| {
             if a == b {
@@ -287,7 +296,7 @@ impl Closures {
         let each = scales.iter().flatten().zip(units()).map(size);
         let largest = each.fold(f64::MIN_POSITIVE, f64::max);
         for (scale, unit) in scales.iter_mut().flatten().zip(units()) {
-            // The scale must not raise the round-off of a vanishing row to one.
+            // A larger scale would raise the round-off of a vanishing row to order one.
             *scale = if size((scale, unit)) > ZERO * largest {
                 1.0 / scale.sqrt()
             } else {
@@ -302,8 +311,8 @@ impl Closures {
         }
     }
 
-    /// Counts the independent rows by their pivots. Returns false if a pivot is neither clearly independent nor clearly
-    /// dependent.
+    /// Counts the independent rows by their pivots. Returns false if a pivot is neither clearly
+    /// that of an independent row nor clearly that of a dependent row.
     fn count_independent(&mut self, some_dependent: bool) -> bool {
         let (mut least, mut rank) = (1.0_f64, 0);
         for (block, &count) in self.counts.iter().enumerate() {
@@ -320,14 +329,14 @@ impl Closures {
         true
     }
 
-    /// Scales a right-hand side, which has one part for each block.
+    /// Scales a right-hand side in place, which has one part for each block.
     pub(in crate::forward) fn scaled(&self, right: &mut [Part]) {
         for (right, scale) in right.iter_mut().zip(&self.scales) {
             (0..BLOCK).for_each(|k| right[k] *= scale[k]);
         }
     }
 
-    /// Solution for the row at a place, in physical units.
+    /// Returns the solution for the row at `at`, converted to physical units.
     pub(in crate::forward) fn unscaled(&self, solution: &[Part], at: Place) -> f64 {
         solution[at.block][at.row] * self.scales[at.block][at.row]
     }
@@ -352,7 +361,7 @@ impl Closures {
         }
     }
 
-    /// Component of `V^T y` for a DOF.
+    /// Returns the component of `V^T y` for a DOF of the spanning tree.
     pub(in crate::forward) fn along(&self, tree_dof: usize, y: &[Part]) -> f64 {
         let node = self.nodes[tree_dof];
         let own = &self.blocks[self.starts[node]..self.starts[node + 1]];
@@ -376,8 +385,8 @@ impl Closures {
         self.add_product(|d| along[d], factor, to);
     }
 
-    /// Solves `S y = right` within the row space; `right` becomes the solution. A component of `right` outside the row
-    /// space, which is round-off, is ignored.
+    /// Solves `S y = right` in the row space, and writes the solution to `right`. Ignores the
+    /// component of `right` outside the row space, which is round-off.
     pub(in crate::forward) fn solve(&self, right: &mut [Part], buffers: &mut Buffers) {
         let Buffers { residual, solution, along, one } = buffers;
         let size = largest(right);
@@ -410,7 +419,8 @@ impl Closures {
         right.copy_from_slice(solution);
     }
 
-    /// Solves in place with the factored matrix, which includes the added definite matrix, without corrections.
+    /// Solves in place with the factorised matrix, including the added definite matrix, without
+    /// iterative refinement.
     pub(in crate::forward) fn solve_once(&self, right: &mut [Part], buffers: &mut Buffers) {
         self.matrix.solve_with(right, &mut buffers.one);
     }

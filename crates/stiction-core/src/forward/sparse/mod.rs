@@ -1,10 +1,12 @@
-//! Sparse solution of the balance, in linear time for chains and for rows of loops.
+//! Sparse factorisation of the equations of motion, in linear time for serial chains and for chains
+//! of loops.
 //!
-//! The tree is eliminated joint by joint, from its ends to its roots, with articulated inertias (Featherstone 2008,
-//! chapter 7); see [`articulated`]. The remaining unknowns are the multipliers of the loop closures. Their system
-//! couples two loops only if these share bodies, so it is sparse; see [`closures`]. The dense decomposition of
-//! [`super::balance`] is the reference in tests. It replaces this solution if the structure of a mechanism does not
-//! suit it, or if the pivots do not decide the rank.
+//! The spanning tree is eliminated joint by joint, from its leaves to its roots, with
+//! articulated-body inertias (Featherstone 2008, chapter 7); see [`articulated`]. The remaining
+//! unknowns are the multipliers of the loop closures. Their system couples two loops only if these
+//! loops share bodies, so it is sparse; see [`closures`]. The dense factorisation of
+//! [`super::balance`] is the reference in tests. The dense factorisation is also used if a
+//! mechanism is not suited to the sparse one, or if the pivots do not decide the rank.
 
 pub(super) mod articulated;
 pub(super) mod closures;

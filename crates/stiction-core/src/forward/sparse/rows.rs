@@ -1,4 +1,5 @@
-//! Sparse projection onto the constraint rows: minimum-norm changes of the tree, and rank of the rows.
+//! Sparse projection onto the constraint rows: minimum-norm changes of the tree coordinates, and
+//! the rank of the rows.
 
 use super::closures::{Buffers, Closures, Place};
 use crate::forward::Forward;
@@ -7,20 +8,20 @@ use crate::kinematics::Bodies;
 use crate::linalg::{BLOCK, Part};
 use crate::topology::Role;
 
-/// Constraint rows at one position, decomposed in linear time for rows of loops.
+/// Constraint rows at one configuration, decomposed in linear time for chains of loops.
 #[derive(Clone, Debug)]
 pub(in crate::forward) struct SparseRows {
     closures: Closures,
-    /// Weight of each DOF of the tree: one if it may change, zero otherwise.
+    /// Weight of each DOF of the spanning tree: one if the DOF may change, zero otherwise.
     weights: Vec<f64>,
-    /// DOFs of the tree that a row prescribes directly, each with the index of that row.
+    /// DOFs of the spanning tree that a row prescribes directly, each with the index of this row.
     prescribed: Vec<(usize, usize)>,
     right: Vec<Part>,
     buffers: Buffers,
 }
 
 impl SparseRows {
-    /// Prepares the rows of a model; `None` if its structure does not suit the sparse projection.
+    /// Allocates the rows of a model; `None` if the model is not suited to the sparse projection.
     pub(in crate::forward) fn new(model: &Forward) -> Option<Self> {
         Some(Self {
             closures: Closures::clone(model.projections.as_ref()?),
@@ -31,8 +32,9 @@ impl SparseRows {
         })
     }
 
-    /// Decomposes the constraint rows, whose matrix need not be filled. `frozen` DOFs do not change; an empty list
-    /// freezes none. Returns false if the dense decomposition must be used.
+    /// Decomposes the constraint rows, whose Jacobian need not be filled. `frozen` is true for each
+    /// DOF that must not change; an empty list freezes no DOF. Returns false if the dense
+    /// decomposition must be used instead.
     pub(in crate::forward) fn decompose(
         &mut self,
         model: &Forward,
@@ -67,10 +69,10 @@ impl SparseRows {
             weights[tree_dof] = 0.0;
             prescribed.push((tree_dof, index));
         }
-        // Takes the places out of the system meanwhile. The factorisation does not need them.
+        // Temporarily moves the places out of the system; the factorisation does not use them.
         let places = std::mem::take(&mut closures.places);
         let units = |put: &mut dyn FnMut(Place, Place, f64)| {
-            // In comparable units the rows are of order one.
+            // In these units the scaled rows are of order one.
             for (row, place) in rows.rows.iter().zip(&places) {
                 place.iter().for_each(|at| put(*at, *at, 1.0 / (row.scale * row.scale)));
             }
@@ -80,18 +82,18 @@ impl SparseRows {
         is_factored
     }
 
-    /// Number of independent rows.
+    /// Returns the number of independent rows.
     pub(in crate::forward) fn rank(&self) -> usize {
         self.closures.rank + self.prescribed.len()
     }
 
-    /// Singularity distance of the constraint rows, between zero and one.
+    /// Returns the singularity index of the constraint rows, between zero and one.
     pub(in crate::forward) fn distance(&self) -> f64 {
         self.closures.distance
     }
 
-    /// Computes the minimum-norm change of the tree, measured in scaled DOFs, for which the constraint rows take these
-    /// values.
+    /// Computes the minimum-norm change of the tree coordinates, in scaled DOFs, for which the
+    /// products of the constraint rows with the change equal `values`.
     pub(in crate::forward) fn shortest(
         &mut self,
         columns: &[f64],

@@ -1,4 +1,5 @@
-//! Directions of slip onset: a ball, plate or sleeve begins to slip along its surface acceleration.
+//! Directions of slip onset: a ball, plate or sleeve begins to slip along the relative acceleration
+//! of its surfaces.
 
 use crate::forward::Forward;
 use crate::forward::affine_friction::{InterfaceMode, norm};
@@ -7,7 +8,8 @@ use crate::forward::solve::{Solved, Unsolved};
 use crate::kinematics::Bodies;
 use nalgebra::{Matrix3, Vector3};
 
-/// Surface accelerations count as round-off below this fraction of the largest acceleration.
+/// Fraction of the largest acceleration below which the relative acceleration of the surfaces
+/// counts as round-off.
 const ROUND_OFF: f64 = 1e-10;
 /// The iteration has converged when no direction changes by more than this.
 const SETTLED: f64 = 1e-12;
@@ -15,8 +17,9 @@ const SETTLED: f64 = 1e-12;
 const PASSES: usize = 40;
 
 impl Forward {
-    /// Solves for given modes, and iterates the slip onset directions of balls and plates until they agree with the
-    /// surface accelerations. Also returns an interface that would slide against its direction, if there is one.
+    /// Solves the equations of motion for given modes, and iterates the slip onset directions of
+    /// balls and plates until they agree with the relative accelerations of the surfaces. If an
+    /// interface would slide against its direction, also returns the index of this interface.
     pub(super) fn solve_directions(
         &self,
         data: &Data,
@@ -59,10 +62,11 @@ impl Forward {
         Ok((solved, None))
     }
 
-    /// Direction of slip onset of a ball or plate, for given normal load and given other interfaces. Let `K` be the
-    /// decrease of the surface acceleration per newton of friction, `a` the acceleration without this friction, and `c`
-    /// the magnitude of the friction. Then `d = (x + c K)^-1 a`, with the acceleration `x` for which `d` has length
-    /// one.
+    /// Computes the direction `d` of slip onset of a ball or plate, for a given normal load and
+    /// given friction of the other interfaces. Let `K` be the decrease of the surface acceleration
+    /// per newton of friction, `a` the acceleration without this friction, and `c` the magnitude of
+    /// the friction. Then `d = (x + c K)^-1 a`, where `x` is the magnitude of the acceleration for
+    /// which `d` has length one.
     fn direction(
         &self,
         data: &Data,
@@ -89,7 +93,7 @@ impl Forward {
             let matrix = lowered * size + Matrix3::identity() * x;
             matrix.lu().solve(&free).unwrap_or_else(Vector3::zeros)
         };
-        // The acceleration lies between zero and that without friction.
+        // The magnitude of the acceleration lies between zero and its value without friction.
         let (mut low, mut high) = (0.0, free.norm());
         for _ in 0..2000 {
             let middle = if low > 0.0 { (low * high).sqrt() } else { 1e-3 * high };
@@ -110,13 +114,13 @@ impl Forward {
         if length > 0.0 { (found / length).into() } else { onset.map(|a| a / norm(onset)) }
     }
 
-    /// Copy of the bodies with the accelerations of a solution.
+    /// Returns a copy of the bodies with the accelerations of a solution.
     pub(super) fn accelerated_by(&self, data: &Data, solved: &Solved) -> Bodies<f64> {
         self.accelerated(&data.bodies, &solved.coupled.response.accelerations)
     }
 
-    /// Surface acceleration of an interface, m/s^2, if it exceeds round-off, otherwise `None`; `accelerated` are the
-    /// bodies with the accelerations of the solution.
+    /// Returns the relative acceleration of the surfaces of an interface, m/s^2, or `None` if it is
+    /// below round-off. `accelerated` are the bodies with the accelerations of the solution.
     pub(super) fn slip_onset(
         &self,
         accelerated: &Bodies<f64>,
@@ -128,7 +132,8 @@ impl Forward {
         (norm(onset) > self.rounding_of_onset(accelerations, interface)).then_some(onset)
     }
 
-    /// Largest surface acceleration of an interface that counts as round-off, m/s^2.
+    /// Returns the largest relative acceleration of the surfaces of an interface that counts as
+    /// round-off, m/s^2.
     pub(in crate::forward) fn rounding_of_onset(
         &self,
         accelerations: &[f64],

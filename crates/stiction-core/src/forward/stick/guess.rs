@@ -1,6 +1,7 @@
-//! Initial guess of the modes: frictions of all interfaces at rest that satisfy the friction laws together.
+//! Initial guess of the stick-slip modes: an approximate solution of the friction laws of all
+//! interfaces at rest.
 //!
-//! Interfaces that accelerate in this solution slide, the others stick. [`super::verify`] verifies
+//! Interfaces that accelerate in this solution slide; the others stick. [`super::verify`] checks
 //! the guess by exact solutions. Sliding friction may be less than static friction, so the problem
 //! is solved again with the sliding friction of the interfaces that slide.
 
@@ -10,29 +11,31 @@ use crate::forward::complementarity::Members;
 use crate::forward::data::Data;
 use crate::friction_problem::complementarity::{DryFriction, MemberLaw};
 
-/// Surface accelerations count as round-off below this fraction of the largest acceleration.
+/// Fraction of the largest acceleration below which the relative acceleration of the surfaces
+/// counts as round-off.
 const ROUND_OFF: f64 = 1e-9;
 /// Friction counts as being at its limit if it differs from the limit by less than this fraction.
 const AT_LIMIT: f64 = 1e-7;
-/// Number of solutions with updated sliding friction.
+/// Number of times that the problem is solved with updated sliding friction.
 const PASSES: usize = 8;
 
-/// Modes, frictions and normal loads that satisfy the laws approximately.
+/// Modes, frictions and normal loads that satisfy the friction laws approximately.
 pub(super) struct Guess {
     pub(super) modes: Vec<InterfaceMode>,
     /// Friction at the surface of each interface at rest, N.
     pub(super) frictions: Vec<[f64; 3]>,
     /// Normal load of each interface, N.
     pub(super) loads: Vec<f64>,
-    /// True if an interface begins to slide.
+    /// True if any interface begins to slide.
     pub(super) moves: bool,
-    /// True if the friction of a sticking interface is at its limit.
+    /// True if the friction of any sticking interface is at its limit.
     pub(super) tight: bool,
 }
 
 impl Forward {
-    /// Guesses modes and frictions of the interfaces at rest, with static frictions of at most `bound` times their
-    /// limits. Returns `None` if the complementarity problem yields no solution.
+    /// Guesses the modes and frictions of the interfaces at rest. `bound` is the largest allowed
+    /// static friction as a multiple of its limit. Returns `None` if the complementarity solver
+    /// finds no solution.
     pub(super) fn guess(
         &self,
         data: &Data,
@@ -80,7 +83,8 @@ impl Forward {
         let rounding = if can_move { ROUND_OFF * largest } else { f64::INFINITY };
         let mut found = problem.solve(&vec![0.0; members.units.len()])?;
         for _ in 0..PASSES {
-            // Sliding interfaces keep sliding: their friction is lowered and never increases again.
+            // An interface that slides keeps sliding: its friction is reduced and never increases
+            // again.
             let mut lowered = false;
             for member in &mut problem.members {
                 let mode = mode_of(&found.rates[member.places.clone()], rounding);

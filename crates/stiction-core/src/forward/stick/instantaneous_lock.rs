@@ -1,22 +1,24 @@
-//! Interfaces that cannot stick although their joint is at rest, at a dead centre.
+//! Interfaces that cannot stick although their joint is instantaneously at rest, at a dead centre.
 //!
-//! At a dead centre the rate of the joint is zero for any motion of the mechanism, but an instant later it is not.
-//! Sticking then contradicts the loop constraints: the row of the sticking interface depends on the rows of the loops
-//! but requires another value. For a self-stress `y` of the rows, `y^T J = 0`, accelerations with `J a = r` exist only
-//! if `y^T r = 0`. Otherwise a sticking interface in the self-stress must move, by `-y^T r / y_k`.
+//! At a dead centre the rate of a joint is zero for any motion of the mechanism, but an instant
+//! later it is not. Sticking then contradicts the loop constraints: the row of the sticking
+//! interface depends on the rows of the loops but requires a different right-hand side. For a
+//! self-stress `y` of the rows, `y^T J = 0`, accelerations with `J a = r` exist only if `y^T r =
+//! 0`. Otherwise a sticking interface `k` with a component in the self-stress must accelerate, by
+//! `-y^T r / y_k`.
 
 use crate::forward::Forward;
 use crate::forward::constraint_jacobian::StickingDof;
 use crate::forward::data::Data;
 use crate::forward::solve::Solved;
 
-/// The residual of the contradiction counts as round-off below this fraction of the squared rates.
+/// Fraction of the squared rates below which the contradiction `y^T r` counts as round-off.
 const ROUND_OFF: f64 = 1e-6;
-/// A DOF does not belong to a self-stress if its relative component in it is below this value.
+/// Relative component of a self-stress below which a DOF does not belong to the self-stress.
 const PART: f64 = 1e-6;
 
 impl Forward {
-    /// Finds a sticking interface that must start to move, and its direction.
+    /// Finds a sticking interface that must start to move, and the direction of its motion.
     pub(in crate::forward) fn instantaneous_lock(
         &self,
         data: &Data,
@@ -31,7 +33,8 @@ impl Forward {
         let square = self.fastest(data).powi(2);
         for stress in stresses {
             let each = rows.iter().zip(&stress.multipliers);
-            // Multipliers divided by scales correspond to values multiplied by scales.
+            // Right-hand sides are multiplied by the row scales, so multipliers are divided by
+            // them.
             let (mut sum, mut largest) = (0.0, 0.0_f64);
             for (row, amount) in each {
                 sum += amount * row.right;

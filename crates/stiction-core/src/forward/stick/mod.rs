@@ -1,9 +1,12 @@
-//! Decision between stick and slip: search for modes of the interfaces at rest that satisfy all friction laws.
+//! Decision between stick and slip: searches for modes of the interfaces at rest that satisfy all
+//! friction laws.
 //!
-//! The friction of a sticking interface must lie within its limit, and an interface at slip onset must accelerate
-//! against its friction. The search first assumes that all interfaces at rest stick. Then a complementarity problem
-//! proposes modes, see [`guess`], and exact solutions verify them. Finally the search changes one mode at a time: an
-//! interface beyond its limit slips, and an interface that would slide against its direction sticks.
+//! The friction of a sticking interface must lie within its limit, and an interface at slip onset
+//! must accelerate against its friction. The search first assumes that all interfaces at rest
+//! stick. If this fails, a complementarity problem proposes modes, see [`guess`], and exact
+//! solutions verify the proposed modes. If this also fails, the search changes one mode at a time:
+//! an interface beyond its limit slips, and an interface that would slide against its direction
+//! sticks.
 //!
 //! Equation (D4) of the book's theory.
 
@@ -23,28 +26,31 @@ use verify::Verdict;
 
 /// Largest number of changes of a single mode in a search.
 const CHANGES: usize = 60;
-/// Smallest friction scale, relative to the largest; it bounds the condition number of the linear systems.
+/// Smallest friction scale relative to the largest one; bounds the condition number of the linear
+/// systems.
 const SMALLEST_SCALE: f64 = 1e-6;
-/// Relative amount by which statically indeterminate frictions may exceed their limits. Without it they would have to
-/// be redistributed at every instant until an interface slides.
+/// Relative amount by which statically indeterminate frictions may exceed their limits. Without
+/// this allowance the frictions would have to be redistributed at every instant until an interface
+/// slides.
 const ALLOWANCE: f64 = 1e-5;
-/// Fractions of the friction limits that are tried in turn as bounds of static friction.
+/// Upper bounds of static friction that are tried in turn, as fractions of the friction limits.
 const BOUNDS: [f64; 5] = [0.9, 0.99, 0.999, 0.9999, 1.0];
-/// Two directions count as equal if they differ by less than this.
+/// Two unit vectors of direction count as equal if they differ by less than this value.
 const ALIGNED: f64 = 1e-6;
 
-/// Modes that satisfy all friction laws, with their solution.
+/// Modes that satisfy all friction laws, and the corresponding solution.
 pub(super) struct Choice {
     pub(super) modes: Vec<InterfaceMode>,
     pub(super) solved: Solved,
 }
 
 impl Forward {
-    /// Chooses modes for the interfaces at rest, `resting`; all other interfaces keep their modes.
+    /// Chooses modes for the interfaces at rest, whose indices are in `resting`; all other
+    /// interfaces keep their modes.
     ///
     /// # Errors
-    /// [`ForwardError::NoChoice`] if no modes are found, or the reason why the last modes have no
-    /// solution.
+    /// [`ForwardError::NoChoice`] if no modes are found, or the error of the last trial if its
+    /// modes have no solution.
     pub(super) fn choose(
         &self,
         data: &mut Data,
@@ -58,8 +64,8 @@ impl Forward {
         if let Ok(Verdict::Stands(solved)) = self.verify(data, &mut trial, resting) {
             return Ok(Choice { modes: trial, solved: *solved });
         }
-        // The distributed frictions exceed a limit, or an interface must slide: solve for all
-        // frictions at once.
+        // The distributed frictions exceed a limit, or an interface must slide: the friction laws
+        // of all interfaces must be solved together.
         let guess = self.guess(data, modes, resting, 1.0);
         if let Some(guess) = &guess
             && guess.moves
@@ -70,7 +76,7 @@ impl Forward {
         let all = self.solve(data, &all_sticking(modes, resting), None, false);
         let shared = all.is_ok_and(|all| all.balance.redundant() > permanent);
         if shared && guess.as_ref().is_some_and(|guess| !guess.moves) {
-            // All interfaces can stick: keep a margin to their limits if possible.
+            // All interfaces can stick: friction keeps a margin to its limits if possible.
             for bound in BOUNDS {
                 let Some(guess) = self.guess(data, modes, resting, bound) else { continue };
                 if guess.moves {
@@ -96,8 +102,8 @@ impl Forward {
         Err(failure.unwrap_or(ForwardError::NoChoice { time: data.time, joint }))
     }
 
-    /// Computes the friction scales from the frictionless normal loads of the interfaces at rest. Returns the number of
-    /// constraints that are redundant even if none of these interfaces sticks.
+    /// Computes the friction scales of the interfaces at rest from their frictionless normal loads.
+    /// Returns the number of constraints that remain redundant if none of these interfaces sticks.
     fn set_friction_scales(
         &self,
         data: &mut Data,
@@ -125,7 +131,8 @@ impl Forward {
         redundant
     }
 
-    /// Adopts a guess if its exact solution satisfies all friction laws, at once or after a few changes of modes.
+    /// Accepts a guess if its exact solution satisfies all friction laws, either at once or after a
+    /// few changes of modes.
     fn adopt(&self, data: &mut Data, guess: &Guess, resting: &[usize]) -> Option<Choice> {
         data.reference_frictions.clone_from(&guess.frictions);
         data.limit_factor = if guess.tight { 1.0 + ALLOWANCE } else { 1.0 };
@@ -138,7 +145,8 @@ impl Forward {
         found
     }
 
-    /// Confirms a guess if it satisfies all friction laws with unchanged directions.
+    /// Accepts a guess if its exact solution satisfies all friction laws with unchanged directions
+    /// of slip.
     fn confirm(&self, data: &Data, guess: &Guess, resting: &[usize]) -> Option<Choice> {
         let mut modes = guess.modes.clone();
         for &interface in resting {
@@ -193,7 +201,7 @@ impl Forward {
     }
 }
 
-/// Returns the modes with stick for all interfaces at rest.
+/// Returns a copy of the modes in which all interfaces at rest stick.
 fn all_sticking(modes: &[InterfaceMode], resting: &[usize]) -> Vec<InterfaceMode> {
     let mut trial = modes.to_vec();
     for &interface in resting {
@@ -208,7 +216,8 @@ struct NoModes {
     unsolved: Option<Unsolved>,
 }
 
-/// Key that identifies the modes of the interfaces at rest; directions are rounded to a few digits.
+/// Returns a key that identifies the modes of the interfaces at rest; directions are rounded to a
+/// few digits.
 fn pattern(modes: &[InterfaceMode], resting: &[usize]) -> Vec<i64> {
     let of = |interface: &usize| match modes[*interface] {
         InterfaceMode::Smooth | InterfaceMode::Sticks => 0,

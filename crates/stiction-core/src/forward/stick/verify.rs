@@ -1,25 +1,25 @@
-//! Verification of given modes against the friction laws.
+//! Verification of stick-slip modes against the friction laws.
 
 use crate::forward::Forward;
 use crate::forward::affine_friction::{InterfaceMode, norm};
 use crate::forward::data::Data;
 use crate::forward::solve::{Solved, Unsolved};
 
-/// An excess of friction over its limit counts as round-off of the reactions below this fraction of
-/// the limit.
+/// Fraction of the friction limit below which an excess of friction over the limit counts as
+/// round-off of the reactions.
 const EXCESS: f64 = 1e-10;
 
-/// Result of a verification.
+/// Result of the verification of a set of modes.
 pub(super) enum Verdict {
     /// The modes satisfy all friction laws.
     Stands(Box<Solved>),
-    /// The interface with this index must change to this mode.
+    /// The interface with the given index must change to the given mode.
     Change(usize, InterfaceMode),
 }
 
 impl Forward {
-    /// Solves for given modes of the interfaces at rest and checks the friction laws. Interfaces at their limit that
-    /// begin to slide change to slip.
+    /// Solves the equations of motion for given modes of the interfaces at rest and checks the
+    /// friction laws. Interfaces at their limit that begin to slide are changed to slip.
     pub(super) fn verify(
         &self,
         data: &Data,
@@ -35,8 +35,8 @@ impl Forward {
         let slips = |c: &usize| matches!(trial[*c], InterfaceMode::AtLimit(_)) && begins(*c);
         let slides: Vec<usize> = resting.iter().copied().filter(slips).collect();
         if !slides.is_empty() {
-            // These interfaces slide with sliding friction; if that is lower they accelerate even
-            // more.
+            // These interfaces slide with sliding friction. If sliding friction is less than static
+            // friction, the interfaces accelerate even more.
             let kept = trial.to_vec();
             for &interface in &slides {
                 if let InterfaceMode::AtLimit(direction) = trial[interface] {
@@ -64,9 +64,10 @@ impl Forward {
         })
     }
 
-    /// Changes interfaces at their limit to slip if their sliding friction is less than their static friction. Slip
-    /// onset under a steadily changing load has no acceleration with friction at the static limit, but it has one with
-    /// sliding friction. Returns `None` if other constraints prevent the slip.
+    /// Changes interfaces at their limit to slip if their sliding friction is less than their
+    /// static friction. At slip onset under a slowly changing load, the acceleration is zero with
+    /// friction at the static limit, but not with sliding friction. Returns `None` if other
+    /// constraints prevent the slip.
     fn weaken(
         &self,
         data: &Data,
@@ -104,9 +105,9 @@ impl Forward {
         None
     }
 
-    /// Finds the sticking interface whose friction exceeds its limit most, with that friction. Alternatively returns an
-    /// interface that cannot stick, with the direction of its motion: at a dead centre a slider is at rest only for an
-    /// instant.
+    /// Finds the sticking interface whose friction exceeds its limit by the largest ratio, and
+    /// returns its index and friction. If an interface cannot stick, returns that interface and the
+    /// direction of its motion instead: at a dead centre a slider is at rest only for an instant.
     pub(super) fn beyond_limit(
         &self,
         data: &Data,
@@ -114,8 +115,8 @@ impl Forward {
         solved: &Solved,
         resting: &[usize],
     ) -> Option<(usize, [f64; 3])> {
-        // The row of a sticking interface may depend on other constraints and may then be
-        // unsatisfied.
+        // The row of a sticking interface may depend on other constraints, and may then be
+        // violated.
         if solved.balance.is_redundant() {
             if let Some((interface, direction)) = self.instantaneous_lock(data, solved)
                 && resting.contains(&interface)
