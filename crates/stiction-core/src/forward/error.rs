@@ -170,8 +170,8 @@ pub enum ForwardError {
         by: f64,
         /// True if `by` is in m/s^2, false if it is in rad/s^2.
         translates: bool,
-        /// True if the mechanism is at rest and the forces accelerate it; `by` is then the
-        /// constraint violation that would accumulate in one second.
+        /// True if the mechanism is at rest and the forces accelerate it; `by` is then the residual
+        /// acceleration for the rates that the mechanism would reach after one second.
         at_rest: bool,
     },
     /// Loop constraints, locks or prescribed motions would stop a motion instantly, which is an

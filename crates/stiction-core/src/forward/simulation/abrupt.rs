@@ -1,9 +1,12 @@
-//! Detection of impacts: constraints of loops, locks and prescribed motions that would stop a motion instantly.
+//! Detection of impacts: loop constraints, locks or prescribed motions that would stop a motion
+//! instantly.
 //!
-//! At a dead centre a lock permits rates that it does not permit an instant later: its constraint row vanishes there.
-//! The acceleration that it requires then contradicts the other constraints, and no finite force satisfies all of them.
-//! Such a start is refused. During the motion the same condition is detected when rates are projected onto the loop
-//! constraints after a step: the projection changes them by more than the error of the step.
+//! At a dead centre a lock permits rates that it does not permit an instant later, because its
+//! constraint row vanishes there. The acceleration that the lock requires then contradicts the
+//! other constraints, and no finite force satisfies all of them. The simulation refuses such a
+//! start. During the motion, the same condition is detected when rates are projected onto the loop
+//! constraints after a step: the projection then changes the rates by more than the error of the
+//! step.
 
 use super::packing::parts;
 use super::{Energies, Simulation};
@@ -14,27 +17,27 @@ use crate::forward::inputs::{InputState, Inputs};
 use crate::forward::instant::Instant;
 use crate::kinematics::State;
 
-/// Changes of the rates by the projection onto the constraints count as abrupt above this fraction
-/// of the fastest rate. Integration errors are orders of magnitude smaller, at any tolerance that
-/// steps can satisfy near a singular position.
+/// Fraction of the largest rate above which a change of the rates by the projection onto the
+/// constraints counts as an impact. Integration errors are orders of magnitude smaller, at any
+/// tolerance that can be met near a singular configuration.
 const CHANGE: f64 = 1e-5;
 /// Largest residual of the energy balance over a step, as a fraction of the energy exchanged in the
-/// step plus the kinetic energy. A step of order eight whose rates are accurate to 1e-10 leaves a
+/// step plus the kinetic energy. A step of order eight with rates accurate to 1e-10 leaves a
 /// thousandth of this residual.
 const WRONG: f64 = 1e-5;
-/// Additional residual allowed for rounding, as a fraction of the total energy and the energy
+/// Additional residual allowed for round-off, as a fraction of the total energy and the energy
 /// exchanged since the start.
 const ROUNDING: f64 = 1e-10;
 
 impl Forward {
-    /// Checks that accelerations exist that satisfy the constraints of loops, locks and prescribed motions; friction is
-    /// not considered.
+    /// Checks that some accelerations satisfy the constraints of loops, locks and prescribed
+    /// motions. Friction is ignored.
     pub(super) fn check_accelerations(&self, situation: &Data) -> Result<(), ForwardError> {
-        // Without constraints nothing can contradict them.
+        // Without constraints there is no contradiction.
         if self.topology.closures() == 0 && self.prescribed.is_empty() {
             return Ok(());
         }
-        // Missing mass is reported by the solver.
+        // The solver reports motions without inertia later.
         let Ok(balance) = self.balance(situation, &[]) else { return Ok(()) };
         let Some((row, by)) = balance.contradiction(self, situation) else { return Ok(()) };
         let translates = balance.rows.rows[row].scale != 1.0;
@@ -42,8 +45,9 @@ impl Forward {
         Err(ForwardError::Blocked { time: situation.time, what, by, translates, at_rest: false })
     }
 
-    /// Checks that a motion that begins from rest can continue over a finite distance. It takes the accelerations as
-    /// rates and checks that the constraints allow accelerations for them too.
+    /// Checks that a motion that begins from rest can continue over a finite distance. For this
+    /// purpose the accelerations are used as rates, and the constraints must allow accelerations
+    /// for these rates as well.
     pub(super) fn check_finite_motion(
         &self,
         now: &Instant,
@@ -68,7 +72,7 @@ impl Forward {
         })
     }
 
-    /// Name of a constraint row, for messages.
+    /// Returns the name of a constraint row for messages.
     fn condition(&self, row: usize) -> String {
         let topology = &self.topology;
         let mut first = 0;
@@ -100,11 +104,12 @@ impl Forward {
 }
 
 impl Simulation<'_> {
-    /// Checks that the step was regular: the projection onto the loop constraints changes the rates by little, and the
-    /// energy balance of the step closes. `y` is the state vector at the end of the step before the projection.
+    /// Checks that the last step was regular: the projection onto the loop constraints changed the
+    /// rates only slightly, and the energy of the step is balanced. `y` is the state vector at the
+    /// end of the step before the projection.
     ///
     /// # Errors
-    /// [`ForwardError::Impact`], [`ForwardError::Stiff`]; a shorter step may succeed.
+    /// [`ForwardError::Impact`] or [`ForwardError::Stiff`]; a shorter step may succeed.
     pub(super) fn check_step(
         &self,
         y: &[f64],
@@ -120,7 +125,7 @@ impl Simulation<'_> {
         };
         let changed = size(&|k| arrived.state.rates[k] - free[k]);
         let largest = size(&|k| free[k]).max(self.fastest_rate);
-        // Rates at rest are rounding, and so are their changes.
+        // Rates at rest are round-off, and so are their changes.
         if changed > allowed(CHANGE) * largest + 1e3 * self.settings.absolute {
             let targets = model.targets(time, inputs);
             let rows = model.constraint_rows(&arrived.bodies, &targets, &[]);

@@ -1,7 +1,7 @@
 //! Interpolation of results within the last step.
 //!
-//! The lengths of steps depend on the mechanism and its inputs only, never on the times at which results are requested.
-//! Results within a step come from its interpolation.
+//! Step sizes depend only on the mechanism and its inputs, never on the times for which results are
+//! requested. Results within a step are interpolated.
 
 use super::checkpoint::Tape;
 use super::{Energies, Simulation};
@@ -10,46 +10,48 @@ use crate::forward::inputs::Inputs;
 use crate::forward::instant::{Account, Instant};
 use crate::kinematics::State;
 
-/// Kind of interpolation within the last step.
+/// Type of interpolation within the last step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) enum Interpolation {
-    /// Dense output of the Runge-Kutta method.
+    /// Dense output of the Runge-Kutta method, for an event-driven step.
     #[default]
     Curve,
-    /// Extrapolation with the rates at the start of the step, for the arrival of a plate or ball at
-    /// its stop.
+    /// Extrapolation with the rates at the start of the step, for a short step at the end of which
+    /// a plate or ball stops sliding.
     Line,
-    /// Constant position, for a mechanism at rest under changing forces.
+    /// Constant configuration, for a mechanism at rest under changing forces.
     Rest,
-    /// Interpolation within a time step, with linearly changing rates and constant mean forces.
+    /// Interpolation within a step of the time-stepping method, with linearly changing rates and
+    /// constant mean forces.
     Chord,
 }
 
-/// Data of the last step: the state at its start, and a copy of the simulation at a requested
-/// instant within the step.
+/// Data for interpolation in the last step: the state at the start of the step, and a copy of the
+/// simulation at a requested instant within the step.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LastStep<'a> {
-    /// State at the start of the step, as the numbers of [`Simulation::checkpoint`].
+    /// State at the start of the step, in the format of [`Simulation::checkpoint`].
     pub(super) numbers: Vec<f64>,
-    /// Number of events at the start of the step.
+    /// Number of events before the step.
     pub(super) events: usize,
     pub(super) interpolation: Interpolation,
-    /// True if the step crosses a singular position.
+    /// True if the step crosses a singular configuration.
     pub(super) crosses: bool,
-    /// Copy of the simulation with the state at the requested instant; stays allocated between requests.
+    /// Copy of the simulation with the state at the requested instant. The copy stays allocated
+    /// between requests.
     copy: Option<Box<Simulation<'a>>>,
     /// True if the copy contains the dense output of this step.
     has_curve: bool,
-    /// True if results are those of the copy, false if they are those at the end of the step.
+    /// True if results are taken from the copy, false if they are those at the end of the step.
     pub(super) shows: bool,
 }
 
-/// Interval before and after an instant over which interpolated rates are differentiated, as a
-/// fraction of the step.
+/// Distance from an instant at which rates are sampled in order to differentiate them numerically,
+/// as a fraction of the step.
 const BESIDE: f64 = 1e-4;
 
 impl<'a> Simulation<'a> {
-    /// Records the state at the start of a step.
+    /// Saves the state at the start of a step.
     pub(super) fn begin_step(&mut self) {
         let mut numbers = std::mem::take(&mut self.last_step.numbers);
         numbers.clear();
@@ -59,7 +61,8 @@ impl<'a> Simulation<'a> {
         (*kept, *count, *has_curve, *shows) = (numbers, events, false, false);
     }
 
-    /// Returns the simulation at the requested instant: the copy within the last step, or `self` at its end.
+    /// Returns the simulation at the requested instant: the copy for an instant within the last
+    /// step, or `self` for the end of the step.
     pub(super) fn shown(&self) -> &Simulation<'a> {
         match &self.last_step.copy {
             Some(copy) if self.last_step.shows => copy,
@@ -67,7 +70,7 @@ impl<'a> Simulation<'a> {
         }
     }
 
-    /// Moves the results to `time`, s, within the last step.
+    /// Evaluates the results at `time`, s, within the last step.
     pub(super) fn show(&mut self, time: f64, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         let mut copy = match self.last_step.copy.take() {
             Some(copy) => copy,
@@ -101,7 +104,7 @@ impl<'a> Simulation<'a> {
         };
         let was_alike = is_alike(copy);
         copy.take_state(numbers);
-        // If the mechanism is at rest, the constraints decomposed for the previous request remain
+        // If the mechanism is at rest, the factorised constraints of the previous request remain
         // valid.
         copy.workspace.conditions_hold &= was_alike && is_alike(copy);
         copy.workspace.loads.clear();
@@ -141,7 +144,8 @@ impl<'a> Simulation<'a> {
                     copy.workspace.crosses = crosses.then_some(0.0);
                     copy.prepare_curve(from, inputs)?;
                     *has_curve = true;
-                    // All instants of the step start Newton's method from the same normal loads.
+                    // For every instant of the step, Newton's method starts from the same normal
+                    // loads.
                     copy.workspace.loads.clear();
                 }
                 copy.workspace.crosses = crosses.then_some(0.0);
@@ -159,7 +163,8 @@ impl<'a> Simulation<'a> {
         Ok(())
     }
 
-    /// Prepares the dense output of a step that began at `from`, s, with the modes of that step.
+    /// Prepares the dense output of a step that began at `from`, s, with the stick-slip modes of
+    /// this step.
     fn prepare_curve(&mut self, from: f64, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         let mut end = self.list();
         end.clone_from(&self.steps.end);
@@ -175,8 +180,9 @@ impl<'a> Simulation<'a> {
         prepared
     }
 
-    /// Evaluates the instant at a fraction `part` of a step across a singular position. Near that position the loop
-    /// constraints do not determine the accelerations to rounding, so they come from the interpolated rates.
+    /// Evaluates the results at the fraction `part` of a step across a singular configuration. Near
+    /// this configuration the loop constraints determine the accelerations only with large
+    /// round-off, so the accelerations are derivatives of the interpolated rates.
     fn arrive_beside(
         &mut self,
         time: f64,
@@ -202,7 +208,8 @@ impl<'a> Simulation<'a> {
         Ok(instant)
     }
 
-    /// Interpolates within a time step: returns the instant at the fraction `part` of the step from `self` to `end`.
+    /// Interpolates within a step of the time-stepping method: returns the results at the fraction
+    /// `part` of the step from `self` to `end`.
     fn on_chord(
         &self,
         time: f64,
@@ -245,12 +252,14 @@ impl<'a> Simulation<'a> {
 }
 
 impl Energies {
-    /// Interpolates towards the energies at the end of a time step: advances by the fraction `part` of the step of
-    /// `span` s. `account` contains the powers at the end of the step; powers change linearly over the step.
+    /// Adds the work in the fraction `part` of a step of the time-stepping method. `to` contains
+    /// the energies at the end of the step, and `span` is the length of the step, s. `account`
+    /// contains the powers at the end of the step; powers change linearly over the step.
     fn blend(&mut self, to: &Self, account: &Account, (part, span): (f64, f64)) {
         let between = |a: &mut f64, b: &f64, power: &f64| {
             let all = b - *a;
-            // The mean force over a jump has no power at the end of the jump.
+            // The mean force in a velocity jump does no work after the jump, so its final power
+            // must not be extrapolated.
             let last = (span * power).clamp((2.0 * all).min(0.0), (2.0 * all).max(0.0));
             *a += part * (2.0 * all - last + part * (last - all));
         };

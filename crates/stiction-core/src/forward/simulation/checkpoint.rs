@@ -15,26 +15,30 @@ use crate::forward::{Account, Energies, Forward, InterfaceSample};
 use crate::kinematics::{Bodies, State};
 use crate::spatial::{Mat3, Pose, Twist, Vec3, Wrench};
 
-/// Complete state of a simulation. A resumed simulation continues bit for bit as if it had not been interrupted. The
-/// checkpoint does not contain the state of controllers and other inputs, except their own integrated states.
+/// Complete state of a simulation. A resumed simulation continues bit for bit as if it had not been
+/// interrupted. The checkpoint contains the integrated internal states of the inputs, but no other
+/// state of controllers.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Checkpoint {
-    /// State of the simulation. The meaning and order of the numbers is internal and may change between versions.
+    /// State of the simulation. The meaning and order of the numbers are internal and may change
+    /// between versions.
     pub numbers: Vec<f64>,
-    /// Events before this state. They may be left out; the list of a resumed simulation then begins empty.
+    /// Events before this state. The list may be cleared; the event list of a resumed simulation is
+    /// then initially empty.
     pub events: Vec<Event>,
 }
 
 /// First number of a checkpoint: the version of its format.
 pub(super) const FORMAT: f64 = 9.0;
 
-/// Largest valid count; a larger number cannot be a count.
+/// Largest valid count. A larger number means that the checkpoint is invalid.
 const COUNTABLE: f64 = 1e15;
 
-/// Largest valid number of internal states, and of switching functions, of the inputs.
+/// Largest valid number of internal states of the inputs, and of switching functions.
 const MOST_INPUTS: usize = 1_000_000;
 
-/// Writer or reader of the numbers of a checkpoint. Both use the same sequence of calls, which ensures the same order.
+/// Writer or reader of the numbers of a checkpoint. Both use the same sequence of calls, which
+/// guarantees the same order of the numbers.
 pub(super) enum Tape<'a> {
     Out(&'a mut Vec<f64>),
     /// Reader: the remaining numbers, and a flag that is set if a number is missing or a count is invalid.
@@ -119,9 +123,10 @@ impl Tape<'_> {
 }
 
 impl<'a> Simulation<'a> {
-    /// Records the complete state. If results are shown at an instant within a step, it is the state at the start of
-    /// that step, since a resumed simulation must take the same steps. Inputs must save their own state at that time,
-    /// see [`Inputs::begin_step`](crate::forward::Inputs::begin_step).
+    /// Returns the complete state. If results are shown at an instant within a step, the checkpoint
+    /// contains the state at the start of this step, so that a resumed simulation takes the same
+    /// steps. Inputs must save their own state at the start of the step, see
+    /// [`Inputs::begin_step`](crate::forward::Inputs::begin_step).
     pub fn checkpoint(&self) -> Checkpoint {
         let mut numbers = vec![FORMAT];
         if self.last_step.shows {
@@ -133,19 +138,19 @@ impl<'a> Simulation<'a> {
         Checkpoint { numbers, events: self.recorded_events().to_vec() }
     }
 
-    /// Events that a checkpoint recorded now would contain.
+    /// Returns the events that [`Self::checkpoint`] would store at present.
     pub fn recorded_events(&self) -> &[Event] {
         let LastStep { shows, events, .. } = self.last_step;
         if shows { &self.events[..events] } else { &self.events }
     }
 
-    /// Restores the state from the numbers that [`Self::pass`] wrote.
+    /// Restores the state from numbers that [`Self::pass`] wrote.
     pub(super) fn take_state(&mut self, numbers: &[f64]) {
         self.pass(&mut Tape::In(numbers.iter(), false));
         self.place();
     }
 
-    /// Recomputes the poses and velocities of the bodies.
+    /// Recomputes the poses and twists of the bodies.
     fn place(&mut self) {
         let Forward { topology, parameters, .. } = self.model;
         let Instant { state, bodies, .. } = &mut self.now;
@@ -185,7 +190,7 @@ impl<'a> Simulation<'a> {
         let mut anchors = self.anchors.len();
         tape.count(&mut anchors);
         let none = Anchor { joint: 0, dof: 0, pose: Pose::identity() };
-        // A joint has at most six degrees of freedom: larger numbers are invalid.
+        // A joint has at most six degrees of freedom, so larger numbers are invalid.
         self.anchors.resize(anchors.min(6 * self.model.topology.joint_types.len()), none);
         for anchor in &mut self.anchors {
             tape.count(&mut anchor.joint);
@@ -262,8 +267,8 @@ impl<'a> Simulation<'a> {
 }
 
 impl Forward {
-    /// Resumes from a checkpoint of a simulation of the same mechanism, with the same or other
-    /// settings.
+    /// Resumes a simulation from a checkpoint of a simulation of the same mechanism, with the same
+    /// or different settings.
     ///
     /// # Errors
     /// [`ForwardError::Checkpoint`] if the numbers do not belong to a simulation of this mechanism.

@@ -1,4 +1,4 @@
-//! Response to events: decides which interfaces at rest stick and which slip.
+//! Reaction to events: decides which interfaces at rest stick and which slip.
 
 use super::locate::Ending;
 use super::{Event, EventKind, REST, Simulation};
@@ -9,11 +9,12 @@ use crate::forward::project::Anchor;
 use crate::forward::stick::Choice;
 use crate::kinematics::State;
 
-/// Largest number of decisions between stick and slip at one time; more of them count as endless.
+/// Largest number of decisions between stick and slip at one time. A simulation that exceeds this
+/// number stalls.
 const EVENTS_AT_ONCE: usize = 200;
 
 impl Simulation<'_> {
-    /// Responds to the event that ended a step; the step began at `since`, s.
+    /// Reacts to the event that ended a step. `since` is the start of the step, s.
     pub(super) fn follow_up(
         &mut self,
         ending: Ending,
@@ -28,16 +29,17 @@ impl Simulation<'_> {
                 let changes = leaves || self.rests_as_prescribed(inputs);
                 if changes { self.reconsider(inputs, None) } else { Ok(()) }
             }
-            // Rounding can give the slip velocity a sign where the prescribed motion comes to rest.
+            // Where the prescribed motion comes to rest, round-off can give the sliding velocity a
+            // sign.
             Ending::Stops(_) if self.rests_as_prescribed(inputs) => self.reconsider(inputs, None),
             Ending::Stops(interface) => self.reconsider(inputs, Some(interface)),
             Ending::SlipOnset | Ending::Passes(_) => self.reconsider(inputs, None),
         }
     }
 
-    /// Returns whether an interface that was at its friction limit during the last step slips or begins to slip.
-    /// Records the slip onset at the start of that step, `since`, s: at that time the friction of the interface, or of
-    /// another one that prevented its slip, reached its limit.
+    /// Returns true if an interface that was at its friction limit during the last step slips or
+    /// begins to slip. Records the slip onset as an event at the start of this step, `since`, s,
+    /// because the friction that prevented the slip reached its limit at that time.
     fn leaves_its_limit(&mut self, since: f64) -> bool {
         let mut leaves = false;
         for interface in 0..self.modes.len() {
@@ -52,7 +54,8 @@ impl Simulation<'_> {
             if moves && along(velocity) > 0.0 || !moves && along(begins) > rounding {
                 let joint = self.model.reported_joint(interface);
                 let kind = EventKind::Slides { interface, joint, direction };
-                // A singular position may have been recorded after `since`.
+                // An event for a singular configuration may already have been recorded after
+                // `since`.
                 let place = self.events.partition_point(|event| event.time <= since);
                 self.events.insert(place, Event { time: since, kind });
                 self.modes[interface] = InterfaceMode::Slides(direction);
@@ -61,8 +64,8 @@ impl Simulation<'_> {
         leaves
     }
 
-    /// Decides which interfaces at rest stick and which slip; `stopped` is the interface whose slip has just stopped,
-    /// if any.
+    /// Decides which interfaces at rest stick and which slip. `stopped` is the interface whose slip
+    /// has just stopped, if any.
     pub(super) fn reconsider(
         &mut self,
         inputs: &mut dyn Inputs,
@@ -93,7 +96,7 @@ impl Simulation<'_> {
         let mut state = self.now.state.clone();
         let targets = model.targets(time, inputs);
         if let Some(interface) = stopped {
-            // Exactly zero velocity of this interface and of all that it holds.
+            // Sets the velocity of this interface, and of all DOFs that it locks, to exactly zero.
             let (anchors, frozen) = self.holds_of(&[interface]);
             let frozen: Vec<bool> =
                 frozen.iter().zip(&self.frozen).map(|(a, b)| *a || *b).collect();
@@ -144,13 +147,14 @@ impl Simulation<'_> {
         self.record_mode_changes(&before);
         self.hold(inputs)?;
         self.look_for_others(inputs)?;
-        // Small first step after a change of modes.
+        // The first step after a change of modes is short.
         self.step = (0.1 * self.step).max(1e3 * self.settings.shortest_step);
         Ok(())
     }
 
-    /// Returns whether the mechanism keeps moving when an interface stops; `stopped` is the state with zero slip of the
-    /// interface. This is the case at a dead centre, where the slip velocity is zero only for an instant.
+    /// Returns true if the mechanism keeps moving when an interface stops sliding. `stopped` is the
+    /// state in which the sliding velocity of the interface is zero. The mechanism keeps moving at
+    /// a dead centre, where the sliding velocity is zero only for an instant.
     pub(super) fn moves_on(&self, stopped: &State<f64>) -> bool {
         const OTHER: f64 = 1e-6;
         let columns = &self.model.columns;
@@ -162,8 +166,8 @@ impl Simulation<'_> {
         change > OTHER * size(&|k| rates[k]) && change > OTHER * self.fastest_rate
     }
 
-    /// Returns whether sticking of this interface reduces the mobility. It does not at a dead centre, where the
-    /// interface is at rest for an instant only while the mechanism moves.
+    /// Returns true if sticking of the interface reduces the mobility. At a dead centre it does
+    /// not: the interface is at rest only for an instant while the mechanism moves.
     pub(super) fn takes_dof(
         &self,
         situation: &crate::forward::data::Data,
@@ -211,7 +215,7 @@ impl Simulation<'_> {
                 (_, InterfaceMode::Sticks | InterfaceMode::AtLimit(_)) => {
                     EventKind::Sticks { interface, joint }
                 }
-                // A gradual change of direction is no event, a reversal is.
+                // A gradual change of the direction is not an event, a reversal is.
                 (InterfaceMode::Slides(a), InterfaceMode::Slides(b))
                     if a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>() > 0.0 =>
                 {

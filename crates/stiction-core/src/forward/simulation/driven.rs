@@ -1,4 +1,5 @@
-//! Simulations that a caller drives step by step, with inputs that it changes between steps.
+//! Stepwise simulation: the caller advances the simulation step by step, and may change the inputs
+//! between steps.
 
 use super::checkpoint::{FORMAT, Tape};
 use super::{Checkpoint, Event, REST, Simulation};
@@ -7,14 +8,14 @@ use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 
 impl Simulation<'_> {
-    /// Advances by one step of integration. The step ends at `until`, s, at the latest, and at each change between
-    /// stick and slip; [`Self::take_events`] returns these changes.
+    /// Advances by one integration step. The step ends at `until`, s, at the latest, and at each
+    /// change between stick and slip. [`Self::take_events`] returns these changes.
     ///
-    /// The inputs must announce [a change](Inputs::next_change) at `until`. This method does not apply the change; call
-    /// [`Self::change_inputs`] for that.
+    /// The inputs must announce [a change](Inputs::next_change) at `until`. This method does not
+    /// apply the change; [`Self::change_inputs`] does.
     ///
     /// # Errors
-    /// See [`ForwardError`]; the simulation then stays at the last valid instant.
+    /// See [`ForwardError`]. After an error the simulation stays at the last valid instant.
     pub fn advance_step(
         &mut self,
         until: f64,
@@ -27,7 +28,7 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// Removes and returns the events that were recorded since the last call, in the order of time.
+    /// Removes and returns the events recorded since the last call, in chronological order.
     pub fn take_events(&mut self) -> Vec<Event> {
         std::mem::take(&mut self.events)
     }
@@ -35,23 +36,24 @@ impl Simulation<'_> {
     /// Applies a change of the inputs at the present instant, which must be the end of a step.
     ///
     /// # Errors
-    /// See [`ForwardError`]: no accelerations are found after the change.
+    /// See [`ForwardError`]: no accelerations were found after the change.
     pub fn change_inputs(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         self.change_at = self.now.time;
         self.take_change(inputs)
     }
 
-    /// Applies changed friction coefficients and masses at the present instant: those of the model with which the
-    /// simulation was [resumed](crate::forward::Forward::resume).
+    /// Applies changed friction coefficients and masses at the present instant. They are the
+    /// parameters of the model with which the simulation was
+    /// [resumed](crate::forward::Forward::resume).
     ///
     /// # Errors
-    /// See [`ForwardError`]: no accelerations are found after the change.
+    /// See [`ForwardError`]: no accelerations were found after the change.
     pub fn change_parameters(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         let model = self.model;
         let before = self.now.account.kinetic + self.now.account.potential;
         let pitch = &model.parameters.pitch;
         for (index, interface) in model.parameters.interfaces.iter().enumerate() {
-            // Without dry friction an interface neither sticks nor has a direction of sliding.
+            // Without dry friction an interface does not stick and has no direction of slip.
             if is_smooth(interface) {
                 self.modes[index] = InterfaceMode::Smooth;
             } else if self.modes[index] == InterfaceMode::Smooth {
@@ -74,7 +76,7 @@ impl Simulation<'_> {
         if self.stepping.is_some() {
             self.forces_of_next_step(inputs)?;
         }
-        // The balance of energy continues from the energy with the new masses.
+        // The energy balance continues from the energy with the new masses.
         let change = self.now.account.kinetic + self.now.account.potential - before;
         self.energies.payloads += change;
         self.energies.turnover += change.abs();
@@ -82,7 +84,8 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// Consumes the simulation and returns its state without events. The present instant must be the end of a step.
+    /// Consumes the simulation and returns its state without events. The present instant must be
+    /// the end of a step.
     pub fn suspend(mut self) -> Checkpoint {
         let mut numbers = vec![FORMAT];
         self.pass(&mut Tape::Out(&mut numbers));

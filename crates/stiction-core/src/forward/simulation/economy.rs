@@ -1,56 +1,60 @@
-//! Choice between event-driven steps and time stepping by the work per second of simulated time.
+//! Choice between the event-driven and the time-stepping method by the computing work per second of
+//! simulated time.
 //!
-//! Event-driven steps are short where stability bounds them, near folds of the friction problem (where solutions merge
-//! and vanish), and where many interfaces change their modes. Time stepping may then need far less work for its own
-//! tolerance. A trial time step of several times the length decides.
+//! Event-driven steps are short where stability limits them, near folds of the friction problem
+//! (where two solutions merge and vanish), and where many interfaces change their modes. The
+//! time-stepping method may then need far less work for its own tolerance. The decision is based on
+//! a trial time step several times as long as the event-driven steps.
 
 use super::stepping::{LONGEST_WAIT, QUIET};
 use super::{Method, Simulation};
 use crate::forward::affine_friction::InterfaceMode;
 use crate::forward::inputs::Inputs;
 
-/// Work of the event-driven method, in evaluations of accelerations, after which its progress is compared with that of
-/// a trial time step.
+/// Work of the event-driven method, in evaluations of accelerations, after which the method is
+/// compared with a trial step of the time-stepping method.
 const WINDOW: usize = 2400;
-/// Number of evaluations in a step of the event-driven method. A time step including its two half steps costs about the
-/// same.
+/// Number of evaluations in a step of the event-driven method. A step of the time-stepping method,
+/// including its two half steps, costs about the same.
 const EVALUATIONS: f64 = 12.0;
-/// Mean steps of the event-driven method above this length, s, are not due to stability. They are
-/// limited by the motion, by its events or by a controller, which limit time steps as well.
+/// Mean step size of the event-driven method, s, above which stability is not the limit. Such steps
+/// are limited by the motion, by its events or by a controller, which limit the time-stepping
+/// method as well.
 const SLOW: f64 = 2e-4;
-/// Length of a trial time step, as a multiple of the mean event-driven step. Time stepping takes
-/// over if the trial step keeps its tolerance.
+/// Length of the trial step, as a multiple of the mean event-driven step. The simulation changes to
+/// time stepping if the trial step meets its tolerance.
 const PAYS: f64 = 3.0;
-/// Number of steps of the continuation from zero friction that cost as much as one evaluation of accelerations.
+/// Number of continuation steps from zero friction that cost as much as one evaluation of
+/// accelerations.
 const CONTINUATION_STEPS: usize = 4;
-/// The event-driven method counts as recovered if its present phase lasts this many times as long as the phase of time
-/// stepping before it.
+/// The event-driven method counts as recovered if its present phase lasts at least this many times
+/// as long as the preceding phase of time stepping.
 const RECOVERED: f64 = 10.0;
 
-/// Record of the work of the event-driven method, and of the durations of the phases of both methods.
+/// Work of the event-driven method, and durations of the phases of both methods.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Economy {
-    /// Work since the start, in evaluations of accelerations.
+    /// Work since the start of the simulation, in evaluations of accelerations.
     pub(super) work: usize,
-    /// Work, and time in s, at the start of the present comparison.
+    /// Work (evaluations of accelerations) and time (s) at the start of the present comparison.
     pub(super) window: (usize, f64),
     /// Start time of the present phase and duration of the previous phase, s.
     pub(super) phase: (f64, f64),
 }
 
 impl Economy {
-    /// Creates the record of a simulation that starts at `time`, s.
+    /// Creates the record for a simulation that starts at `time`, s.
     pub(super) fn new(time: f64) -> Self {
         Self { work: 0, window: (0, time), phase: (time, 0.0) }
     }
 
-    /// Adds the work of one evaluation of accelerations that took `continuation_steps` steps of the continuation from
-    /// zero friction.
+    /// Adds the work of one evaluation of accelerations that needed `continuation_steps`
+    /// continuation steps from zero friction.
     pub(super) fn spend(&mut self, continuation_steps: usize) {
         self.work += 1 + continuation_steps / CONTINUATION_STEPS;
     }
 
-    /// Records that the other method takes over at `time`, s.
+    /// Records a change of the integration method at `time`, s.
     pub(super) fn change(&mut self, time: f64) {
         self.phase = (time, time - self.phase.0);
         self.window = (self.work, time);
@@ -58,18 +62,18 @@ impl Economy {
 }
 
 impl Simulation<'_> {
-    /// Doubles the number of steps without a change of mode after which time stepping returns to the event-driven
-    /// method. Resets that number if the event-driven method has covered [`RECOVERED`] times the duration of the
-    /// previous time stepping.
+    /// Doubles the number of time steps without a change of mode after which the simulation returns
+    /// to the event-driven method. Resets this number if the event-driven method has lasted
+    /// [`RECOVERED`] times as long as the preceding phase of time stepping.
     pub(super) fn wait_longer(&mut self) {
         let (began, stepped) = self.economy.phase;
         let recovered = self.now.time - began >= RECOVERED * stepped;
         self.wait = if recovered { QUIET } else { (2 * self.wait).min(LONGEST_WAIT) };
     }
 
-    /// Returns whether time stepping would advance faster than the event-driven method did since the start of the
-    /// comparison. Returns false before the comparison has accumulated enough work. `end` is the latest end of a trial
-    /// step, s.
+    /// Returns true if time stepping would advance faster than the event-driven method has done
+    /// since the start of the comparison. Returns false until the comparison has accumulated enough
+    /// work. `end` is the latest end of a trial step, s.
     pub(super) fn is_costly(&mut self, end: f64, inputs: &mut dyn Inputs) -> bool {
         let time = self.now.time;
         let (work, since) = self.economy.window;
@@ -82,7 +86,8 @@ impl Simulation<'_> {
         step <= SLOW && self.pays_to_step(step, end, inputs)
     }
 
-    /// Returns whether a time step of [`PAYS`] times the length `step`, s, of an event-driven step keeps its tolerance.
+    /// Returns true if a trial step of the time-stepping method meets its tolerance; its length is
+    /// [`PAYS`] times the length `step`, s, of an event-driven step.
     fn pays_to_step(&mut self, step: f64, end: f64, inputs: &mut dyn Inputs) -> bool {
         let time = self.now.time;
         let longer = PAYS * step;
@@ -96,10 +101,10 @@ impl Simulation<'_> {
         }
         let from = self.now.state.clone();
         let (modes, bristles) = (self.modes.clone(), self.bristles.clone());
-        // If the trial has no solution, the event-driven method continues.
+        // If the trial step has no solution, the event-driven method continues.
         let tried = self.two_halves(time, 0.5 * longer, &from, (&modes, &bristles), inputs);
         let Ok((whole, _, halves)) = tried else { return false };
-        // A trial that changes a mode says nothing about the steps before that change.
+        // A trial step with a change of mode does not predict the steps before this change.
         let keeps = |after: &[InterfaceMode]| {
             let each = modes.iter().zip(after);
             each.into_iter().all(|(a, b)| std::mem::discriminant(a) == std::mem::discriminant(b))

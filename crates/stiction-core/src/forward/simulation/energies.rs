@@ -1,37 +1,39 @@
-//! Energy balance since the start.
+//! Energy balance since the start of the simulation.
 //!
 //! Equation (E4) of the book's theory.
 
 use super::Simulation;
 
-/// Work done and energy dissipated since the start, J.
+/// Work done and energy dissipated since the start of the simulation, J.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Energies {
-    /// Work of each actuator on the mechanism.
+    /// Work of each actuator on the mechanism, J.
     pub drives: Vec<f64>,
-    /// Work of all external loads on the mechanism.
+    /// Work of all external loads on the mechanism, J.
     pub loads: f64,
-    /// Energy dissipated in dampers.
+    /// Energy dissipated in dampers, J.
     pub dampers: f64,
-    /// Energy lost in plastic impacts when bodies pick up parts.
+    /// Energy lost in plastic impacts when bodies pick up parts, J.
     pub impacts: f64,
-    /// Energy of the parts that bodies pick up, minus the energy of the parts that they place.
+    /// Energy of the parts that bodies pick up, minus the energy of the parts that bodies place, J.
     pub payloads: f64,
-    /// Energy dissipated in each friction interface; for bristle laws including the energy stored in the bristles.
+    /// Energy dissipated in each friction interface, J. For bristle laws it includes the energy
+    /// stored in the bristles.
     pub interfaces: Vec<f64>,
-    /// Integral of the magnitudes of all powers, including the exchange of kinetic and potential energy: the scale of
-    /// the energy error.
+    /// Time integral of the absolute values of all powers, including the exchange of kinetic and
+    /// potential energy, J. The energy error is relative to this value.
     pub turnover: f64,
 }
 
 impl Simulation<'_> {
-    /// Work and dissipated energy since the start, J.
+    /// Returns the work and dissipated energy since the start, J.
     pub fn energies(&self) -> &Energies {
         &self.shown().energies
     }
 
-    /// Residual of the energy balance since the start, J: change of kinetic and potential energy, minus work of
-    /// actuators and loads, minus energy of payloads, plus dissipated energy. It is zero for an exact solution.
+    /// Returns the residual of the energy balance since the start, J: change of kinetic and
+    /// potential energy, minus work of actuators and loads, minus energy of payloads, plus
+    /// dissipated energy. The residual is zero for an exact solution.
     pub fn energy_error(&self) -> f64 {
         let Self { energies, now, .. } = self.shown();
         let Energies { drives, loads, dampers, impacts, payloads, interfaces, .. } = energies;

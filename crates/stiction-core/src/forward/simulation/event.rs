@@ -29,19 +29,19 @@ pub enum EventKind {
         interface: usize,
         /// Joint of the interface.
         joint: JointId,
-        /// Direction of slip along the degrees of freedom of the interface.
+        /// Direction of slip, one component for each degree of freedom of the interface.
         direction: [f64; 3],
     },
-    /// More interfaces stick than are needed to hold the mechanism, so the friction laws do not determine the friction
-    /// of each one. The simulation distributes them in proportion to the friction limits (least squares). If one of
-    /// these forces exceeds its limit, the simulation takes another distribution within all limits, or at most a
-    /// relative 1e-5 above them.
+    /// More interfaces stick than are needed to lock the mechanism, so the friction laws do not
+    /// determine the individual friction forces. The simulation distributes them in proportion to
+    /// the friction limits (least squares). If a friction force exceeds its limit, the simulation
+    /// selects another distribution within all limits, or at most a relative 1e-5 above them.
     SharesNotUnique {
         /// Number of friction forces that are statically indeterminate.
         redundant: usize,
     },
-    /// Other solutions satisfy all laws as well. The simulation continues with the solution that is connected with the
-    /// frictionless one.
+    /// Other solutions satisfy all friction laws as well. The simulation continues with the
+    /// solution that is connected to the frictionless solution.
     NotUnique {
         /// Joint whose normal force differs most between the solutions.
         joint: JointId,
@@ -50,13 +50,15 @@ pub enum EventKind {
         /// The other solutions that were found.
         others: Vec<Competitor>,
     },
-    /// The constraints of loops and prescribed joints lose rank at this position, where two branches of motion meet.
-    /// The simulation continues smoothly on the present branch. Each passage is reported once.
+    /// The constraints of loops and prescribed joints lose rank at this configuration, where two
+    /// branches of motion meet. The simulation continues smoothly on the present branch. Each
+    /// passage is reported once.
     Singular {
-        /// Number of constraints that are dependent at this position, but independent at neighbouring positions.
+        /// Number of constraints that are dependent at this configuration but independent at
+        /// neighbouring configurations.
         lost: usize,
     },
-    /// A switching function of the inputs that ends the simulation is or becomes negative.
+    /// A switching function of the inputs that ends the simulation is negative.
     Ends {
         /// Index of the switching function.
         switch: usize,
@@ -67,29 +69,33 @@ pub enum EventKind {
         body: BodyId,
         /// True if the part is picked up, by a plastic impact.
         picked_up: bool,
-        /// Energy lost in the impact, J, not counting the work of friction and actuators during it.
+        /// Energy lost in the impact, J, excluding the work of friction and actuators during the
+        /// impact.
         lost: f64,
     },
     /// The integration scheme changes.
     Method {
-        /// The new scheme: event-driven or time-stepping.
+        /// New integration scheme: event-driven or time-stepping.
         method: Method,
     },
-    /// Velocities jump within a step of 1e-8 s, because no acceleration satisfies all friction laws (Painlevé). The
-    /// velocities after the jump satisfy all laws, with impulses in place of forces (Moreau). The energy balance counts
-    /// friction impulse times mean velocity as dissipated work. Occurs only during time stepping.
+    /// Velocities jump within a step of 1e-8 s, because no accelerations satisfy all friction laws
+    /// (Painlevé paradox). The velocities after the jump satisfy all laws with impulses in place of
+    /// forces (Moreau). In the energy balance, the dissipated work is the friction impulse times
+    /// the mean velocity. Occurs only during time stepping.
     Jump {
         /// Joint with the largest normal force.
         joint: JointId,
-        /// Largest change of a rate of the tree, rad/s or characteristic lengths per second.
+        /// Largest change of a rate of the spanning tree, rad/s or characteristic lengths per
+        /// second.
         change: f64,
-        /// Joint rates that jump, in decreasing order of the change.
+        /// Joint rates that jump, sorted by decreasing change.
         rates: Vec<RateJump>,
     },
 }
 
 impl EventKind {
-    /// Returns whether stick or slip begins, or velocities jump. Other events are information about the solution.
+    /// Returns true if the event begins stick or slip, or is a velocity jump. All other events are
+    /// information about the solution.
     pub fn changes_motion(&self) -> bool {
         matches!(self, Self::Sticks { .. } | Self::Slides { .. } | Self::Jump { .. })
     }
@@ -98,9 +104,9 @@ impl EventKind {
 /// Jump of the rate of one degree of freedom.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RateJump {
-    /// The joint.
+    /// Joint of the degree of freedom.
     pub joint: JointId,
-    /// Index of the degree of freedom in its joint.
+    /// Index of the degree of freedom in the joint.
     pub dof: usize,
     /// Rate before the jump, rad/s or m/s.
     pub before: f64,

@@ -1,4 +1,4 @@
-//! Sudden changes of inputs: a controller sample or a force step.
+//! Sudden changes of inputs, such as a controller sample or a step change of a force.
 
 use super::locate::SLIP_EXCESS;
 use super::{REST, Simulation};
@@ -8,8 +8,9 @@ use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
 
 impl Simulation<'_> {
-    /// Updates accelerations and reactions after a change of the inputs. Searches for new modes only if the present
-    /// modes are not clearly valid, because the search costs many times as much.
+    /// Updates accelerations and reactions after a change of the inputs. Searches for new
+    /// stick-slip modes only if the present modes are not clearly valid, because the search is many
+    /// times as expensive.
     pub(super) fn on_input_change(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         if let Some(instant) = self.goes_on(inputs) {
             self.become_now(instant);
@@ -38,8 +39,8 @@ impl Simulation<'_> {
         };
         self.lists.push(y);
         let instant = found.ok()?;
-        // With statically indeterminate sticking friction, friction is distributed anew unless the
-        // mechanism is at rest.
+        // With statically indeterminate static friction, the friction forces are redistributed
+        // unless the mechanism is at rest.
         let sticks = self.modes.contains(&InterfaceMode::Sticks);
         let shared = sticks && instant.redundant > 0 && !still;
         let unique = instant.coupling.is_some_and(|coupling| coupling < 1.0);

@@ -8,40 +8,42 @@ use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
 use std::convert::Infallible;
 
-/// A sticking interface slips if its friction exceeds the limit by this fraction. The fraction is
-/// larger than the excess that the search for modes permits.
+/// Relative excess of the friction over its limit at which a sticking interface begins to slip. The
+/// value is larger than the excess that the mode search permits.
 pub(super) const SLIP_EXCESS: f64 = 1e-9;
-/// Slip onset within a step is excluded if every sticking interface has a relative margin to its
-/// friction limit above this value at all stages. Stages are less accurate than the end of a step,
-/// but their error is far below this margin.
+/// Relative margin to the friction limit above which slip onset within a step is excluded, if every
+/// sticking interface has this margin at all stages of the step. Stages are less accurate than the
+/// end of a step, but their error is far below this margin.
 const FAR_FROM_LIMIT: f64 = 0.01;
 
-/// A dip of the margin to zero between two samples is searched only if the relative margin at one
-/// of them is at most this value. Such a dip is a kink, or the part of a sine within an eighth of a
-/// period of its peak.
+/// Relative margin of a sample above which no dip of the margin to zero is searched next to the
+/// sample. A dip that is found is a kink, or the part of a sine wave within an eighth of a period
+/// of its peak.
 const DEEPEST_DIP: f64 = 0.3;
-/// Fraction of the interval between two samples over which the slope at each end is measured.
+/// Fraction of the interval between two samples over which the slope at each end is computed.
 const BESIDE: f64 = 1e-4;
-/// Number of golden-section iterations. They locate the minimum of a dip to 0.618^30 = 5e-7 of the interval, and the
-/// value of a smooth minimum to the square of that.
+/// Number of golden-section iterations. They locate the minimum of a dip within 0.618^30 = 5e-7 of
+/// the interval; the error of a smooth minimum value is proportional to the square of this
+/// fraction.
 const DIP_SECTIONS: usize = 30;
 
-/// Reason for which a step ends.
+/// Reason why a step ends.
 pub(super) enum Ending {
     /// End of the step without an event.
     Smooth,
-    /// The slip velocity of this interface reaches zero.
+    /// The sliding velocity of the interface with this index reaches zero.
     Stops(usize),
     /// The friction of a sticking interface reaches its limit.
     SlipOnset,
-    /// A ball or plate is much slower at the end of the step than at its start, so the step may have missed a stick
-    /// onset. It occurs after about this many seconds of the step; shorter steps must approach it.
+    /// A ball or plate is much slower at the end of the step than at its start, so the step may
+    /// have missed a stick onset. The onset would occur about this many seconds after the start of
+    /// the step, and must be approached by shorter steps.
     Passes(f64),
 }
 
 impl Simulation<'_> {
-    /// Speed of an interface along its recorded slip direction, m/s, and the time derivative of that speed, m/s^2.
-    /// Negative speed means that the slip has reversed.
+    /// Returns the speed of an interface along its slip direction at the last decision, m/s, and
+    /// the time derivative of this speed, m/s^2. A negative speed means that the slip has reversed.
     pub(super) fn closing_speed(&self, at: &Instant, interface: usize) -> (f64, f64) {
         let InterfaceMode::Slides(direction) = self.modes[interface] else { return (0.0, 1.0) };
         let dot = |v: [f64; 3]| v.iter().zip(direction).map(|(v, d)| v * d).sum::<f64>();
@@ -51,7 +53,8 @@ impl Simulation<'_> {
         )
     }
 
-    /// Finds the first event within the last step: its time as a fraction of the step, and its kind.
+    /// Finds the first event within the last step. Returns its time as a fraction of the step, and
+    /// the kind of event.
     pub(super) fn first_event(
         &mut self,
         time: f64,
@@ -81,7 +84,7 @@ impl Simulation<'_> {
                 InterfaceMode::Smooth | InterfaceMode::AtLimit(_) => {}
             }
         }
-        // The stages of the step sample its whole length.
+        // The stages of the step are samples over its whole length.
         holds &= self.workspace.margin.min(self.least_margin(arrived)) < FAR_FROM_LIMIT;
         if suspects.is_empty() && !holds && prescribed.is_none() {
             return Ok(None);
@@ -112,8 +115,8 @@ impl Simulation<'_> {
         Ok(first)
     }
 
-    /// Finds the fraction of the step at which the slip velocity of an interface falls through
-    /// zero.
+    /// Finds the fraction of the step at which the sliding velocity of an interface decreases
+    /// through zero.
     fn stop_within(&self, interface: usize) -> Option<f64> {
         const PIECES: usize = 16;
         let mut y = Vec::new();
@@ -144,17 +147,18 @@ impl Simulation<'_> {
         let (part, value) = below?;
         let at_before = speed(before);
         if before == 0.0 && at_before <= 0.0 {
-            // The velocity reverses immediately after the start: rounding of a decision just made.
+            // The velocity reverses immediately after the start, which is round-off of a decision
+            // just made.
             return (value.abs() > REST * self.fastest).then_some(0.5 * part);
         }
-        // Coarse tolerance: the shortened step is corrected afterwards.
+        // A coarse tolerance suffices, because the shortened step is corrected afterwards.
         let speed = |part| Ok::<f64, Infallible>(speed(part));
         let Ok(part) = crossing((before, at_before), (part, value), 1e-12, speed);
         Some(part)
     }
 
-    /// Smallest relative margin to the friction limit among all sticking interfaces; negative if one
-    /// exceeds its limit or must start to move.
+    /// Returns the smallest relative margin to the friction limit among all sticking interfaces.
+    /// The result is negative if an interface exceeds its limit or must start to move.
     pub(super) fn least_margin(&self, at: &Instant) -> f64 {
         if at.gives_way.is_some() {
             return -1.0;
@@ -168,7 +172,8 @@ impl Simulation<'_> {
         relative.fold(f64::INFINITY, f64::min)
     }
 
-    /// Finds the fraction of the step, up to `until`, at which the friction of a sticking interface exceeds its limit.
+    /// Finds the fraction of the step, at most `until`, at which the friction of a sticking
+    /// interface exceeds its limit.
     pub(super) fn slip_onset_within(
         &mut self,
         time: f64,
@@ -198,7 +203,8 @@ impl Simulation<'_> {
         Ok(found)
     }
 
-    /// Smallest relative margin to the friction limit (see [`Self::least_margin`]) at a fraction `part` of the step.
+    /// Returns the smallest relative margin to the friction limit (see [`Self::least_margin`]) at
+    /// the fraction `part` of the step.
     fn margin_within(
         &mut self,
         (time, step): (f64, f64),
@@ -214,9 +220,10 @@ impl Simulation<'_> {
     }
 }
 
-/// Finds the first zero of a function that is positive at `low`, up to `high`; both are pairs of argument and value.
-/// Returns the upper end of an interval of length `fine` around the zero. A dip below zero between the two samples is
-/// found if the function is convex there.
+/// Finds the first zero between `low` and `high` of a function that is positive at `low`. Both
+/// bounds are pairs of argument and value. Returns the upper end of an interval of length `fine`
+/// around the zero. Also finds a dip below zero between the two bounds if the function is convex
+/// there.
 pub(super) fn falls_below(
     low: (f64, f64),
     high: (f64, f64),
@@ -227,7 +234,7 @@ pub(super) fn falls_below(
         return Ok(Some(crossing(low, high, fine, f)?));
     }
     let length = high.0 - low.0;
-    // A margin that is zero from the start does not dip: the interface slips, or it continues to
+    // A margin that is zero at the start is no dip: the interface either slips or continues to
     // stick.
     if low.1 < SLIP_EXCESS || low.1.min(high.1) > DEEPEST_DIP {
         return Ok(None);
@@ -238,7 +245,7 @@ pub(super) fn falls_below(
     if falls >= 0.0 || rises <= 0.0 {
         return Ok(None);
     }
-    // A convex function lies above its tangents, and so above their intersection.
+    // A convex function lies above its tangents, and therefore above their intersection.
     let meeting = (high.1 - low.1 - rises * length) / (falls - rises);
     if low.1 + falls * meeting > 0.0 {
         return Ok(None);
@@ -265,8 +272,9 @@ pub(super) fn falls_below(
     Ok(None)
 }
 
-/// Locates the zero of a function that is positive at `low` and negative at `high` (pairs of argument and value) by the
-/// Illinois method. Returns the upper end of an interval of length `fine` around it.
+/// Finds the zero of a function that is positive at `low` and negative at `high` by the Illinois
+/// method. Both bounds are pairs of argument and value. Returns the upper end of an interval of
+/// length `fine` around the zero.
 pub(super) fn crossing<E>(
     mut low: (f64, f64),
     mut high: (f64, f64),
@@ -293,7 +301,8 @@ pub(super) fn crossing<E>(
     Ok(high.0)
 }
 
-/// Returns whether the cubic with values `v0`, `v1` and slopes `a0`, `a1` at 0 and 1 falls below zero between them.
+/// Returns true if the cubic with values `v0`, `v1` and slopes `a0`, `a1` at 0 and 1 is negative
+/// somewhere between 0 and 1.
 fn dips((v0, a0): (f64, f64), (v1, a1): (f64, f64)) -> bool {
     (1..8).any(|k| {
         let x = f64::from(k) / 8.0;
@@ -308,14 +317,15 @@ fn dips((v0, a0): (f64, f64), (v1, a1): (f64, f64)) -> bool {
 mod tests {
     use super::*;
 
-    /// First zero between samples at 0 and 1.
+    /// Returns the first zero of `f` between samples at 0 and 1.
     fn first(f: impl Fn(f64) -> f64) -> Option<f64> {
         falls_below((0.0, f(0.0)), (1.0, f(1.0)), 1e-13, |x| Ok(f(x))).unwrap()
     }
 
     #[test]
     fn a_dip_between_two_samples_is_found() {
-        // A parabola negative from 0.3 to 0.4, one barely negative about 0.7, and a kink.
+        // A parabola that is negative from 0.3 to 0.4, a parabola that is barely negative near 0.7,
+        // and a kink.
         let roots = |a: f64, b: f64| move |x: f64| 0.5 * (x - a) * (x - b);
         assert!((first(roots(0.3, 0.4)).unwrap() - 0.3).abs() < 1e-12);
         assert!((first(roots(0.6999, 0.7001)).unwrap() - 0.6999).abs() < 1e-12);

@@ -1,4 +1,4 @@
-//! Locks for sticking joints, which keep their coordinates constant without drift by rounding.
+//! Locks for sticking joints, which keep the joint coordinates constant without drift by round-off.
 
 use super::{Event, EventKind, Simulation};
 use crate::forward::affine_friction::InterfaceMode;
@@ -8,8 +8,8 @@ use crate::forward::project::Anchor;
 use crate::topology::Role;
 
 impl Simulation<'_> {
-    /// Returns the locks of the given sticking interfaces: anchors for cut joints, and a flag for each frozen degree of
-    /// freedom of the tree.
+    /// Returns the locks of the given sticking interfaces: anchors for cut joints, and a flag for
+    /// each degree of freedom of the spanning tree that is true if the degree of freedom is locked.
     pub(super) fn holds_of(&self, interfaces: &[usize]) -> (Vec<Anchor>, Vec<bool>) {
         let topology = &self.model.topology;
         let mut anchors = Vec::new();
@@ -35,7 +35,7 @@ impl Simulation<'_> {
         (anchors, frozen)
     }
 
-    /// Locks the sticking joints, and the whole mechanism if its mobility is zero.
+    /// Locks the sticking joints, or the whole mechanism if its mobility is zero.
     pub(super) fn hold(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         let model = self.model;
         self.workspace.conditions_hold = false;
@@ -58,8 +58,8 @@ impl Simulation<'_> {
         let solved = model
             .solve(&situation, &self.modes, Some(&loads), true)
             .map_err(|u| model.unsolved(situation.time, u))?;
-        // Freeze everything if no mobility is left. A single degree of freedom that is immobile
-        // while others move may be at a dead centre.
+        // The whole mechanism is locked only if no mobility is left. A single immobile degree of
+        // freedom in a moving mechanism may be at a dead centre.
         if model.prescribed.is_empty() && solved.balance.mobility(model.topology.dofs()) == 0 {
             self.frozen.fill(true);
         }
@@ -88,13 +88,13 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// Number of constraints that are redundant even if no interface sticks.
+    /// Returns the number of constraints that remain redundant if no interface sticks.
     pub(super) fn permanently_redundant(&self, situation: &crate::forward::data::Data) -> usize {
         let model = self.model;
         model.balance(situation, &[]).map_or(0, |balance| balance.redundant())
     }
 
-    /// Sets the accelerations of frozen degrees of freedom to zero.
+    /// Sets the accelerations of locked degrees of freedom to zero.
     pub(super) fn still(&mut self) {
         for (acceleration, frozen) in self.now.state.accelerations.iter_mut().zip(&self.frozen) {
             if *frozen {

@@ -48,14 +48,13 @@ use between::LastStep;
 use economy::Economy;
 use scratch::Scratch;
 
-/// Friction interfaces count as at rest if they are slower than this fraction of the largest slip
-/// speed.
+/// Fraction of the largest sliding velocity below which a friction interface counts as at rest.
 const REST: f64 = 1e-10;
 
 /// Number of evaluations after which progress is checked. The simulation stalls if time has
-/// advanced by less than [`LEAST_PROGRESS`] of the longest step during these evaluations.
+/// advanced by less than [`LEAST_PROGRESS`] times the longest step during these evaluations.
 const PATIENCE: usize = 5_000;
-/// Least advance of time during [`PATIENCE`] evaluations, as a fraction of the longest step.
+/// Smallest advance of time during [`PATIENCE`] evaluations, as a fraction of the longest step.
 const LEAST_PROGRESS: f64 = 1e-3;
 
 /// Simulation of a mechanism over time, see [`Forward::start`].
@@ -71,31 +70,33 @@ pub struct Simulation<'a> {
     friction_scales: Vec<f64>,
     reference_frictions: Vec<[f64; 3]>,
     limit_factor: f64,
-    /// Internal states of the inputs, sides of their switching functions, and counted angles.
+    /// Internal states of the inputs, signs of their switching functions, and unwrapped angles.
     input: InputState,
     /// Time, s, at which switching functions change their sign; infinite if no change was found in
     /// the last step.
     switch_at: f64,
     /// Flag for each switching function: true if it changes its sign at `switch_at`.
     switching: Vec<bool>,
-    /// Number of sign changes of switching functions at one time, and this time, s.
+    /// Number of sign changes of switching functions at one time, and the value of this time, s.
     switches_at_once: (usize, f64),
-    /// Start, s, of the time step that was last shortened because of a switching function.
+    /// Start, s, of the last time step that was shortened because of a switching function.
     shortened_at: f64,
-    /// Number of changes of sides in quick succession, and the times of the first and the last of them, s.
+    /// Number of sign changes of switching functions in rapid succession, and the times of the
+    /// first and last change, s.
     chatter: (usize, f64, f64),
     /// Switching function that has ended the simulation, if any.
     ended_by: Option<usize>,
     energies: Energies,
     energy_at_start: f64,
     fastest: f64,
-    /// Largest rate of the tree so far, rad/s or characteristic lengths per second.
+    /// Largest rate of the spanning tree so far, rad/s or characteristic lengths per second.
     fastest_rate: f64,
-    /// Largest relative error of a step through a singular position, if above the tolerance; zero otherwise.
+    /// Largest relative error of a step through a singular configuration, if above the tolerance;
+    /// zero otherwise.
     coarsest: f64,
     step: f64,
     events: Vec<Event>,
-    /// True if a singular position was reported and the mechanism is still near it.
+    /// True if a singular configuration was reported and the mechanism is still near it.
     in_passage: bool,
     reported_others: bool,
     reported_shares: usize,
@@ -105,40 +106,41 @@ pub struct Simulation<'a> {
     scales: Vec<f64>,
     evaluations: usize,
     stepping: Option<stepping::Stepping>,
-    /// Number of events counted for the event rate, and the time, s, at which the count began.
+    /// Number of events counted for the event rate, and the time at which the count began, s.
     event_rate: (usize, f64),
     dropped: f64,
-    /// Number of steps bounded by stability since the last reset, and number of successive other
-    /// steps, see `is_stiff`.
+    /// Number of steps limited by stability since the last reset, and number of other steps in
+    /// succession, see `is_stiff`.
     stiff: (usize, usize),
     /// Number of very short steps in succession, see `is_stiff`.
     crawling: usize,
-    /// Number of evaluations, and time in s, at the last check for a stall.
+    /// Number of evaluations, and the time in s, at the last check for a stall.
     progress: (usize, f64),
-    /// Number of time steps without a change of mode after which the event-driven method is tried again.
+    /// Number of time steps without a change of mode after which the simulation tries the
+    /// event-driven method again.
     wait: usize,
     economy: Economy,
     workspace: Box<Scratch>,
-    /// Unused lists of numbers, kept to reuse their memory.
+    /// Unused vectors, stored for reuse of their memory.
     lists: Vec<Vec<f64>>,
     last_step: LastStep<'a>,
-    /// Time of the next sampled change of the inputs, s; infinite if no change is left.
+    /// Time of the next sampled change of the inputs, s; infinite if there is no further change.
     change_at: f64,
 }
 
 impl<'a> Simulation<'a> {
-    /// State, forces and energies at the present instant.
+    /// Returns the state, forces and energies at the present instant.
     pub fn instant(&self) -> &Instant {
         &self.shown().now
     }
 
-    /// Returns whether the last solution of the accelerations was sparse.
+    /// Returns true if the last solution of the equations of motion used the sparse solver.
     #[doc(hidden)]
     pub fn is_sparse(&self) -> bool {
         self.workspace.solved.balance.is_sparse()
     }
 
-    /// Events since the start up to the present instant, in the order of time.
+    /// Returns the events up to the present instant, in chronological order.
     pub fn events(&self) -> &[Event] {
         let time = self.instant().time;
         match self.last_step.shows {
@@ -147,38 +149,40 @@ impl<'a> Simulation<'a> {
         }
     }
 
-    /// Mode of each friction interface: stick, slip, or a smooth law.
+    /// Returns the mode of each friction interface: stick, slip, or a smooth law.
     pub fn interfaces(&self) -> &[InterfaceMode] {
         &self.shown().modes
     }
 
-    /// Relative change of the requested rates by the projection onto the constraints at the start.
-    /// It exceeds rounding if loops, prescribed joints or locked joints do not allow the requested
-    /// rates.
+    /// Returns the relative change of the start rates by the projection onto the constraints. The
+    /// value exceeds round-off if loops, prescribed joints or locked joints do not allow the given
+    /// start rates.
     pub fn dropped(&self) -> f64 {
         self.dropped
     }
 
-    /// Largest estimated relative error of a step near a singular position of the loops, where rounding permits no
-    /// smaller error; zero if all steps keep the tolerance.
+    /// Returns the largest estimated relative error of a step near a singular configuration of the
+    /// loops, where round-off prevents a smaller error. Returns zero if all steps meet the
+    /// tolerance.
     pub fn coarsest(&self) -> f64 {
         self.coarsest
     }
 
-    /// Number of evaluations of accelerations since the start.
+    /// Returns the number of evaluations of accelerations since the start.
     pub fn evaluations(&self) -> usize {
         self.evaluations
     }
 
-    /// Advances to a time, s. Does nothing if the present instant is at or after that time.
+    /// Advances to the time `until`, s. Does nothing if the present instant is at or after this
+    /// time.
     ///
-    /// A simulation that has been ended by a switching function does not advance, see [`Self::ended_by`].
+    /// Does nothing if a switching function has ended the simulation, see [`Self::ended_by`].
     ///
-    /// Steps need not end at this time, since the mechanism and its inputs determine their lengths; results within the
-    /// last step are interpolated.
+    /// Steps need not end at this time, since only the mechanism and its inputs determine the step
+    /// sizes. Results within the last step are interpolated.
     ///
     /// # Errors
-    /// See [`ForwardError`]; the simulation then stays at the last valid instant.
+    /// See [`ForwardError`]. After an error the simulation stays at the last valid instant.
     pub fn advance(&mut self, until: f64, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         if until <= self.instant().time || self.is_over() {
             return Ok(());
@@ -193,8 +197,8 @@ impl<'a> Simulation<'a> {
         self.take_change(inputs)
     }
 
-    /// Takes one step of integration. If a switching function changes its sign within the step, the step is discarded
-    /// and the next one ends there.
+    /// Takes one integration step. If a switching function changes its sign within the step, the
+    /// step is discarded, and the next step ends at the sign change.
     fn step_once(&mut self, until: f64, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         self.last_step.shows = false;
         self.take_change(inputs)?;
@@ -210,9 +214,9 @@ impl<'a> Simulation<'a> {
         self.switch(inputs)
     }
 
-    /// Latest end of the next step, s: the next change of the inputs or of a switching function. Results within a step
-    /// at rest are not interpolated: it ends at `until` if the inputs are constant until then, otherwise after the
-    /// longest step at most.
+    /// Returns the latest end of the next step, s: the next change of the inputs or of a switching
+    /// function. Results within a step at rest are not interpolated. Such a step ends at `until` if
+    /// the inputs are constant until then, otherwise after at most the longest step.
     fn step_end(&mut self, until: f64, inputs: &mut dyn Inputs) -> f64 {
         let time = self.now.time;
         let change = inputs.next_change(time);
@@ -231,7 +235,7 @@ impl<'a> Simulation<'a> {
         end.min(self.switch_at)
     }
 
-    /// Applies the change of the inputs at the present time, if there is one.
+    /// Applies the change of the inputs at the present time, if any.
     fn take_change(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         if self.now.time != self.change_at {
             return Ok(());
@@ -250,14 +254,14 @@ impl<'a> Simulation<'a> {
         Ok(())
     }
 
-    /// Longest step, s, for which a few samples resolve the inputs.
+    /// Returns the longest step, s, for which a few samples resolve the inputs.
     fn longest_step(&self, time: f64, inputs: &dyn Inputs) -> f64 {
         let seen = inputs.seen_until(time) - time;
         self.settings.longest_step.min(seen).max(self.settings.shortest_step)
     }
 
-    /// Advances by one step of the present method. The automatic method changes to time stepping if the event-driven
-    /// method fails.
+    /// Advances by one step of the present integration method. The automatic method changes to time
+    /// stepping if the event-driven method fails.
     fn take_step(&mut self, end: f64, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         if self.is_stalled() {
             let error = self.stalled_error();
@@ -276,8 +280,8 @@ impl<'a> Simulation<'a> {
                 self.wait_longer();
                 self.begin_stepping();
                 if self.now.time > start {
-                    // The step reached the event at which no acceleration was found. It ends here, because
-                    // results within it come from its own interpolation.
+                    // The step reached the event at which no accelerations were found. The step
+                    // ends there, because results within it are interpolated by its own method.
                     return Ok(());
                 }
                 // If time stepping fails as well, report the error of the event-driven method.
@@ -287,7 +291,7 @@ impl<'a> Simulation<'a> {
         }
     }
 
-    /// Returns whether time has hardly advanced over the last [`PATIENCE`] evaluations.
+    /// Returns true if time has hardly advanced over the last [`PATIENCE`] evaluations.
     fn is_stalled(&mut self) -> bool {
         let (evaluations, since) = self.progress;
         if self.evaluations - evaluations < PATIENCE {

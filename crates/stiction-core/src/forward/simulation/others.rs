@@ -1,4 +1,4 @@
-//! Search for further solutions that satisfy all friction laws.
+//! Search for other solutions that satisfy all friction laws.
 
 use super::{Event, EventKind, Simulation};
 use crate::forward::error::ForwardError;
@@ -6,9 +6,9 @@ use crate::forward::inputs::Inputs;
 use crate::mechanism::JointId;
 
 impl Simulation<'_> {
-    /// Searches for further solutions if the uniqueness bound is one or more and thus excludes
-    /// none, and records those that it finds as an event. Searches once for each time interval with
-    /// such bounds.
+    /// Searches for other solutions if the uniqueness bound is one or more, so that it does not
+    /// exclude them. Records the solutions found as an event. Searches only once in each time
+    /// interval with such bounds.
     pub(super) fn look_for_others(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         let Some(coupling) = self.now.coupling.filter(|c| *c >= 1.0) else {
             self.reported_others = false;

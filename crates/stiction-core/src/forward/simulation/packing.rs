@@ -12,7 +12,7 @@ impl Simulation<'_> {
         y
     }
 
-    /// Writes the present state as a state vector to `y`, reusing its memory.
+    /// Writes the present state as a state vector to `y`, reusing the buffer.
     pub(super) fn pack_into(&self, y: &mut Vec<f64>) {
         let state = &self.now.state;
         y.clear();
@@ -51,14 +51,14 @@ impl Simulation<'_> {
         rates.extend_from_slice(&at.input_rates);
     }
 
-    /// Returns an empty list that reuses the memory of an earlier one.
+    /// Returns an empty vector that reuses the memory of an unused one if possible.
     pub(super) fn list(&mut self) -> Vec<f64> {
         self.lists.pop().unwrap_or_default()
     }
 
-    /// Returns the scale of the error estimate for each component of the state vector: characteristic length for
-    /// lengths, largest deflection for bristles. Energies are quadratures that affect nothing else; their scale is
-    /// infinite.
+    /// Returns the scale of the error estimate for each component of the state vector: the
+    /// characteristic length for lengths, the largest deflection for bristles. The scale of
+    /// energies is infinite, because energies are integrals that do not affect the motion.
     pub(super) fn error_scales(&self) -> Vec<f64> {
         let (topology, columns) = (&self.model.topology, &self.model.columns);
         let mut scales = vec![1.0; topology.coordinates()];

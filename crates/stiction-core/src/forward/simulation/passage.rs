@@ -1,48 +1,48 @@
-//! Steps across singular positions.
+//! Steps across singular configurations.
 //!
-//! Near a singular position of the loops, at the singularity distance `s`, rounding errors `e` of the closure move the
-//! positions by `e / s`, the rates by `e / s^2` and the accelerations by `e / s^3`: the constraints do not distinguish
-//! the branches that meet there. On a branch the motion is smooth nevertheless. A step therefore crosses the singular
-//! position as a whole, with its stages as far from that position as possible.
+//! Near a singular configuration of the loops, at the singularity index `s`, a closure error `e`
+//! due to round-off changes the coordinates by `e / s`, the rates by `e / s^2` and the
+//! accelerations by `e / s^3`: the constraints do not distinguish the branches that meet there. On
+//! each branch the motion is smooth nevertheless. Therefore a single step crosses the singular
+//! configuration, with its stages as far from this configuration as possible.
 
 use super::Simulation;
 use super::singular::golden_section;
 use crate::forward::integrator::NODES_OF_OUTPUT;
 
-/// A singular position may lie ahead only below this singularity distance.
+/// Singularity index above which no singular configuration is expected ahead.
 const NEAR: f64 = 0.5;
-/// A minimum of the singularity distance counts as a singular position only if it is below this
-/// value.
+/// Largest singularity index of a minimum that counts as a singular configuration.
 const NARROW: f64 = 0.02;
-/// A minimum counts as a singular position only if the singularity distance on both sides exceeds
-/// the minimum by this factor.
+/// Factor by which the singularity index on both sides must exceed a minimum that counts as a
+/// singular configuration.
 const RISES: f64 = 3.0;
-/// Smallest change of the singularity distance over one half of the searched interval if a singular
-/// position lies in the other half, as a fraction of the distance at the outer end of the half with
-/// the singular position. Near a singular position the distance is proportional to the time from
-/// it.
+/// Smallest change of the singularity index over one half of the searched interval if a singular
+/// configuration lies in the other half, as a fraction of the index at the outer end of that other
+/// half. Near a singular configuration the index is proportional to the time distance from it.
 const CHANGES: f64 = 0.3;
-/// Number of parts of the searched interval; the singularity distance is sampled at their ends.
+/// Number of subintervals of the searched interval; the singularity index is sampled at their ends.
 const SAMPLES: usize = 24;
-/// Length of the searched interval, in units of the intended step.
+/// Length of the searched interval as a multiple of the intended step.
 const AHEAD: f64 = 1.7;
-/// Number of candidate lengths for a step.
+/// Number of candidate lengths of a step.
 const LENGTHS: usize = 100;
 /// Shortest candidate length, as a fraction of the intended step.
 const SHORTEST: f64 = 0.25;
-/// Largest possible time between a crossing and the nearest stage, as a fraction of the step.
+/// Largest possible time between the singular configuration and the nearest stage, as a fraction of
+/// the step.
 const BEST: f64 = 0.13;
-/// The longest candidate is taken whose time between crossing and stages reaches this fraction of
-/// the best one.
+/// The longest candidate step is selected for which the time between singular configuration and
+/// nearest stage is at least this fraction of the best value.
 const GIVEN_UP: f64 = 0.75;
 /// Round-off of the relative closure error, including its amplification within a step.
 const ROUNDING: f64 = 2e-14;
-/// Relative tolerances below this value count as equal to it in the comparison with rounding.
+/// Relative tolerances below this value are replaced by it in the comparison with round-off.
 const FINE: f64 = 1e-10;
 
 impl Simulation<'_> {
-    /// Chooses the length of the next step, s, so that its stages stay away from a singular position ahead. Returns the
-    /// intended length `wish`, s, if no such position is near.
+    /// Returns the length of the next step, s, such that its stages avoid a singular configuration
+    /// ahead. Returns the intended length `wish`, s, if no singular configuration is near.
     pub(super) fn length_across(&mut self, wish: f64) -> f64 {
         let far = 2.0 * wish * self.fastest_rate;
         let distance = self.now.distance;
@@ -59,8 +59,7 @@ impl Simulation<'_> {
             let nearest = NODES_OF_OUTPUT.iter().map(|node| (crossing - node * *length).abs());
             let nearest = nearest.fold(f64::INFINITY, f64::min);
             *value = match rest > 0.0 {
-                // If the step ends before the crossing, the next step crosses the singular
-                // position.
+                // If the step ends before the singular configuration, the next step crosses it.
                 true => (0.28 * rest).min(BEST * wish),
                 false => nearest.min(BEST * wish),
             };
@@ -75,8 +74,9 @@ impl Simulation<'_> {
         length
     }
 
-    /// Finds the next singular position within `time`, s, by extrapolation with the present accelerations. Returns the
-    /// time until it, s, and the slope of the singularity distance next to it, 1/s.
+    /// Finds the next singular configuration within `time`, s, by extrapolation with the present
+    /// accelerations. Returns the time until the singular configuration, s, and the slope of the
+    /// singularity index next to it, 1/s.
     fn crossing_ahead(&mut self, time: f64) -> Option<(f64, f64)> {
         let (model, state) = (self.model, &self.now.state);
         let ranks = &mut self.workspace.ranks;
@@ -106,12 +106,14 @@ impl Simulation<'_> {
         })
     }
 
-    /// Returns whether rounding of the closure is below the tolerance at this singularity distance.
+    /// Returns true if the error due to round-off of the closure is below the tolerance at the
+    /// singularity index `distance`.
     pub(super) fn is_resolved_at(&self, distance: f64) -> bool {
         ROUNDING / (distance * distance) < self.settings.relative.max(FINE)
     }
 
-    /// Relative tolerance that rounding permits at the stages of the last step.
+    /// Returns the smallest relative tolerance, limited by round-off, that can be met at the stages
+    /// of the last step.
     pub(super) fn attainable_tolerance(&self) -> f64 {
         let nearest = self.workspace.nearest;
         let rounding = (ROUNDING / (nearest * nearest)).max(self.workspace.crosses.unwrap_or(0.0));

@@ -1,8 +1,9 @@
 //! Parts that bodies pick up or place during a simulation.
 //!
-//! A part that is picked up was at rest. It takes on the velocity of its body instantly: a plastic impact. Impulses
-//! balance the momentum: those of the loops, of the prescribed actuators and of friction, as in one step of time
-//! stepping whose length tends to zero. A part that is placed leaves with the velocity of its body, without an impact.
+//! A part that is picked up was at rest, and takes on the velocity of the body instantly in a
+//! plastic impact. The impulses of loops, prescribed actuators and friction balance the momentum,
+//! as in a step of the time-stepping method whose length tends to zero. A part that is placed
+//! leaves with the velocity of the body, without an impact.
 //!
 //! Equation (E5) of the book's theory.
 
@@ -19,30 +20,33 @@ use crate::mechanism::{Body, BodyId};
 use crate::spatial::Vec3;
 use crate::statics::{AppliedLoad, LoadAxes};
 
-/// Length of the time step that contains an impact, s. Other forces change velocities in it only by 1e-12 of their
-/// change per second.
+/// Length of the time step that contains an impact, s. In this step, other forces change velocities
+/// only by 1e-12 of the change that they cause in one second.
 const INSTANT: f64 = 1e-12;
 
-/// A part that a body picks up or places.
+/// Payload change: a part that a body picks up or places.
 #[derive(Clone, Copy, Debug)]
 pub struct PayloadChange<'p> {
-    /// The body.
+    /// Body that picks up or places the part.
     pub body: BodyId,
-    /// Mass, centre of mass and inertia of the part, in the frame of the body that carries it.
+    /// Mass, centre of mass and inertia of the part, in the frame of the body that carries the
+    /// part.
     pub part: &'p Body,
-    /// True if the body picks the part up, false if it places it.
+    /// True if the body picks up the part, false if the body places it.
     pub picked_up: bool,
 }
 
 impl<'a> Simulation<'a> {
-    /// Changes the payload at the end of the present step and continues with `model`, whose bodies have the masses
-    /// after the change. The inputs must have [a change](Inputs::next_change) at this time. `model` must be built from
-    /// the same mechanism with the same prescribed actuators; only masses may differ.
+    /// Changes the payload at the end of the present step and continues with `model`, whose bodies
+    /// have the masses after the change. The inputs must have [a change](Inputs::next_change) at
+    /// this time. `model` must be created from the same mechanism with the same prescribed
+    /// actuators; only masses may differ.
     ///
-    /// The impact is recorded as an event, and its lost energy in [`super::Energies::impacts`].
+    /// The impact is recorded as an event, and the lost energy is added to
+    /// [`super::Energies::impacts`].
     ///
     /// # Errors
-    /// See [`ForwardError`]: no velocities after the impact are found, or no accelerations.
+    /// See [`ForwardError`]: no velocities after the impact, or no accelerations, were found.
     pub fn change_payload(
         &mut self,
         model: &'a Forward,
@@ -86,7 +90,8 @@ impl<'a> Simulation<'a> {
         Ok(())
     }
 
-    /// Replaces the forces at the present instant by the mean forces of a first time step from it.
+    /// Replaces the forces at the present instant by the mean forces over a first time step that
+    /// starts there.
     pub(super) fn forces_of_next_step(
         &mut self,
         inputs: &mut dyn Inputs,
@@ -105,7 +110,7 @@ impl<'a> Simulation<'a> {
         Ok(())
     }
 
-    /// Computes the velocities after the impact and makes them the present ones.
+    /// Computes the velocities after the impact and sets them as the present velocities.
     fn pick_up(
         &mut self,
         change: PayloadChange<'_>,
@@ -114,7 +119,8 @@ impl<'a> Simulation<'a> {
     ) -> Result<(), ForwardError> {
         let PayloadChange { body, part, .. } = change;
         let (com, spin) = velocities(change, before);
-        // The part brings no momentum: this impulse takes that of a part with the body's velocity.
+        // The part has no momentum before the impact. This impulse subtracts the momentum of a part
+        // that moves with the body.
         let impulse = AppliedLoad {
             body,
             point: part.com,
@@ -131,7 +137,8 @@ impl<'a> Simulation<'a> {
         let context = (&modes[..], &bristles[..], &near[..]);
         let mut result =
             self.land(time - INSTANT, INSTANT, &from, context, (&input, &mut with_impulse))?;
-        // Loads do finite work in the impact only through the impulse, which is no load.
+        // Loads do finite work in the impact only through the impulse, which is not an external
+        // load.
         result.time_step.work.loads = 0.0;
         result.time_step.work.dampers = 0.0;
         result.state.coordinates.clone_from(&from.coordinates);
@@ -142,17 +149,17 @@ impl<'a> Simulation<'a> {
     }
 }
 
-/// Returns the velocity of the part's centre of mass, m/s in world axes, and its angular velocity, rad/s in axes of the
-/// body.
+/// Returns the velocity of the centre of mass of the part, m/s, in world axes, and the angular
+/// velocity of the part, rad/s, in the axes of the body.
 fn velocities(change: PayloadChange<'_>, bodies: &Bodies<f64>) -> (Vec3<f64>, Vec3<f64>) {
     let (pose, twist) = (bodies.pose[change.body.0], bodies.twist[change.body.0]);
     let com = twist.velocity_at(pose.apply(change.part.com));
     (com, pose.rotation.transpose_mul(twist.angular))
 }
 
-/// Half the scalar product of the part's momentum after the impact and its body's velocity before it, J: the energy
-/// lost in the impact, not counting the work of friction and actuators. It equals the part's kinetic energy if both
-/// motions are the same.
+/// Returns half the scalar product of the momentum of the part after the impact and the velocity of
+/// the body before the impact, J. This is the energy lost in the impact, excluding the work of
+/// friction and actuators. If both motions are equal, the result is the kinetic energy of the part.
 fn work(change: PayloadChange<'_>, before: &Bodies<f64>, after: &Bodies<f64>) -> f64 {
     let ((com, spin), (com_after, spin_after)) =
         (velocities(change, before), velocities(change, after));

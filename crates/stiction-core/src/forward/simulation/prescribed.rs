@@ -1,4 +1,5 @@
-//! Friction interfaces in prescribed joints: the prescribed motion determines stick, slip and direction.
+//! Friction interfaces in joints with prescribed motion, which determines stick, slip and the
+//! direction of slip.
 
 use super::{REST, Simulation};
 use crate::forward::Forward;
@@ -9,27 +10,28 @@ use core::ops::Range;
 
 /// Time, s, after which the direction of a prescribed motion that starts from rest is sampled.
 const AHEAD: f64 = 1e-6;
-/// Smallest prescribed rate that counts as motion, characteristic lengths per second; smaller rates
-/// are rounding of the input.
+/// Smallest prescribed rate that counts as motion, characteristic lengths per second. Smaller rates
+/// are round-off of the input.
 const MOVES: f64 = 1e-13;
 
 impl Forward {
-    /// Indices of the degrees of freedom of an interface, counted within the interface.
+    /// Returns the indices of the degrees of freedom of an interface, counted within the interface.
     fn places(&self, interface: usize) -> Range<usize> {
         0..self.parameters.interfaces[interface].shape.dofs().len()
     }
 
-    /// Returns whether all degrees of freedom of an interface are prescribed.
+    /// Returns true if all degrees of freedom of an interface are prescribed.
     pub(in crate::forward) fn is_prescribed_interface(&self, interface: usize) -> bool {
         self.places(interface).all(|place| self.is_prescribed_place(interface, place))
     }
 
-    /// Returns whether any degree of freedom of an interface is prescribed.
+    /// Returns true if any degree of freedom of an interface is prescribed.
     fn is_partly_prescribed(&self, interface: usize) -> bool {
         self.places(interface).any(|place| self.is_prescribed_place(interface, place))
     }
 
-    /// Slip velocity of an interface along its prescribed degrees of freedom, m/s, for given targets.
+    /// Returns the sliding velocity of an interface along its prescribed degrees of freedom, m/s,
+    /// for given targets. Components along other degrees of freedom are zero.
     fn prescribed_slip_velocity(&self, interface: usize, targets: &[Target<f64>]) -> [f64; 3] {
         let mut velocity = [0.0; 3];
         for (place, own) in self.places(interface).zip(&mut velocity) {
@@ -39,8 +41,9 @@ impl Forward {
         velocity
     }
 
-    /// Mode of an interface at rest as far as the prescribed motion determines it. `None` if it does not, because the
-    /// prescribed degrees of freedom are at rest and others are not prescribed.
+    /// Returns the mode of an interface at rest if the prescribed motion determines the mode.
+    /// Returns `None` if the prescribed degrees of freedom of the interface are at rest and other
+    /// degrees of freedom are not prescribed, or if no degree of freedom is prescribed.
     pub(super) fn prescribed_mode(
         &self,
         interface: usize,
@@ -62,8 +65,8 @@ impl Forward {
         self.is_prescribed_interface(interface).then_some(InterfaceMode::Sticks)
     }
 
-    /// Returns whether all prescribed coordinates are at rest, at this time and [`AHEAD`] later.
-    /// `false` without prescribed coordinates.
+    /// Returns true if all prescribed coordinates are at rest, both at this time and [`AHEAD`]
+    /// later. Returns false if no coordinate is prescribed.
     fn is_prescribed_at_rest(&self, (time, fastest): (f64, f64), inputs: &mut dyn Inputs) -> bool {
         let least = self.least_prescribed_speed(fastest);
         !self.prescribed.is_empty()
@@ -85,8 +88,9 @@ impl Forward {
 }
 
 impl Simulation<'_> {
-    /// Returns whether an interface that is recorded as sliding rests because the prescribed motion has come to rest.
-    /// Its slip velocity then reaches zero without a change of sign.
+    /// Returns true if an interface whose mode is slip is at rest because the prescribed motion has
+    /// come to rest. The sliding velocity of such an interface reaches zero without a change of
+    /// sign.
     pub(super) fn rests_as_prescribed(&self, inputs: &mut dyn Inputs) -> bool {
         let place = (self.now.time, self.fastest);
         let accelerations = &self.now.state.accelerations;
@@ -107,8 +111,8 @@ impl Simulation<'_> {
         })
     }
 
-    /// Finds the fraction of a step at which an interface in a prescribed joint begins to slip; `None` if it does not
-    /// slip at the end of the step.
+    /// Finds the fraction of a step at which an interface in a joint with prescribed motion begins
+    /// to slip. Returns `None` if the interface does not slip at the end of the step.
     pub(super) fn prescribed_slip_onset(
         &self,
         interface: usize,

@@ -1,4 +1,4 @@
-//! Rank of the constraints of loops and prescribed joints at a position.
+//! Rank of the constraints of loops and prescribed joints at a configuration.
 
 use crate::forward::Forward;
 use crate::forward::balance::DEPENDENT;
@@ -8,7 +8,7 @@ use crate::forward::sparse::rows::SparseRows;
 use crate::kinematics::{Bodies, State, Target};
 use crate::linalg::RowSpace;
 
-/// Buffers for the rank at a position.
+/// Buffers for computing the rank at a configuration.
 #[derive(Clone, Debug)]
 pub(super) struct Ranks {
     bodies: Bodies<f64>,
@@ -18,7 +18,7 @@ pub(super) struct Ranks {
     scaled: Vec<f64>,
     space: RowSpace,
     sparse: Option<SparseRows>,
-    /// Targets of the prescribed joints.
+    /// Target motions of the prescribed joints.
     pub(super) targets: Vec<Target<f64>>,
 }
 
@@ -37,7 +37,8 @@ impl Ranks {
         }
     }
 
-    /// Returns the rank of the constraints at a state and the singularity distance, see [`RowSpace::least_part`].
+    /// Returns the rank of the constraints at a state, and the singularity index, see
+    /// [`RowSpace::least_part`].
     pub(super) fn at(&mut self, model: &Forward, state: &State<f64>) -> (usize, f64) {
         let (topology, parameters) = (&model.topology, &model.parameters);
         let Self { bodies, constrained, sticking, rows, scaled, space, sparse, targets } = self;
@@ -57,8 +58,8 @@ impl Ranks {
         (space.rank(), space.least_part())
     }
 
-    /// Returns rank and singularity distance at the position that the present rates reach after `time`, s; negative
-    /// times are allowed.
+    /// Returns the rank and the singularity index at the configuration that the present rates reach
+    /// after `time`, s. Negative times are allowed.
     pub(super) fn ahead(&mut self, model: &Forward, state: &State<f64>, time: f64) -> (usize, f64) {
         let mut ahead = state.clone();
         let by: Vec<f64> = state.rates.iter().map(|rate| time * rate).collect();

@@ -1,7 +1,8 @@
 //! Divergence guard: stops when speeds exceed physical limits.
 //!
-//! Unstable controllers and unbounded efforts let speeds grow without limit and steps shrink. The guard uses the
-//! speed of light, a limit that holds for every mechanism.
+//! Unstable controllers and unbounded efforts can increase speeds without limit while the steps
+//! become ever smaller. The guard uses the speed of light, a limit that is valid for every
+//! mechanism.
 
 use super::Simulation;
 use crate::dynamics::SpringFault;
@@ -11,7 +12,8 @@ use crate::forward::error::ForwardError;
 const SPEED_OF_LIGHT: f64 = 299_792_458.0;
 
 impl Simulation<'_> {
-    /// Checks that no body exceeds the speed of light, in translation or rotation.
+    /// Checks that no body exceeds the speed of light, in translation or rotation, and that no
+    /// spring is twisted too far.
     pub(super) fn check_speeds(&self) -> Result<(), ForwardError> {
         let parameters = &self.model.parameters;
         let bodies = &self.now.bodies;

@@ -1,4 +1,4 @@
-//! Buffers of evaluations.
+//! Buffers for evaluations of the equations of motion.
 
 use super::ranks::Ranks;
 use crate::forward::Forward;
@@ -8,31 +8,33 @@ use crate::forward::project::Projection;
 use crate::forward::solve::Solved;
 use crate::kinematics::State;
 
-/// Largest number of unused instants that are kept.
+/// Largest number of unused [`Instant`]s that are stored for reuse.
 const MOST_SPARE: usize = 8;
 
-/// Buffers of evaluations, which do not belong to the state of a simulation.
+/// Buffers for evaluations of the equations of motion. They are not part of the state of a
+/// simulation.
 #[derive(Clone, Debug)]
 pub(super) struct Scratch {
     pub(super) situation: Data,
     pub(super) solved: Solved,
     pub(super) projection: Projection,
-    /// Normal forces from which Newton's method starts, N.
+    /// Normal loads from which Newton's method starts, N.
     pub(super) loads: Vec<f64>,
-    /// True if the decomposed constraint matrix is that of the present position at rest.
+    /// True if the factorised constraint matrix belongs to the present configuration, at rest.
     pub(super) conditions_hold: bool,
     /// Smallest relative margin to the friction limit among all sticking interfaces and all stages of a step.
     pub(super) margin: f64,
-    /// Smallest singularity distance among the stages of a step, see [`Instant::distance`].
+    /// Smallest singularity index among the stages of a step, see [`Instant::distance`].
     pub(super) nearest: f64,
-    /// Expected relative error of the present step if it crosses a singular position, otherwise `None`.
+    /// Expected relative error of the present step if it crosses a singular configuration,
+    /// otherwise `None`.
     pub(super) crosses: Option<f64>,
     /// Buffer: state vector during its projection onto the loop constraints.
     pub(super) y: Vec<f64>,
     /// State at the start of the last step.
     pub(super) before: State<f64>,
     pub(super) ranks: Ranks,
-    /// Unused instants, kept to reuse their memory.
+    /// Unused [`Instant`]s, stored for reuse of their memory.
     spare: Vec<Instant>,
 }
 
@@ -54,12 +56,14 @@ impl Scratch {
         }
     }
 
-    /// Returns an instant with arbitrary values, reusing memory if possible.
+    /// Returns an [`Instant`] with arbitrary values, which reuses the memory of an unused one if
+    /// possible.
     pub(super) fn instant(&mut self, model: &Forward) -> Instant {
         self.spare.pop().unwrap_or_else(|| Instant::new(model))
     }
 
-    /// Takes back an instant that is no longer used. Only a few are kept, since only a few are needed at the same time.
+    /// Stores an [`Instant`] that is no longer used for later reuse. Only a few are stored, since
+    /// only a few are needed at the same time.
     pub(super) fn spare(&mut self, instant: Instant) {
         if self.spare.len() < MOST_SPARE {
             self.spare.push(instant);

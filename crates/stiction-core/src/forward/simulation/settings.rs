@@ -5,34 +5,37 @@
 pub struct Settings {
     /// Relative tolerance of an event-driven step.
     pub relative: f64,
-    /// Absolute tolerance of an event-driven step, rad and rad/s; lengths in characteristic lengths.
+    /// Absolute tolerance of an event-driven step: rad for angles and rad/s for rates; lengths are
+    /// in characteristic lengths.
     pub absolute: f64,
-    /// Longest step, s. Steps grow to this length while nothing moves; a pulse of an input between the stages of a step
-    /// then has no effect.
+    /// Longest step, s. Steps grow to this length while nothing moves; an input pulse between the
+    /// stages of such a step has no effect.
     pub longest_step: f64,
-    /// Shortest step, s. The event-driven method fails if the tolerance requires a shorter one.
+    /// Shortest step, s. The event-driven method fails if the tolerance requires a shorter step.
     pub shortest_step: f64,
-    /// True to search for further solutions where uniqueness is not certain.
+    /// True to search for other solutions where uniqueness is not certain.
     pub look_for_others: bool,
     /// Integration scheme.
     pub method: Method,
-    /// Tolerance of a step of the nonsmooth time stepper, rad or characteristic lengths.
+    /// Tolerance of a step of the time-stepping method, rad or characteristic lengths.
     pub time_step_tolerance: f64,
 }
 
 /// Integration scheme: event-driven, time-stepping, or automatic.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
-    /// Event-driven where possible. Time stepping where events come too densely, where steps become too
-    /// short, or where no acceleration satisfies all friction laws. [`super::Simulation::method`] returns the
-    /// present scheme; [`super::EventKind::Method`] records each change.
+    /// Event-driven where possible. Time stepping where events are too frequent, where steps become
+    /// too short, or where no accelerations satisfy all friction laws.
+    /// [`super::Simulation::method`] returns the present scheme; [`super::EventKind::Method`]
+    /// records each change.
     #[default]
     Automatic,
-    /// Steps of order eight; every stick and slip onset ends a step.
+    /// Steps of order eight; each stick or slip onset ends a step.
     EventDriven,
-    /// Steps of first order at velocity level (Moreau 1988, Jean 1999); stick and slip onsets fall within
-    /// steps. Accelerations and reactions are means over the last step. Velocities jump where no
-    /// acceleration satisfies the law of friction; [`super::EventKind::Jump`] records it.
+    /// Steps of first order on velocity level (Moreau 1988, Jean 1999); stick and slip onsets lie
+    /// within steps. Accelerations and reactions are means over the last step. Velocities jump
+    /// where no accelerations satisfy the friction laws; [`super::EventKind::Jump`] records each
+    /// jump.
     TimeStepping,
 }
 

@@ -1,9 +1,10 @@
-//! Passage through positions in which the loop constraints lose rank.
+//! Passage through configurations at which the loop constraints lose rank.
 //!
-//! At such a position two branches of motion meet, and the rates alone do not determine which one the motion follows.
-//! The simulation continues smoothly: coordinates and rates are smooth functions of time on a branch, so a step across
-//! the position stays on the branch and need not end there. An event records the passage, since the real mechanism,
-//! with its clearances, may take the other branch.
+//! At a singular configuration two branches of motion meet, and the rates alone do not determine
+//! which branch the motion follows. The simulation continues smoothly: coordinates and rates are
+//! smooth functions of time on a branch, so a step across the configuration stays on the branch and
+//! need not end there. An event records the passage, because the real mechanism, with its
+//! clearances, may follow the other branch.
 
 use super::scratch::Scratch;
 use super::{Event, EventKind, Simulation};
@@ -12,22 +13,24 @@ use crate::forward::inputs::Inputs;
 use crate::forward::instant::InterfaceSample;
 use crate::spatial::Wrench;
 
-/// A passage through a singular position is possible only below this singularity distance.
+/// Singularity index above which no passage through a singular configuration is possible in the
+/// next step.
 const NEAR: f64 = 0.2;
-/// A minimum of the singularity distance counts as a singular position below this value.
+/// Singularity index below which a minimum counts as a singular configuration.
 const PASSED: f64 = 1e-6;
-/// A passage has ended once the singularity distance exceeds this value.
+/// Singularity index above which a passage has ended.
 const LEFT: f64 = 0.01;
-/// Spacing of the positions from which a singular start is extrapolated, as motion of the fastest degree of freedom,
-/// rad or characteristic lengths.
+/// Spacing of the configurations from which the results at a singular start are extrapolated, as
+/// motion of the fastest degree of freedom, rad or characteristic lengths.
 const BESIDE: f64 = 1e-3;
-/// Fraction of a step over which the slope of the singularity distance is measured.
+/// Fraction of a step over which the slope of the singularity index is computed.
 const LITTLE: f64 = 1e-3;
 
 impl Simulation<'_> {
-    /// Determines accelerations and reactions if the motion starts in a position in which the loop constraints lose
-    /// rank. They are the limits along the branch of the initial rates. The constraints at the position itself do not
-    /// determine them, since a row can vanish there while its time derivative does not.
+    /// Determines accelerations and reactions if the motion starts at a configuration at which the
+    /// loop constraints lose rank. The results are limits along the branch of the initial rates.
+    /// The constraints at the configuration itself do not determine the results, since a constraint
+    /// row can vanish there while its time derivative does not.
     pub(super) fn start_on_one_way(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         let (model, time) = (self.model, self.now.time);
         if model.topology.closures() == 0 || self.fastest_rate == 0.0 {
@@ -54,7 +57,7 @@ impl Simulation<'_> {
             (interface.load, interface.friction, interface.limit) = (0.0, [0.0; 3], 0.0);
         }
         found.bristle_rates.fill([0.0; 3]);
-        // Extrapolation to the start, with an error of fourth order in the distance.
+        // Extrapolation to the start, with an error of fourth order in the spacing.
         for (k, weight) in [(1.0, 4.0), (2.0, -6.0), (3.0, 4.0), (4.0, -1.0)] {
             let mut there = state.clone();
             let by: Vec<f64> = state.rates.iter().map(|rate| k * little * rate).collect();
@@ -92,8 +95,8 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// Records a singular position that the last step has passed. The step began at `time`, s, in the state
-    /// [`Scratch::before`].
+    /// Records a singular configuration that the last step has passed. The step began at `time`, s,
+    /// in the state [`Scratch::before`].
     pub(super) fn watch_rank(
         &mut self,
         time: f64,
@@ -110,7 +113,7 @@ impl Simulation<'_> {
         let (rank_before, distance_before) = ranks.at(model, before);
         self.in_passage &= distance.min(distance_before) < LEFT || rank != rank_before;
         if rank != rank_before {
-            // The step ended exactly in a singular position, or began in one at rest.
+            // The step ended exactly at a singular configuration, or began at one at rest.
             let (at, lost) = if rank < rank_before {
                 (self.now.time, rank_before - rank)
             } else {
@@ -128,7 +131,7 @@ impl Simulation<'_> {
         if !(nears && leaves) {
             return Ok(());
         }
-        // Minimum of the singularity distance, on the dense output.
+        // Minimum of the singularity index along the dense output.
         let mut ranks = ranks.clone();
         let mut last = self.list();
         self.derivative_into(&self.now, &mut last);
@@ -149,7 +152,7 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// Records a singular position as an event, once for each passage.
+    /// Records a singular configuration as an event, once for each passage.
     fn report_singular(&mut self, time: f64, lost: usize) {
         if std::mem::replace(&mut self.in_passage, true) {
             return;
@@ -158,8 +161,8 @@ impl Simulation<'_> {
     }
 }
 
-/// Finds the minimum of a function with a single minimum between two bounds, by golden-section search. Returns its
-/// location, accurate to `fine`, and the smallest value found.
+/// Finds the minimum of a function that has a single minimum between two bounds, by golden-section
+/// search. Returns the location of the minimum, accurate to `fine`, and the smallest value found.
 pub(super) fn golden_section(
     (mut low, mut high): (f64, f64),
     fine: f64,

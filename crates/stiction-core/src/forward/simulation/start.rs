@@ -15,13 +15,15 @@ use crate::forward::time_stepping::StepStart;
 use crate::kinematics::{Bodies, State};
 
 impl Forward {
-    /// Starts a simulation at `time`, s, in a state, which is first projected onto the loop constraints.
+    /// Starts a simulation at `time`, s, from a state of the spanning tree. The state is first
+    /// projected onto the loop constraints.
     ///
     /// # Errors
     /// See [`ForwardError`].
     ///
     /// # Panics
-    /// If the state is one of another tree, with other numbers of coordinates and rates.
+    /// If the numbers of coordinates and rates in the state differ from those of the spanning tree
+    /// of this model.
     pub fn start(
         &self,
         time: f64,
@@ -33,8 +35,8 @@ impl Forward {
     }
 }
 
-/// Checks that a state has the dimensions of the model, and that its coordinates and rates are finite. Accelerations
-/// are ignored.
+/// Checks that the state has the dimensions of the model, and that its coordinates and rates are
+/// finite. Accelerations in the state are ignored.
 fn check(model: &Forward, time: f64, state: &State<f64>) -> Result<(), ForwardError> {
     let sizes = |state: &State<f64>| {
         [state.coordinates.len(), state.rates.len(), state.accelerations.len()]
@@ -69,8 +71,8 @@ impl<'a> Simulation<'a> {
         let mut bodies = Bodies::new(&model.topology);
         bodies.place(&model.topology, &model.parameters, &state.coordinates);
         bodies.move_with(&model.topology, &state.rates);
-        // Slip speeds before the projection. Prescribed and locked actuators remove rates down to
-        // rounding of these.
+        // Sliding velocities before the projection. Prescribed and locked actuators reduce rates to
+        // the round-off of these velocities.
         let pitch = &model.parameters.pitch;
         let velocities =
             interfaces.iter().map(|c| bodies.surface_velocity(&model.topology, c, pitch[c.joint]));
@@ -133,17 +135,17 @@ impl<'a> Simulation<'a> {
             if in_steps { None } else { Some(model.choose(&mut situation, &modes, &resting)) };
         let (mut friction_scales, mut reference_frictions) =
             (situation.friction_scales.clone(), situation.reference_frictions.clone());
-        // Without a choice of modes these lists are empty.
+        // If the modes were not searched for, these lists are empty.
         friction_scales.resize(interfaces.len(), 1.0);
         reference_frictions.resize(interfaces.len(), [0.0; 3]);
         let limit_factor = situation.limit_factor;
-        // Reason why no accelerations exist at the start.
+        // Reason why no accelerations exist at the start, if any.
         let mut refusal = None;
         let (now, modes, stepping) = match chosen {
             Some(Ok(Choice { modes, solved })) => {
                 (model.instant(&situation, &modes, &solved), modes, false)
             }
-            // Velocities may have a solution even if accelerations have none.
+            // Velocities after a time step may exist even if accelerations do not.
             Some(Err(error))
                 if settings.method != Method::Automatic || !is_without_acceleration(&error) =>
             {
@@ -234,8 +236,8 @@ impl<'a> Simulation<'a> {
         simulation.step = 1e-4 * settings.longest_step.min(1.0);
         if stepping {
             simulation.begin_stepping();
-            // The start is valid only if a further step succeeds; otherwise the first reason is
-            // reported.
+            // The start is valid only if another step succeeds; otherwise the original error is
+            // returned.
             let mut trial = simulation.clone();
             let goes_on = trial.step_through(time + settings.longest_step, inputs);
             return match goes_on {

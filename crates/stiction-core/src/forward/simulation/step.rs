@@ -13,42 +13,43 @@ use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
 use crate::forward::integrator::Tolerance;
 
-/// Each stage of a step, in addition to its end, is projected onto the loop constraints below this
-/// singularity distance.
+/// Singularity index below which all stages of a step are projected onto the loop constraints, not
+/// only its end.
 const NEAR_SINGULAR: f64 = 0.2;
 
-/// The start of a motion counts as singular below this singularity distance.
+/// Singularity index below which the start of a motion counts as singular.
 const SINGULAR: f64 = 1e-9;
 
-/// Stability bound of Hairer's stiffness test for this method: stability bounds a step if its
-/// estimated stiffness exceeds this value.
+/// Stability bound of Hairer's stiffness test for this integration method. A step is limited by
+/// stability if its estimated stiffness exceeds this value.
 const BOUNDED_BY_STABILITY: f64 = 6.1;
-/// Number of steps bounded by stability after which the problem counts as stiff.
+/// Number of steps limited by stability after which the problem counts as stiff.
 const STIFF: usize = 15;
-/// Number of successive other steps that resets this count.
+/// Number of other steps in succession that resets the count of steps limited by stability.
 const CALM: usize = 6;
 
-/// Time stepping takes over if a step shorter than this, s, has stages without an acceleration.
+/// Step size, s, below which the simulation changes to time stepping if a stage of a step has no
+/// accelerations.
 const LOST: f64 = 1e-6;
 
-/// Number of successive short steps after which the event-driven method counts as crawling. A step
-/// is short if it covers less than [`SHORT_WAY`] at the largest rate so far.
+/// Number of short steps in succession after which the event-driven method counts as too slow. A
+/// step is short if the motion in it, at the largest rate so far, is below [`SHORT_WAY`].
 const CRAWLING: usize = 200;
-/// Largest motion in a short step, rad or characteristic lengths. Steps of order eight usually
-/// cover a thousand times more.
+/// Largest motion in a short step, rad or characteristic lengths. In steps of order eight the
+/// motion is usually a thousand times larger.
 const SHORT_WAY: f64 = 2e-4;
 
-/// Longest step with friction, as a fraction of the longest step without. The search for events samples each step at a
-/// few instants only, so steps must not be too long.
+/// Longest step with friction, as a fraction of the longest step without friction. The event search
+/// samples each step only at a few instants, so steps must not be too long.
 const FREQUENT: f64 = 0.1;
 
-/// A linear correction along the derivative moves the end of a shortened step to its event if their
-/// distance is below this fraction of the step. The error of the correction is of second order and
-/// below rounding.
+/// Distance from the end of a shortened step to the event, as a fraction of the step, below which a
+/// linear correction along the derivative moves the end to the event. The error of the correction
+/// is of second order and below round-off.
 const NUDGE: f64 = 1e-7;
 
 impl Simulation<'_> {
-    /// Advances by one event-driven step and responds to the event that ends it, if any.
+    /// Advances by one event-driven step and reacts to the event that ends the step, if any.
     pub(super) fn advance_once(
         &mut self,
         end: f64,
@@ -96,7 +97,7 @@ impl Simulation<'_> {
             let left = end - time;
             let most = longest.min(nearest).min(left);
             let mut step = self.length_across(self.step.min(most).min(frequent));
-            // Avoid a tiny last step.
+            // Avoids a tiny last step.
             if left - step < 0.01 * step || left < 1.01 * step {
                 step = left;
             } else if left < 2.0 * step {
@@ -115,8 +116,8 @@ impl Simulation<'_> {
                             continue;
                         }
                         Ok(after) => after,
-                        // No acceleration exists at its end: approach with a shorter step, if
-                        // possible.
+                        // No accelerations exist at the end of the step: approach it with a shorter
+                        // step, if possible.
                         Err(error) => {
                             self.shrink(step, 0.25, Some(error))?;
                             continue;
@@ -127,11 +128,12 @@ impl Simulation<'_> {
                         self.coarsest = self.coarsest.max(accuracy);
                     }
                     self.step = if shortened { next.max(self.step) } else { next };
-                    // Near a stick onset the approach to the stop bounds the step, not stability.
+                    // Near a stick onset, the approach to the stop limits the step, not stability.
                     let near = step >= 0.5 * nearest;
                     let smooth = matches!(after, Ending::Smooth);
                     let stiff = smooth && !near && self.is_stiff(step);
-                    // The approach of a plate or ball to its stop takes many steps, but a bounded number.
+                    // The approach of a plate or ball to its stop takes many steps, but their
+                    // number is limited.
                     let nears = nearest.is_finite();
                     if stiff || smooth && !nears && self.is_costly(end, inputs) {
                         self.wait_longer();
@@ -149,8 +151,9 @@ impl Simulation<'_> {
         }
     }
 
-    /// Returns whether the implicit time stepper should take over: either stability has bounded many successive steps,
-    /// for example because of friction on a light rod between balls, or the steps are very short.
+    /// Returns true if the implicit time-stepping method should take over: either stability has
+    /// limited many steps in succession, for example because of friction on a light rod between
+    /// balls, or the steps are very short.
     fn is_stiff(&mut self, step: f64) -> bool {
         let mut bounded = step < DENSE;
         if bounded {
@@ -189,7 +192,7 @@ impl Simulation<'_> {
             && self.step < LOST
             && self.may_step(error)
         {
-            // Ever shorter steps towards the last existing acceleration make no progress.
+            // Ever shorter steps towards the last instant with accelerations make no progress.
             return Err(error.clone());
         }
         if self.step >= shortest {
@@ -228,7 +231,7 @@ impl Simulation<'_> {
         Ok(result? * self.settings.relative / self.attainable_tolerance())
     }
 
-    /// Accepts a step up to its first event, and returns the reason for its end.
+    /// Accepts a step up to its first event, and returns the reason why it ends.
     pub(super) fn finish(
         &mut self,
         start: &[f64],
@@ -251,7 +254,7 @@ impl Simulation<'_> {
             self.watch_rank(time, inputs)?;
             return Ok(Ending::Smooth);
         };
-        // Repeats the step up to the event.
+        // Repeats the step with its end at the event.
         let mut arrived = arrived;
         let mut nudge = None;
         for _ in 0..4 {
@@ -282,9 +285,9 @@ impl Simulation<'_> {
         if let Ending::Stops(interface) = ending
             && !self.model.parameters.interfaces[interface].shape.has_one_dof()
         {
-            // The velocity of the ball or plate has turned by a right angle: no stick onset, unless
-            // it is slow enough. If it is much slower than before, the step may have missed a stick
-            // onset.
+            // The velocity of the ball or plate has turned by a right angle. This is no stick onset
+            // unless the interface is slow enough. If the interface is much slower than before, the
+            // step may have missed a stick onset.
             let speed = norm(arrived.interfaces[interface].velocity);
             if speed > SLOW * self.fastest {
                 if speed < PASSED * norm(self.now.interfaces[interface].velocity) {
@@ -301,7 +304,7 @@ impl Simulation<'_> {
         Ok(ending)
     }
 
-    /// Updates the recorded slip directions of balls and plates, at the start of a step.
+    /// Updates the stored slip directions of balls and plates, at the start of a step.
     pub(super) fn update_slip_directions(&mut self) {
         for (interface, mode) in self.modes.iter_mut().enumerate() {
             if let InterfaceMode::Slides(direction) = mode
@@ -335,7 +338,7 @@ impl Simulation<'_> {
         self.keep_fastest();
     }
 
-    /// Updates the largest slip speed and the largest rate since the start.
+    /// Updates the largest sliding velocity and the largest rate since the start.
     pub(super) fn keep_fastest(&mut self) {
         for interface in &self.now.interfaces {
             self.fastest = self.fastest.max(norm(interface.velocity));
@@ -351,7 +354,8 @@ impl Simulation<'_> {
         self.workspace.loads.clear();
     }
 
-    /// Evaluates accelerations and reactions at the end of a step, `y`, after its projection onto the loop constraints.
+    /// Evaluates accelerations and reactions at the end of a step with the state vector `y`, after
+    /// projecting it onto the loop constraints.
     pub(super) fn arrive(
         &mut self,
         time: f64,
@@ -399,14 +403,14 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// Uses the present normal forces as the starting point of Newton's method, and resets the
-    /// smallest margin and the smallest singularity distance of the step.
+    /// Sets the present normal loads as the starting point of Newton's method, and resets the
+    /// smallest friction margin and the smallest singularity index of the step.
     pub(super) fn start_near_present_loads(&mut self) {
         let loads = &mut self.workspace.loads;
         loads.clear();
         loads.extend(self.now.interfaces.iter().map(|interface| interface.load));
         self.workspace.margin = f64::INFINITY;
-        // At a singular start the accelerations are limits along the branch.
+        // At a singular start the accelerations are limits along the branch of motion.
         let distance = self.now.distance;
         self.workspace.nearest = if distance < SINGULAR { f64::INFINITY } else { distance };
     }
@@ -464,10 +468,10 @@ impl Simulation<'_> {
         rates: &mut Vec<f64>,
         inputs: &mut dyn Inputs,
     ) -> Result<(), ForwardError> {
-        // Off the constraint manifold, accelerations have poles near singular positions; on it they
-        // have none.
+        // Near singular configurations accelerations have poles off the constraint manifold, but
+        // not on it.
         let near = self.workspace.crosses.is_some() || self.now.distance < NEAR_SINGULAR;
-        // Off the manifold redundant constraints seem independent.
+        // Off the constraint manifold redundant constraints seem independent.
         let instant = if near || self.now.redundant > 0 {
             self.arrive_with(time, y, inputs, false)?
         } else {

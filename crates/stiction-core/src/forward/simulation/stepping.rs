@@ -1,5 +1,5 @@
-//! Nonsmooth time stepping: step control by comparison with two half steps, and changes to and from the
-//! event-driven method.
+//! Time-stepping method: step control by comparison with two half steps, and changes to and from
+//! the event-driven method.
 
 use super::between::Interpolation;
 use super::{Energies, Event, EventKind, Method, RateJump, Simulation};
@@ -14,42 +14,45 @@ use crate::kinematics::{Bodies, State};
 use crate::mechanism::JointId;
 use crate::parameters::Parameters;
 
-/// Initial and smallest number of time steps without a change of mode after which the event-driven
-/// method is tried again.
+/// Initial and smallest number of time steps without a change of mode after which the simulation
+/// tries the event-driven method again.
 pub(super) const QUIET: usize = 8;
-/// Largest value of that number, which doubles after each failure of the event-driven method.
+/// Upper limit of the number of time steps without a change of mode. This number doubles after each
+/// failure of the event-driven method.
 pub(super) const LONGEST_WAIT: usize = 4096;
-/// First time step, s.
+/// Length of the first time step, s.
 pub(super) const FIRST: f64 = 1e-6;
-/// Time stepping takes over if this many events occur with a mean interval below [`DENSE`].
+/// Number of events after which their mean interval is compared with [`DENSE`].
 const MANY: usize = 40;
-/// Events are too dense for the event-driven method below this mean interval, s.
+/// Mean interval between events, s, below which the simulation changes to time stepping.
 pub(super) const DENSE: f64 = 5e-5;
-/// Changes of the rates count as rounding below this fraction of the largest rate without friction.
+/// Fraction of the largest rate without friction below which changes of the rates count as
+/// round-off.
 const STILL: f64 = 1e-9;
-/// A change of velocity counts as a jump if it exceeds this fraction of the fastest rate and
-/// happens nearly completely within one half of a step of [`SHORTEST_BEFORE_JUMP`].
+/// Fraction of the largest rate above which a change of velocity counts as a jump, if it happens
+/// almost completely within one half of a step of length [`SHORTEST_BEFORE_JUMP`].
 const JUMP: f64 = 1e-4;
-/// Length, s, of the steps in which jumps are detected; longer steps with a jump are shortened.
+/// Length, s, of the steps in which jumps are detected. Longer steps with a jump are shortened.
 const SHORTEST_BEFORE_JUMP: f64 = 1e-8;
-/// Longer steps, s, that are tried if the shortest step has no solution. The change of velocity
-/// over such a step is recorded as a jump.
+/// Longer steps, s, that are tried if the shortest step has no solution. The change of velocity in
+/// such a step is recorded as a jump.
 const LONGER: [f64; 4] = [1e-6, 1e-5, 1e-4, 1e-3];
 /// Smallest jump of a joint rate that an event lists, as a fraction of the largest jump.
 const SMALL_PART: f64 = 1e-3;
 
-/// State of the step control of time stepping.
+/// Step control of the time-stepping method.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Stepping {
     /// Length of the next step, s.
     pub(super) step: f64,
-    /// Number of successive steps without a change of mode.
+    /// Number of steps in succession without a change of mode.
     pub(super) quiet: usize,
-    /// Number of such steps after which the event-driven method is tried again.
+    /// Number of steps without a change of mode after which the simulation tries the event-driven
+    /// method again.
     pub(super) wait: usize,
 }
 
-/// Result of a time step, projected onto the constraints.
+/// Result of a time step after projection onto the constraints.
 pub(super) struct StepResult {
     pub(super) time_step: TimeStep,
     pub(super) state: State<f64>,
@@ -58,26 +61,27 @@ pub(super) struct StepResult {
 }
 
 impl Simulation<'_> {
-    /// Present integration scheme: event-driven or time-stepping.
+    /// Returns the present integration scheme: event-driven or time-stepping.
     pub fn method(&self) -> Method {
         if self.shown().stepping.is_some() { Method::TimeStepping } else { Method::EventDriven }
     }
 
-    /// Returns whether time stepping may continue after this error of the event-driven method. It may if no
-    /// acceleration or no set of sticking joints was found, or if the steps have become too short, since velocities at
-    /// the end of a step that satisfy all laws may still exist.
+    /// Returns true if time stepping may continue after this error of the event-driven method. It
+    /// may continue if no accelerations or no set of sticking joints was found, or if the steps
+    /// have become too short: velocities at the end of a step that satisfy all friction laws may
+    /// still exist.
     pub(super) fn may_step(&self, error: &ForwardError) -> bool {
         self.settings.method == Method::Automatic
             && self.stepping.is_none()
             && is_without_acceleration(error)
     }
 
-    /// Returns whether any joint has friction.
+    /// Returns true if any joint has friction.
     pub(super) fn has_friction(&self) -> bool {
         !self.modes.is_empty()
     }
 
-    /// Counts an event, and returns whether events occur too densely for the event-driven method.
+    /// Counts an event, and returns true if events are too frequent for the event-driven method.
     pub(super) fn is_dense(&mut self) -> bool {
         let (count, since) = self.event_rate;
         self.event_rate.0 += 1;
@@ -96,8 +100,8 @@ impl Simulation<'_> {
         self.events.push(Event { time: self.now.time, kind });
     }
 
-    /// Locks of the interfaces that stick both before and after the step: anchors, whose poses do not change, and
-    /// frozen degrees of freedom.
+    /// Returns the locks of the interfaces that stick both before and after the step: anchors,
+    /// whose poses do not change, and a flag for each locked degree of freedom.
     pub(super) fn places_of(
         &self,
         before: &[InterfaceMode],
@@ -111,7 +115,7 @@ impl Simulation<'_> {
         (anchors, frozen)
     }
 
-    /// Computes one time step and projects its end onto the loop constraints.
+    /// Computes one time step and projects the state at its end onto the loop constraints.
     pub(super) fn land(
         &mut self,
         time: f64,
@@ -151,7 +155,7 @@ impl Simulation<'_> {
         let (anchors, mut frozen) = self.places_of(modes, &time_step.modes);
         let at_rest = from.rates.iter().all(|rate| *rate == 0.0);
         if at_rest && self.change(from, &state) <= STILL * time_step.free_rate {
-            // At rest: freeze all degrees of freedom so that rounding does not move them.
+            // At rest: locks all degrees of freedom so that round-off does not move them.
             frozen.fill(true);
         }
         self.restore(from, &mut state, &frozen);
@@ -160,7 +164,8 @@ impl Simulation<'_> {
             return Ok(StepResult { time_step, state, anchors, frozen });
         }
         model.project(time, &mut state, &targets, &anchors, &frozen)?;
-        // Interfaces that stick at the end of the step have zero velocity at the new position, too.
+        // Interfaces that stick at the end of the step must have zero velocity at the new
+        // configuration as well.
         let all: Vec<usize> = (0..time_step.modes.len())
             .filter(|&c| time_step.modes[c] == InterfaceMode::Sticks)
             .collect();
@@ -172,9 +177,10 @@ impl Simulation<'_> {
         Ok(StepResult { time_step, state, anchors, frozen })
     }
 
-    /// Returns the modes at the start of a step, with stick instead of slip for the interfaces that reverse their slip
-    /// within it. Each passes through zero velocity, where static friction may hold it. Returns `None` if no reversing
-    /// interface has static friction above its sliding friction.
+    /// Returns the modes at the start of a step, with stick instead of slip for each interface that
+    /// reverses its slip within the step. Such an interface passes through zero velocity, where
+    /// static friction may lock it. Returns `None` if no reversing interface has static friction
+    /// above its sliding friction.
     fn sticking_at_reversals(
         &self,
         modes: &[InterfaceMode],
@@ -196,7 +202,8 @@ impl Simulation<'_> {
         (stands != modes).then_some(stands)
     }
 
-    /// Restores the coordinates of frozen degrees of freedom to those in `from`, and sets their rates to zero.
+    /// Resets the coordinates of locked degrees of freedom to those in `from`, and sets their rates
+    /// to zero.
     fn restore(&self, from: &State<f64>, state: &mut State<f64>, frozen: &[bool]) {
         for (rate, frozen) in state.rates.iter_mut().zip(frozen) {
             if *frozen {
@@ -211,8 +218,8 @@ impl Simulation<'_> {
         }
     }
 
-    /// Returns the difference between a whole step and two half steps in units of the tolerance. It
-    /// is the largest difference of coordinates, of rates times the step, and of internal states of
+    /// Returns the difference between one whole step and two half steps in units of the tolerance:
+    /// the largest difference of coordinates, of rates times the step, and of internal states of
     /// the inputs.
     pub(super) fn apart(&self, whole: &StepResult, halves: &StepResult, step: f64) -> f64 {
         let (a, b) = (&whole.state, &halves.state);
@@ -230,7 +237,8 @@ impl Simulation<'_> {
         moved.chain(rates).chain(states).fold(0.0, f64::max) / tolerance
     }
 
-    /// Largest change of a rate between two states, rad/s or characteristic lengths per second.
+    /// Returns the largest change of a rate between two states, rad/s or characteristic lengths per
+    /// second.
     fn change(&self, from: &State<f64>, to: &State<f64>) -> f64 {
         let rates = from.rates.iter().zip(&to.rates).zip(&self.model.columns);
         rates.map(|((a, b), c)| (a - b).abs() / c).fold(0.0, f64::max)
@@ -265,8 +273,8 @@ impl Simulation<'_> {
                     stepping.step = 0.25 * step;
                     continue;
                 }
-                // During an impact no short step may have frictions that satisfy all laws, and a
-                // longer one may.
+                // During an impact, short steps may have no frictions that satisfy all laws, while
+                // a longer step may have them.
                 Err(error) => {
                     stepping.step = *longer.next().ok_or(error)?;
                     is_last_resort = true;
@@ -274,12 +282,13 @@ impl Simulation<'_> {
                 }
             };
             let error = self.apart(&whole, &second, step);
-            // A velocity that changes by nearly as much in one half as in the whole step jumps.
+            // A velocity whose change in one half of the step is nearly that in the whole step
+            // jumps.
             let all = self.change(&from, &whole.state);
             let one =
                 self.change(&from, &first.state).max(self.change(&first.state, &second.state));
-            // Jumps are compared with the fastest rate, or with the natural rate `sqrt(gravity /
-            // length)` times `JUMP` if that is larger.
+            // Jumps are compared with the largest rate so far, or with the natural rate
+            // `sqrt(gravity / length)` times `JUMP` if that is larger.
             let Parameters { gravity, length, .. } = &self.model.parameters;
             let slow = self.fastest_rate.max(JUMP * (gravity.norm() / length).sqrt());
             let moves = all > STILL * whole.time_step.free_rate;
@@ -331,8 +340,8 @@ impl Simulation<'_> {
         Ok((whole, first, second))
     }
 
-    /// Records as an event a jump of velocities by `change` within a step that starts at `time`, s, and ends in
-    /// `state`.
+    /// Records a velocity jump as an event. `change` is the largest change of a rate in the step,
+    /// which starts at `time`, s, and ends in `state`.
     fn record_jump(&mut self, step: &TimeStep, state: &State<f64>, time: f64, change: f64) {
         let most = (0..step.loads.len()).max_by(|a, b| step.loads[*a].total_cmp(&step.loads[*b]));
         let joint = most.map_or(JointId(0), |c| self.model.reported_joint(c));
@@ -340,8 +349,9 @@ impl Simulation<'_> {
         self.events.push(Event { time, kind: EventKind::Jump { joint, change, rates } });
     }
 
-    /// Lists the joint rates that differ between the present instant and `after`, in decreasing order of the change.
-    /// Changes below [`SMALL_PART`] of the largest are left out; lengths count in characteristic lengths.
+    /// Lists the joint rates that differ between the present instant and `after`, sorted by
+    /// decreasing change. Omits changes below [`SMALL_PART`] of the largest one; for this
+    /// comparison lengths are in characteristic lengths.
     fn rate_jumps(&self, after: &State<f64>) -> Vec<RateJump> {
         let (topology, parameters) = (&self.model.topology, &self.model.parameters);
         let mut bodies = Bodies::new(topology);
@@ -380,7 +390,7 @@ impl Simulation<'_> {
         energies.turnover += each.sum::<f64>() + work.loads.abs() + work.dampers.abs();
     }
 
-    /// Makes the end of a step the present instant.
+    /// Sets the end of a step as the present instant.
     pub(super) fn settle(&mut self, time: f64, result: StepResult, inputs: &mut dyn Inputs) {
         let StepResult { time_step, state, anchors, frozen } = result;
         self.add(&time_step.work);
@@ -391,8 +401,8 @@ impl Simulation<'_> {
         let before = self.now.account.potential;
         self.now = self.model.instant_of(time, time_step, state, (&self.input, inputs));
         self.energies.turnover += (self.now.account.potential - before).abs();
-        // Interfaces that stuck before keep their anchors; new ones are anchored at the present
-        // pose.
+        // Interfaces that stuck before the step keep their anchors; other interfaces that stick are
+        // anchored at the present pose.
         let sticks: Vec<usize> =
             (0..self.modes.len()).filter(|&c| self.modes[c] == InterfaceMode::Sticks).collect();
         let (mut all, _) = self.holds_of(&sticks);
@@ -402,7 +412,8 @@ impl Simulation<'_> {
         self.keep_fastest();
     }
 
-    /// Returns to the event-driven method after enough steps without a change of mode, provided it finds accelerations.
+    /// Returns to the event-driven method after enough steps without a change of mode, if it finds
+    /// accelerations.
     fn leave_stepping(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         let Some(stepping) = &mut self.stepping else { return Ok(()) };
         if self.settings.method != Method::Automatic || stepping.quiet < stepping.wait {
@@ -432,8 +443,8 @@ impl Simulation<'_> {
     }
 }
 
-/// Returns whether an error of the event-driven method means that it found no acceleration that satisfies all laws, or
-/// could not continue the motion.
+/// Returns true if an error of the event-driven method means that no accelerations that satisfy all
+/// laws were found, or that the method could not continue the motion.
 pub(super) fn is_without_acceleration(error: &ForwardError) -> bool {
     matches!(
         error,
@@ -441,12 +452,12 @@ pub(super) fn is_without_acceleration(error: &ForwardError) -> bool {
             | ForwardError::NoAcceleration { .. }
             | ForwardError::Stiff { .. }
             | ForwardError::Stalled { .. }
-            // Rates near a singular position, beyond rounding of the loops.
+            // Rates near a singular configuration change by more than the round-off of the loops.
             | ForwardError::Impact { by_loop: true, .. }
     )
 }
 
-/// Replaces the poses of those anchors that already existed by their earlier poses.
+/// Replaces the pose of each anchor that existed before by its earlier pose.
 fn keep_poses(anchors: &mut [Anchor], before: &[Anchor]) {
     for anchor in anchors {
         let same = |a: &&Anchor| (a.joint, a.dof) == (anchor.joint, anchor.dof);
@@ -457,7 +468,8 @@ fn keep_poses(anchors: &mut [Anchor], before: &[Anchor]) {
 }
 
 impl Forward {
-    /// Builds the results at the end of a time step; accelerations and reactions are means over the step.
+    /// Computes the results at the end of a time step. Accelerations and reactions are means over
+    /// the step.
     pub(super) fn instant_of(
         &self,
         time: f64,

@@ -1,52 +1,56 @@
-//! Switching functions of the inputs: a step ends where one of them changes its sign.
+//! Detection of sign changes of the switching functions of the inputs: a step ends where a
+//! switching function changes its sign.
 
 use super::between::Interpolation;
 use super::{Event, EventKind, Method, Simulation};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 
-/// Number of instants inside a step at which the switching functions are sampled, in addition to its ends.
+/// Number of sampling instants of the switching functions within a step, in addition to its ends.
 const SAMPLES: usize = 3;
-/// A minimum between two samples is searched if the tangents at the samples intersect below this
-/// fraction of the smaller value.
+/// A minimum between two samples is searched for if the tangents at the samples intersect below
+/// this fraction of the smaller sample.
 const NEAR_ZERO: f64 = 0.2;
-/// Number of golden-section iterations of that search.
+/// Number of golden-section iterations in the search for a minimum.
 const SECTIONS: usize = 24;
-/// Longest time step, s, at whose end a switching function may be on the wrong side.
+/// Longest time step, s, at the end of which a switching function may have the wrong sign.
 const CHATTER: f64 = 1e-5;
-/// The sides count as not settling after this many changes of sides per switching function at one
-/// instant.
+/// Number of sign changes per switching function at one instant after which the signs count as not
+/// settling.
 const MOST_AT_ONCE: usize = 3;
-/// A formula counts as chattering after this many changes of sides in quick succession.
+/// Number of sign changes in rapid succession after which a formula counts as chattering.
 const MOST_CHANGES: usize = 2000;
-/// Longest time, s, between two changes of sides in quick succession.
+/// Longest time between two sign changes in rapid succession, s.
 const QUICK: f64 = 4.0 * CHATTER;
-/// Fraction of the interval between two samples over which slopes are measured.
+/// Fraction of the interval between two samples over which slopes are computed.
 const SLOPE: f64 = 1e-3;
-/// If a function is zero at the start of an interval, its sign is evaluated after this fraction of
-/// the interval.
+/// If a function is zero at the start of an interval, its sign is evaluated at this fraction of the
+/// interval.
 const BEYOND: f64 = 1e-6;
-/// Length, relative to the step, of the interval in which a change of sign is located.
+/// Length of the interval in which a sign change is located, as a fraction of the step.
 const FINE: f64 = 1e-14;
 
-/// Values of the switching functions at an instant, multiplied by -1 where the recorded side is negative.
+/// Values of the switching functions at an instant, multiplied by -1 for functions whose stored
+/// side is negative.
 struct SwitchValues {
     time: f64,
     values: Vec<f64>,
 }
 
 impl<'a> Simulation<'a> {
-    /// Switching function that ended the simulation before the requested time, if any; see [`Inputs::ends_at`].
+    /// Returns the switching function that ended the simulation before the requested time, if any;
+    /// see [`Inputs::ends_at`].
     pub fn ended_by(&self) -> Option<usize> {
         self.ended_by.filter(|_| !self.last_step.shows)
     }
 
-    /// Returns whether the simulation has ended and results are those at its end.
+    /// Returns true if the simulation has ended and results are those at its end.
     pub(super) fn is_over(&self) -> bool {
         self.ended_by().is_some()
     }
 
-    /// Ends the simulation at its start if a switching function with [`Inputs::ends_at`] is negative there.
+    /// Ends the simulation at its start if a switching function with [`Inputs::ends_at`] is
+    /// negative at the start.
     pub(super) fn end_at_start(&mut self, inputs: &dyn Inputs) {
         let ends = |k: &usize| !self.input.sides[*k] && inputs.ends_at(*k);
         self.ended_by = (0..self.input.sides.len()).find(ends);
@@ -55,8 +59,9 @@ impl<'a> Simulation<'a> {
         }
     }
 
-    /// Searches the last step for the first change of sign of a switching function. If one is found, restores the start
-    /// of the step, so that the next steps end at that change, and returns true.
+    /// Searches the last step for the first sign change of a switching function. If a sign change
+    /// is found, restores the state at the start of the step, so that the next step ends at the
+    /// sign change, and returns true.
     pub(super) fn goes_back_to_switch(
         &mut self,
         inputs: &mut dyn Inputs,
@@ -71,12 +76,12 @@ impl<'a> Simulation<'a> {
         // The simulation may have left time stepping at the end of the step.
         let was_time_step = matches!(self.last_step.interpolation, Interpolation::Chord);
         if time >= self.now.time || was_time_step && is_short && !ends {
-            // Short time steps may end shortly after the change.
+            // Short time steps may end shortly after the sign change.
             (self.switch_at, self.switching) = (self.now.time, switching);
             return Ok(false);
         }
         let numbers = std::mem::take(&mut self.last_step.numbers);
-        // Repeated evaluations count: a simulation that only repeats steps stalls.
+        // Repeated evaluations are counted, so a simulation that only repeats steps stalls.
         let evaluations = self.evaluations;
         self.take_state(&numbers);
         self.evaluations = evaluations;
@@ -92,7 +97,7 @@ impl<'a> Simulation<'a> {
             && !ends
         {
             // The function may change back and forth: take shorter time steps without locating the
-            // change.
+            // sign change.
             self.shortened_at = from;
             (stepping.step, self.switch_at) = (CHATTER.min(stepping.step), f64::INFINITY);
             return Ok(true);
@@ -101,7 +106,7 @@ impl<'a> Simulation<'a> {
         Ok(true)
     }
 
-    /// Changes the sides of the switching functions that change their sign at the present instant.
+    /// Updates the sides of the switching functions that change their sign at the present instant.
     pub(super) fn switch(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         if self.now.time != self.switch_at {
             return Ok(());
@@ -142,7 +147,7 @@ impl<'a> Simulation<'a> {
         Ok(())
     }
 
-    /// Returns an error if a side changes too often in quick succession.
+    /// Returns an error if the sign of a switching function changes too often in rapid succession.
     fn check_chatter(&mut self, switch: usize, inputs: &dyn Inputs) -> Result<(), ForwardError> {
         let (count, first, last) = &mut self.chatter;
         let time = self.now.time;
@@ -157,7 +162,8 @@ impl<'a> Simulation<'a> {
         Err(ForwardError::Chatter { time, what: inputs.switch_name(switch), count, span })
     }
 
-    /// Finds the first change of sign within the last step: its time, s, and a flag for each function that changes.
+    /// Finds the first sign change within the last step. Returns its time, s, and a flag for each
+    /// switching function that is true if the function changes its sign at this time.
     fn first_switch(
         &mut self,
         inputs: &mut dyn Inputs,
@@ -173,7 +179,7 @@ impl<'a> Simulation<'a> {
             }
         }
         samples.push(end);
-        // Beside the samples, for slopes.
+        // Values close to the samples, for computing slopes.
         let mut beside = Vec::with_capacity(samples.len());
         for pair in samples.windows(2) {
             let part = SLOPE * (pair[1].time - pair[0].time);
@@ -199,7 +205,7 @@ impl<'a> Simulation<'a> {
         Ok(Some((time, switching)))
     }
 
-    /// Finds the first time, s, at which one switching function changes its sign.
+    /// Finds the first time, s, at which the switching function `k` changes its sign.
     fn change_of(
         &mut self,
         k: usize,
@@ -215,8 +221,8 @@ impl<'a> Simulation<'a> {
             if low.1 <= 0.0 {
                 continue;
             }
-            // A minimum between two samples, also beside the ends of a step: the function falls after the first and
-            // rises before the second.
+            // Minimum between two samples, possibly close to an end of the interval: the function
+            // decreases after the first sample and increases before the second.
             let Some([after, before]) = &beside[place - 1] else { continue };
             let (after, before) = (at(after), at(before));
             for inner in [after, before] {
@@ -229,7 +235,7 @@ impl<'a> Simulation<'a> {
             if falls <= 0.0 || rises <= 0.0 {
                 continue;
             }
-            // A convex function is above the intersection of its tangents.
+            // A convex function lies above the intersection of its tangents.
             let (length, down, up) = (high.0 - low.0, falls / part, rises / part);
             let meeting = (low.1 - high.1 + up * length) / (down + up);
             let least = low.1 - down * meeting.clamp(0.0, length);
@@ -260,7 +266,8 @@ impl<'a> Simulation<'a> {
         Ok(None)
     }
 
-    /// Locates a change of sign by the Illinois method. Returns the upper end of a short interval around it, s.
+    /// Locates a sign change by the Illinois method. Returns the upper end of a short interval
+    /// around the sign change, s.
     fn change_between(
         &mut self,
         k: usize,
@@ -269,7 +276,7 @@ impl<'a> Simulation<'a> {
         inputs: &mut dyn Inputs,
     ) -> Result<f64, ForwardError> {
         if low.1 <= 0.0 {
-            // Negative throughout: the sign changes at the start.
+            // The function is negative in the whole interval: the sign changes at the start.
             let inner = low.0 + BEYOND * (high.0 - low.0);
             if inner <= low.0 || self.switch_values(inner, inputs)?.values[k] < 0.0 {
                 return Ok(low.0);
@@ -296,7 +303,8 @@ impl<'a> Simulation<'a> {
             inputs.switches(&self.shown().view(), &mut values);
             self.last_step.shows = false;
         }
-        // Sides of the start of the step: a controller sample at its end does not change them.
+        // Uses the sides at the start of the step, which a controller sample at the end of the step
+        // does not change.
         for (value, side) in values.iter_mut().zip(&self.input.sides) {
             if !side {
                 *value = -*value;

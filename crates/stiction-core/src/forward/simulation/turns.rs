@@ -1,4 +1,4 @@
-//! Counting of full turns for the angles of joints that close a loop: poses determine them only up to full turns.
+//! Unwrapping of the angles of cut joints: body poses determine these angles only up to full turns.
 
 use super::Simulation;
 use crate::forward::Forward;
@@ -7,7 +7,7 @@ use crate::kinematics::{Bodies, State, Target};
 use crate::mechanism::JointId;
 
 impl Forward {
-    /// Angles, within half a turn, of the joints that close a loop, each with its rate.
+    /// Returns the angles of cut joints, reduced to half a turn about zero, each with its rate.
     pub(super) fn angles(&self, time: f64, state: &State<f64>, bodies: &Bodies<f64>) -> Vec<Angle> {
         let topology = &self.topology;
         let mut angles = Vec::new();
@@ -28,8 +28,9 @@ impl Forward {
 }
 
 impl Simulation<'_> {
-    /// Coordinate, rate and acceleration of a joint's degree of freedom at the present instant, see
-    /// [`Forward::joint_motion`]. Angles include the full turns since the start.
+    /// Returns coordinate, rate and acceleration of a degree of freedom of a joint at the present
+    /// instant, see [`Forward::joint_motion`]. Angles are unwrapped (continuous over full turns
+    /// since the start).
     pub fn joint_motion(&self, joint: JointId, dof: usize) -> Target<f64> {
         let Self { now, input: InputState { angles, .. }, .. } = self.shown();
         let mut motion = self.model.joint_motion(&now.state, &now.bodies, joint, dof);
@@ -40,7 +41,7 @@ impl Simulation<'_> {
         motion
     }
 
-    /// Present state as an argument of the inputs.
+    /// Returns the present state in the form that is passed to the inputs.
     pub fn view(&self) -> View<'_> {
         let now = &self.now;
         View {
@@ -53,7 +54,7 @@ impl Simulation<'_> {
         }
     }
 
-    /// Updates the counted angles after a step.
+    /// Updates the unwrapped angles after a step.
     pub(super) fn count_turns(&mut self) {
         let (model, now) = (self.model, &self.now);
         for angle in &mut self.input.angles {

@@ -1,4 +1,4 @@
-//! Rest of the whole mechanism: time advances without integration as long as friction holds the
+//! Rest of the whole mechanism: time advances without integration as long as friction locks the
 //! mechanism.
 
 use super::Simulation;
@@ -9,24 +9,24 @@ use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
 
-/// Number of checks of the friction limits within the longest step.
+/// Number of checks of the friction limits per longest step.
 const SAMPLES: f64 = 4.0;
 
 impl Simulation<'_> {
-    /// Returns whether the whole mechanism is locked and no joint is prescribed.
+    /// Returns true if the whole mechanism is locked and no joint is prescribed.
     pub(super) fn is_still(&self) -> bool {
         self.model.prescribed.is_empty()
             && !self.frozen.is_empty()
             && self.frozen.iter().all(|frozen| *frozen)
     }
 
-    /// Returns whether only time and forces change: the mechanism is at rest, and the inputs have
-    /// no internal states.
+    /// Returns true if only time and forces change, because the mechanism is at rest and the inputs
+    /// have no internal states.
     pub(super) fn waits(&self) -> bool {
         self.is_still() && self.input.values.is_empty()
     }
 
-    /// Advances to `end`, s, or to the next slip onset if it is earlier.
+    /// Advances to `end`, s, or to the next slip onset if that is earlier.
     pub(super) fn wait_through(
         &mut self,
         end: f64,
@@ -35,7 +35,7 @@ impl Simulation<'_> {
         let time = self.now.time;
         self.last_step.interpolation = Interpolation::Rest;
         if inputs.steady_until(time) >= end {
-            // Constant inputs leave all forces unchanged.
+            // Constant inputs do not change any force.
             self.now.time = end;
             self.stalled = 0;
             return Ok(());
@@ -76,7 +76,7 @@ impl Simulation<'_> {
         self.follow_up(ending, time, inputs)
     }
 
-    /// Evaluates the forces at another time, s, in the unchanged position.
+    /// Evaluates the forces at another time, s, in the unchanged configuration.
     pub(super) fn watch(
         &mut self,
         time: f64,
@@ -102,7 +102,8 @@ impl Simulation<'_> {
         situation.input.values.copy_from_slice(&y[states..]);
         model.update_data(situation, inputs);
         let done = model.couple(situation, &self.modes, Some(loads), measure, solved);
-        // Count the work as an evaluation does, so that a resumed run counts the same.
+        // The work is counted as in an evaluation, so that a resumed simulation counts the same
+        // work.
         self.economy.spend(solved.continuation_steps());
         done.map_err(|u| model.unsolved(time, u))?;
         model.instant_into(situation, &self.modes, solved, &mut instant);

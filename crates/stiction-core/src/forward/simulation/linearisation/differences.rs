@@ -1,4 +1,4 @@
-//! Derivatives of the accelerations near the operating point, as differences.
+//! Numerical derivatives of the accelerations at the operating point.
 
 use super::super::Simulation;
 use super::{Linearisation, LinearisationError, translates};
@@ -9,14 +9,16 @@ use crate::kinematics::{Bodies, State, Target};
 use crate::mechanism::JointId;
 use crate::statics::AppliedLoad;
 
-/// Largest number of step lengths, each of which is a quarter of the previous one.
+/// Largest number of difference steps; each step is a quarter of the previous one.
 const STEPS: usize = 24;
-/// Coefficients of the central difference of order six, for one, two and three steps from the centre.
+/// Weights of the central difference of order six for the points one, two and three steps from the
+/// centre.
 const STENCIL: [f64; 3] = [0.75, -0.15, 1.0 / 60.0];
-/// Largest number of corrections that restore the independent coordinates after the loops are closed.
+/// Largest number of corrections that reset the independent coordinates after the loops have been
+/// closed.
 const CORRECTIONS: usize = 12;
 
-/// Inputs with one effort changed by a constant amount.
+/// Inputs in which the effort of one actuator is changed by a constant amount, N or N m.
 struct Nudged<'a> {
     inner: &'a mut dyn Inputs,
     actuator: usize,
@@ -40,7 +42,8 @@ impl Inputs for Nudged<'_> {
     }
 }
 
-/// Variable with respect to which a difference is taken.
+/// Variable that is changed for a difference: an independent coordinate, its rate, or an effort, by
+/// index.
 #[derive(Clone, Copy)]
 pub(super) enum Change {
     Position(usize),
@@ -48,12 +51,14 @@ pub(super) enum Change {
     Effort(usize),
 }
 
-/// Accelerations of the independent coordinates, and actuator positions, near the operating point.
+/// Accelerations of the independent coordinates, and actuator coordinates, near the operating
+/// point.
 pub(super) type Beside = (Vec<f64>, Vec<f64>);
 
 impl Simulation<'_> {
-    /// Returns the state whose independent coordinates differ from the operating point by `change`. Their rates are
-    /// `rates`, or those of the operating point if `rates` is `None`.
+    /// Returns the state whose independent coordinates differ from the operating point by `change`.
+    /// The rates of these coordinates are `rates`, or the rates at the operating point if `rates`
+    /// is `None`.
     pub(super) fn state_beside(
         &mut self,
         lin: &Linearisation,
@@ -106,8 +111,8 @@ impl Simulation<'_> {
         Ok(state)
     }
 
-    /// Evaluates the accelerations of the independent coordinates and the positions of the actuators with one variable
-    /// changed by `amount`. `None` if a sliding interface would reverse.
+    /// Evaluates the accelerations of the independent coordinates and the actuator coordinates with
+    /// one variable changed by `amount`. `None` if a sliding interface would reverse.
     fn beside(
         &mut self,
         lin: &Linearisation,
@@ -165,7 +170,8 @@ impl Simulation<'_> {
         Ok(Some((accelerations.collect(), positions.collect())))
     }
 
-    /// Returns the derivative with respect to one variable, and its estimated error; `first` is the longest step.
+    /// Returns the derivative with respect to one variable, and its estimated error. `first` is the
+    /// largest difference step.
     pub(super) fn difference(
         &mut self,
         lin: &Linearisation,
@@ -193,7 +199,7 @@ impl Simulation<'_> {
                 let apart = apart.fold(0.0_f64, f64::max);
                 match &best {
                     Some((_, least)) if apart >= *least => {
-                        // Rounding errors grow with each shorter step.
+                        // Round-off errors grow with each smaller step.
                         if apart > 4.0 * least {
                             break;
                         }
@@ -213,7 +219,8 @@ impl Simulation<'_> {
         }
     }
 
-    /// Lists the interfaces whose mode is slip but whose velocity is zero: they begin to slide.
+    /// Lists the interfaces whose mode is slip but whose velocity is zero, so that they are about
+    /// to slide.
     fn at_rest(&self) -> Vec<usize> {
         let speed =
             |c: usize| self.now.interfaces[c].velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
@@ -223,7 +230,8 @@ impl Simulation<'_> {
         slow.collect()
     }
 
-    /// Central difference of order six with respect to one variable; `None` if a sliding interface would reverse.
+    /// Returns the central difference of order six with respect to one variable; `None` if a
+    /// sliding interface would reverse.
     fn central(
         &mut self,
         lin: &Linearisation,
@@ -248,7 +256,8 @@ impl Simulation<'_> {
     }
 }
 
-/// Reduces the difference of a coordinate: an angle to the range from -pi to pi by full turns; a length is unchanged.
+/// Reduces an angle difference to the range from -pi to pi by full turns. Returns a length
+/// difference unchanged.
 fn nearest_turn(model: &crate::forward::Forward, at: (JointId, usize), change: f64) -> f64 {
     if translates(model, at) {
         return change;

@@ -1,15 +1,15 @@
-//! Reasons for which there is no linearisation.
+//! Reasons why an operating point cannot be linearised.
 
 use crate::forward::error::ForwardError;
 
-/// Reason for which an operating point has no linearisation.
+/// Reason why an operating point cannot be linearised.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LinearisationError {
     /// Friction, locks and prescribed motions prevent every motion.
     #[error("the mechanism cannot move at this position: {held}")]
     Held {
-        /// The constraint that holds the mechanism, in words.
+        /// Description of the constraint that prevents the motion.
         held: String,
     },
     /// The constraints lose rank at the operating point.
@@ -18,7 +18,7 @@ pub enum LinearisationError {
          {distance:.1e}), so the accelerations have no derivatives"
     )]
     Singular {
-        /// Singularity distance.
+        /// Singularity index of the constraints.
         distance: f64,
     },
     /// The friction of an interface at rest is at its limit.
@@ -30,7 +30,7 @@ pub enum LinearisationError {
         /// Index of the friction interface.
         interface: usize,
     },
-    /// The friction law of an interface has internal states.
+    /// The friction law of an interface has internal states (bristle deflections).
     #[error(
         "the friction law of interface {interface} has bristles (dahl, lugre), whose deflections \
          are further states that the linearisation does not include"
@@ -39,25 +39,26 @@ pub enum LinearisationError {
         /// Index of the friction interface.
         interface: usize,
     },
-    /// No acceleration satisfies the friction laws at the operating point.
+    /// No accelerations satisfy the friction laws at the operating point.
     #[error("no acceleration satisfies all friction laws at this state")]
     NoAcceleration,
-    /// Interfaces begin to slide from rest, so the motion differs on both sides of the operating point.
+    /// Interfaces begin to slide from rest, so the motion on one side of the operating point
+    /// differs from that on the other side.
     #[error(
         "friction interfaces begin to slide from rest at this state: opposite disturbances cause \
          different motions, so there is no linearisation"
     )]
     BeginsToSlide {
-        /// Indices of the friction interfaces.
+        /// Indices of the friction interfaces that begin to slide.
         interfaces: Vec<usize>,
     },
-    /// A motion of the mechanism changes no joint coordinate.
+    /// A possible motion of the mechanism changes no joint coordinate.
     #[error(
         "a motion of the mechanism has no joint coordinate that describes it, such as that of a free \
          body or of a ball joint; replace the ball joint by revolute joints or a universal joint"
     )]
     NoCoordinate,
-    /// Accelerations cannot be evaluated at positions or rates near the operating point.
+    /// Accelerations cannot be evaluated near the operating point.
     #[error("{0}")]
     Forward(#[from] ForwardError),
 }

@@ -1,8 +1,9 @@
 //! Linearisation of the equations of motion in independent coordinates.
 //!
-//! Derivatives are central differences of order six of the accelerations, with closed loops and with the present modes
-//! of the friction interfaces. Each step length is a quarter of the previous one, and the estimate that differs least
-//! from its successor is taken; the difference estimates the error.
+//! Derivatives of the accelerations are central differences of order six, with closed loops and
+//! with the present modes of the friction interfaces. Each difference step is a quarter of the
+//! previous one. The result is the estimate that differs least from the next one, and this
+//! difference is the error estimate.
 
 mod differences;
 mod error;
@@ -21,39 +22,43 @@ use crate::spatial::Vec3;
 use differences::{Beside, Change};
 use nalgebra::{DMatrix, DVector};
 
-/// A joint coordinate counts as dependent if the part of its rate that is independent of the
-/// coordinates already chosen is below this fraction of the largest rate of any coordinate.
+/// A joint coordinate counts as dependent if the part of its rate that is linearly independent of
+/// the coordinates already selected is below this fraction of the largest rate of any coordinate.
 const DEPENDENT: f64 = 1e-6;
-/// Actuated coordinates are chosen before others as long as the independent part of their rate
-/// exceeds this fraction of the largest rate of any coordinate.
+/// Actuated coordinates are selected before other coordinates as long as the independent part of
+/// their rate exceeds this fraction of the largest rate of any coordinate.
 const PREFERRED: f64 = 1e-2;
-/// No linearisation is computed below this singularity distance of the constraints.
+/// Singularity index of the constraints below which no linearisation is computed.
 const SINGULAR: f64 = 1e-6;
-/// Longest first step of a difference: rad or characteristic lengths for positions, rad or
+/// Largest first difference step: rad or characteristic lengths for coordinates, rad or
 /// characteristic lengths per characteristic time for rates.
 const FIRST_STEP: f64 = 2e-2;
 
-/// Linear equations of motion about an operating point: `dq/dt = v`, `dv/dt = a0 + K q + D v + B u`, outputs `y = C q`.
-/// Here `q` and `v` are the deviations of the independent coordinates and their rates from the operating point, and `u`
-/// those of the efforts.
+/// Linear equations of motion about an operating point: `dq/dt = v`, `dv/dt = a0 + K q + D v + B
+/// u`, outputs `y = C q`. Here `q`, `v` and `u` are the deviations of the independent coordinates,
+/// of their rates and of the actuator efforts from the operating point.
 #[derive(Clone, Debug)]
 pub struct Linearisation {
-    /// Independent joint coordinates: joint and index of the degree of freedom.
+    /// Independent joint coordinates, as pairs of joint and index of the degree of freedom.
     pub coordinates: Vec<(JointId, usize)>,
-    /// Position (rad or m), rate and acceleration of each independent coordinate at the operating point.
+    /// Value (rad or m), rate and acceleration of each independent coordinate at the operating
+    /// point.
     pub motion: Vec<Target<f64>>,
-    /// Matrix `K`: derivatives of the accelerations with respect to the independent coordinates, row by row.
+    /// Matrix `K`: derivatives of the accelerations with respect to the independent coordinates,
+    /// one row per acceleration.
     pub by_position: Vec<Vec<f64>>,
-    /// Matrix `D`: derivatives of the accelerations with respect to the rates, row by row.
+    /// Matrix `D`: derivatives of the accelerations with respect to the rates, one row per
+    /// acceleration.
     pub by_rate: Vec<Vec<f64>>,
-    /// Matrix `B`: derivatives of the accelerations with respect to the efforts of [`Self::inputs`], row by row.
+    /// Matrix `B`: derivatives of the accelerations with respect to the efforts of the actuators
+    /// [`Self::inputs`], one row per acceleration.
     pub by_effort: Vec<Vec<f64>>,
     /// Indices of the actuators that exert efforts.
     pub inputs: Vec<usize>,
-    /// Matrix `C`: derivatives of the positions of all actuators with respect to the independent coordinates, row by
-    /// row.
+    /// Matrix `C`: derivatives of the coordinates of all actuators with respect to the independent
+    /// coordinates, one row per actuator.
     pub outputs: Vec<Vec<f64>>,
-    /// Positions of all actuators at the operating point, rad or m.
+    /// Coordinates of all actuators at the operating point, rad or m.
     pub positions: Vec<f64>,
     /// Efforts of all actuators at the operating point, N or N m.
     pub efforts: Vec<f64>,
@@ -61,9 +66,9 @@ pub struct Linearisation {
     pub modes: Vec<InterfaceMode>,
     /// Number of local degrees of freedom that the linearisation omits, such as the spin of a rod about its own axis.
     pub local: usize,
-    /// Largest estimated error of a derivative, relative to the largest entry of its matrix.
+    /// Largest estimated error of any derivative, relative to the largest entry of its matrix.
     pub error: f64,
-    /// Rates of the tree for a unit rate of each independent coordinate.
+    /// Rates of the spanning tree for a unit rate of each independent coordinate.
     directions: Vec<Vec<f64>>,
 }
 
@@ -79,8 +84,8 @@ impl Simulation<'_> {
         self.linearised(inputs, true)
     }
 
-    /// Linearises as [`Self::linearise`], but computes derivatives with respect to positions only; those with respect
-    /// to rates and efforts are empty.
+    /// Linearises like [`Self::linearise`], but computes only the derivatives with respect to
+    /// coordinates; the matrices of derivatives with respect to rates and efforts are empty.
     ///
     /// # Errors
     /// See [`LinearisationError`].
@@ -215,11 +220,11 @@ impl Simulation<'_> {
         Ok(lin)
     }
 
-    /// Returns a state at rest near the operating point, whose independent coordinates differ from it by `change`, rad
-    /// or m.
+    /// Returns a state at rest whose independent coordinates differ from the operating point by
+    /// `change`, rad or m.
     ///
     /// # Errors
-    /// [`ForwardError::Open`] if the loops cannot be closed there.
+    /// [`ForwardError::Open`] if the loops cannot be closed at the displaced configuration.
     pub fn displaced(
         &mut self,
         lin: &Linearisation,
@@ -230,16 +235,17 @@ impl Simulation<'_> {
         self.state_beside(lin, change, Some(&rates), inputs)
     }
 
-    /// Force scale of the first effort step, N: the weight of the mechanism, at least one newton.
+    /// Returns the force from which the first effort step is derived, N: the weight of the
+    /// mechanism, at least one newton.
     fn force_scale(&self) -> f64 {
         let bodies = self.model.simulated().bodies();
         let mass: f64 = bodies.iter().map(|body| body.mass).sum();
         (mass * self.model.parameters.gravity.norm()).max(1.0)
     }
 
-    /// Chooses independent joint coordinates for the motions in `basis` (null space of the constraints), actuated
-    /// coordinates first. Returns the coordinates, the tree rates for a unit rate of each, and the number of local
-    /// degrees of freedom.
+    /// Selects independent joint coordinates for the motions in `basis` (null space of the
+    /// constraints), actuated coordinates first. Returns the coordinates, the tree rates for a unit
+    /// rate of each coordinate, and the number of local degrees of freedom.
     #[allow(clippy::type_complexity)]
     fn independent(
         &self,
@@ -314,8 +320,8 @@ impl Simulation<'_> {
         Ok((coordinates, directions, free - chosen.len()))
     }
 
-    /// Checks that every motion in `basis` that changes none of the chosen coordinates is a local spin: it moves
-    /// neither joints nor centres of mass.
+    /// Checks that every motion in `basis` that changes none of the selected coordinates is a local
+    /// spin, which moves neither joints nor centres of mass.
     fn check_local(
         &self,
         basis: &[f64],
@@ -331,7 +337,7 @@ impl Simulation<'_> {
         let gram = (&picked * picked.transpose()).lu();
         let mut axes: Vec<Option<Vec3<f64>>> = vec![None; bodies.twist.len()];
         for k in 0..free {
-            // Component of a basis vector that changes none of the chosen coordinates.
+            // Component of a basis vector that changes none of the selected coordinates.
             let mut amounts = DVector::zeros(free);
             amounts[k] = 1.0;
             if !chosen.is_empty() {
@@ -345,7 +351,8 @@ impl Simulation<'_> {
             }
             bodies.move_with(topology, &rates);
             let size = |v: Vec3<f64>| v.norm() / model.parameters.length;
-            // A spin keeps the centre of mass in place and has one axis; a body in a ball joint tumbles.
+            // A local spin keeps the centre of mass in place and has a single axis; a body in a
+            // ball joint has several.
             for (body, twist) in bodies.twist.iter().enumerate() {
                 let centre = bodies.pose[body].apply(model.parameters.com[body]);
                 let turn = twist.angular;
@@ -372,7 +379,8 @@ impl Simulation<'_> {
     }
 }
 
-/// Characteristic rate, 1/s: the natural frequency of a pendulum of the characteristic length, at least one.
+/// Returns the characteristic rate, 1/s: the natural frequency of a pendulum of the characteristic
+/// length, at least 1/s.
 fn self_rate(model: &crate::forward::Forward) -> f64 {
     (model.parameters.gravity.norm() / model.parameters.length).sqrt().max(1.0)
 }
