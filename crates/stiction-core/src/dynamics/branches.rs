@@ -1,4 +1,4 @@
-//! Other solutions for friction and reactions, and the friction margin of the computed solution.
+//! Other solutions for friction and reactions, and the friction margin to jamming.
 
 use super::continuation::follow_friction;
 use super::inverse::Inverse;
@@ -10,11 +10,11 @@ use crate::random::Random;
 use crate::spatial::Wrench;
 use crate::statics::AppliedLoad;
 
-/// Friction margin to jamming: the largest common factor by which all friction coefficients can
-/// grow.
+/// Friction margin to jamming: the largest common factor by which all friction coefficients can be
+/// multiplied.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrictionMargin {
-    /// Factor at which friction locks the mechanism: the solution branch connected with the
+    /// Factor at which friction locks the mechanism: the solution branch connected to the
     /// frictionless solution ends there. `None` if this branch exists up to the largest requested
     /// factor.
     pub locks_at: Option<f64>,
@@ -22,19 +22,20 @@ pub struct FrictionMargin {
     pub joint: Option<JointId>,
 }
 
-/// Number of starts of the search for other solutions.
+/// Number of random starts in the search for other solutions.
 const STARTS: usize = 32;
 /// Largest number of Newton steps from each start.
 const STEPS: usize = 60;
 /// Two solutions count as equal if their actuator efforts differ by less than this fraction.
 const SAME: f64 = 1e-6;
-/// Normal loads count as unbounded above this multiple of the largest normal load without friction.
+/// Normal loads count as unbounded if they exceed the largest frictionless normal load by this
+/// factor.
 const UNBOUNDED: f64 = 1e6;
 
 impl InverseDynamics {
-    /// Computes the friction margin, up to a factor of `most`. Interfaces at rest have no friction.
-    /// `None` if the position is singular, friction is off or no interface slides. Does not change the
-    /// forces of the last [`InverseDynamics::solve`].
+    /// Computes the friction margin, up to the factor `most`. Interfaces at rest have no friction.
+    /// Returns `None` if the configuration is singular, if friction is off, or if no interface
+    /// slides. Does not change the forces of the last [`InverseDynamics::solve`].
     pub fn friction_margin(
         &mut self,
         loads: &[AppliedLoad<f64>],
@@ -64,9 +65,10 @@ impl InverseDynamics {
     }
 
     /// Searches for solutions for friction and reactions that differ from the result of the last
-    /// [`InverseDynamics::solve`], by Newton's method from many starts. Returns their actuator
-    /// efforts; the list may be incomplete. Empty if [`InverseDynamics::coupling`] is unknown, or
-    /// below one: the solution is then unique.
+    /// [`InverseDynamics::solve`], by Newton's method from many random starts. Returns the actuator
+    /// efforts of each solution found; the list may be incomplete. Returns an empty list if
+    /// [`InverseDynamics::coupling`] is unknown, or if it is below one, because the solution is
+    /// then unique.
     pub fn other_solutions(&mut self, loads: &[AppliedLoad<f64>]) -> Vec<Vec<f64>> {
         if self.coupling().is_none_or(|coupling| coupling < 1.0) {
             return Vec::new();
@@ -86,7 +88,8 @@ impl InverseDynamics {
         let mut random = Random::new(1);
         let mut known = vec![efforts];
         for start in 0..STARTS {
-            // Start from wrenches of the size of the frictionless ones, then from larger ones.
+            // The first starts have wrenches of the size of the frictionless wrenches, later starts
+            // have larger ones.
             let size = force * 4f64.powi(start as i32 / 8);
             let wrenches: Vec<Wrench<f64>> = without
                 .iter()

@@ -1,13 +1,14 @@
-//! Checks of loads and of the position before forces are computed.
+//! Checks of loads and configuration before forces are computed.
 
 use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
 use crate::statics::AppliedLoad;
 
-/// Index of the first load with a component that is not finite.
+/// Returns the index of the first load with a component that is not finite.
 ///
 /// # Panics
-/// If a load is on a body that does not exist; `bodies` is the number of bodies, ground included.
+/// If a load acts on a body that does not exist. `bodies` is the number of bodies, including
+/// ground.
 pub(super) fn not_finite_load(loads: &[AppliedLoad<f64>], bodies: usize) -> Option<usize> {
     loads.iter().position(|AppliedLoad { body, point, force, moment, .. }| {
         assert!(
@@ -20,8 +21,8 @@ pub(super) fn not_finite_load(loads: &[AppliedLoad<f64>], bodies: usize) -> Opti
     })
 }
 
-/// Finds the first friction interface whose two supports no longer overlap. Returns its index and
-/// the distance between the supports, m.
+/// Finds the first friction interface whose two supports no longer overlap. Returns the index of
+/// the interface and the distance between the supports, m.
 pub(super) fn parted_supports(
     parameters: &Parameters<f64>,
     bodies: &Bodies<f64>,

@@ -1,4 +1,5 @@
-//! Continuation of the friction solution from frictionless joints, using the sparse balance.
+//! Continuation of the solution from zero friction to the given friction coefficients, using the
+//! sparse balance.
 //!
 //! Equation (F8) of the book's theory.
 
@@ -13,11 +14,12 @@ use crate::parameters::Parameters;
 use crate::statics::AppliedLoad;
 
 /// Step sizes of the continuation. Steps are short because a longer step might skip an interval
-/// without a solution, or reach another branch.
+/// without a solution, or jump to another solution branch.
 const STEPS: StepPolicy =
     StepPolicy { first: 0.01, growth: 2.0, longest: 0.02, shortest: 1e-5, most: usize::MAX };
 
-/// Solution branch in `inverse`, parametrised by the common factor on all friction coefficients.
+/// Solution branch parametrised by the common factor on all friction coefficients; `inverse`
+/// contains the present solution.
 struct BalanceBranch<'a> {
     inverse: &'a mut Inverse<f64>,
     accepted: Inverse<f64>,
@@ -51,12 +53,12 @@ impl Branch for BalanceBranch<'_> {
     }
 }
 
-/// Follows the solution from zero friction to `until` times the given friction coefficients, with a
-/// common factor on all of them; `inverse` then contains the solution.
+/// Follows the solution branch from zero friction to `until` times the given friction coefficients,
+/// with a common factor on all coefficients. On success `inverse` contains the solution.
 ///
 /// # Errors
-/// Returns the lock: the determinant of the coupled balance vanishes there, and the forces grow
-/// without bound.
+/// Returns the point at which friction locks the mechanism: the determinant of the coupled balance
+/// vanishes there, and the forces grow without bound.
 pub(super) fn follow_friction(
     inverse: &mut Inverse<f64>,
     model: &Model,
@@ -80,15 +82,15 @@ pub(super) fn follow_friction(
     Ok(())
 }
 
-/// Normal load of each interface, N.
+/// Returns the normal load of each interface, N.
 fn loads(inverse: &Inverse<f64>) -> Vec<f64> {
     inverse.interfaces().iter().map(|interface| interface.load()).collect()
 }
 
 impl Inverse<f64> {
-    /// Runs Newton's method on the balance with linearised friction from the present normal loads,
-    /// with at most `steps` steps and loads up to `limit`. Returns true if it converges to
-    /// round-off.
+    /// Runs Newton's method on the balance with linearised friction, starting from the present
+    /// normal loads. The method takes at most `steps` steps, and fails if a normal load exceeds
+    /// `limit`. Returns true if it converges to round-off.
     pub(super) fn newton(
         &mut self,
         model: &Model,

@@ -1,12 +1,13 @@
-//! Friction contributions: the part of each effort that the friction of each interface causes.
+//! Friction contributions: the part of each effort that is due to the friction of each interface.
 //!
-//! With the friction forces held constant, the balance is linear in them: each effort is the
-//! frictionless effort plus a sum over interfaces. The contribution of an interface is the response
-//! of the effort to the friction of that interface, without any other load. For unique efforts,
-//! virtual work yields the same result: friction times sliding velocity in the motion with unit
-//! rate of that actuator while all other actuators are at rest.
+//! For fixed friction forces the balance is linear in these forces: each effort is the frictionless
+//! effort plus a sum over interfaces. The contribution of an interface is the effort due to the
+//! friction of this interface alone, without any other load. If the efforts are unique, virtual
+//! work yields the same result: the contribution to an effort equals friction force times sliding
+//! velocity, in the motion in which this actuator has unit rate and all other actuators are at
+//! rest.
 //!
-//! The friction force of an interface depends on the other interfaces through the reactions; the
+//! The friction force of an interface depends on the other interfaces through the reactions. The
 //! contribution of a given friction force does not.
 //!
 //! Equation (E2) of the book's theory.
@@ -20,31 +21,31 @@ use crate::parameters::{InterfaceParameters, Parameters};
 use crate::scalar::Scalar;
 use crate::spatial::Wrench;
 
-/// Contribution of the friction at each interface to each effort, N or N m. The contributions to an
+/// Contribution of the friction of each interface to each effort, N or N m. The contributions to an
 /// effort add up to the difference between the efforts with and without friction. Interfaces at
 /// rest contribute nothing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contributions<T> {
     actuators: usize,
     interfaces: usize,
-    /// Contributions to the efforts of all actuators, interface by interface.
+    /// Contributions to the efforts of all actuators, concatenated for all interfaces.
     values: Vec<T>,
 }
 
 impl<T: Scalar> Contributions<T> {
-    /// Creates the contributions of a frictionless mechanism, all zero.
+    /// Creates contributions that are all zero, as for a frictionless mechanism.
     pub fn new(actuators: usize, interfaces: usize) -> Self {
         Self { actuators, interfaces, values: vec![T::zero(); actuators * interfaces] }
     }
 
-    /// Contribution of friction interface `interface` to the effort of actuator `actuator`, in the
-    /// orders of [`Mechanism::actuators`](crate::mechanism::Mechanism::actuators) and
-    /// [`Parameters::interfaces`].
+    /// Returns the contribution of friction interface `interface` to the effort of actuator
+    /// `actuator`, N or N m. Indices are in the orders of [`Parameters::interfaces`] and
+    /// [`Mechanism::actuators`](crate::mechanism::Mechanism::actuators).
     pub fn of(&self, actuator: usize, interface: usize) -> T {
         self.values[interface * self.actuators + actuator]
     }
 
-    /// Contributions to the effort of one actuator, interface by interface.
+    /// Returns the contribution of each interface to the effort of one actuator, N or N m.
     pub fn of_actuator(&self, actuator: usize) -> impl ExactSizeIterator<Item = T> + '_ {
         (0..self.interfaces).map(move |interface| self.of(actuator, interface))
     }
@@ -67,14 +68,14 @@ impl<T: Scalar> Contributions<T> {
 /// Changes of all forces per newton of friction at one interface.
 #[derive(Clone, Debug)]
 pub struct Response<T> {
-    /// Change of the complete wrench at each joint, predecessor on successor, about the reference
-    /// point.
+    /// Change of the complete wrench of each joint, exerted by the predecessor on the successor,
+    /// about the reference point.
     pub wrenches: Vec<Wrench<T>>,
     /// Change of the effort of each actuator.
     pub efforts: Vec<T>,
 }
 
-/// Buffers for computing [`Contributions`], allocated once. One factorisation serves all
+/// Buffers for computing [`Contributions`], allocated once. A single factorisation is used for all
 /// interfaces.
 #[derive(Clone, Debug)]
 pub struct Sharing<T> {
@@ -87,9 +88,9 @@ impl<T: Scalar> Sharing<T> {
         Self { balance: Balance::new(&model.balance) }
     }
 
-    /// Computes the [`Response`] to each friction interface at the motion in `bodies`, with the
-    /// sliding directions in `inverse`. All forces are the frictionless forces plus the sum over
-    /// interfaces of friction force times response.
+    /// Computes the [`Response`] to one newton of friction at each interface, for the motion in
+    /// `bodies` and the sliding directions in `inverse`. All forces are the frictionless forces
+    /// plus the sum over interfaces of friction force times response.
     pub fn responses(
         &mut self,
         model: &Model,
@@ -113,8 +114,9 @@ impl<T: Scalar> Sharing<T> {
         parameters.interfaces.iter().zip(inverse.interfaces()).map(of).collect()
     }
 
-    /// Computes the contributions of the friction forces in `inverse` at the motion in `bodies`.
-    /// Redundant forces follow the same weighting, so the contributions to them add up as well.
+    /// Computes the contributions of the friction forces in `inverse`, for the motion in `bodies`.
+    /// Statically indeterminate forces are selected by the same weighting, so their contributions
+    /// add up as well.
     pub fn run(
         &mut self,
         model: &Model,

@@ -1,5 +1,5 @@
 //! Inverse dynamics in a control loop: computes all forces from independent coordinates without
-//! allocation.
+//! memory allocation.
 
 use super::checks;
 use super::data::Data;
@@ -13,10 +13,10 @@ use crate::parameters::Parameters;
 use crate::spatial::Vec3;
 use crate::statics::AppliedLoad;
 
-/// Largest number of Newton steps for the loop closures.
+/// Largest number of Newton steps to close the loops.
 const CLOSURE_STEPS: usize = 12;
-/// One more Newton step closes the loops to round-off if the closure error is below this value:
-/// lengths divided by the characteristic length, angles in rad.
+/// If the closure error is below this value, one more Newton step closes the loops to round-off.
+/// Lengths are divided by the characteristic length, angles are in rad.
 const NEAR: f64 = 1e-7;
 /// Loops count as open if the closure error exceeds this value: lengths divided by the
 /// characteristic length, angles in rad.
@@ -31,8 +31,8 @@ pub enum Status {
     Converged,
     /// A coordinate, rate, acceleration or load is NaN or infinite.
     InputNotFinite,
-    /// Newton's method does not close the loops from the last closed configuration: the position is
-    /// out of reach or too far from that configuration.
+    /// Newton's method does not close the loops from the last closed configuration: the requested
+    /// configuration is out of reach or too far away.
     LoopsOpen {
         /// Largest error of a loop closure or a prescribed coordinate: lengths divided by the
         /// characteristic length, angles in rad. NaN if Newton's method diverged.
@@ -40,9 +40,10 @@ pub enum Status {
     },
     /// The prescribed rates or accelerations would open a loop.
     MotionInconsistent,
-    /// The position is singular: the prescribed coordinates do not determine rates or accelerations.
+    /// The configuration is singular: the prescribed coordinates do not determine rates or
+    /// accelerations.
     Singular,
-    /// The ends of this spring coincide, so its force has no direction.
+    /// The ends of a spring coincide, so its force has no direction.
     SpringWithoutDirection {
         /// Index in [`Parameters::springs`].
         spring: usize,
@@ -54,7 +55,7 @@ pub enum Status {
         /// True for a joint spring, false for a bushing.
         on_joint: bool,
     },
-    /// The two supports of this friction interface no longer overlap.
+    /// The two supports of a friction interface no longer overlap.
     NoOverlap {
         /// Index in [`Parameters::interfaces`].
         interface: usize,
@@ -65,12 +66,13 @@ pub enum Status {
         /// Largest change of a normal force in the last step, N.
         change: f64,
     },
-    /// The determinant of the balance with friction differs in sign from that without friction:
-    /// friction locks the mechanism at smaller coefficients, or the solution is on another solution
-    /// branch.
+    /// The determinant of the balance with friction differs in sign from that without friction.
+    /// Either friction locks the mechanism at smaller friction coefficients, or the solution is on
+    /// another solution branch.
     FrictionLocks,
-    /// The relative power residual exceeds 1e-9, because the elimination order does not suit the position.
-    /// Compile a model at this position with [`InverseDynamics`](super::InverseDynamics).
+    /// The relative power residual exceeds 1e-9, because the elimination order is not suited to the
+    /// configuration. Compile a model at this configuration with
+    /// [`InverseDynamics`](super::InverseDynamics).
     Unbalanced {
         /// Relative power residual; infinite if forces are not finite or grow without bound.
         residual: f64,
@@ -78,12 +80,12 @@ pub enum Status {
 }
 
 impl Status {
-    /// True if the iteration has converged, so that the forces are valid.
+    /// Returns true if the iteration has converged, so that the forces are valid.
     pub fn is_converged(self) -> bool {
         self == Self::Converged
     }
 
-    /// The outcome in words, without a capital letter and a full stop.
+    /// Returns a description of the outcome, without a capital letter and a full stop.
     pub fn reason(self) -> &'static str {
         match self {
             Self::Converged => "all equations hold",
@@ -110,23 +112,23 @@ impl Status {
 }
 
 impl Model {
-    /// Inverse dynamics with friction: computes the efforts for positions `q`, rates `v` and
+    /// Computes the inverse dynamics with friction: the efforts for values `q`, rates `v` and
     /// accelerations `a` of the prescribed coordinates under external `loads`.
     ///
     /// `q`, `v` and `a` are in the order of
     /// [`MotionConstraints::coordinates`](crate::kinematics::MotionConstraints::coordinates), in m
-    /// and rad. The loops are closed by Newton's method from the last closed configuration in
-    /// `data`, so successive positions must be close to each other; the assembly mode remains that
-    /// of `data`. The parameters are [`Self::parameters`]. Nothing is allocated.
+    /// and rad. Newton's method closes the loops from the last closed configuration in `data`, so
+    /// successive configurations must be close to each other; the assembly mode is that of `data`.
+    /// The parameters are [`Self::parameters`]. The computation allocates no memory.
     ///
     /// Unless the status is [`Status::Converged`], the forces in `data` do not belong to this
-    /// motion; the next call starts from the last closed configuration. The coupling of friction
-    /// and reactions yields the solution connected with the frictionless solution;
+    /// motion, and the next call starts from the last closed configuration. The coupling of
+    /// friction and reactions yields the solution connected to the frictionless solution;
     /// [`InverseDynamics::coupling`](super::InverseDynamics::coupling) certifies its uniqueness.
     ///
     /// # Panics
-    /// If the length of `q`, `v` or `a` differs from the number of coordinates, or a load is on a
-    /// body that does not exist.
+    /// If the length of `q`, `v` or `a` differs from the number of coordinates, or if a load acts
+    /// on a body that does not exist.
     pub fn inverse_dynamics(
         &self,
         data: &mut Data<f64>,
@@ -138,11 +140,11 @@ impl Model {
         self.inverse_dynamics_with(&self.parameters, data, q, v, a, loads)
     }
 
-    /// Computes [`Self::inverse_dynamics`] with the given parameters, such as friction coefficients
-    /// tuned at run time.
+    /// Computes the inverse dynamics like [`Self::inverse_dynamics`], with the given parameters,
+    /// such as friction coefficients tuned at run time.
     ///
     /// # Panics
-    /// See [`Self::inverse_dynamics`]; also if `parameters` belong to another mechanism.
+    /// See [`Self::inverse_dynamics`]; also if `parameters` belongs to another mechanism.
     pub fn inverse_dynamics_with(
         &self,
         parameters: &Parameters<f64>,
@@ -160,7 +162,7 @@ impl Model {
         }
     }
 
-    /// Closes the loops and computes the motion of all bodies, [`Data::kinematics`], without computing
+    /// Closes the loops and computes the motion of all bodies, [`Data::kinematics`], without
     /// forces; see [`Self::inverse_dynamics`].
     ///
     /// # Panics
@@ -173,8 +175,8 @@ impl Model {
         }
     }
 
-    /// Solves for the motion; if the loops stay open or the position is singular, restores the last closed
-    /// configuration.
+    /// Solves for the motion. If the loops stay open or the configuration is singular, restores the
+    /// last closed configuration.
     fn solve_for_motion_or_return(
         &self,
         parameters: &Parameters<f64>,
@@ -279,7 +281,7 @@ impl Model {
 }
 
 impl Data<f64> {
-    /// Sets the configuration from which the next computation starts, without allocation.
+    /// Sets the configuration from which the next computation starts, without memory allocation.
     ///
     /// # Panics
     /// If `state` belongs to another spanning tree.
@@ -304,32 +306,33 @@ impl Data<f64> {
         }
     }
 
-    /// Actuator forces, N, and torques, N m, in the order of
-    /// [`Mechanism::actuators`](crate::mechanism::Mechanism::actuators), of the last
-    /// [`Model::inverse_dynamics`] that converged.
+    /// Returns the actuator forces, N, and torques, N m, of the last [`Model::inverse_dynamics`]
+    /// that converged, in the order of
+    /// [`Mechanism::actuators`](crate::mechanism::Mechanism::actuators).
     pub fn efforts(&self) -> &[f64] {
         &self.forces.efforts
     }
 
-    /// Efforts without friction, in the order of [`Self::efforts`].
+    /// Returns the actuator forces, N, and torques, N m, without friction, in the order of
+    /// [`Self::efforts`].
     pub fn efforts_frictionless(&self) -> &[f64] {
         &self.forces.efforts_frictionless
     }
 
-    /// Complete reaction of a joint, by its index: the force, N, that the predecessor exerts on the
-    /// successor, and its moment about the joint's origin (of frame J), N m; world axes. Includes
-    /// constraint, actuator and friction forces.
+    /// Returns the complete reaction of the joint with index `joint`, in world axes: the force, N,
+    /// that the predecessor exerts on the successor, and the moment about the origin of frame J of
+    /// the joint, N m. The reaction includes constraint, actuator and friction forces.
     pub fn reaction(&self, joint: usize) -> (Vec3<f64>, Vec3<f64>) {
         self.forces.reactions[joint]
     }
 
-    /// Sliding velocity, normal force and friction of each friction interface, in the order of
-    /// [`Parameters::interfaces`].
+    /// Returns sliding velocity, normal force and friction of each friction interface, in the order
+    /// of [`Parameters::interfaces`].
     pub fn friction(&self) -> &[InterfaceForce] {
         &self.forces.interfaces
     }
 
-    /// Power balance of the last [`Model::inverse_dynamics`].
+    /// Returns the power balance of the last [`Model::inverse_dynamics`].
     pub fn power(&self) -> &Power {
         &self.forces.power
     }

@@ -1,5 +1,5 @@
-//! Coupling of friction and normal loads, from the responses to unit friction forces: bound on the
-//! coupling, and friction forces that are consistent with the normal loads they cause.
+//! Coupling of friction and normal loads, computed from the effects of unit friction forces: a
+//! bound on the coupling, and friction forces that are consistent with the normal loads they cause.
 //!
 //! Equations (F6), (F7) and (D3) of the book's theory.
 
@@ -20,15 +20,16 @@ use crate::kinematics::Bodies;
 use crate::parameters::{InterfaceParameters, Parameters};
 use crate::spatial::{Twist, Wrench};
 
-/// Largest number of interfaces for which all responses are stored and the normal loads are solved
-/// as a dense problem. The cost grows with the cube of the number of interfaces.
+/// Largest number of interfaces for which the effects of all unit friction forces are stored and
+/// the normal loads are computed as a dense problem. The cost grows with the cube of the number of
+/// interfaces.
 const DENSE: usize = 64;
 
-/// Extrapolated normal loads need no Newton step if their error, relative to the largest load, is
-/// below this value. A fixed-point step reduces the error by the coupling factor.
+/// Error of extrapolated normal loads, relative to the largest load, below which no Newton step is
+/// needed. A fixed-point step reduces the error by the coupling factor.
 const ERROR: f64 = 1e-13;
 
-/// Friction force acting at one interface.
+/// Friction that acts at one interface.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Acting {
     pub(super) resistance: Resistance<f64>,
@@ -38,15 +39,15 @@ pub(super) struct Acting {
 }
 
 impl Acting {
-    /// Creates the kinetic friction of a sliding interface, or the static friction along `held` for
-    /// an interface at rest.
+    /// Creates the kinetic friction of a sliding interface or, for an interface at rest, the static
+    /// friction with the components `held` (fractions of the friction limit).
     pub(super) fn of(state: &InterfaceState<f64>, held: [f64; 3]) -> Self {
         let slides = state.sliding > 0.0;
         let parts = if slides { [1.0, 0.0, 0.0] } else { held };
         Self { resistance: state.resistance, sense: state.sense, parts }
     }
 
-    /// Creates the friction of a sliding interface for the opposite motion.
+    /// Creates the friction of an interface for the opposite motion.
     fn reversed(state: &InterfaceState<f64>, interface: &InterfaceParameters<f64>) -> Self {
         let reversed = state.reversed(interface);
         let parts = if state.sliding > 0.0 { [-1.0, 0.0, 0.0] } else { [0.0; 3] };
@@ -58,27 +59,28 @@ impl Acting {
     }
 }
 
-/// Normal loads at which Newton's method starts.
+/// Normal loads from which Newton's method starts.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Start<'a> {
     /// Normal loads of the solution without friction.
     Uncoupled,
     /// Normal loads of the last solution if it has the same number of coupled interfaces, otherwise
-    /// those without friction.
+    /// frictionless normal loads.
     Last,
-    /// Normal loads extrapolated from previous positions of the present motion.
+    /// Normal loads extrapolated from previous configurations of the present motion.
     Expected,
-    /// Normal loads extrapolated from previous positions of the opposite motion. If there are none,
-    /// Newton's method starts at the normal loads in the given states (of the present motion),
-    /// reflected about the frictionless normal loads.
+    /// Normal loads extrapolated from previous configurations of the opposite motion. Without such
+    /// configurations, Newton's method starts from the normal loads in the given states (of the
+    /// present motion), reflected about the frictionless normal loads.
     Opposite(&'a [InterfaceState<f64>]),
 }
 
-/// Responses and frictionless forces at one position, with buffers for computing friction forces.
+/// Responses to unit friction forces and frictionless forces at one configuration, with buffers for
+/// computing friction forces.
 #[derive(Clone, Debug, Default)]
 pub(super) struct FrictionCoupling {
     responses: Responses,
-    /// True if the responses belong to the present position.
+    /// True if the responses belong to the present configuration.
     is_current: bool,
     /// True if the responses contain joint wrenches.
     is_stored: bool,
@@ -89,35 +91,36 @@ pub(super) struct FrictionCoupling {
     acting: Vec<Acting>,
     /// Indices of the interfaces whose friction depends on the normal load.
     unknowns: Vec<usize>,
-    /// Normal loads of these interfaces, N.
+    /// Normal loads of the interfaces in `unknowns`, N.
     loads: Vec<f64>,
-    /// Normal loads at previous positions, in the present and in the opposite motion.
+    /// Normal loads at previous configurations: those of the present motion, and those of the
+    /// opposite motion.
     history: [LoadHistory; 2],
-    /// True if the normal loads at previous positions are kept as starting values; otherwise
-    /// solutions do not depend on previous positions.
+    /// True if normal loads at previous configurations are stored as starting values. Otherwise
+    /// solutions do not depend on previous configurations.
     keeps_history: bool,
-    /// Friction force of each component, N.
+    /// Friction force of each friction component, N.
     frictions: Vec<f64>,
     start: Vec<Wrench<f64>>,
     problem: LoadProblem,
     workspace: LoadWorkspace,
     bound: BoundWorkspace,
-    /// Largest coupling bound that is accepted without refinement; see
-    /// [`FrictionCoupling::accept_up_to`].
+    /// Largest coupling bound that is accepted without refinement; see [`Self::accept_up_to`].
     accepted: f64,
-    /// Friction of each component per newton of normal load, in blocks of four components.
+    /// Friction force of each component per newton of normal load, in blocks of four components.
     factors: Vec<Four>,
-    /// Friction of each component, N, in blocks of four components.
+    /// Friction force of each component, N, in blocks of four components.
     packed: Vec<Four>,
     /// Coupling bound of the last [`Self::begin`], or of the opposite motion.
     strength: f64,
-    /// Sensitivities of an effort to the normal loads.
+    /// Derivatives of an effort with respect to the normal loads.
     weights: Vec<f64>,
     gradients: Vec<Twist<f64>>,
     gains: Vec<Twist<f64>>,
 }
 
-/// Influence of coupled interfaces on joint wrenches, per newton of normal load, from stored responses.
+/// Joint wrenches per newton of normal load, due to the friction of coupled interfaces, from stored
+/// responses.
 struct StoredInfluence<'a> {
     responses: &'a Responses,
     acting: &'a [Acting],
@@ -142,8 +145,8 @@ impl Influence for StoredInfluence<'_> {
     }
 }
 
-/// Influence of sliding interfaces on joint wrenches, per newton of normal load, evaluated while the responses are
-/// computed, without storing the responses.
+/// Joint wrenches per newton of normal load, due to the friction of sliding interfaces. They are
+/// evaluated while the responses are computed, so that the responses need not be stored.
 struct ComputedInfluence<'a> {
     responses: &'a mut Responses,
     inverse: &'a Inverse<f64>,
@@ -175,12 +178,12 @@ impl Influence for ComputedInfluence<'_> {
 }
 
 impl FrictionCoupling {
-    /// Marks the responses as invalid, after a change of position.
+    /// Marks the responses as invalid, after a change of the configuration.
     pub(super) fn leave(&mut self) {
         self.is_current = false;
     }
 
-    /// Copies the forces of `inverse`, a solution without friction, at a new position.
+    /// Copies the forces of `inverse`, a frictionless solution at a new configuration.
     pub(super) fn start_from(&mut self, inverse: &Inverse<f64>) {
         self.is_current = false;
         self.wrenches.clear();
@@ -189,7 +192,8 @@ impl FrictionCoupling {
         self.efforts.extend_from_slice(inverse.efforts());
     }
 
-    /// Returns the responses at the position of `inverse`, including joint wrenches if `with_wrenches`.
+    /// Returns the responses at the configuration of `inverse`, including joint wrenches if
+    /// `with_wrenches`.
     pub(super) fn responses(
         &mut self,
         inverse: &Inverse<f64>,
@@ -206,9 +210,9 @@ impl FrictionCoupling {
         &self.responses
     }
 
-    /// Computes the responses and returns the bound on the coupling of friction and normal loads.
-    /// If it is below one, the solution is unique. `inverse` contains the solution without
-    /// friction.
+    /// Computes the responses to unit friction forces, and returns the bound on the coupling of
+    /// friction and normal loads. If the bound is below one, the solution is unique. `inverse`
+    /// contains the frictionless solution.
     pub(super) fn begin(
         &mut self,
         inverse: &Inverse<f64>,
@@ -248,8 +252,8 @@ impl FrictionCoupling {
         problem.coupling_bound(at, (start, *accepted), workspace)
     }
 
-    /// Lets [`Self::begin`] accept any bound on the coupling up to this value instead of refining it to
-    /// the smallest one.
+    /// Makes [`Self::begin`] accept any coupling bound up to this value instead of refining it to
+    /// the smallest bound.
     pub(super) fn accept_up_to(&mut self, bound: f64) {
         self.accepted = bound;
     }
@@ -281,7 +285,8 @@ impl FrictionCoupling {
         }
         let (acting, parameters) = (&*self.acting, at.parameters);
         if unknowns.len() == responses.len() {
-            // All interfaces are coupled and have one component: the blocks are those of the responses.
+            // All interfaces are coupled and have one component, so the blocks are the same as
+            // those of the responses.
             let factor = |acting: &Acting| acting.parts[0] * acting.resistance.coefficient;
             let factors = &mut self.factors;
             factors.clear();
@@ -298,8 +303,8 @@ impl FrictionCoupling {
         problem.set_influence(&mut StoredInfluence { responses, acting, unknowns, parameters });
     }
 
-    /// Finds the normal loads consistent with the acting friction by Newton's method. Returns false if
-    /// it does not converge.
+    /// Computes normal loads that are consistent with the acting friction by Newton's method.
+    /// Returns false if the method does not converge.
     pub(super) fn settle(&mut self, at: Configuration<'_>, start: Start<'_>) -> bool {
         let found = match start {
             Start::Last if self.loads.len() == self.unknowns.len() => {
@@ -337,27 +342,29 @@ impl FrictionCoupling {
         true
     }
 
-    /// Enables the history: normal loads at previous positions become starting values.
+    /// Enables the history: normal loads at previous configurations are used as starting values.
     pub(super) fn keep_history(&mut self) {
         self.keeps_history = true;
     }
 
-    /// Clears the history, so that the next solution does not depend on previous positions.
+    /// Clears the history, so that the next solution does not depend on previous configurations.
     pub(super) fn forget(&mut self) {
         self.history.iter_mut().for_each(LoadHistory::forget);
     }
 
-    /// Runs Newton's method from the normal loads extrapolated from previous positions.
+    /// Runs Newton's method from the normal loads extrapolated from previous configurations.
     fn newton_from_expected(&mut self, at: Configuration<'_>, history: usize) -> bool {
         let Self { history: all, unknowns, loads, strength, .. } = self;
-        // The map contracts by the factor `strength`, so this residual bounds the error by `ERROR`.
+        // The fixed-point map contracts by the factor `strength`, so this residual bounds the error
+        // by `ERROR`.
         let residual = ERROR * (1.0 - *strength);
         all[history].predict(unknowns, loads) && self.newton(at, residual)
     }
 
-    /// Solves for the present motion after [`Self::begin`], if the bound proves the solution unique;
-    /// [`Self::total_wrenches`] and [`Self::present_loads`] are then the result. Returns false if Newton's
-    /// method fails, or if there are too many interfaces for a dense problem.
+    /// Solves for the present motion after [`Self::begin`], if the coupling bound proves the
+    /// solution unique. The results are [`Self::total_wrenches`] and [`Self::present_loads`].
+    /// Returns false if Newton's method fails, or if there are too many interfaces for a dense
+    /// problem.
     pub(super) fn solve_present(&mut self, at: Configuration<'_>) -> bool {
         let settled = self.is_stored && self.settle(at, Start::Expected);
         if settled {
@@ -366,13 +373,13 @@ impl FrictionCoupling {
         settled
     }
 
-    /// Joint wrenches of the last [`Self::joint_wrenches`].
+    /// Returns the joint wrenches of the last [`Self::joint_wrenches`].
     pub(super) fn total_wrenches(&self) -> &[Wrench<f64>] {
         &self.start
     }
 
-    /// Iterates over the interfaces whose friction depends on the normal load, with this normal
-    /// load, N.
+    /// Iterates over the interfaces whose friction depends on the normal load, as pairs of index
+    /// and normal load, N.
     pub(super) fn present_loads(&self) -> impl Iterator<Item = (usize, f64)> {
         self.unknowns.iter().copied().zip(self.loads.iter().copied())
     }
@@ -385,8 +392,8 @@ impl FrictionCoupling {
         })
     }
 
-    /// Runs Newton's method from the normal loads without friction or, if `opposite` is given, from
-    /// the normal loads of `opposite` reflected about those without friction.
+    /// Runs Newton's method from the frictionless normal loads. If `opposite` is given, starts from
+    /// the normal loads of `opposite`, reflected about the frictionless normal loads.
     fn newton_from_uncoupled(
         &mut self,
         at: Configuration<'_>,
@@ -402,14 +409,14 @@ impl FrictionCoupling {
         self.newton(at, 0.0)
     }
 
-    /// Runs Newton's method from the present normal loads; see [`Accepted::residual`].
+    /// Runs Newton's method from the present normal loads. `residual` is [`Accepted::residual`].
     fn newton(&mut self, at: Configuration<'_>, residual: f64) -> bool {
         let Self { problem, loads, workspace, .. } = self;
         let most = UNBOUNDED * largest(loads).max(f64::MIN_POSITIVE);
         problem.solve_from(at, loads, Accepted { most, residual }, workspace)
     }
 
-    /// Computes the wrenches of all joints with the friction found by [`Self::settle`].
+    /// Computes the wrenches of all joints with the friction of the last [`Self::settle`].
     pub(super) fn joint_wrenches(&mut self) -> &[Wrench<f64>] {
         self.start.clone_from(&self.wrenches);
         pack(&self.frictions, &mut self.packed);
@@ -417,15 +424,16 @@ impl FrictionCoupling {
         &self.start
     }
 
-    /// Computes the effort of an actuator with the friction found by [`Self::settle`].
+    /// Returns the effort of an actuator with the friction of the last [`Self::settle`], N or N m.
     pub(super) fn effort(&self, actuator: usize) -> f64 {
         let each = self.frictions.iter().enumerate();
         let change = each.map(|(k, friction)| self.responses.effort(k, actuator) * friction);
         self.efforts[actuator] + change.sum::<f64>()
     }
 
-    /// Computes the efforts in the opposite motion at the same position, with the same accelerations and
-    /// loads. `None` if they may not be unique, Newton's method fails, or no responses are stored.
+    /// Computes the efforts in the opposite motion at the same configuration, with the same
+    /// accelerations and loads. `None` if the efforts may not be unique, if Newton's method fails,
+    /// or if no responses are stored.
     pub(super) fn reversed_efforts(
         &mut self,
         states: &[InterfaceState<f64>],
@@ -437,7 +445,8 @@ impl FrictionCoupling {
         let interfaces = &at.parameters.interfaces;
         let pairs = states.iter().zip(interfaces);
         self.act(pairs.map(|(state, interface)| Acting::reversed(state, interface)), at);
-        // With a separate law for backward sliding, the opposite motion has other coefficients.
+        // With a separate friction law for backward sliding, the opposite motion has different
+        // coefficients.
         let has_other_law = interfaces.iter().any(|interface| interface.backward.is_some());
         if has_other_law {
             self.strength = self.coupling_bound(at);
@@ -450,9 +459,9 @@ impl FrictionCoupling {
         settled.then(|| efforts.collect())
     }
 
-    /// Derivative of an effort with respect to each component of static friction, in units of the
-    /// friction limit, at the solution of [`Self::settle`]; zero for sliding interfaces. `None` if
-    /// the coupling is singular.
+    /// Computes the derivative of an effort with respect to each component of static friction, in
+    /// units of the friction limit, at the solution of [`Self::settle`]. The derivative is zero for
+    /// sliding interfaces. `None` if the coupling is singular.
     pub(super) fn slopes(
         &mut self,
         actuator: usize,
@@ -470,7 +479,7 @@ impl FrictionCoupling {
             sum.sum::<f64>() * resistance.coefficient
         }));
         problem.adjoint(at, &self.loads, weights, &mut self.gradients, workspace)?;
-        // Change of the effort per unit of each joint's wrench.
+        // Derivative of the effort with respect to the wrench of each joint.
         let gains = &mut self.gains;
         gains.clear();
         gains.resize(self.start.len(), Twist::zero());
@@ -492,7 +501,7 @@ impl FrictionCoupling {
         Some(())
     }
 
-    /// Range of the friction components of an interface.
+    /// Returns the range of friction components of an interface.
     pub(super) fn components(&self, interface: usize) -> core::ops::Range<usize> {
         self.responses.components(interface)
     }

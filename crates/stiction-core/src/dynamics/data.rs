@@ -1,4 +1,5 @@
-//! Results of a compiled model, and the kernel that computes them with any scalar type.
+//! State and results of a compiled model, and the generic inverse-dynamics computation for any
+//! scalar type.
 
 use super::forces::Forces;
 use super::inverse::Inverse;
@@ -12,14 +13,14 @@ use crate::statics::AppliedLoad;
 /// State and results of a computation with a [`Model`], allocated once by [`Model::data`].
 #[derive(Clone, Debug)]
 pub struct Data<T> {
-    /// Coordinates, rates and accelerations of the tree. The coordinates are the warm start of the
-    /// next computation.
+    /// Coordinates, rates and accelerations of the spanning tree. The next computation starts from
+    /// these coordinates.
     pub state: State<T>,
     /// Motion of all bodies.
     pub kinematics: Kinematics<T>,
     /// Efforts, reactions and friction.
     pub inverse: Inverse<T>,
-    /// Treatment of friction, tolerances and iteration limits.
+    /// Friction mode, tolerances and iteration limits.
     pub settings: Settings,
     /// Last configuration at which the loops were closed.
     pub(super) closed: State<T>,
@@ -28,8 +29,8 @@ pub struct Data<T> {
 }
 
 impl Model {
-    /// Allocates data for this model, with the tree's configuration `state` as the warm start of the
-    /// first computation.
+    /// Allocates data for this model. The first computation starts from the configuration `state`
+    /// of the spanning tree.
     ///
     /// # Panics
     /// If `state` belongs to another spanning tree.
@@ -55,14 +56,14 @@ impl Model {
         }
     }
 
-    /// Kernel of the inverse dynamics, for any scalar type: computes all efforts and reactions from
-    /// prescribed values, one target for each coordinate, and external loads.
+    /// Computes the inverse dynamics for any scalar type: all efforts and reactions for prescribed
+    /// motions, one target for each coordinate, and external loads.
     ///
     /// Takes [`Settings::position_steps`] Newton steps from the configuration in `data`, then
-    /// solves for rates, accelerations, reactions and friction. It neither allocates nor branches
-    /// on values, and performs no checks: use [`Kinematics::largest_error`],
+    /// solves for rates, accelerations, reactions and friction. This method neither allocates
+    /// memory nor branches on values, and it performs no checks: use [`Kinematics::largest_error`],
     /// [`Inverse::friction_change`] and [`Inverse::orientation`] afterwards, or call
-    /// [`Self::inverse_dynamics`].
+    /// [`Self::inverse_dynamics`] instead.
     pub fn evaluate<T: Scalar>(
         &self,
         parameters: &Parameters<T>,
@@ -78,8 +79,8 @@ impl Model {
         inverse.solve(self, parameters, kinematics, loads, settings);
     }
 
-    /// Kernel of the position problem, for any scalar type: takes one Newton step towards closed loops
-    /// and prescribed values. [`Kinematics::scaled_errors`] returns the errors before the step.
+    /// Takes one Newton step towards closed loops and prescribed values, for any scalar type.
+    /// [`Kinematics::scaled_errors`] returns the errors before the step.
     pub fn approach<T: Scalar>(
         &self,
         parameters: &Parameters<T>,
@@ -90,9 +91,9 @@ impl Model {
         kinematics.approach(&self.kinematic, parameters, state, targets);
     }
 
-    /// Reciprocal pivots of the rate equations after [`Self::evaluate`]. Their product never vanishes
-    /// and grows without bound towards positions where the prescribed coordinates do not
-    /// determine the motion.
+    /// Returns the reciprocal pivots of the rate equations after [`Self::evaluate`]. Their product
+    /// never vanishes, and grows without bound near configurations at which the prescribed
+    /// coordinates do not determine the motion.
     #[doc(hidden)]
     pub fn rate_pivots<T: Scalar>(&self, data: &Data<T>) -> Vec<T> {
         data.kinematics.reciprocal_pivots(&self.kinematic)

@@ -1,6 +1,6 @@
 //! Dense fallback: inverse dynamics by dense decompositions of the Newton-Euler equations, for
-//! positions and mechanisms that the sparse balance cannot solve. Tests of the sparse balance use it as
-//! an oracle.
+//! configurations and mechanisms that the sparse balance cannot solve. Tests compare the sparse
+//! balance with it.
 
 use super::contributions::Contributions;
 use super::interfaces::{InterfaceState, Interfaces};
@@ -18,8 +18,8 @@ use crate::statics::{AppliedLoad, InfeasibleLoad, Statics};
 use crate::topology::Topology;
 use nalgebra::DVector;
 
-/// Largest number of fixed-point steps between friction and reactions; if more are needed, Newton's
-/// method is faster.
+/// Largest number of fixed-point steps between friction and reactions. If more steps are needed,
+/// Newton's method is faster.
 const FIXED_POINT_STEPS: usize = 200;
 
 /// Step sizes of the continuation from zero friction to the given friction coefficients.
@@ -34,14 +34,15 @@ const STEPS: StepPolicy = StepPolicy {
 /// Joint wrenches as affine functions of the friction forces.
 struct Reactions<'a> {
     frictionless: &'a [Wrench<f64>],
-    /// Change of all joint wrenches per newton of each interface's friction.
+    /// Change of all joint wrenches per newton of friction, for each interface.
     responses: &'a [Vec<Wrench<f64>>],
 }
 
-/// Influence of the coupled interfaces on the joint wrenches, per newton of normal load.
+/// Joint wrenches due to the friction of coupled interfaces, per newton of normal load.
 struct DenseInfluence<'a> {
     at: Configuration<'a>,
-    /// Index and friction coefficient of each coupled interface.
+    /// Index and friction coefficient of each coupled interface (whose friction depends on its
+    /// normal load).
     coupled: &'a [(usize, f64)],
     responses: &'a [Vec<Wrench<f64>>],
 }
@@ -57,11 +58,11 @@ impl Influence for DenseInfluence<'_> {
 }
 
 impl Reactions<'_> {
-    /// Solves for the normal loads of `interfaces` with known sliding speeds and friction laws, by
-    /// continuation from frictionless joints.
+    /// Solves for the normal loads of `interfaces` with known sliding velocities and friction laws,
+    /// by continuation from zero friction.
     ///
     /// # Errors
-    /// Returns the lock at which the continuation ends.
+    /// Returns the point at which friction locks the mechanism, where the continuation ends.
     fn solve(&self, interfaces: &mut Interfaces<f64>, at: Configuration<'_>) -> Result<(), Lock> {
         let states = &mut interfaces.states;
         let mut base = self.frictionless.to_vec();
@@ -100,7 +101,7 @@ impl Reactions<'_> {
     }
 }
 
-/// Forces computed by dense decompositions.
+/// Results of inverse dynamics by dense decompositions.
 #[derive(Clone, Debug)]
 pub(super) struct DenseForces {
     pub(super) efforts: Vec<f64>,
@@ -108,17 +109,17 @@ pub(super) struct DenseForces {
     pub(super) gearings: Vec<f64>,
     pub(super) wrenches: Vec<Wrench<f64>>,
     pub(super) interfaces: Interfaces<f64>,
-    /// Contribution of the friction at each interface to each effort.
+    /// Contribution of the friction of each interface to each effort.
     pub(super) shares: Contributions<f64>,
     /// Motion of the bodies, including the accelerations of local degrees of freedom.
     pub(super) bodies: Bodies<f64>,
-    /// True if friction has converged, or locks the mechanism.
+    /// True if friction has converged, or if it locks the mechanism.
     pub(super) settled: bool,
-    /// Lock, if friction locks the mechanism; all other fields are then meaningless.
+    /// Point at which friction locks the mechanism, if any. All other results are then meaningless.
     pub(super) lock: Option<Lock>,
 }
 
-/// Position with the decomposed equilibrium equations.
+/// Configuration of a mechanism with the decomposed equilibrium equations.
 pub(super) struct Position<'a> {
     pub(super) mechanism: &'a Mechanism,
     pub(super) topology: &'a Topology,
@@ -128,10 +129,10 @@ pub(super) struct Position<'a> {
 }
 
 /// Solves the Newton-Euler equations with friction by a fixed-point iteration, which alternately
-/// computes friction from the reactions, and reactions with this friction. Bodies with a local
-/// degree of freedom accelerate about its axis as the unbalanced moment requires. `accelerations`
-/// are the accelerations of the tree, `spin_responses` those per unit acceleration of each local
-/// degree of freedom.
+/// computes friction from the reactions and reactions from this friction. A body with a local
+/// degree of freedom accelerates about the axis of this degree of freedom as the unbalanced moment
+/// requires. `accelerations` are the accelerations of the spanning tree, and `spin_responses` the
+/// accelerations per unit acceleration of each local degree of freedom.
 ///
 /// # Errors
 /// Returns a load that the joints cannot carry.
@@ -155,8 +156,7 @@ pub(super) fn solve(
     };
     let still = spin(&[]);
     let demand = system.demand(parameters, &still, loads);
-    // The required wrench for the spin of a body without inertia is round-off and must not be
-    // amplified.
+    // The wrench that spins a body without inertia is round-off and must not be amplified.
     let masses: f64 = parameters.mass.iter().sum();
     let inertias: f64 = parameters.inertia.iter().map(|inertia| inertia.trace()).sum();
     let negligible = 1e-12 * (masses * parameters.length + inertias / parameters.length);
@@ -196,7 +196,8 @@ pub(super) fn solve(
     let mut settled = steps < 2 || interfaces.states.is_empty();
     for _ in 0..steps {
         interfaces.friction_at_joints(topology, parameters, bodies, &mut friction);
-        // The load was feasible without friction, so friction has grown without bound.
+        // The load was feasible without friction, so infeasibility means that friction has grown
+        // without bound.
         let Ok(carried) = carry(&friction) else { break };
         (unknowns, wrenches, amounts) = carried;
         if settings.friction == FrictionMode::OnePass {
@@ -224,7 +225,8 @@ pub(super) fn solve(
             Ok(wrenches.iter().zip(&frictionless).map(|(a, b)| *a - *b).collect::<Vec<_>>())
         };
         let each = parameters.interfaces.iter().zip(&interfaces.states);
-        // If the joints cannot carry some friction, only the fixed-point iteration may find a solution.
+        // If the joints cannot carry some friction force, only the fixed-point iteration may find a
+        // solution.
         if let Ok(responses) = each.map(respond).collect::<Result<Vec<_>, InfeasibleLoad>>() {
             settled = true;
             let reactions = Reactions { frictionless: &frictionless, responses: &responses };
@@ -239,7 +241,7 @@ pub(super) fn solve(
     }
     let mut shares = Contributions::new(topology.actuators.len(), parameters.interfaces.len());
     if settings.friction != FrictionMode::Off {
-        // Response to each of these friction forces alone, without other loads.
+        // Change of the efforts due to each of these friction forces alone, without other loads.
         let nothing = &demand * 0.0;
         for (index, (interface, state)) in
             parameters.interfaces.iter().zip(&interfaces.states).enumerate()

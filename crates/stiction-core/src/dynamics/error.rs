@@ -3,15 +3,14 @@
 use crate::words::significant;
 use thiserror::Error;
 
-/// The message reads "a small fraction" for percentages of the friction coefficients below this
-/// value.
+/// Percentage of the friction coefficients below which the message reads "a small fraction".
 pub(crate) const NO_PART: f64 = 0.05;
 
 /// Reason why inverse dynamics has no solution.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum InverseError {
-    /// No finite effort balances the load at this position.
+    /// No finite effort balances the load at this configuration.
     #[error(
         "no finite actuator effort balances this load here: with all actuators locked, body \
          `{body}` can still move ({motion}), and {} {unit} of the load along that motion remain \
@@ -19,13 +18,13 @@ pub enum InverseError {
         significant(*missing, 6)
     )]
     CannotCarry {
-        /// Body with the largest displacement in the motion that nothing resists.
+        /// Name of the body with the largest displacement in the motion that nothing resists.
         body: String,
-        /// Description of this motion; positions in the world frame.
+        /// Description of the motion that nothing resists; positions are in the world frame.
         motion: String,
-        /// Unbalanced component of the load along this motion: N m for a rotation, else N.
+        /// Unbalanced component of the load along the motion that nothing resists, in `unit`.
         missing: f64,
-        /// Unit of `missing`.
+        /// Unit of `missing`: N m for a rotation, otherwise N.
         unit: &'static str,
     },
     /// Friction locks the mechanism: the forces diverge at a fraction of the given friction
@@ -47,7 +46,7 @@ pub enum InverseError {
         }
     )]
     Locked {
-        /// Joint whose normal force grows most.
+        /// Name of the joint whose normal force grows most.
         joint: String,
         /// Percentage of the given friction coefficients at which the solution branch ends.
         percent: f64,
@@ -81,13 +80,13 @@ pub enum InverseError {
         /// Distance by which the supports have passed each other, m.
         beyond: f64,
     },
-    /// A load is NaN or infinite.
+    /// A component of an external load is NaN or infinite.
     #[error("the load on body `{body}` is not a finite number")]
     NotFinite {
         /// Name of the body.
         body: String,
     },
-    /// The forces do not balance because of round-off.
+    /// Round-off prevents an accurate balance of the forces.
     #[error(
         "the forces cannot be computed here: rounding errors leave {} of the power unaccounted \
          for; the position is too close to a singular one, or the model's parameters differ too \
@@ -98,18 +97,18 @@ pub enum InverseError {
         /// Relative power residual; infinite where forces are not finite.
         residual: f64,
     },
-    /// Friction at a singular position requires forces that cannot be balanced.
+    /// Friction at a singular configuration requires forces that cannot be balanced.
     #[error(
         "the position is singular: without friction this load happens to be balanced, but \
          friction requires forces that neither joints nor actuators can exert"
     )]
     Unsettled,
-    /// The position is singular: some motion is resisted by no actuator and no constraint, so no
+    /// The configuration is singular: no actuator and no constraint resists some motion, so no
     /// model can be compiled.
     #[error("the position is singular: some motion is resisted by no actuator and no constraint")]
     Singular,
-    /// Constraints and actuators are both redundant, which requires two weightings in sequence; no
-    /// model can be compiled.
+    /// Constraints and actuators are both redundant. This case would require two weightings in
+    /// sequence, so no model can be compiled.
     #[error(
         "constraints and actuators are both redundant, and a compiled model cannot distribute \
         forces over both: remove redundant constraints or actuators"

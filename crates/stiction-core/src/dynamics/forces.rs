@@ -9,21 +9,21 @@ use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
 use crate::spatial::{Vec3, Wrench};
 
-/// Largest relative power residual of accepted forces. Round-off is about 1e-15, but grows near
-/// singular positions.
+/// Largest accepted relative power residual of the computed forces. Round-off is about 1e-15, but
+/// grows near singular configurations.
 pub(super) const BALANCED: f64 = 1e-9;
 
 /// Forces at one friction interface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InterfaceForce {
-    /// Sliding velocity at the surface, m/s; for a ball or plate its magnitude.
+    /// Sliding velocity at the surface, m/s; its magnitude for a ball or plate.
     pub velocity: f64,
     /// True if the interface slides.
     pub slides: bool,
     /// Normal force on the surface, N.
     pub load: f64,
-    /// Friction force with the sign of the velocity, N; zero at rest, where static friction is a
-    /// set of forces.
+    /// Friction force with the sign of the sliding velocity, N. Zero at rest, where static friction
+    /// is not a single force but a set of forces.
     pub friction: f64,
     /// Largest friction force for this normal force and speed, N.
     pub limit: f64,
@@ -38,7 +38,8 @@ pub enum Bounds {
     Exact,
     /// The outer bounds are guaranteed, but may not be attained.
     Certified,
-    /// Both ends of the interval are attained; friction and reactions are coupled too strongly for outer bounds.
+    /// Both ends of the interval are attained. No outer bounds exist, because friction and
+    /// reactions are coupled too strongly.
     Attained,
     /// No bounds were computed.
     Unknown,
@@ -50,24 +51,24 @@ pub struct Forces {
     /// Effort of each actuator, N or N m, in the order of
     /// [`Mechanism::actuators`](crate::mechanism::Mechanism::actuators).
     pub efforts: Vec<f64>,
-    /// Effort of each actuator without friction, in the same order.
+    /// Effort of each actuator without friction, N or N m, in the order of `efforts`.
     pub efforts_frictionless: Vec<f64>,
-    /// Smallest and largest effort of each actuator over all admissible static friction of the
-    /// interfaces at rest; equal to `efforts` if all interfaces slide.
+    /// Smallest and largest effort of each actuator over all admissible static frictions of the
+    /// interfaces at rest. Both equal the effort if all interfaces slide.
     pub effort_bounds: Vec<(f64, f64)>,
     /// Guaranteed outer bounds of `effort_bounds`; infinite if `bounds` is [`Bounds::Attained`].
     pub effort_outer_bounds: Vec<(f64, f64)>,
     /// Reliability of `effort_bounds`.
     pub bounds: Bounds,
     /// Reaction of each joint: the force that the predecessor exerts on the successor, N, and the
-    /// moment about the joint's origin, N m, in world axes; includes constraint, effort and
-    /// friction.
+    /// moment about the origin of the joint, N m, in world axes. The reaction includes constraint,
+    /// actuator and friction forces.
     pub reactions: Vec<(Vec3<f64>, Vec3<f64>)>,
-    /// Effort of each gearing, N m, or N if its sum is a length, in the order of
-    /// [`Mechanism::gearings`](crate::mechanism::Mechanism::gearings). On each of its degrees of freedom, a gearing
-    /// exerts its effort times the coefficient of that degree of freedom.
+    /// Effort of each gearing, N m; N if the gearing sums lengths. The order is that of
+    /// [`Mechanism::gearings`](crate::mechanism::Mechanism::gearings). On each of its degrees of
+    /// freedom, a gearing exerts its effort times the coefficient of this degree of freedom.
     pub gearings: Vec<f64>,
-    /// Friction interfaces, in the order of
+    /// Forces at the friction interfaces, in the order of
     /// [`Parameters::interfaces`](crate::parameters::Parameters::interfaces).
     pub interfaces: Vec<InterfaceForce>,
     /// Power balance of these forces.
@@ -95,7 +96,7 @@ impl InterfaceForce {
 }
 
 impl Forces {
-    /// Forces of a mechanism, all zero.
+    /// Creates the forces of a mechanism, all zero.
     pub(super) fn new([actuators, joints, gearings]: [usize; 3], interfaces: usize) -> Self {
         Self {
             efforts: vec![0.0; actuators],
@@ -110,7 +111,7 @@ impl Forces {
         }
     }
 
-    /// Copies the results of the kernel, except the power balance.
+    /// Copies the results of the sparse computation, except the power balance.
     pub(super) fn read(
         &mut self,
         model: &Model,
@@ -140,8 +141,8 @@ impl Forces {
         }
     }
 
-    /// Relative power residual: the residual divided by the turnover; infinite if a force is not finite.
-    /// `length` is the characteristic length, m.
+    /// Returns the relative power residual: the residual divided by [`Power::turnover`]. The result
+    /// is infinite if a force is not finite. `length` is the characteristic length, m.
     pub fn imbalance(&self, length: f64) -> f64 {
         let numbers = self.efforts.iter().chain(&self.efforts_frictionless).copied();
         let reactions = self.reactions.iter().map(|(force, moment)| {
@@ -172,8 +173,8 @@ impl Forces {
         self.bounds = Bounds::Exact;
     }
 
-    /// Sets the outer bounds from the largest changes of the efforts by static friction, if such
-    /// bounds exist.
+    /// Sets the outer bounds of the efforts from bounds of their changes due to static friction. If
+    /// `changes` is `None`, no outer bounds exist.
     pub(super) fn certify_bounds(&mut self, changes: Option<Vec<(f64, f64)>>) {
         let finite =
             self.effort_bounds.iter().all(|(low, high)| low.is_finite() && high.is_finite());

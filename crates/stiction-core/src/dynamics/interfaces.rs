@@ -17,18 +17,18 @@ use crate::topology::Topology;
 /// resistance.coefficient * load)`, where `load` is the normal force.
 #[derive(Clone, Copy, Debug)]
 pub struct InterfaceState<T> {
-    /// Sliding velocity at the surface, m/s; for a ball or plate its magnitude.
+    /// Sliding velocity at the surface, m/s; its magnitude for a ball or plate.
     pub velocity: T,
     /// Slip indicator: one during slip, zero at rest.
     pub sliding: T,
-    /// Generalised friction force on each DOF of the interface for one newton of friction at the
-    /// surface: it opposes the motion and includes the lever arm.
+    /// Generalised force on each DOF of the interface per newton of friction at the surface. The
+    /// force opposes the motion and includes the lever arm.
     pub(crate) against: [T; 3],
-    /// Sign of the slip of an interface with one DOF: 1 for forward, -1 for backward slip; at rest,
-    /// the static friction as a signed fraction of its limit.
+    /// Sense of the slip of an interface with one DOF: 1 for forward, -1 for backward slip. At
+    /// rest, the static friction as a signed fraction of its limit.
     pub(crate) sense: T,
     pub(crate) resistance: Resistance<T>,
-    /// Normal force at the last update, with its gradient with respect to the joint wrench.
+    /// Normal force at the last update, and its gradient with respect to the joint wrench.
     pub(crate) load: Load<T>,
 }
 
@@ -44,19 +44,19 @@ impl<T: Scalar> InterfaceState<T> {
         }
     }
 
-    /// Normal force on the surface, N.
+    /// Returns the normal force on the surface, N.
     pub fn load(&self) -> T {
         self.load.value
     }
 
-    /// Magnitude of the friction force, N; at rest the static friction limit.
+    /// Returns the magnitude of the friction force, N; at rest the static friction limit.
     pub fn friction(&self) -> T {
         self.resistance.force(self.load.value)
     }
 
-    /// Updates sliding velocity and direction from the motion of the bodies. An interface that
-    /// slides no faster than `rest_speed` is at rest; its friction is then `held`, in units of the
-    /// static friction limit.
+    /// Updates the sliding velocity and its direction from the motion of the bodies. The interface
+    /// is at rest if its sliding velocity is at most `rest_speed`, m/s. `held` is the friction of
+    /// an interface at rest, in units of the static friction limit.
     pub(crate) fn update_slip(
         &mut self,
         topology: &Topology,
@@ -94,8 +94,8 @@ impl<T: Scalar> InterfaceState<T> {
         }
     }
 
-    /// Evaluates the law if it depends on the speed or the direction of sliding, or differs at rest.
-    /// Not inlined: kernels of dual numbers would become large.
+    /// Evaluates the friction law if it depends on the speed or direction of sliding, or differs at
+    /// rest. Not inlined, because generic code for dual numbers would become large.
     fn evaluate_law(&mut self, interface: &InterfaceParameters<T>, speed: T) {
         let (sliding, sense) = (self.sliding, self.sense);
         let of = |law: &Law<T>| {
@@ -107,8 +107,8 @@ impl<T: Scalar> InterfaceState<T> {
         self.resistance = forward;
         if let Some(law) = &interface.backward {
             let backward = of(law);
-            // At rest without static friction, slip may begin in either sense: the greater
-            // coefficient is the limit.
+            // At rest without static friction, slip may begin in either sense, so the limit is the
+            // greater coefficient.
             let greater = backward.coefficient - forward.coefficient;
             let pick = |backward: T, forward: T| {
                 let open = greater.if_positive(backward, forward);
@@ -119,8 +119,7 @@ impl<T: Scalar> InterfaceState<T> {
         }
     }
 
-    /// Returns the state in the opposite motion; the normal force remains that of the present
-    /// motion.
+    /// Returns the state for the opposite motion, with the normal force of the present motion.
     pub(crate) fn reversed(&self, interface: &InterfaceParameters<T>) -> Self {
         let mut reversed =
             Self { against: self.against.map(|against| -against), sense: -self.sense, ..*self };
@@ -130,8 +129,8 @@ impl<T: Scalar> InterfaceState<T> {
         reversed
     }
 
-    /// Updates the normal force from the complete wrench of the joint. A normal force that depends
-    /// on the friction of the interface itself uses the present friction.
+    /// Updates the normal force from the complete wrench of the joint. If the normal force depends
+    /// on the friction of the interface itself, the present friction is used.
     pub(crate) fn update_normal_forces(
         &mut self,
         interface: &InterfaceParameters<T>,
@@ -142,8 +141,7 @@ impl<T: Scalar> InterfaceState<T> {
         self.update_normal_force_with(interface, pitch, bodies, wrench, self.own_friction());
     }
 
-    /// Returns the friction force of the interface itself, on which the normal force of a thread
-    /// depends.
+    /// Returns the friction of the interface itself, on which the normal force of a thread depends.
     pub(crate) fn own_friction(&self) -> OwnFriction<T> {
         let Resistance { coefficient, constant } = self.resistance;
         OwnFriction { coefficient, constant, direction: self.sense }
@@ -162,14 +160,15 @@ impl<T: Scalar> InterfaceState<T> {
         self.load = normal_load(&interface.load, interface, pitch, bodies, wrench, own);
     }
 
-    /// Coefficient and constant part of the friction force at this speed: `friction = coefficient *
-    /// load + constant`.
+    /// Returns the coefficient and the constant part, N, of the friction force at the present
+    /// speed: `friction = coefficient * load + constant`.
     pub fn resistance(&self) -> (T, T) {
         (self.resistance.coefficient, self.resistance.constant)
     }
 
     /// Computes the normal force for the complete wrench of the joint, in any frame. `j` and `k`
-    /// are the frames of the joint in that frame; `wrench` is about its origin and in its axes.
+    /// are the joint frames J and K relative to this frame; `wrench` is about the origin of this
+    /// frame, in its axes.
     pub fn load_in(
         &self,
         interface: &InterfaceParameters<T>,
@@ -183,15 +182,15 @@ impl<T: Scalar> InterfaceState<T> {
         normal_load_between(&interface.load, surface, pitch, (j, k), wrench, own)
     }
 
-    /// Constant and slope of the linearised friction force, `friction = constant + slope.power(wrench)`,
-    /// at the last update of the normal force.
+    /// Returns the constant and the slope of the linearised friction force, `friction = constant +
+    /// slope.power(wrench)`, linearised at the last update of the normal force.
     pub(crate) fn linear(&self, coupling: Coupling, wrench: Wrench<T>) -> (T, Twist<T>) {
         let coefficient = self.resistance.coefficient;
         match coupling {
             Coupling::None => (T::zero(), Twist::zero()),
             Coupling::Frozen => (self.friction(), Twist::zero()),
             Coupling::Linear => {
-                // At the solution, `wrench` is the wrench of the last update.
+                // At the solution, `wrench` equals the wrench of the last update.
                 let gradient = self.load.gradient.held();
                 let base = self.load.value - gradient.power(wrench);
                 (self.resistance.force(base), gradient * coefficient)
@@ -200,7 +199,7 @@ impl<T: Scalar> InterfaceState<T> {
     }
 }
 
-/// Treatment of friction in the linear system of the balance.
+/// Form of the friction in the linear system of the balance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Coupling {
     /// No friction.
@@ -211,12 +210,12 @@ pub(crate) enum Coupling {
     Linear,
 }
 
-/// States of all friction interfaces.
+/// States of all friction interfaces of a mechanism.
 #[derive(Clone, Debug)]
 pub(crate) struct Interfaces<T> {
     pub(crate) states: Vec<InterfaceState<T>>,
-    /// Static friction of each interface at rest, as a fraction of the static friction limit; zero
-    /// by default.
+    /// Static friction of each interface at rest, as fractions of the static friction limit along
+    /// the DOFs of the interface; zero by default.
     pub(crate) held: Vec<[T; 3]>,
 }
 
@@ -240,7 +239,7 @@ impl<T: Scalar> Interfaces<T> {
         }
     }
 
-    /// Updates all normal forces for the joint wrenches without friction.
+    /// Updates all normal forces from frictionless joint wrenches.
     pub(crate) fn update_frictionless_normal_forces(
         &mut self,
         parameters: &Parameters<T>,
@@ -254,8 +253,8 @@ impl<T: Scalar> Interfaces<T> {
         }
     }
 
-    /// Updates all normal forces for the joint wrenches; returns the largest change and the largest
-    /// normal force.
+    /// Updates all normal forces from the joint wrenches. Returns the largest change of a normal
+    /// force and the largest normal force, N.
     pub(crate) fn update_normal_forces(
         &mut self,
         parameters: &Parameters<T>,
@@ -278,7 +277,7 @@ impl<T: Scalar> Interfaces<T> {
 }
 
 impl Interfaces<f64> {
-    /// Sums the wrenches of the present friction forces, joint by joint.
+    /// Computes, for each joint, the sum of the wrenches of the present friction forces.
     pub(crate) fn friction_at_joints(
         &self,
         topology: &Topology,

@@ -1,11 +1,12 @@
-//! Normal loads at the last positions of a motion, and their extrapolation to the next position.
+//! Normal loads at the last configurations of a motion, and their extrapolation to the next
+//! configuration.
 
-/// Number of positions kept. The prediction is a fourth-degree polynomial through them; higher
+/// Number of stored configurations. The extrapolation uses a fourth-degree polynomial; higher
 /// degrees amplify round-off.
 const KEPT: usize = 5;
 
-/// Extrapolation coefficients of the polynomials through one to five equidistant positions, newest
-/// first.
+/// Extrapolation coefficients of the polynomials through one to five equidistant samples, newest
+/// sample first.
 const COEFFICIENTS: [&[f64]; KEPT] = [
     &[1.0],
     &[2.0, -1.0],
@@ -14,19 +15,19 @@ const COEFFICIENTS: [&[f64]; KEPT] = [
     &[5.0, -10.0, 10.0, -5.0, 1.0],
 ];
 
-/// Normal loads at the last positions of a motion.
+/// Normal loads at the last configurations of a motion.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LoadHistory {
-    /// Indices of the interfaces whose normal loads are kept.
+    /// Indices of the interfaces whose normal loads are stored.
     unknowns: Vec<usize>,
-    /// Normal loads at these positions, newest first.
+    /// Normal loads at the last configurations, N, newest first.
     loads: [Vec<f64>; KEPT],
     count: usize,
 }
 
 impl LoadHistory {
-    /// Extrapolates the normal loads of the interfaces `unknowns` to the next position. Returns
-    /// `false` if the history is empty or contains other interfaces.
+    /// Extrapolates the normal loads of the interfaces `unknowns` to the next configuration.
+    /// Returns `false` if the history is empty or contains other interfaces.
     pub(super) fn predict(&self, unknowns: &[usize], loads: &mut Vec<f64>) -> bool {
         if self.count == 0 || self.unknowns != unknowns {
             return false;
@@ -40,20 +41,20 @@ impl LoadHistory {
         true
     }
 
-    /// Clears the history but keeps the allocated buffers.
+    /// Clears the history but retains the allocated buffers.
     pub(super) fn forget(&mut self) {
         self.unknowns.clear();
         self.count = 0;
     }
 
-    /// Appends the normal loads at the next position. If the interfaces differ from the previous
-    /// ones, restarts the history.
+    /// Appends the normal loads at the next configuration. Restarts the history if the interfaces
+    /// differ from the previous ones.
     pub(super) fn add(&mut self, unknowns: &[usize], loads: &[f64]) {
         if self.unknowns != unknowns {
             self.unknowns.clear();
             self.unknowns.extend_from_slice(unknowns);
             self.count = 0;
-            // Fill all buffers now, so that later positions allocate nothing.
+            // Fills all buffers now, so that later calls allocate no memory.
             for kept in &mut self.loads {
                 kept.clear();
                 kept.extend_from_slice(loads);
@@ -77,7 +78,7 @@ mod tests {
         let mut found = Vec::new();
         assert!(!history.predict(&[4, 7], &mut found));
         for t in 0..5 {
-            // From two positions on, the prediction is exact for straight lines.
+            // From two samples on, the extrapolation is exact for straight lines.
             if t >= 2 {
                 assert!(history.predict(&[4, 7], &mut found));
                 assert_eq!(found[1], load(f64::from(t))[1]);
@@ -86,7 +87,7 @@ mod tests {
         }
         assert!(history.predict(&[4, 7], &mut found));
         assert_eq!(found, load(5.0));
-        // Without normal loads of the same interfaces there is no prediction.
+        // Without normal loads of the same interfaces there is no extrapolation.
         assert!(!history.predict(&[4], &mut found));
         history.add(&[4], &[2.0]);
         assert!(history.predict(&[4], &mut found));

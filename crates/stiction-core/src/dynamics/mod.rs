@@ -1,7 +1,7 @@
 //! Inverse dynamics: efforts, joint reactions, friction and power for a given motion.
 //!
-//! Sign convention: the reaction of a joint is the complete wrench that its predecessor exerts on
-//! its successor, including constraint, effort and friction.
+//! Sign convention: the reaction of a joint is the complete wrench that the predecessor exerts on
+//! the successor. The reaction includes constraint, actuator and friction forces.
 
 mod balance;
 mod branches;
@@ -41,7 +41,7 @@ pub use settings::{FrictionMode, Settings};
 pub use solver::InverseDynamics;
 pub(crate) use spring::{SpringFault, spring_powers, spring_wrenches};
 
-// Used by the project's other crates; no part of the stable interface.
+// Used by other crates of the project; not part of the stable interface.
 #[doc(hidden)]
 pub use branches::FrictionMargin;
 #[doc(hidden)]

@@ -7,12 +7,13 @@ use crate::parameters::Parameters;
 use crate::topology::Topology;
 use std::sync::Arc;
 
-/// A mechanism compiled for inverse dynamics with one set of prescribed coordinates, near one
-/// position.
+/// Mechanism compiled for inverse dynamics with one set of prescribed coordinates, near one
+/// configuration.
 ///
-/// Immutable. Contains the spanning tree, the motion constraints, the static LU factorisation of
-/// the rate equations and the plan of the balance; clones share all of them. A computation reads
-/// its numbers from [`Parameters`] and writes its results to [`Data`](super::Data).
+/// The model is immutable. It contains the spanning tree, the motion constraints, the static LU
+/// factorisation of the rate equations and the compiled structure of the balance; clones share all
+/// of these. A computation reads its values from [`Parameters`] and writes its results to
+/// [`Data`](super::Data).
 #[derive(Clone, Debug)]
 pub struct Model {
     pub(super) mechanism: Arc<Mechanism>,
@@ -22,29 +23,30 @@ pub struct Model {
 }
 
 impl Model {
-    /// The mechanism.
+    /// Returns the mechanism of the model.
     pub fn mechanism(&self) -> &Mechanism {
         &self.mechanism
     }
 
-    /// Spanning tree and cut joints.
+    /// Returns the topology: spanning tree and cut joints.
     pub fn topology(&self) -> &Topology {
         &self.kinematic.topology
     }
 
-    /// Loop closures and prescribed coordinates.
+    /// Returns the motion constraints: loop closures and prescribed coordinates.
     pub fn constraints(&self) -> &MotionConstraints {
         &self.kinematic.constraints
     }
 
-    /// Nominal parameters of the mechanism. A body without inertia about the axis of a local degree of
-    /// freedom has additional inertia about it, on which no result depends.
+    /// Returns the nominal parameters of the mechanism. If a body has no inertia about the axis of
+    /// a local degree of freedom, its parameters contain an added inertia about this axis, on which
+    /// no result depends.
     pub fn parameters(&self) -> &Parameters<f64> {
         &self.parameters
     }
 
-    /// Number of multiply-subtract operations of the static LU factorisations of the rate equations and of
-    /// the balance.
+    /// Returns the numbers of multiply-subtract operations of the static LU factorisations of the
+    /// rate equations and of the balance.
     pub fn operations(&self) -> (usize, usize) {
         (self.kinematic.rates.operations(), self.balance.operations())
     }

@@ -1,4 +1,4 @@
-//! Choice of the weighting and the elimination order of the balance.
+//! Selection of the weighting and the elimination order of the balance.
 
 use super::balance::Balance;
 use super::error::InverseError;
@@ -13,7 +13,7 @@ use crate::topology::Topology;
 use nalgebra::DMatrix;
 use std::sync::Arc;
 
-/// Balance of a mechanism, compiled for all scalar types.
+/// Structure and elimination order of the balance of a mechanism, for any scalar type.
 #[derive(Clone, Debug)]
 pub(crate) struct BalancePlan {
     pub(super) topology: Arc<Topology>,
@@ -21,17 +21,16 @@ pub(crate) struct BalancePlan {
     pub(super) program: StaticLu,
 }
 
-/// Singular values below this fraction of the largest one count as zero. Matrices are scaled to
-/// entries of order one, and positions are accurate to 1e-13.
+/// Fraction of the largest singular value below which singular values count as zero. Matrices are
+/// scaled to entries of order one, and configurations are accurate to 1e-13.
 const NEGLIGIBLE: f64 = 1e-9;
-/// The singular values are checked if the magnitude of a pivot of the scaled balance is below this
-/// value. A small pivot does not imply a small singular value, but a small singular value implies a
-/// small pivot.
+/// Magnitude of a pivot of the scaled balance below which the singular values are checked. A small
+/// pivot does not imply a small singular value, but a small singular value implies a small pivot.
 const SUSPICIOUS_PIVOT: f64 = 1e-3;
 
 impl BalancePlan {
-    /// Compiles the balance at the position of `bodies`; `spin_responses` are the accelerations of
-    /// the tree for unit accelerations of the local degrees of freedom.
+    /// Compiles the balance at the configuration of `bodies`. `spin_responses` contains the
+    /// accelerations of the spanning tree per unit acceleration of each local degree of freedom.
     pub(super) fn new(
         topology: &Arc<Topology>,
         parameters: &Parameters<f64>,
@@ -45,8 +44,9 @@ impl BalancePlan {
         let plain = BalanceStructure::new(topology, Weighting::Determined, &spin_bodies);
         let sample = Sample { topology, parameters, bodies, spin_responses };
         let entries = sample.entries(&plain);
-        // As many unknowns as equations and no small pivot: the balance is neither redundant nor
-        // singular. This avoids a decomposition, whose cost grows with the cube of the unknowns.
+        // If there are as many unknowns as equations and no small pivot, the balance is neither
+        // redundant nor singular. This test avoids a singular value decomposition, whose cost grows
+        // with the cube of the number of unknowns.
         if plain.passive.len() == plain.unknowns() && spin_bodies.is_empty() {
             let nothing = SparseMatrix::new((0, 0), core::iter::empty());
             let (rows, columns) = scales(topology, parameters, &plain, &nothing);
@@ -70,30 +70,31 @@ impl BalancePlan {
         Ok(sample.plan(structure, plan.compile()))
     }
 
-    /// Weighting that selects the solution of a redundant balance.
+    /// Returns the weighting that selects a solution of a redundant balance.
     pub(crate) fn weighting(&self) -> Weighting {
         self.structure.weighting
     }
 
-    /// Number of solves per factorisation: the solution and its refinements.
+    /// Returns the number of solves per factorisation: the first solve and the iterative
+    /// refinements.
     pub(super) fn passes(&self) -> usize {
         // Accelerations of local degrees of freedom change the weighted wrenches.
         let bordered = self.structure.weighting != Weighting::Determined;
         if bordered && !self.structure.spin_nodes.is_empty() { 3 } else { 2 }
     }
 
-    /// Returns true if the factored matrix alone determines all unknowns.
+    /// Returns true if the factorised matrix alone determines all unknowns.
     pub(super) fn is_one_matrix(&self) -> bool {
         self.passes() == 2
     }
 
-    /// Number of multiply-subtract operations of one factorisation.
+    /// Returns the number of multiply-subtract operations of one factorisation.
     pub(crate) fn operations(&self) -> usize {
         self.program.operations()
     }
 }
 
-/// Position at which the entries of the balance matrix are evaluated.
+/// Configuration at which the entries of the balance matrix are evaluated.
 struct Sample<'a> {
     topology: &'a Arc<Topology>,
     parameters: &'a Parameters<f64>,
@@ -122,7 +123,7 @@ impl Sample<'_> {
     }
 }
 
-/// Finds the bodies that the given accelerations of the tree accelerate.
+/// Returns the indices of the bodies that the given accelerations of the spanning tree accelerate.
 fn accelerated_bodies(
     topology: &Topology,
     parameters: &Parameters<f64>,
@@ -185,7 +186,7 @@ fn scales(
     }
 }
 
-/// Selects the weighting that resolves the redundancy, if any, at this position.
+/// Selects the weighting for the redundancy of the balance at this configuration, if any.
 fn weighting(
     sample: &Sample<'_>,
     structure: &BalanceStructure,
@@ -216,14 +217,14 @@ fn weighting(
     match singular_values.iter().filter(|&&s| s > NEGLIGIBLE).count() {
         0 if parameters.compliance.is_some() => Ok(Weighting::LeastEnergy),
         0 => Ok(Weighting::LeastReactions),
-        // Efforts at geared DOFs depend on the gearings, which the weighting of efforts does not contain.
+        // Efforts at geared DOFs depend on the gearings, which this weighting does not contain.
         rank if rank == redundant && structure.gearings.is_empty() => Ok(Weighting::LeastEfforts),
         _ => Err(InverseError::TwoWeightings),
     }
 }
 
-/// Computes the effort of each actuator (rows) for each null vector of the balance (columns); torques are
-/// divided by the characteristic length.
+/// Returns the effort of each actuator (rows) for each null vector of the balance (columns);
+/// torques are divided by the characteristic length.
 fn effort_response(
     sample: &Sample<'_>,
     structure: &BalanceStructure,
@@ -234,7 +235,7 @@ fn effort_response(
     let plan = sample.plan(structure.clone(), StaticLu::default());
     let mut balance = Balance::new(&plan);
     balance.load(&plan, parameters, bodies, &[]);
-    // Efforts that result from the null vectors alone.
+    // Efforts due to the null vectors alone.
     let mut driven = DMatrix::zeros(topology.actuators.len(), null.len());
     for (k, vector) in null.iter().enumerate() {
         let mut unknowns = vec![0.0; column_scales.len()];

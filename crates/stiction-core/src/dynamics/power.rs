@@ -16,14 +16,14 @@ pub struct Power {
     pub actuators: f64,
     /// Power of external loads and springs on the bodies, W.
     pub loads: f64,
-    /// Rate of change of kinetic and gravitational energy; for spinning rotors, only the power that the bodies
-    /// carrying them supply.
+    /// Rate of change of kinetic and gravitational energy, W. For spinning rotors it contains only
+    /// the power that the carrying bodies supply.
     pub energy: f64,
     /// Power dissipated by friction, W; nonnegative.
     pub dissipated: f64,
-    /// Scale of the residual, W: the sum of the magnitudes of all products of force and velocity,
-    /// and of moment and angular velocity. Includes forces that do no work, such as centripetal
-    /// forces.
+    /// Scale of the residual, W: the sum of the absolute values of all products of force and
+    /// velocity, and of moment and angular velocity. It includes forces that do no work, such as
+    /// centripetal forces.
     pub turnover: f64,
 }
 
@@ -32,13 +32,13 @@ impl Power {
     pub(super) const NONE: Self =
         Self { actuators: 0.0, loads: 0.0, energy: 0.0, dissipated: 0.0, turnover: 0.0 };
 
-    /// Residual `actuators + loads - energy - dissipated`, W; zero up to round-off.
+    /// Returns the residual `actuators + loads - energy - dissipated`, W; zero up to round-off.
     pub fn residual(&self) -> f64 {
         self.actuators + self.loads - self.energy - self.dissipated
     }
 
-    /// Computes the power balance at one instant; `dissipated` lists the power that each friction interface
-    /// dissipates.
+    /// Computes the power balance at one instant. `dissipated` contains the power that each
+    /// friction interface dissipates, W.
     pub fn new(
         topology: &Topology,
         parameters: &Parameters<f64>,
@@ -80,8 +80,8 @@ impl Power {
     }
 }
 
-/// Computes the rate of change of a body's kinetic and gravitational energy from its motion alone, and
-/// the sum of the magnitudes of its terms, W.
+/// Computes the rate of change of the kinetic and gravitational energy of a body from its motion
+/// alone, W, and the sum of the absolute values of the terms of this rate, W.
 fn energy_rate(parameters: &Parameters<f64>, bodies: &Bodies<f64>, body: usize) -> (f64, f64) {
     let (pose, twist, acceleration) =
         (bodies.pose[body], bodies.twist[body], bodies.acceleration[body]);

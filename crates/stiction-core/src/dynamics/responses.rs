@@ -1,4 +1,5 @@
-//! Responses of all forces to unit friction forces, from one factorisation of the frictionless balance.
+//! Changes of all forces per newton of each friction component, from one factorisation of the
+//! frictionless balance.
 
 use super::balance::{Balance, Four, LaneWorkspace, UnitFriction, UnitResponses, WIDTH, lane_of};
 use super::inverse::Inverse;
@@ -9,28 +10,30 @@ use crate::scalar::Scalar;
 use crate::spatial::{Twist, Vec3, Wrench};
 use core::ops::Range;
 
-/// Responses at one position, for the sliding directions at that position. A sliding interface has
-/// one component, the friction that opposes its sliding; an interface at rest has one component for
-/// each of its DOFs, which is positive if it opposes a positive sliding velocity.
+/// Changes of all forces per newton of each friction component, at one configuration. A sliding
+/// interface has one component, the friction that opposes its sliding. An interface at rest has one
+/// component for each of its DOFs, which is positive if it opposes a positive sliding velocity.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Responses {
     balance: Option<Balance<f64>>,
     units: Vec<UnitFriction>,
-    /// Range of components of each interface.
+    /// Range of the friction components of each interface.
     of: Vec<Range<usize>>,
     workspace: LaneWorkspace,
     /// Numbers of joints, actuators and local degrees of freedom.
     counts: [usize; 3],
-    /// Joint wrenches for all components, in blocks of four components; empty unless stored.
+    /// Changes of the joint wrenches for all components, in blocks of four components; empty unless
+    /// stored.
     wrenches: Vec<Wrench<Four>>,
-    /// Responses of efforts and of accelerations of local degrees of freedom, in the same blocks.
+    /// Changes of the efforts and of the accelerations of local degrees of freedom, in the same
+    /// blocks of four components.
     efforts: Vec<Four>,
     spins: Vec<Four>,
 }
 
 impl Responses {
-    /// Lists the components for the sliding directions in `inverse` and factors the frictionless
-    /// balance at its position.
+    /// Lists the friction components for the sliding directions in `inverse`, and factorises the
+    /// frictionless balance at the configuration of `inverse`.
     fn begin(
         &mut self,
         inverse: &Inverse<f64>,
@@ -72,8 +75,9 @@ impl Responses {
         balance.factor_frictionless(inverse.balance(), &model.balance, parameters, bodies);
     }
 
-    /// Computes all responses; calls `take` with the number of each block of four components and its
-    /// responses, and stores joint wrenches as well if `store`.
+    /// Computes the changes of all forces for all components. Calls `take` with the index of each
+    /// block of four components, the components and the changes. If `store`, also stores the
+    /// changes of the joint wrenches.
     pub(super) fn update(
         &mut self,
         inverse: &Inverse<f64>,
@@ -100,34 +104,35 @@ impl Responses {
         });
     }
 
-    /// Number of components.
+    /// Returns the number of friction components.
     pub(super) fn len(&self) -> usize {
         self.units.len()
     }
 
-    /// Range of components of an interface.
+    /// Returns the range of friction components of an interface.
     pub(super) fn components(&self, interface: usize) -> Range<usize> {
         self.of[interface].clone()
     }
 
-    /// Interface to which a component belongs.
+    /// Returns the interface to which a friction component belongs.
     pub(super) fn interface(&self, component: usize) -> usize {
         self.units[component].interface
     }
 
-    /// Change of the wrench of a joint per newton of each component of a block of four; requires
-    /// stored wrenches.
+    /// Returns the change of the wrench of a joint per newton of each component in a block of four
+    /// components. Requires stored wrenches.
     pub(super) fn block(&self, block: usize, joint: usize) -> &Wrench<Four> {
         &self.wrenches[block * self.counts[0] + joint]
     }
 
-    /// Change of the wrench of a joint per newton of a component; requires stored wrenches.
+    /// Returns the change of the wrench of a joint per newton of a component. Requires stored
+    /// wrenches.
     pub(super) fn wrench(&self, component: usize, joint: usize) -> Wrench<f64> {
         lane_of(self.block(component / WIDTH, joint), component % WIDTH)
     }
 
-    /// Adds the changes of all joint wrenches due to friction forces `amounts` (N, one per
-    /// component, in blocks of four); requires stored wrenches.
+    /// Adds the changes of all joint wrenches due to the friction forces `amounts` (N, one per
+    /// component, in blocks of four). Requires stored wrenches.
     pub(super) fn add_to(&self, wrenches: &mut [Wrench<f64>], amounts: &[Four]) {
         if amounts.iter().all(|amounts| amounts.0 == [0.0; WIDTH]) {
             return;
@@ -145,8 +150,9 @@ impl Responses {
         }
     }
 
-    /// Computes, for each component, the sum over all joints of the power of its joint wrench per
-    /// newton on the twist of the joint, in blocks of four; requires stored wrenches.
+    /// Computes, for each component, the power of the joint wrenches per newton of the component,
+    /// for the given twist of each joint, summed over all joints. The results are in blocks of four
+    /// components. Requires stored wrenches.
     pub(super) fn powers(&self, twists: &[Twist<f64>], powers: &mut Vec<Four>) {
         powers.clear();
         let blocks = self.wrenches.chunks_exact(twists.len().max(1));
@@ -159,20 +165,21 @@ impl Responses {
         }));
     }
 
-    /// Change of an effort per newton of a component.
+    /// Returns the change of an effort per newton of a component.
     pub(super) fn effort(&self, component: usize, actuator: usize) -> f64 {
         let block = component / WIDTH * self.counts[1];
         self.efforts[block + actuator].0[component % WIDTH]
     }
 
-    /// Change of the acceleration of a local degree of freedom per newton of a component.
+    /// Returns the change of the acceleration of a local degree of freedom per newton of a
+    /// component.
     pub(super) fn spin(&self, component: usize, spin: usize) -> f64 {
         let block = component / WIDTH * self.counts[2];
         self.spins[block + spin].0[component % WIDTH]
     }
 }
 
-/// Sums the lanes.
+/// Returns the sum of the four lanes.
 fn sum(lanes: Four) -> f64 {
     let [a, b, c, d] = lanes.0;
     (a + b) + (c + d)

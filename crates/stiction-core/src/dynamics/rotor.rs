@@ -11,16 +11,18 @@ use crate::topology::Topology;
 /// Angular momentum and moment of a spinning rotor at one instant, in world axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RotorMotion<T> {
-    /// Angular momentum of the rotor about its axis per unit rate of the joint.
+    /// Angular momentum of the rotor about its axis per unit rate of the joint, kg m^2/s per rad/s
+    /// or m/s.
     pub momentum: Vec3<T>,
-    /// Additional moment that the joints of the carrying body exert because the rotor spins, N m: the rate of change
-    /// of the rotor's angular momentum relative to that body.
+    /// Additional moment that the joints of the carrying body exert because the rotor spins, N m:
+    /// the rate of change of the angular momentum of the rotor relative to its carrier.
     pub moment: Vec3<T>,
 }
 
 impl<T: Scalar> RotorMotion<T> {
     /// Computes the angular momentum and the moment of a rotor from the motion of the bodies.
-    // Not inlined: few mechanisms have spinning rotors, and every kernel of every scalar would grow.
+    // Not inlined: few mechanisms have spinning rotors, and the code of every scalar type would
+    // grow.
     #[inline(never)]
     pub fn of(
         rotor: &RotorParameters<T>,

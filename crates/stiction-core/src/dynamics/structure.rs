@@ -1,13 +1,15 @@
 //! Sparse structure of the balance: unknowns, equations and weighting.
 //!
 //! Unknowns are the wrenches at cut joints (constraints and efforts), the accelerations of local
-//! degrees of freedom, and the multipliers of gearings, which load several DOFs of the tree. Each
-//! unactuated DOF of the tree has an equation: apart from friction, the wrench that its joint transmits
-//! does no work on it. All other wrenches follow by recursion: a tree joint transmits the
-//! inverse-dynamics wrench of the bodies beyond it, less the wrenches of the cut joints on them.
+//! degrees of freedom, and the multipliers of gearings, which act on several DOFs of the spanning
+//! tree. Each unactuated DOF of the tree has an equation: except for friction, the wrench that its
+//! joint transmits does no work along the DOF. All other wrenches follow by recursion: a tree joint
+//! transmits the inverse-dynamics wrench of the bodies beyond it, minus the wrenches of the cut
+//! joints on these bodies.
 //!
-//! If unknowns outnumber equations, constraints or actuators are redundant and a declared weighting
-//! selects the solution: the system is bordered by the optimality conditions, `[H A^T; A 0]`.
+//! If unknowns outnumber equations, constraints or actuators are redundant, and a declared
+//! weighting selects a solution: the system is bordered by the optimality conditions, `[H A^T; A
+//! 0]`.
 //!
 //! Equation (B8) of the book's theory.
 
@@ -17,29 +19,30 @@ use crate::scalar::Scalar;
 use crate::topology::{Link, Topology};
 use core::ops::Range;
 
-/// Weighting that selects one of the solutions of a redundant balance.
+/// Weighting that selects a solution of a redundant balance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Weighting {
     /// No redundancy: the balance determines all unknowns.
     Determined,
     /// Constraints are redundant. The reactions minimise the sum over all joints of `|force|^2 +
-    /// |moment|^2/length^2`, with moments about the joint's origin and the characteristic `length`.
-    /// This is the elastic energy of equally compliant joints, independent of units and of the
-    /// choice of cut joints. Efforts do not depend on it.
+    /// |moment|^2/length^2`, with moments about the origin of the joint and the characteristic
+    /// length `length`. This sum is the elastic energy of equally compliant joints, independent of
+    /// units and of the choice of cut joints. Efforts do not depend on this weighting.
     LeastReactions,
     /// Constraints are redundant and joints declare compliances. The reactions minimise the elastic
-    /// energy, with moments about the joint's origin. Joints without declared compliance are rigid.
+    /// energy, with moments about the origin of the joint. Joints without declared compliance are
+    /// rigid.
     LeastEnergy,
     /// Actuators are redundant. The efforts minimise the sum of squares, with torques divided by the
     /// characteristic length.
     LeastEfforts,
 }
 
-/// Wrench that the weighting includes, expressed as a sum of wrenches at cut joints.
+/// Wrench or effort that the weighting includes, expressed as a sum of wrenches at cut joints.
 #[derive(Clone, Debug)]
 pub(super) struct Weighed {
     pub(super) what: WeighedKind,
-    /// Cut joints whose wrenches add up to this wrench, each with its sign.
+    /// Cut joints whose wrenches add up to this wrench, each with the sign of its contribution.
     pub(super) cuts: Vec<(usize, f64)>,
 }
 
@@ -49,9 +52,9 @@ pub(super) enum WeighedKind {
     Node(usize),
     /// Wrench at a cut joint.
     Cut(usize),
-    /// Effort of an actuator at this DOF of the tree.
+    /// Effort of the actuator at a DOF of the spanning tree.
     Actuator { tree_dof: usize },
-    /// Effort of an actuator at a cut joint, in this column.
+    /// Effort of an actuator at a cut joint, which is the unknown of a column.
     CutActuator { column: usize },
 }
 
@@ -60,23 +63,25 @@ pub(super) enum WeighedKind {
 pub(super) struct GearingColumn {
     /// Index among the gearings of the mechanism.
     pub(super) gearing: usize,
-    /// Degrees of freedom of the tree on which the gearing acts, in the order of its coefficients,
-    /// each with the index of its equation; `None` if actuated.
+    /// Degrees of freedom of the spanning tree on which the gearing acts, in the order of its
+    /// coefficients. Each has the index of its balance equation, or `None` if the degree of freedom
+    /// is actuated.
     pub(super) dofs: Vec<(usize, Option<usize>)>,
 }
 
-/// Sparsity pattern of the balance.
+/// Unknowns, equations and sparsity pattern of the balance.
 #[derive(Clone, Debug)]
 pub(crate) struct BalanceStructure {
     pub(super) weighting: Weighting,
-    /// Unactuated DOFs of the tree, in the order of the equations.
+    /// Unactuated DOFs of the spanning tree, in the order of the balance equations.
     pub(super) passive: Vec<usize>,
-    /// Columns of each cut joint in the matrix.
+    /// Matrix columns of the wrench unknowns of each cut joint.
     pub(super) columns_of: Vec<Vec<usize>>,
-    /// Number of columns for wrenches at cut joints; local degrees of freedom and then gearings follow.
+    /// Number of columns for wrenches at cut joints. The columns of local degrees of freedom
+    /// follow, then those of gearings.
     pub(super) wrench_columns: usize,
-    /// Nodes whose bodies each local degree of freedom accelerates, together with all their
-    /// ancestors.
+    /// Nodes whose bodies each local degree of freedom accelerates, including all ancestors of
+    /// these nodes.
     pub(super) spin_nodes: Vec<Vec<usize>>,
     pub(super) gearings: Vec<GearingColumn>,
     pub(super) weighed: Vec<Weighed>,
@@ -84,8 +89,8 @@ pub(crate) struct BalanceStructure {
 }
 
 impl BalanceStructure {
-    /// Creates the sparsity pattern for a weighting; `spin_bodies` lists the bodies that each local
-    /// degree of freedom accelerates.
+    /// Creates the structure of the balance for a weighting. `spin_bodies` lists the bodies that
+    /// each local degree of freedom accelerates.
     pub(super) fn new(
         topology: &Topology,
         weighting: Weighting,
@@ -128,8 +133,8 @@ impl BalanceStructure {
         structure
     }
 
-    /// Returns true if the wrenches at the cut joints determine all forces: no redundancy,
-    /// gearings, local degrees of freedom or actuators at cut joints.
+    /// Returns true if the wrenches at the cut joints determine all forces: there is no redundancy,
+    /// no gearing, no local degree of freedom and no actuator at a cut joint.
     pub(super) fn is_plain(&self, topology: &Topology) -> bool {
         self.weighting == Weighting::Determined
             && self.gearings.is_empty()
@@ -137,17 +142,18 @@ impl BalanceStructure {
             && topology.cut_actuators.is_empty()
     }
 
-    /// Number of columns without Lagrange multipliers: wrenches, local degrees of freedom and gearings.
+    /// Returns the number of columns without Lagrange multipliers: wrenches, local degrees of
+    /// freedom and gearings.
     pub(super) fn unknowns(&self) -> usize {
         self.first_gearing() + self.gearings.len()
     }
 
-    /// Column of the first gearing.
+    /// Returns the column of the first gearing.
     pub(super) fn first_gearing(&self) -> usize {
         self.wrench_columns + self.spin_nodes.len()
     }
 
-    /// Number of all columns, Lagrange multipliers included.
+    /// Returns the number of all columns, including Lagrange multipliers.
     pub(super) fn size(&self) -> usize {
         match self.weighting {
             Weighting::Determined => self.unknowns(),
@@ -155,12 +161,13 @@ impl BalanceStructure {
         }
     }
 
-    /// Number of rows; equal to [`Self::size`] for a solvable balance.
+    /// Returns the number of rows; equal to [`Self::size`] for a solvable balance.
     pub(super) fn rows(&self) -> usize {
         self.first_balance_row() + self.passive.len()
     }
 
-    /// Index of the first balance equation; optimality conditions precede the balance equations.
+    /// Returns the row of the first balance equation. Optimality conditions precede the balance
+    /// equations.
     pub(super) fn first_balance_row(&self) -> usize {
         match self.weighting {
             Weighting::Determined => 0,
@@ -168,13 +175,13 @@ impl BalanceStructure {
         }
     }
 
-    /// Columns of the Lagrange multipliers.
+    /// Returns the columns of the Lagrange multipliers.
     pub(super) fn multipliers(&self) -> Range<usize> {
         self.unknowns()..self.size()
     }
 
-    /// Subtracts the efforts of gearings on actuated DOFs from the actuator efforts, given the
-    /// values of all columns.
+    /// Subtracts the efforts of gearings on actuated DOFs from the actuator efforts. `columns`
+    /// contains the values of all unknowns.
     pub(super) fn subtract_gearings<T: Scalar>(
         &self,
         topology: &Topology,
@@ -193,7 +200,7 @@ impl BalanceStructure {
         }
     }
 
-    /// Lists the entries of the balance in the order in which [`super::balance`] computes them.
+    /// Lists the entries of the matrix in the order in which [`super::balance`] computes them.
     fn pattern(&self, topology: &Topology) -> Vec<Entry> {
         let mut entries = Vec::new();
         let first = self.first_balance_row();
@@ -222,7 +229,8 @@ impl BalanceStructure {
         entries
     }
 
-    /// Calls `visit(equation, column)` for each entry of the unbordered balance.
+    /// Calls `visit(equation, column)` for each entry of the balance matrix without optimality
+    /// conditions.
     fn visit_balance(&self, topology: &Topology, mut visit: impl FnMut(usize, usize)) {
         let mut equation_of = vec![None; topology.dofs()];
         for (equation, &tree_dof) in self.passive.iter().enumerate() {
@@ -258,8 +266,8 @@ fn weighed(topology: &Topology, weighting: Weighting) -> Vec<Weighed> {
     let mut through = vec![Vec::new(); topology.nodes.len()];
     for (index, cut) in topology.cuts.iter().enumerate() {
         for &(node, sign) in &cut.path {
-            // The cut wrench on the successor's side is subtracted from the wrench of the tree
-            // joint.
+            // The wrench of a cut joint on the successor side is subtracted from the wrench of the
+            // tree joint.
             through[node].push((index, -sign));
         }
     }

@@ -12,8 +12,8 @@ use crate::spatial::{Twist, Wrench};
 use crate::topology::{Link, Role, Topology};
 
 impl<T: Scalar> Balance<T> {
-    /// Adds the linearised friction to the rows and columns of the balance equations. Requires the
-    /// joint wrenches at which the normal forces were last updated.
+    /// Adds the linearised friction to the rows and columns of the balance equations.
+    /// `joint_wrenches` must contain the wrenches for which the normal forces were last updated.
     pub(in crate::dynamics) fn apply_friction(
         &mut self,
         plan: &BalancePlan,
@@ -27,7 +27,7 @@ impl<T: Scalar> Balance<T> {
         self.tilted.copy_from_slice(&self.columns);
         self.constants.fill(T::zero());
         self.cut_constants.fill(Wrench::zero());
-        // The caller factors the matrix next.
+        // The caller factorises the matrix next.
         self.is_frictionless = coupling == Coupling::None;
         if coupling == Coupling::None {
             return;
@@ -38,7 +38,8 @@ impl<T: Scalar> Balance<T> {
             let first = topology.nodes[node].tree_dofs.start;
             let reversed = matches!(topology.nodes[node].link, Link::Joint { reversed: true, .. });
             for (&against, dof) in state.against.iter().zip(interface.shape.dofs()) {
-                // `slope` refers to the wrench of the predecessor, `rows` to that of the parent.
+                // `slope` refers to the wrench that the predecessor exerts, `rows` to the wrench
+                // that the parent in the tree exerts.
                 let tilt = slope * against;
                 if reversed {
                     self.rows[first + dof] += tilt;
@@ -53,8 +54,8 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// Computes the columns and the constant part of the wrench of a cut joint with linearised
-    /// friction. Solves `wrench = columns + sum of q (constant + slope.power(wrench))`, with `q`
+    /// Computes, with linearised friction, the columns and the constant part of the wrench of a cut
+    /// joint. Solves `wrench = columns + sum of q (constant + slope.power(wrench))`, where `q` is
     /// the wrench of each interface per newton of friction.
     fn apply_friction_at_cut(
         &mut self,
@@ -98,9 +99,10 @@ impl<T: Scalar> Balance<T> {
         self.cut_constants[cut] = absorb(constant);
     }
 
-    /// Solves the balance of [`Self::factor_frictionless`] with the friction of a single interface,
-    /// given as generalised forces per newton and friction in N. Writes the actuator efforts that
-    /// overcome this friction.
+    /// Solves the frictionless balance, factorised by [`Self::factor_frictionless`], for the
+    /// friction of a single interface. `friction` contains the generalised forces per newton of
+    /// friction, and the friction force in N. Writes the actuator efforts that overcome this
+    /// friction.
     pub(in crate::dynamics) fn apply_friction_alone(
         &mut self,
         plan: &BalancePlan,
@@ -116,7 +118,7 @@ impl<T: Scalar> Balance<T> {
         self.read_efforts(plan, parameters, bodies, &self.constants, efforts);
     }
 
-    /// Sets the right-hand-side constants of the balance to the friction of a single interface.
+    /// Sets the constants of the balance equations to the friction of a single interface.
     pub(super) fn set_friction_alone(
         &mut self,
         topology: &Topology,

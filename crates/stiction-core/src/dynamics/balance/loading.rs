@@ -1,4 +1,4 @@
-//! Wrenches due to motion, external loads and springs, and unit wrenches of the cut joints.
+//! Wrenches due to motion, external loads and springs, and unit wrenches of cut joints.
 //!
 //! Equation (B4) of the book's theory.
 
@@ -14,7 +14,7 @@ use crate::statics::{AppliedLoad, demand_of_motion};
 use crate::topology::{Link, Topology};
 
 impl<T: Scalar> Balance<T> {
-    /// Computes the wrenches required by motion, external loads and springs, without friction.
+    /// Computes the wrenches that motion, external loads and springs require, without friction.
     pub(in crate::dynamics) fn load(
         &mut self,
         plan: &BalancePlan,
@@ -50,7 +50,7 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// Adds the spring forces.
+    /// Subtracts the forces of springs and bushings from the required wrenches.
     fn load_springs(
         &mut self,
         topology: &Topology,
@@ -68,7 +68,7 @@ impl<T: Scalar> Balance<T> {
         });
     }
 
-    /// Adds the gyroscopic and inertial moments of the spinning rotors.
+    /// Adds the gyroscopic and inertial moments of spinning rotors to the required wrenches.
     #[inline(never)]
     fn load_rotors(&mut self, topology: &Topology, parameters: &Parameters<T>, bodies: &Bodies<T>) {
         for rotor in &parameters.rotors {
@@ -79,8 +79,9 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// Sets the wrenches per unit acceleration of one local degree of freedom; `accelerations` are
-    /// the resulting accelerations of the tree.
+    /// Computes the inertia wrenches per unit acceleration of the local degree of freedom `spin`.
+    /// `accelerations` are the accelerations of the spanning tree that result from this unit
+    /// acceleration.
     pub(in crate::dynamics) fn load_spin(
         &mut self,
         plan: &BalancePlan,
@@ -90,7 +91,7 @@ impl<T: Scalar> Balance<T> {
         accelerations: &[T],
     ) {
         let BalancePlan { topology, structure, .. } = plan;
-        // Nodes are in tree order: parents before children.
+        // Nodes are in tree order: parents precede children.
         let nodes = &structure.spin_nodes[spin];
         for (place, &node) in nodes.iter().enumerate() {
             let twist = spin_twist(topology, bodies, node, accelerations);
@@ -112,7 +113,7 @@ impl<T: Scalar> Balance<T> {
     }
 }
 
-/// Adds the wrench of each child node to that of its parent, from the leaves to the root.
+/// Adds the wrench of each child node to the wrench of its parent, from the leaves to the root.
 fn accumulate<T: Scalar>(topology: &Topology, wrenches: &mut [Wrench<T>]) {
     for (index, node) in topology.nodes.iter().enumerate().rev() {
         if let (Link::Joint { .. }, Some(parent)) = (node.link, node.parent) {
@@ -122,7 +123,8 @@ fn accumulate<T: Scalar>(topology: &Topology, wrenches: &mut [Wrench<T>]) {
     }
 }
 
-/// Acceleration of a node's body per unit acceleration of a local degree of freedom.
+/// Returns the acceleration of the body of a node per unit acceleration of a local degree of
+/// freedom.
 fn spin_twist<T: Scalar>(
     topology: &Topology,
     bodies: &Bodies<T>,

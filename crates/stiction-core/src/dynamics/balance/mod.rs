@@ -1,4 +1,4 @@
-//! Force and moment balance: solves for all reactions at a given motion with linearised friction.
+//! Force and moment balance: solves for all reactions for a given motion, with linearised friction.
 //!
 //! Equation (B6) of the book's theory.
 
@@ -20,39 +20,40 @@ use crate::scalar::Scalar;
 use crate::spatial::{Twist, Wrench};
 use crate::topology::{Link, Role, Topology};
 
-/// Force and moment balance at one instant, with the buffers to solve it.
+/// Force and moment balance of all bodies at one instant, with the buffers for its solution.
 #[derive(Clone, Debug)]
 pub(crate) struct Balance<T> {
-    /// Inverse-dynamics wrench of each node: the sum over the body of the node and all bodies
-    /// beyond it in the tree.
+    /// Inverse-dynamics wrench of each node: the sum over the body of the node and all its
+    /// descendants in the spanning tree.
     demand: Vec<Wrench<T>>,
-    /// Wrench per unit acceleration of each local degree of freedom, for each node that it
-    /// accelerates.
+    /// Inertia wrench per unit acceleration of each local degree of freedom, for each node that
+    /// this degree of freedom accelerates.
     spin_demand: Vec<Vec<Wrench<T>>>,
-    /// Wrench at a cut joint per unit of each wrench unknown (column), without friction.
+    /// Wrench at the cut joint of each wrench unknown (column), per unit of this unknown, without
+    /// friction.
     columns: Vec<Wrench<T>>,
-    /// Wrench at a cut joint per unit of each wrench unknown, with the linearised friction at the
-    /// joint.
+    /// Wrench at the cut joint of each wrench unknown, per unit of this unknown, with the
+    /// linearised friction of the joint.
     tilted: Vec<Wrench<T>>,
-    /// Equation of each DOF of the tree, `row.power(wrench) = constant`, with the wrench that the
-    /// joint of the DOF transmits.
+    /// Equation of each DOF of the spanning tree, `row.power(wrench) = constant`, where `wrench` is
+    /// transmitted by the joint of the DOF.
     rows: Vec<Twist<T>>,
     constants: Vec<T>,
     /// Constant part of the wrench at each cut joint, due to friction.
     cut_constants: Vec<Wrench<T>>,
-    /// Wrench that the joint of each node transmits, parent on child.
+    /// Wrench that the joint of each node transmits, exerted by the parent on the child.
     node_wrenches: Vec<Wrench<T>>,
-    /// Wrench at each cut joint, predecessor on successor.
+    /// Wrench at each cut joint, exerted by the predecessor on the successor.
     cut_wrenches: Vec<Wrench<T>>,
     entries: Vec<T>,
     factors: Vec<T>,
     /// True if matrix entries and factors belong to the frictionless balance at the present
-    /// position.
+    /// configuration.
     is_frictionless: bool,
     right: Vec<T>,
     correction: Vec<T>,
     pub(super) unknowns: Vec<T>,
-    /// Complete wrench at each joint, predecessor on successor.
+    /// Complete wrench of each joint, exerted by the predecessor on the successor.
     pub(super) joint_wrenches: Vec<Wrench<T>>,
 }
 
@@ -81,7 +82,7 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// Returns true if all buffers have the same sizes as those of `other`.
+    /// Returns true if all buffers have the same sizes as the buffers of `other`.
     pub(super) fn fits(&self, other: &Self) -> bool {
         self.entries.len() == other.entries.len()
             && self.factors.len() == other.factors.len()
@@ -92,8 +93,8 @@ impl<T: Scalar> Balance<T> {
             && self.spin_demand.iter().zip(&other.spin_demand).all(|(a, b)| a.len() == b.len())
     }
 
-    /// Factors and solves the balance with linearised friction. Returns the product of the signs of
-    /// all pivots.
+    /// Factorises and solves the balance with linearised friction. Returns the sign of the product
+    /// of all pivots.
     pub(super) fn solve(
         &mut self,
         plan: &BalancePlan,
@@ -106,13 +107,13 @@ impl<T: Scalar> Balance<T> {
         sign
     }
 
-    /// Reciprocal pivots of the last factorisation.
+    /// Returns the reciprocal pivots of the last factorisation.
     pub(super) fn reciprocal_pivots(&self, program: &StaticLu) -> Vec<T> {
         program.pivots().map(|slot| self.factors[slot]).collect()
     }
 
-    /// Unknowns that determine all wrenches: the wrenches at the cut joints and the accelerations of
-    /// local degrees of freedom.
+    /// Returns the unknowns that determine all wrenches: the wrenches at the cut joints, and the
+    /// accelerations of local degrees of freedom.
     pub(super) fn carried(&self, structure: &BalanceStructure) -> (Vec<Wrench<T>>, Vec<T>) {
         (
             self.cut_wrenches.clone(),
@@ -153,12 +154,13 @@ impl<T: Scalar> Balance<T> {
         self.collect(topology);
     }
 
-    /// Sets the generalised friction forces on the DOFs of the tree, which enter the residual.
+    /// Sets the generalised friction forces on the DOFs of the spanning tree, which are part of the
+    /// residual.
     pub(super) fn set_constants(&mut self, constants: &[T]) {
         self.constants.copy_from_slice(constants);
     }
 
-    /// Sets the unknowns to zero, and all wrenches to their values at zero unknowns.
+    /// Sets the unknowns to zero, and all wrenches to their values for zero unknowns.
     fn begin_wrenches(&mut self, topology: &Topology) {
         self.unknowns.fill(T::zero());
         self.node_wrenches.copy_from_slice(&self.demand);
@@ -182,7 +184,8 @@ impl<T: Scalar> Balance<T> {
             self.measure(plan, parameters, bodies);
             program.solve(&self.factors, &mut self.right, &mut self.correction);
             if pass < passes {
-                // Derivatives follow from the residual of the last pass: (P7) of the book's theory.
+                // Derivatives follow from the residual of the last pass, equation (P7) of the
+                // book's theory.
                 self.correction.iter_mut().for_each(|change| *change = change.held());
             }
             self.correct(topology, structure);
@@ -190,7 +193,7 @@ impl<T: Scalar> Balance<T> {
         self.collect(topology);
     }
 
-    /// Factors the frictionless balance at the position of `other`, without loads.
+    /// Factorises the frictionless balance at the configuration of `other`, without loads.
     pub(super) fn factor_frictionless(
         &mut self,
         other: &Self,
@@ -215,7 +218,7 @@ impl<T: Scalar> Balance<T> {
     }
 
     /// Computes the actuator efforts: for each actuated DOF the effort that the joint transmits,
-    /// less the efforts of friction and gearings.
+    /// minus the efforts of friction and gearings.
     pub(super) fn read_efforts(
         &self,
         plan: &BalancePlan,
@@ -241,7 +244,8 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// Adds a wrench at a cut joint, and its effect on the joints of the tree.
+    /// Adds a wrench at a cut joint, and the effect of this wrench on the joints of the spanning
+    /// tree.
     fn add_at_cut(&mut self, topology: &Topology, cut: usize, wrench: Wrench<T>) {
         self.cut_wrenches[cut] += wrench;
         for &(node, sign) in &topology.cuts[cut].path {

@@ -1,5 +1,5 @@
-//! Matrix and residual of the balance, including the weighting if there are more unknowns than
-//! equations.
+//! Matrix and residual of the balance. If there are more unknowns than equations, the matrix
+//! includes the weighting that selects a solution.
 //!
 //! Equations (B5) and (B8) of the book's theory.
 
@@ -130,8 +130,7 @@ impl<T: Scalar> Balance<T> {
         if structure.weighting == Weighting::Determined {
             return;
         }
-        // Lagrange multipliers act through the transposed balance; its entries follow those of the
-        // balance.
+        // Lagrange multipliers act through the transposed balance matrix.
         for (entry, value) in structure.entries.iter().zip(&self.entries) {
             if structure.multipliers().contains(&entry.column) {
                 self.right[entry.row] -= *value * self.unknowns[entry.column];
@@ -178,8 +177,8 @@ impl<T: Scalar> Balance<T> {
     }
 
     /// Returns three magnitudes: the largest residual in the equations of the unactuated tree DOFs,
-    /// the largest inverse-dynamics wrench of a body together with all bodies beyond it, and the
-    /// largest wrench at a joint. Moments are divided by the characteristic length.
+    /// the largest inverse-dynamics wrench of a body including all its descendants in the spanning
+    /// tree, and the largest joint wrench. Moments are divided by the characteristic length.
     pub(in crate::dynamics) fn size_of_residual(
         &self,
         plan: &BalancePlan,
@@ -217,8 +216,8 @@ impl<T: Scalar> Balance<T> {
     }
 }
 
-/// Weight of the square of an actuator effort: one for a force, `1 / length^2` for a torque, with
-/// the characteristic length.
+/// Returns the weight of the square of an actuator effort: one for a force, `1 / length^2` for a
+/// torque, where `length` is the characteristic length.
 fn effort_weight<T: Scalar>(topology: &Topology, parameters: &Parameters<T>, actuator: usize) -> T {
     let actuator = topology.actuators[actuator];
     let dof = &topology.joint_types[actuator.joint].dofs()[actuator.dof];
@@ -228,8 +227,8 @@ fn effort_weight<T: Scalar>(topology: &Topology, parameters: &Parameters<T>, act
     }
 }
 
-/// Inner product of wrenches at one joint. The weighting minimises the norm that it defines, see
-/// [`Weighting::LeastReactions`] and [`Weighting::LeastEnergy`].
+/// Inner product of two wrenches at one joint. The weighting minimises the norm defined by this
+/// product, see [`Weighting::LeastReactions`] and [`Weighting::LeastEnergy`].
 struct Product<'a, T> {
     frame_j: Pose<T>,
     length: T,

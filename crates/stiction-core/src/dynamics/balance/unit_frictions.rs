@@ -1,4 +1,5 @@
-//! Response of the frictionless balance to constant friction forces, four at a time.
+//! Changes of all forces due to unit friction forces in the frictionless balance, computed four at
+//! a time.
 //!
 //! Equation (B6) of the book's theory.
 
@@ -11,27 +12,27 @@ use crate::scalar::{Lanes, Scalar};
 use crate::spatial::Wrench;
 use crate::topology::{Link, Role};
 
-/// Number of right-hand sides solved at once, one per SIMD lane.
+/// Number of right-hand sides solved simultaneously, one per SIMD lane.
 pub(in crate::dynamics) const WIDTH: usize = 4;
-/// A residual counts as round-off below this fraction of the largest entry of the right-hand side.
+/// Fraction of the largest entry of the right-hand side below which a residual counts as round-off.
 const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
 pub(in crate::dynamics) type Four = Lanes<f64, WIDTH>;
 
-/// Unit friction force of one interface, as a generalised force on each of its DOFs.
+/// Unit friction force of one interface, expressed as a generalised force on each of its DOFs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::dynamics) struct UnitFriction {
     pub(in crate::dynamics) interface: usize,
     pub(in crate::dynamics) against: [f64; 3],
 }
 
-/// Changes of all forces due to up to four [`UnitFriction`]s, one per lane.
+/// Changes of all forces due to up to four [`UnitFriction`]s, one per SIMD lane.
 #[derive(Clone, Debug, Default)]
 pub(in crate::dynamics) struct UnitResponses {
-    /// Changes of the complete wrenches of all joints, predecessor on successor, about the
-    /// reference point.
+    /// Change of the complete wrench of each joint, exerted by the predecessor on the successor,
+    /// about the reference point.
     pub(in crate::dynamics) wrenches: Vec<Wrench<Four>>,
     pub(in crate::dynamics) efforts: Vec<Four>,
-    /// Changes of the accelerations of local degrees of freedom.
+    /// Change of the acceleration of each local degree of freedom.
     pub(in crate::dynamics) spins: Vec<Four>,
 }
 
@@ -46,7 +47,7 @@ pub(in crate::dynamics) struct LaneWorkspace {
     cut_wrenches: Vec<Wrench<Four>>,
     node_wrenches: Vec<Wrench<Four>>,
     responses: UnitResponses,
-    /// Actuator efforts for a single friction force.
+    /// Actuator efforts due to a single friction force.
     alone: Vec<f64>,
 }
 
@@ -73,9 +74,9 @@ impl LaneWorkspace {
 }
 
 impl Balance<f64> {
-    /// Solves the balance factored by [`Self::factor_frictionless`] for each friction force
-    /// separately. Calls `take` with the responses to four friction forces at a time, in the given
-    /// order.
+    /// Solves the frictionless balance, factorised by [`Self::factor_frictionless`], for each unit
+    /// friction force separately. Calls `take` with the results for four friction forces at a time,
+    /// in the order of `units`.
     pub(in crate::dynamics) fn respond(
         &mut self,
         plan: &BalancePlan,
@@ -126,8 +127,8 @@ impl Balance<f64> {
         }
     }
 
-    /// Solves for the unknowns and the wrenches of nodes and cut joints for up to four friction
-    /// forces, one per lane.
+    /// Solves for the unknowns and for the wrenches of nodes and cut joints, for up to four
+    /// friction forces, one per SIMD lane.
     fn respond_side_by_side(
         &mut self,
         plan: &BalancePlan,
@@ -148,7 +149,7 @@ impl Balance<f64> {
             if let Role::Tree { node } = topology.role[interface.joint]
                 && structure.weighting == Weighting::Determined
             {
-                // Friction at a tree joint enters the equations of the joint's own DOFs only.
+                // Friction at a tree joint appears only in the equations of the DOFs of this joint.
                 let first = topology.nodes[node].tree_dofs.start;
                 for (&against, dof) in unit.against.iter().zip(interface.shape.dofs()) {
                     constants[first + dof].0[lane] = against;
@@ -192,7 +193,7 @@ impl Balance<f64> {
                 }
             }
         }
-        // The solution, refined once unless its residual is round-off.
+        // Solves, and refines the solution once unless its residual is round-off.
         left.copy_from_slice(right);
         program.solve_lanes(&self.factors, left, solution);
         left.copy_from_slice(right);
@@ -227,7 +228,8 @@ impl Balance<f64> {
         }
     }
 
-    /// Computes the responses from the unknowns and the wrenches of nodes and cut joints.
+    /// Computes the changes of all forces from the unknowns and the wrenches of nodes and cut
+    /// joints.
     fn read_lanes(
         &self,
         plan: &BalancePlan,
@@ -272,7 +274,7 @@ impl Balance<f64> {
 }
 
 /// Returns true if, in each lane, the residual is round-off relative to the largest entry of the
-/// right-hand side. Such a solution is exact for slightly perturbed coefficients.
+/// right-hand side. The solution is then exact for slightly perturbed coefficients.
 fn is_round_off(residual: &[Four], right: &[Four]) -> bool {
     let largest = |numbers: &[Four]| {
         let mut largest = Four::zero();
@@ -287,7 +289,7 @@ fn is_round_off(residual: &[Four], right: &[Four]) -> bool {
     residual.0.iter().zip(right.0).all(|(residual, right)| *residual <= ROUND_OFF * right)
 }
 
-/// Extracts one lane of a wrench.
+/// Returns the wrench in one SIMD lane.
 pub(in crate::dynamics) fn lane_of(wrench: &Wrench<Four>, lane: usize) -> Wrench<f64> {
     let of = |vector: crate::spatial::Vec3<Four>| {
         crate::spatial::Vec3::new(vector.x.0[lane], vector.y.0[lane], vector.z.0[lane])

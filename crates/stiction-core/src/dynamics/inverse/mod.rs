@@ -1,4 +1,4 @@
-//! Kernel of inverse dynamics: reactions, load-dependent friction and efforts, for any scalar type.
+//! Inverse dynamics for any scalar type: reactions, load-dependent friction and efforts.
 
 mod probing;
 mod settled;
@@ -14,14 +14,14 @@ use crate::spatial::{Vec3, Wrench};
 use crate::statics::AppliedLoad;
 use crate::topology::{Role, Topology};
 
-/// Forces of a mechanism at one instant, and the buffers to compute them.
+/// Forces of a mechanism at one instant, and the buffers for computing them.
 #[derive(Clone, Debug)]
 pub struct Inverse<T> {
     balance: Balance<T>,
     interfaces: Interfaces<T>,
     efforts: Vec<T>,
     efforts_frictionless: Vec<T>,
-    /// Accelerations of the tree for unit acceleration of each local degree of freedom.
+    /// Accelerations of the spanning tree per unit acceleration of each local degree of freedom.
     spin_responses: Vec<Vec<T>>,
     friction_efforts: Vec<T>,
     friction_change: T,
@@ -32,7 +32,7 @@ pub struct Inverse<T> {
 }
 
 impl<T: Scalar> Inverse<T> {
-    /// Results for a compiled model, all zero.
+    /// Allocates the results for a compiled model, all zero.
     pub(super) fn new(model: &Model) -> Self {
         let topology = model.topology();
         let actuators = topology.actuators.len();
@@ -52,59 +52,64 @@ impl<T: Scalar> Inverse<T> {
         }
     }
 
-    /// Effort of each actuator, N or N m, in the order of
+    /// Returns the effort of each actuator, N or N m, in the order of
     /// [`Mechanism::actuators`](crate::mechanism::Mechanism::actuators).
     pub fn efforts(&self) -> &[T] {
         &self.efforts
     }
 
-    /// Effort of each actuator without friction, N or N m.
+    /// Returns the effort of each actuator without friction, N or N m, in the order of
+    /// [`Self::efforts`].
     pub fn efforts_frictionless(&self) -> &[T] {
         &self.efforts_frictionless
     }
 
-    /// Complete wrench of each joint, predecessor on successor, about the reference point in world
-    /// axes. Includes constraint, actuator and friction forces.
+    /// Returns the complete wrench of each joint, exerted by the predecessor on the successor,
+    /// about the reference point in world axes. The wrench includes constraint, actuator and
+    /// friction forces.
     pub fn joint_wrenches(&self) -> &[Wrench<T>] {
         &self.balance.joint_wrenches
     }
 
-    /// Force of a joint, N, and its moment about the origin of frame J, N m; world axes.
+    /// Returns the force of a joint, N, and the moment of the joint about the origin of frame J, N
+    /// m, exerted by the predecessor on the successor, in world axes.
     pub fn reaction(&self, bodies: &Bodies<T>, joint: usize) -> (Vec3<T>, Vec3<T>) {
         let wrench = self.balance.joint_wrenches[joint];
         (wrench.force, wrench.moment_about(bodies.frame_j[joint].position))
     }
 
-    /// Friction interfaces, in the order of [`Parameters::interfaces`].
+    /// Returns the states of the friction interfaces, in the order of [`Parameters::interfaces`].
     pub fn interfaces(&self) -> &[InterfaceState<T>] {
         &self.interfaces.states
     }
 
-    /// Sets the static friction of an interface at rest, as a fraction of the static friction limit: a vector of
-    /// components along the interface's DOFs, of norm at most one. The default is zero.
+    /// Sets the static friction of an interface at rest, as a fraction of the static friction
+    /// limit. `held` contains the components along the DOFs of the interface; its norm must not
+    /// exceed one. The default is zero.
     pub fn set_static_friction(&mut self, interface: usize, held: [T; 3]) {
         self.interfaces.held[interface] = held;
     }
 
-    /// Returns true if friction is included in the forces.
+    /// Returns true if the forces include friction.
     pub fn has_friction(&self) -> bool {
         self.mode != FrictionMode::Off && !self.interfaces.states.is_empty()
     }
 
-    /// Largest change of a normal force in the last Newton step of the coupling, N.
+    /// Returns the largest change of a normal force in the last Newton step between friction and
+    /// reactions, N.
     pub fn friction_change(&self) -> T {
         self.friction_change
     }
 
-    /// Number of Newton steps of the coupling in the last solution.
+    /// Returns the number of Newton steps between friction and reactions in the last solution.
     pub fn friction_steps(&self) -> usize {
         self.friction_steps
     }
 
-    /// Solves for all forces at the motion in `kinematics`.
+    /// Solves for all forces for the motion in `kinematics`.
     ///
-    /// Also computes the accelerations of local degrees of freedom and adds them to those of the
-    /// bodies.
+    /// Also computes the accelerations of local degrees of freedom and adds them to the
+    /// accelerations of the bodies.
     pub fn solve(
         &mut self,
         model: &Model,
@@ -144,7 +149,7 @@ impl<T: Scalar> Inverse<T> {
         self.spin_up(model, kinematics);
     }
 
-    /// Solves without friction, then computes sliding velocities and normal forces of all
+    /// Solves without friction, then computes the sliding velocities and normal forces of all
     /// interfaces.
     pub(super) fn begin(
         &mut self,
@@ -180,8 +185,8 @@ impl<T: Scalar> Inverse<T> {
         self.friction_steps = 0;
     }
 
-    /// Takes one Newton step of the coupling; returns the largest change of a normal force and the
-    /// largest normal force.
+    /// Takes one Newton step between friction and reactions. Returns the largest change of a normal
+    /// force and the largest normal force, N.
     pub(super) fn step(
         &mut self,
         model: &Model,
@@ -196,15 +201,16 @@ impl<T: Scalar> Inverse<T> {
         (change, largest)
     }
 
-    /// Unknowns that determine all joint wrenches for this motion: the wrenches of the cut joints,
-    /// predecessor on successor, and the accelerations of local degrees of freedom.
+    /// Returns the unknowns that determine all joint wrenches for this motion: the wrenches of the
+    /// cut joints, exerted by the predecessor on the successor, and the accelerations of local
+    /// degrees of freedom.
     pub fn carried(&self, model: &Model) -> (Vec<Wrench<T>>, Vec<T>) {
         self.balance.carried(&model.balance.structure)
     }
 
-    /// Takes one Newton step of the coupling with friction linearised about these unknowns, see
-    /// [`Self::carried`], and updates [`Self::efforts`], [`Self::joint_wrenches`] and normal forces.
-    /// Requires a [`Self::solve`] at this motion, in any friction mode.
+    /// Takes one Newton step with friction linearised about the given unknowns, see
+    /// [`Self::carried`]. Updates [`Self::efforts`], [`Self::joint_wrenches`] and the normal
+    /// forces. Requires a previous [`Self::solve`] for this motion, in any friction mode.
     pub fn step_from(
         &mut self,
         model: &Model,
@@ -218,9 +224,9 @@ impl<T: Scalar> Inverse<T> {
         self.finish_friction(model, parameters, bodies);
     }
 
-    /// Takes one Newton step of the coupling with friction linearised about these joint wrenches,
-    /// predecessor on successor about the reference point. Wrenches of joints without friction have
-    /// no influence.
+    /// Takes one Newton step with friction linearised about the given joint wrenches, which the
+    /// predecessors exert on the successors, about the reference point. Wrenches of joints without
+    /// friction have no influence.
     pub fn step_at(
         &mut self,
         model: &Model,
@@ -233,13 +239,14 @@ impl<T: Scalar> Inverse<T> {
         self.finish_friction(model, parameters, bodies);
     }
 
-    /// Reciprocal pivots of the last factorisation of the balance, in elimination order.
+    /// Returns the reciprocal pivots of the last factorisation of the balance, in elimination
+    /// order.
     pub fn reciprocal_pivots(&self, model: &Model) -> Vec<T> {
         self.balance.reciprocal_pivots(&model.balance.program)
     }
 
-    /// Solves the balance with friction treated as `coupling` specifies; returns the sign of the
-    /// determinant.
+    /// Solves the balance with friction in the form that `coupling` specifies. Returns the sign of
+    /// the determinant.
     fn couple(
         &mut self,
         model: &Model,
@@ -263,7 +270,7 @@ impl<T: Scalar> Inverse<T> {
         self.read_efforts(model, parameters, bodies);
     }
 
-    /// Computes the generalised friction forces on the DOFs of the tree.
+    /// Computes the generalised friction forces on the DOFs of the spanning tree.
     fn add_friction_efforts(&mut self, topology: &Topology, parameters: &Parameters<T>) {
         self.friction_efforts.fill(T::zero());
         for (interface, state) in parameters.interfaces.iter().zip(&self.interfaces.states) {
@@ -280,7 +287,7 @@ impl<T: Scalar> Inverse<T> {
         self.balance.read_efforts(plan, parameters, bodies, frictions, &mut self.efforts);
     }
 
-    /// Effort of each gearing, N m or N, in the order of the mechanism's gearings.
+    /// Returns the effort of each gearing, N m or N, in the order of the gearings of the mechanism.
     pub fn gearing_efforts<'a>(
         &'a self,
         model: &'a Model,
@@ -291,12 +298,12 @@ impl<T: Scalar> Inverse<T> {
         each.map(|(multiplier, gearing)| *multiplier * T::from_f64(gearing.size.recip()))
     }
 
-    /// Last solution of the balance.
+    /// Returns the last solution of the balance.
     pub(super) fn balance(&self) -> &Balance<T> {
         &self.balance
     }
 
-    /// Adds the accelerations of local degrees of freedom to those of the bodies.
+    /// Adds the accelerations of local degrees of freedom to the accelerations of the bodies.
     pub(super) fn spin_up(&self, model: &Model, kinematics: &mut Kinematics<T>) {
         let first = model.balance.structure.wrench_columns;
         for (spin, response) in self.spin_responses.iter().enumerate() {

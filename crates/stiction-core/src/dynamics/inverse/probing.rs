@@ -1,4 +1,4 @@
-//! Solutions with other friction forces for the same motion.
+//! Solutions for the same motion with other friction forces.
 
 use super::Inverse;
 use crate::dynamics::interfaces::Coupling;
@@ -12,7 +12,7 @@ use crate::spatial::Wrench;
 use crate::topology::Topology;
 
 impl<T: Scalar> Inverse<T> {
-    /// Recomputes the normal forces from the given joint wrenches, as another start of the
+    /// Recomputes the normal forces from the given joint wrenches, as a new starting point of the
     /// iteration between friction and reactions.
     pub(in crate::dynamics) fn restart_from(
         &mut self,
@@ -24,12 +24,13 @@ impl<T: Scalar> Inverse<T> {
         self.interfaces.update_normal_forces(parameters, bodies, wrenches);
     }
 
-    /// Adopts a solution of the coupling: the wrenches of all joints, and the normal forces of the
-    /// interfaces whose friction depends on them. Returns false if the solution does not satisfy
-    /// the balance to round-off, or if the model is not plain; in the second case it calls
-    /// [`Self::restart_from`] with these wrenches. Requires [`Self::begin`] at this motion, no
-    /// friction at any other interface, and a coupling bound below one, for which the determinant
-    /// has the same sign as without friction.
+    /// Adopts a solution of the coupled problem: the wrenches of all joints, and the normal forces
+    /// of the interfaces whose friction depends on the normal force. Returns false if the solution
+    /// does not satisfy the balance to round-off. Also returns false if the model is not plain (see
+    /// [`BalanceStructure::is_plain`](crate::dynamics::structure::BalanceStructure)), after calling
+    /// [`Self::restart_from`] with these wrenches. Requires a previous [`Self::begin`] for this
+    /// motion, no friction at any other interface, and a coupling bound below one, which implies
+    /// that the determinant has the same sign as without friction.
     pub(in crate::dynamics) fn adopt(
         &mut self,
         model: &Model,
@@ -61,7 +62,7 @@ impl<T: Scalar> Inverse<T> {
             && self.is_balanced(model, parameters)
     }
 
-    /// Updates slip and friction laws, with all friction coefficients multiplied by `part`.
+    /// Updates the slip and the friction laws, with all friction coefficients multiplied by `part`.
     pub(in crate::dynamics) fn apply_friction_at(
         &mut self,
         topology: &Topology,
@@ -77,7 +78,8 @@ impl<T: Scalar> Inverse<T> {
         }
     }
 
-    /// Solves again at the same motion after a change of static friction, linearised in the change.
+    /// Solves again for the same motion after a change of static friction. The solution is
+    /// linearised in the change.
     pub(in crate::dynamics) fn update_static_friction(
         &mut self,
         model: &Model,
@@ -98,7 +100,7 @@ impl<T: Scalar> Inverse<T> {
     }
 
     /// Solves with prescribed friction forces (N, one per interface, independent of the normal
-    /// forces), with the matrix of the frictionless balance. [`Self::efforts`] and
+    /// forces) and the matrix of the frictionless balance. [`Self::efforts`] and
     /// [`Self::joint_wrenches`] then include these friction forces.
     pub fn solve_with(
         &mut self,

@@ -7,13 +7,14 @@ use crate::dynamics::settings::{FrictionMode, Settings};
 use crate::parameters::{InterfaceParameters, Parameters};
 use crate::scalar::Scalar;
 
-/// A change of the normal forces that no longer decreases counts as round-off if it is below this
-/// fraction of the largest normal force.
+/// Fraction of the largest normal force below which a change of the normal forces that no longer
+/// decreases counts as round-off.
 const STAGNATED: f64 = 1e-9;
 
 impl<T: Scalar> Inverse<T> {
-    /// Returns true if the coupling of friction and reactions has converged, on the branch
-    /// connected with the frictionless solution as far as the sign of the determinant shows.
+    /// Returns true if the iteration between friction and reactions has converged, and if the sign
+    /// of the determinant does not exclude that the solution is connected to the frictionless
+    /// solution.
     pub fn friction_settled(&self, settings: &Settings) -> bool {
         if self.mode != FrictionMode::Converged || self.interfaces.states.is_empty() {
             return true;
@@ -24,9 +25,9 @@ impl<T: Scalar> Inverse<T> {
             && (self.orientation() - T::one()).largest() == 0.0
     }
 
-    /// Returns true if the coupling has converged as far as rounding permits. Near locking, normal
-    /// forces grow, and the Newton corrections stop decreasing above the round-off of a single
-    /// solution.
+    /// Returns true if the iteration between friction and reactions has converged as far as
+    /// round-off permits. Near a lock by friction the normal forces are large, and the Newton
+    /// corrections stop decreasing above the round-off of a single solution.
     pub(in crate::dynamics) fn friction_stagnated(&self) -> bool {
         let loads = self.interfaces.states.iter().map(|c| c.load.value.largest());
         let largest = loads.fold(0.0, f64::max);
@@ -36,14 +37,14 @@ impl<T: Scalar> Inverse<T> {
             && (self.orientation() - T::one()).largest() == 0.0
     }
 
-    /// Returns true if the balance holds to round-off and the reactions are not large compared with
-    /// the load. Otherwise the elimination order does not suit the position.
+    /// Returns true if the balance is satisfied to round-off, and if the reactions are not large
+    /// compared with the load. Otherwise the elimination order is not suited to the configuration.
     pub fn is_balanced(&self, model: &Model, parameters: &Parameters<T>) -> bool {
-        // With larger growth, fewer than eight digits of a reaction are accurate.
+        // With larger growth, fewer than eight digits of a reaction would be accurate.
         const GROWTH: f64 = 1e8;
         let (residual, demanded, carried) =
             self.balance.size_of_residual(&model.balance, parameters);
-        // Friction independent of the reactions.
+        // Part of the friction that is independent of the reactions.
         let without_load = |(state, interface): (&InterfaceState<T>, &InterfaceParameters<T>)| {
             state.resistance.force(interface.load.preload).largest()
         };
@@ -52,8 +53,8 @@ impl<T: Scalar> Inverse<T> {
         residual.is_finite() && residual <= 1e-9 * carried && carried <= GROWTH * demanded
     }
 
-    /// Relative sign of the determinants with and without friction: 1 if equal, -1 after a change
-    /// of sign, which occurs where friction locks the mechanism.
+    /// Returns the relative sign of the determinants of the balance with and without friction: 1 if
+    /// both signs are equal, -1 otherwise. The sign changes where friction locks the mechanism.
     pub fn orientation(&self) -> T {
         self.sign_without * self.sign_with
     }

@@ -1,4 +1,4 @@
-//! Effort intervals: bounds over the static friction of interfaces at rest.
+//! Effort intervals: bounds of the efforts over all static frictions of interfaces at rest.
 //!
 //! Equation (R1) of the book's theory.
 
@@ -18,14 +18,15 @@ use crate::parameters::Parameters;
 use crate::statics::AppliedLoad;
 
 /// Step of the finite differences, as a fraction of the static friction limit: small enough to
-/// leave normal forces almost unchanged, large enough to exceed round-off.
+/// leave normal forces almost unchanged, and large enough to exceed round-off.
 const PROBE: f64 = 1e-3;
-/// Largest number of updates of the directions of static friction.
+/// Largest number of updates of the directions of static friction in the search for an extreme
+/// effort.
 const ROUNDS: usize = 4;
-/// Two directions count as equal if they differ by less than this.
+/// Two unit vectors of direction count as equal if they differ by less than this value.
 const SAME: f64 = 1e-6;
 
-/// Position with all data needed to solve the balance again.
+/// Configuration of a mechanism with all data needed to solve the balance again.
 pub(in crate::dynamics) struct Position<'a> {
     pub(in crate::dynamics) model: &'a Model,
     pub(in crate::dynamics) parameters: &'a Parameters<f64>,
@@ -34,12 +35,13 @@ pub(in crate::dynamics) struct Position<'a> {
     pub(in crate::dynamics) settings: &'a Settings,
 }
 
-/// Static friction of one interface at rest, as a direction vector of length one or zero.
+/// Static friction of one interface at rest, at its limit in the given direction; zero if the
+/// direction is zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct StaticFriction {
     pub(super) interface: usize,
     pub(super) direction: [f64; 3],
-    /// True if the direction is prescribed.
+    /// True if the direction is prescribed and the search must not change it.
     pub(super) fixed: bool,
 }
 
@@ -49,31 +51,31 @@ impl StaticFriction {
         pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) < SAME
     }
 
-    /// Returns static friction in the direction of `components`, one per DOF; a prescribed
-    /// direction does not change.
+    /// Returns static friction in the direction of `components`, one per DOF of the interface.
+    /// Returns a copy of `self` if the direction is prescribed.
     pub(super) fn towards(&self, components: impl Iterator<Item = f64>) -> Self {
         if self.fixed {
             return *self;
         }
         let mut direction = [0.0; 3];
         direction.iter_mut().zip(components).for_each(|(own, component)| *own = component);
-        // One DOF has only two directions.
+        // An interface with one DOF has only two directions.
         let size = direction.iter().map(|d| d * d).sum::<f64>().sqrt();
         let over = if size > 0.0 { 1.0 / size } else { 0.0 };
         Self { direction: direction.map(|d| d * over), ..*self }
     }
 }
 
-/// Computes the interval of each effort over the static friction of interfaces at rest. The efforts
-/// in `forces` stay the same.
+/// Computes the interval of each effort over all static frictions of interfaces at rest. The
+/// efforts in `forces` do not change.
 ///
-/// Static friction is any force up to the limit given by its own normal force, in any direction.
-/// For each effort, the friction of every resting interface is set to its limit in the direction
-/// that raises (lowers) the effort most. The coupled problem is solved again, and the directions
-/// are updated until they no longer change. The bounds are therefore attained. They are exact if
-/// the sense in which an effort changes with each friction force is independent of the others,
-/// as is the case without strong coupling. A bound is infinite if the forces diverge during this search, as in
-/// a mechanism that friction can lock.
+/// Static friction is any force up to the limit for the normal force of the same interface, in any
+/// direction. For each effort, the friction of every interface at rest is set to its limit in the
+/// direction that increases (decreases) the effort most. The coupled problem is solved again, and
+/// the directions are updated until they no longer change. The bounds are therefore attained. They
+/// are exact if the sign of the change of an effort with each friction force does not depend on the
+/// other friction forces, which is the case without strong coupling. A bound is infinite if the
+/// forces diverge during this search, for example if friction can lock the mechanism.
 pub(in crate::dynamics) fn bound_efforts(
     forces: &mut Forces,
     inverse: &mut Inverse<f64>,
@@ -84,7 +86,7 @@ pub(in crate::dynamics) fn bound_efforts(
     let resting: Vec<usize> = (0..position.parameters.interfaces.len())
         .filter(|&interface| {
             let state = &inverse.interfaces()[interface];
-            // The normal force may be zero only as long as no other interface has friction.
+            // The normal force may be zero only because no other interface has friction yet.
             state.sliding == 0.0 && state.resistance.coefficient > 0.0
         })
         .collect();
@@ -104,7 +106,8 @@ pub(in crate::dynamics) fn bound_efforts(
         .flat_map(|actuator| [1.0, -1.0].map(|sense| (actuator, sense)))
         .map(|(actuator, sense)| Goal { actuator, sense, before: forces.efforts[actuator] })
         .collect();
-    // Outer bounds exist only for couplings so weak that each static friction yields a unique solution.
+    // Outer bounds exist only if the coupling is so weak that the solution is unique for each
+    // static friction.
     let is_thread = |friction: &StaticFriction| {
         parameters.interfaces[friction.interface].shape == InterfaceShape::Thread
     };
@@ -136,14 +139,14 @@ pub(in crate::dynamics) fn bound_efforts(
     forces.certify_bounds(changes);
 }
 
-/// Range of an effort found in the search for its extreme value.
+/// Smallest and largest value of an effort found in the search for an extreme value.
 pub(super) struct Extreme {
     pub(super) least: f64,
     pub(super) greatest: f64,
 }
 
-/// Goal of the search: the largest (sense 1) or smallest (sense -1) value of an effort, and the
-/// value at the start.
+/// Goal of the search: the largest (`sense` 1) or smallest (`sense` -1) value of the effort of an
+/// actuator. `before` is the value at the start of the search.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Goal {
     pub(super) actuator: usize,
@@ -151,8 +154,9 @@ pub(super) struct Goal {
     pub(super) before: f64,
 }
 
-/// Finds the largest (smallest) value that static friction can give to an effort, starting from
-/// `start`, with the derivatives `slopes` of the efforts. Prescribed directions do not change.
+/// Finds the largest (smallest) effort that static friction can cause, starting from the static
+/// frictions `start` with the derivatives `slopes` of the efforts. Prescribed directions do not
+/// change.
 pub(super) fn extreme(
     inverse: &mut Inverse<f64>,
     position: &mut Position<'_>,
@@ -193,8 +197,8 @@ pub(super) fn set_static_frictions(inverse: &mut Inverse<f64>, frictions: &[Stat
     }
 }
 
-/// Solves with the present static friction. Returns false if forces diverge; `inverse` then contains the
-/// forces at which the solution is lost.
+/// Solves with the present static friction. Returns false if the forces diverge; `inverse` then
+/// contains the forces at which the continuation ended.
 pub(super) fn resolve(inverse: &mut Inverse<f64>, position: &mut Position<'_>) -> bool {
     let Position { model, parameters, kinematics, loads, settings } = position;
     inverse.solve(model, parameters, kinematics, loads, settings);
@@ -209,8 +213,8 @@ pub(super) fn resolve(inverse: &mut Inverse<f64>, position: &mut Position<'_>) -
     outcome.is_ok()
 }
 
-/// Derivative of each effort with respect to each component of each interface's static friction, as
-/// `slopes[interface][component][actuator]`.
+/// Computes the derivative of each effort with respect to each component of the static friction of
+/// each interface, as `slopes[interface][component][actuator]`.
 pub(super) fn probe(
     inverse: &mut Inverse<f64>,
     position: &Position<'_>,
@@ -237,7 +241,7 @@ pub(super) fn probe(
     slopes
 }
 
-/// Returns the directions of static friction that raise (lower) one effort most.
+/// Returns the directions of static friction that increase (decrease) one effort most.
 fn steepest(
     frictions: &[StaticFriction],
     slopes: &[Vec<Vec<f64>>],

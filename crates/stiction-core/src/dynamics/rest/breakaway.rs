@@ -9,15 +9,15 @@ use crate::dynamics::inverse::Inverse;
 use crate::kinematics::{actuator_rate, body_twists};
 use nalgebra::{DMatrix, DVector};
 
-/// Efforts of one actuator at which the mechanism begins to move while all other actuators hold, N
-/// or N m.
+/// Efforts of one actuator at which the mechanism begins to move while all other actuators are
+/// locked, N or N m.
 ///
-/// In the impending motion, the rate of this actuator is positive (negative) and the rates of the others
-/// are zero. Every interface that slides in this motion exerts its static friction limit against the
-/// sliding, coupled with the normal forces. An interface that does not slide may exert any static
-/// friction. If this friction affects the normal forces, the breakaway effort is an interval: motion may
-/// begin at the first value, and has begun at the second. Infinite if friction locks the mechanism
-/// against the impending motion.
+/// In the impending motion, the rate of this actuator is positive (negative) and the rates of the
+/// other actuators are zero. Every interface that slides in this motion exerts its static friction
+/// limit against the sliding, coupled with the normal forces. An interface that does not slide may
+/// exert any static friction. If this friction affects the normal forces, the breakaway effort is
+/// an interval: motion may begin at the first value, and has certainly begun at the second. The
+/// values are infinite if friction locks the mechanism against the impending motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Breakaway {
     /// Efforts at which forward motion may begin, and has certainly begun.
@@ -26,11 +26,12 @@ pub struct Breakaway {
     pub backward: (f64, f64),
 }
 
-/// An interface counts as not sliding below this fraction of the largest sliding velocity.
+/// Fraction of the largest sliding velocity below which an interface counts as not sliding.
 const STILL: f64 = 1e-9;
 
-/// Computes, for each actuator, the sliding velocities of all interfaces at a unit rate of this
-/// actuator while the others are at rest; `None` if the actuators do not determine the motion.
+/// Computes, for each actuator, the sliding velocities of all interfaces for a unit rate of this
+/// actuator and zero rates of the other actuators. `None` if the actuators do not determine the
+/// motion.
 pub(super) fn impending(position: &mut Position<'_>) -> Vec<Option<Vec<[f64; 3]>>> {
     let Position { model, parameters, kinematics, .. } = position;
     let topology = model.topology();
@@ -70,8 +71,8 @@ pub(super) fn impending(position: &mut Position<'_>) -> Vec<Option<Vec<[f64; 3]>
     velocities.collect()
 }
 
-/// Computes the breakaway efforts of one actuator from the sliding velocities of the impending motion.
-/// Changes the static friction in `inverse`.
+/// Computes the breakaway efforts of one actuator from the sliding velocities in the impending
+/// motion. Changes the static friction in `inverse`.
 pub(super) fn break_away(
     inverse: &mut Inverse<f64>,
     position: &mut Position<'_>,

@@ -1,4 +1,4 @@
-//! Self-locking: positions that static friction holds without actuator efforts.
+//! Self-locking: configurations that static friction holds without actuator efforts.
 //!
 //! Equation (R5) of the book's theory.
 
@@ -8,67 +8,70 @@ use crate::linalg::Svd;
 use core::cell::OnceCell;
 use nalgebra::{DMatrix, DVector};
 
-/// Result of the test for self-locking: whether static friction holds a position while some
+/// Result of the self-locking test: whether static friction holds a configuration while some
 /// actuators exert no effort.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Holding {
-    /// Guaranteed verdict.
+    /// Result of the test that is guaranteed by a proof.
     pub verdict: Verdict,
-    /// Guaranteed lower and upper bounds of the fraction of all static coefficients that is needed to hold
-    /// the position. The upper bound is infinite if no sufficient fraction was found.
+    /// Guaranteed lower and upper bounds of the common factor on all static friction coefficients
+    /// that is needed to hold the configuration. The upper bound is infinite if no sufficient
+    /// factor was found.
     pub needed: (f64, f64),
-    /// Friction forces that hold the position, N, for each interface along its DOFs, with the sign of
-    /// the sliding that they oppose. Empty if the verdict follows from an effort interval that
-    /// contains zero.
+    /// Friction forces that hold the configuration, N: for each interface, the components along its
+    /// DOFs, with the sign of the sliding that they oppose. Empty if the verdict follows from an
+    /// effort interval that contains zero.
     pub frictions: Vec<Vec<f64>>,
 }
 
-/// Verdict on a position.
+/// Verdict of the self-locking test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// Friction forces within all limits hold the position.
+    /// Friction forces within all limits hold the configuration.
     Holds,
-    /// In some motion the load delivers more power than friction can dissipate.
+    /// For some motion the load supplies more power than friction can dissipate.
     Slips,
     /// Neither holding nor slipping is proven.
     Undecided,
 }
 
-/// Largest number of iterations between normal forces and friction.
+/// Largest number of iterations between normal forces and friction distribution.
 const ROUNDS: usize = 60;
-/// Largest number of iterations of the reweighted least squares.
+/// Largest number of iterations of the iteratively reweighted least squares.
 const STEPS: usize = 200;
-/// Factor by which each iteration reduces the smoothing of the norms.
+/// Factor by which each iteration reduces the smoothing of the norms at zero.
 const SHARPEN: f64 = 0.8;
 /// Number of iterative refinements of each solution for the friction forces.
 const REFINEMENTS: usize = 3;
-/// Equations count as satisfied if their residual is below this fraction of the right-hand side.
+/// Fraction of the right-hand side below which the residual of satisfied equations must lie.
 const MET: f64 = 1e-12;
-/// Number of bisections in the search for the largest insufficient fraction of the coefficients.
+/// Number of bisections in the search for the largest insufficient factor on the friction
+/// coefficients.
 const HALVINGS: usize = 40;
-/// Largest tried fraction of the coefficients. A larger sufficient fraction counts as infinite.
+/// Largest factor on the friction coefficients that is tried. A larger sufficient factor counts as
+/// infinite.
 const MOST: f64 = 1e6;
-/// Relative size below which efforts of unpowered actuators, singular values and parts of the
-/// equations that friction does not influence count as zero.
+/// Relative size below which the following count as zero: efforts of unpowered actuators, singular
+/// values, and the part of the equations that friction does not influence.
 const NOTHING: f64 = 1e-10;
 /// Bounds count as equal if they differ by less than this fraction.
 const SAME: f64 = 1e-9;
 
-/// Linear equations for the friction forces, `slopes * frictions = missing`, which require that
+/// Linear equations for the friction forces, `slopes * frictions = missing`. They require that
 /// certain efforts and accelerations vanish.
 pub(super) struct Demand {
     slopes: DMatrix<f64>,
     missing: DVector<f64>,
 }
 
-/// Bounds of the normal forces relative to those without friction, common to all [`Demand`]s at a
-/// position.
+/// Bounds of the normal forces relative to the frictionless normal forces, shared by all
+/// [`Demand`]s at a configuration.
 #[derive(Default)]
 pub(super) struct LoadBounds {
     couplings: OnceCell<DMatrix<f64>>,
 }
 
-/// Distribution of friction over the interfaces, with an optimality certificate.
+/// Distribution of friction over the interfaces, with a lower bound that certifies its optimality.
 struct Share {
     frictions: Vec<f64>,
     /// Lower bound, over all distributions, of the largest ratio of friction to weight.
@@ -76,8 +79,8 @@ struct Share {
 }
 
 impl Demand {
-    /// Sets up the equations for the efforts (given with their frictionless values) and the
-    /// accelerations of local degrees of freedom that must vanish.
+    /// Sets up the equations for the efforts that must vanish, given with their frictionless
+    /// values, and for the accelerations of local degrees of freedom, which must vanish as well.
     pub(super) fn new(
         map: &FrictionMap<'_>,
         efforts: &[(usize, f64, f64)],
@@ -92,7 +95,7 @@ impl Demand {
             missing.push(if demand.abs() <= NOTHING * largest { 0.0 } else { demand });
         }
         for spin in 0..spins {
-            // Acceleration in units of the largest one that friction causes.
+            // The acceleration is divided by the largest acceleration that a unit friction causes.
             let row = map.spin_slopes(spin);
             let size = row.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
             if size > 0.0 {
@@ -104,11 +107,13 @@ impl Demand {
         Self { slopes, missing: DVector::from_vec(missing) }
     }
 
-    /// Reduces the equations to independent ones; `None` if no friction satisfies them.
+    /// Reduces the equations to linearly independent ones; `None` if no friction satisfies the
+    /// equations.
     fn independent(&self) -> Option<Self> {
         let svd = Svd::new(&self.slopes.transpose());
         let rank = svd.rank(NOTHING);
-        // Linear combinations of the equations with and without influence of friction.
+        // Linear combinations of the equations that friction influences, and those that it does not
+        // influence.
         let inside = svd.v.columns(0, rank).transpose();
         let outside = svd.v.columns(rank, svd.v.ncols() - rank).transpose();
         let lost = (outside * &self.missing).norm();
@@ -116,8 +121,8 @@ impl Demand {
             .then(|| Self { slopes: &inside * &self.slopes, missing: inside * &self.missing })
     }
 
-    /// Returns the friction that satisfies independent equations, if it is unique: as many
-    /// equations as friction components.
+    /// Returns the friction that satisfies linearly independent equations, if this friction is
+    /// unique, that is, if there are as many equations as friction components.
     fn unique(&self) -> Option<Vec<f64>> {
         if self.slopes.nrows() != self.slopes.ncols() {
             return None;
@@ -132,8 +137,8 @@ impl Demand {
         (left <= MET * self.missing.norm()).then(|| frictions.as_slice().to_vec())
     }
 
-    /// Returns independent equations for the friction of interfaces with nonzero weight; `None` if this
-    /// friction cannot satisfy the equations.
+    /// Returns linearly independent equations for the friction of interfaces with nonzero weight;
+    /// `None` if the friction of these interfaces cannot satisfy the equations.
     fn borne_by(&self, map: &FrictionMap<'_>, weights: &[[f64; 2]]) -> Option<Self> {
         let mut borne = Self { slopes: self.slopes.clone(), missing: self.missing.clone() };
         if weights.iter().all(|weight| *weight != [0.0; 2]) {
@@ -147,11 +152,11 @@ impl Demand {
         borne.independent()
     }
 
-    /// Distributes friction such that the largest ratio of an interface's friction to its weight is
-    /// minimal: `min max |f_c| / w_c` under the equations. The dual problem minimises the power that
-    /// friction of the size of the weights dissipates, over all motions in which the required wrench has
-    /// unit power. This sum of norms is minimised by iteratively reweighted least squares; each step yields
-    /// a distribution and a motion.
+    /// Distributes friction such that the largest ratio of the friction of an interface to its
+    /// weight is minimal: `min max |f_c| / w_c` subject to the equations. The dual problem
+    /// minimises the power that friction equal to the weights dissipates, over all motions in which
+    /// the required wrench has unit power. This sum of norms is minimised by iteratively reweighted
+    /// least squares; each iteration yields a distribution and a motion.
     ///
     /// Each interface has a weight for forward and one for backward friction.
     fn share(&self, map: &FrictionMap<'_>, weights: &[[f64; 2]]) -> Option<Share> {
@@ -174,8 +179,8 @@ impl Demand {
             }
             let rates = self.slopes.tr_mul(&motion);
             let mut frictions = scaled.tr_mul(&motion);
-            // Near convergence the factors differ by many orders of magnitude: refinement removes
-            // the round-off.
+            // Near convergence the factors differ by many orders of magnitude; iterative refinement
+            // removes the round-off.
             for _ in 0..REFINEMENTS {
                 let left = &self.missing - &self.slopes * &frictions;
                 if let Some(correction) = gram.solve(&left) {
@@ -187,7 +192,7 @@ impl Demand {
                 break;
             }
             let frictions: Vec<f64> = frictions.iter().copied().collect();
-            // Friction has the sign of the rate.
+            // Friction has the sign of the sliding rate.
             let own = of_sign(map, rates.as_slice(), weights);
             let speeds = map.sizes(rates.as_slice());
             let spent: f64 = speeds.iter().zip(&own).map(|(speed, weight)| speed * weight).sum();
@@ -212,11 +217,12 @@ impl Demand {
     }
 }
 
-/// Selects, for each interface, the value for forward or backward friction by the sign of its friction.
+/// Selects, for each interface, the value for forward or for backward friction, according to the
+/// sign of the friction.
 fn of_sign(map: &FrictionMap<'_>, frictions: &[f64], numbers: &[[f64; 2]]) -> Vec<f64> {
     let mut chosen: Vec<f64> = numbers.iter().map(|[forward, _]| *forward).collect();
     for (owner, friction) in map.owners().zip(frictions) {
-        // If both are equal, as for balls, the sign does not matter.
+        // If both values are equal, as for balls, the sign does not matter.
         if *friction < 0.0 {
             chosen[owner] = numbers[owner][1];
         }
@@ -224,7 +230,7 @@ fn of_sign(map: &FrictionMap<'_>, frictions: &[f64], numbers: &[[f64; 2]]) -> Ve
     chosen
 }
 
-/// Largest ratio of an entry of `sizes` to the corresponding entry of `weights`.
+/// Returns the largest ratio of an entry of `sizes` to the corresponding entry of `weights`.
 fn ratio(sizes: &[f64], weights: &[f64]) -> f64 {
     let each = sizes.iter().zip(weights).map(|(&size, &weight)| match size {
         0.0 => 0.0,
@@ -234,13 +240,14 @@ fn ratio(sizes: &[f64], weights: &[f64]) -> f64 {
     each.fold(0.0, f64::max)
 }
 
-/// Computes the friction limits for these normal forces, N, for forward and backward sliding.
+/// Computes the friction limits of each interface, N, for forward and backward sliding under the
+/// normal forces `loads`, N.
 fn limits(map: &FrictionMap<'_>, loads: &[f64]) -> Vec<[f64; 2]> {
     let limit = |(interface, load): (usize, &f64)| map.coefficients(interface).map(|mu| mu * load);
     loads.iter().enumerate().map(limit).collect()
 }
 
-/// Decides whether admissible friction forces satisfy the equations.
+/// Decides whether friction forces within their limits satisfy the equations.
 pub(super) fn hold(map: &FrictionMap<'_>, bounds: &LoadBounds, demand: &Demand) -> Holding {
     let nothing = vec![0.0; map.len()];
     if demand.missing.norm() == 0.0 {
@@ -273,16 +280,16 @@ pub(super) fn hold(map: &FrictionMap<'_>, bounds: &LoadBounds, demand: &Demand) 
         (not_enough, _) if not_enough > 1.0 => (Verdict::Slips, Vec::new()),
         _ => (Verdict::Undecided, Vec::new()),
     };
-    // Extremely large fractions result from normal forces that are round-off.
+    // Extremely large factors are due to normal forces that are round-off.
     let enough = if enough > MOST { f64::INFINITY } else { enough };
     let is_same = enough.is_finite() && enough - not_enough <= SAME * enough;
     let not_enough = if is_same { enough } else { not_enough };
     Holding { verdict, needed: (not_enough, enough), frictions }
 }
 
-/// Iterates between friction distributions and the normal forces that they cause; returns the
-/// fraction of the coefficients that the best distribution needs. Each distribution is checked with the
-/// normal forces that it causes, so the fraction is attained.
+/// Iterates between friction distributions and the normal forces that they cause. Returns the
+/// factor on the friction coefficients that the best distribution needs, and this distribution.
+/// Each distribution is checked with its own normal forces, so the factor is attained.
 fn follow_loads(map: &FrictionMap<'_>, demand: &Demand) -> (f64, Vec<f64>) {
     let mut frictions = vec![0.0; map.len()];
     let mut best = (f64::INFINITY, frictions.clone());
@@ -300,7 +307,7 @@ fn follow_loads(map: &FrictionMap<'_>, demand: &Demand) -> (f64, Vec<f64>) {
         if settled {
             break;
         }
-        // Halve each change, so that alternating normal forces converge as well.
+        // Halves each change, so that alternating normal forces converge as well.
         for (weight, own) in weights.iter_mut().zip(own) {
             *weight = [0, 1].map(|way| 0.5 * (weight[way] + own[way]));
         }
@@ -308,13 +315,14 @@ fn follow_loads(map: &FrictionMap<'_>, demand: &Demand) -> (f64, Vec<f64>) {
     best
 }
 
-/// Largest fraction of the coefficients, up to `most`, that is guaranteed to be insufficient.
+/// Returns the largest factor on the friction coefficients, at most `most`, that is guaranteed to
+/// be insufficient.
 ///
-/// Every solution equals one solution, `known`, plus friction without effect on the equations. Normal
-/// forces can therefore be bounded relative to their values at `known` as well as at zero friction; only
-/// friction without effect on the equations changes them from `known`.
+/// Every solution equals one solution, `known`, plus friction without effect on the equations.
+/// Normal forces can therefore be bounded relative to their values for `known` as well as for zero
+/// friction. Relative to `known`, only friction without effect on the equations changes them.
 ///
-/// The pair is `most` and `known`; `is_unique` if `known` is the only solution.
+/// `is_unique` is true if `known` is the only solution.
 fn greatest_insufficient(
     map: &FrictionMap<'_>,
     bounds: &LoadBounds,
@@ -322,7 +330,7 @@ fn greatest_insufficient(
     (most, known): (f64, &[f64]),
     is_unique: bool,
 ) -> f64 {
-    // The transpose has few columns, so few singular vectors.
+    // The transpose has few columns, and therefore few singular vectors.
     let svd = Svd::new(&demand.slopes.transpose());
     let rank = svd.rank(NOTHING);
     let reach = svd.u.columns(0, rank);
@@ -376,7 +384,7 @@ fn greatest_insufficient(
     low
 }
 
-/// Splits a vector of friction components by interface.
+/// Splits a vector of friction components into one vector per interface.
 fn split(map: &FrictionMap<'_>, frictions: &[f64]) -> Vec<Vec<f64>> {
     let mut each = vec![Vec::new(); map.interfaces()];
     for (owner, friction) in map.owners().zip(frictions) {

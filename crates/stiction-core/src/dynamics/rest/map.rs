@@ -10,11 +10,11 @@ use crate::parameters::Parameters;
 use crate::spatial::Wrench;
 use nalgebra::DMatrix;
 
-/// Friction forces and their effects at one position, relative to a solution without static
-/// friction. A component has the sign of the sliding velocity that it opposes.
+/// Friction forces and their effects at one configuration, relative to a solution without static
+/// friction. A friction component has the sign of the sliding velocity that it opposes.
 ///
-/// An interface at rest has a component for each of its DOFs; a sliding one has a single component,
-/// the change of its friction.
+/// An interface at rest has one component for each of its DOFs. A sliding interface has a single
+/// component, the change of its friction.
 #[derive(Clone, Debug)]
 pub(super) struct FrictionMap<'a> {
     parameters: &'a Parameters<f64>,
@@ -26,7 +26,8 @@ pub(super) struct FrictionMap<'a> {
 }
 
 impl<'a> FrictionMap<'a> {
-    /// Linearises about the solution in `inverse`, with the responses at the position of this solution.
+    /// Linearises about the solution in `inverse`. `responses` must belong to the configuration of
+    /// this solution.
     pub(super) fn new(
         inverse: &'a Inverse<f64>,
         responses: &'a Responses,
@@ -38,23 +39,23 @@ impl<'a> FrictionMap<'a> {
         Self { parameters, bodies, inverse, responses, coupled }
     }
 
-    /// Number of components over all interfaces.
+    /// Returns the number of friction components of all interfaces.
     pub(super) fn len(&self) -> usize {
         self.responses.len()
     }
 
-    /// Number of friction interfaces.
+    /// Returns the number of friction interfaces.
     pub(super) fn interfaces(&self) -> usize {
         self.parameters.interfaces.len()
     }
 
-    /// Interface of each component.
+    /// Iterates over all friction components and returns the interface of each.
     pub(super) fn owners(&self) -> impl Iterator<Item = usize> {
         (0..self.len()).map(|component| self.responses.interface(component))
     }
 
-    /// Computes, for each interface, the Euclidean norm of its components in a vector over all
-    /// components.
+    /// Returns, for each interface, the Euclidean norm of its components in a vector over all
+    /// friction components.
     pub(super) fn sizes(&self, vector: &[f64]) -> Vec<f64> {
         let mut sizes = vec![0.0; self.interfaces()];
         for (owner, x) in self.owners().zip(vector) {
@@ -63,17 +64,19 @@ impl<'a> FrictionMap<'a> {
         sizes
     }
 
-    /// Derivative of an effort with respect to each component.
+    /// Returns the derivative of an effort with respect to each friction component.
     pub(super) fn slopes(&self, actuator: usize) -> Vec<f64> {
         (0..self.len()).map(|component| self.responses.effort(component, actuator)).collect()
     }
 
-    /// Derivative of the acceleration of a local degree of freedom with respect to each component.
+    /// Returns the derivative of the acceleration of a local degree of freedom with respect to each
+    /// friction component.
     pub(super) fn spin_slopes(&self, spin: usize) -> Vec<f64> {
         (0..self.len()).map(|component| self.responses.spin(component, spin)).collect()
     }
 
-    /// Friction coefficients of an interface for forward and backward sliding (positive and negative friction).
+    /// Returns the friction coefficients of an interface for forward sliding (positive friction)
+    /// and backward sliding (negative friction).
     pub(super) fn coefficients(&self, interface: usize) -> [f64; 2] {
         let state = &self.inverse.interfaces()[interface];
         if state.sliding > 0.0 {
@@ -88,7 +91,7 @@ impl<'a> FrictionMap<'a> {
         self.inverse.interfaces()[interface].sliding == 0.0
     }
 
-    /// Normal force of an interface without static friction, N.
+    /// Returns the normal force of an interface without static friction, N.
     pub(super) fn load_without(&self, interface: usize) -> f64 {
         self.inverse.interfaces()[interface].load()
     }
@@ -109,10 +112,11 @@ impl<'a> FrictionMap<'a> {
             .collect()
     }
 
-    /// Bounds the influence of friction on normal forces. Entry (i, j) is the largest change of the normal
-    /// force at interface i by a friction of one newton at interface j in any direction, excluding its
-    /// component in the span of the orthonormal vectors `without`. The bound does not depend on the initial
-    /// friction, because normal forces are norms of the reaction, up to constants.
+    /// Returns a matrix of bounds of the influence of friction on normal forces. Entry (i, j) is
+    /// the largest change of the normal force at interface i due to a friction of one newton at
+    /// interface j in any direction, excluding the component of this friction in the span of the
+    /// orthonormal vectors `without`. The bound does not depend on the initial friction, because
+    /// normal forces are norms of the reaction, up to constants.
     pub(super) fn couplings(&self, without: &[&[f64]]) -> DMatrix<f64> {
         let count = self.interfaces();
         let mut matrix = DMatrix::zeros(count, count);
@@ -131,7 +135,7 @@ impl<'a> FrictionMap<'a> {
                     change += *removed * -vector[k];
                     friction -= own.map_or(0.0, |own| vector[own] * vector[k]);
                 }
-                // By the triangle and Cauchy-Schwarz inequalities.
+                // Follows from the triangle and Cauchy-Schwarz inequalities.
                 let most = self.load_of(i, &map, change, friction);
                 matrix[(i, owner)] = f64::hypot(matrix[(i, owner)], most);
             }
@@ -148,13 +152,13 @@ impl<'a> FrictionMap<'a> {
         sum
     }
 
-    /// First component of an interface.
+    /// Returns the first friction component of an interface.
     fn own(&self, interface: usize) -> Option<usize> {
         self.responses.components(interface).next()
     }
 
-    /// Computes the normal force of an interface for the given wrench of its joint. For a thread,
-    /// `constant` is the friction force, its only component, which carries part of the wrench.
+    /// Computes the normal force of an interface for the given joint wrench. For a thread,
+    /// `constant` is the friction force, its only component, which carries a part of the wrench.
     fn load_of(
         &self,
         interface: usize,

@@ -1,9 +1,9 @@
-//! Static friction at rest: effort intervals, breakaway efforts, and positions that friction holds.
+//! Static friction at rest: effort intervals, breakaway efforts, and self-locking.
 //!
 //! Joint wrenches and efforts are affine in the friction forces ([`FrictionMap`]), but the limit of
-//! each friction force grows with a normal force. Each result therefore has inner bounds, attained by
-//! friction forces that satisfy all friction laws at once, and guaranteed bounds, from upper bounds of
-//! the normal forces.
+//! each friction force grows with a normal force. Each result therefore has inner bounds, which
+//! friction forces attain that satisfy all friction laws together, and guaranteed outer bounds,
+//! which follow from upper bounds of the normal forces.
 
 pub(super) mod bounds;
 mod breakaway;
@@ -23,22 +23,23 @@ use bounds::{Position, StaticFriction, resolve, set_static_frictions};
 use holding::{Demand, LoadBounds};
 use map::FrictionMap;
 
-/// Results of the analysis of static friction at a position under a load.
+/// Results of the analysis of static friction at a configuration under given loads.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rest {
-    /// Breakaway efforts of each actuator while the others hold; `None` if actuators are redundant
-    /// or fewer than the DOFs.
+    /// Breakaway efforts of each actuator while the other actuators are locked. `None` if actuators
+    /// are redundant, or if there are fewer actuators than DOFs.
     pub breakaway: Vec<Option<Breakaway>>,
-    /// Self-locking test of each actuator: this actuator exerts no effort and the others hold.
+    /// Self-locking test of each actuator: this actuator exerts no effort while the other actuators
+    /// are locked.
     pub alone: Vec<Holding>,
-    /// Self-locking test with no effort at any actuator.
+    /// Self-locking test of the whole mechanism: no actuator exerts an effort.
     pub unpowered: Holding,
 }
 
 impl Rest {
-    /// Extends the effort intervals to the breakaway efforts, at which all friction forces are within
-    /// their limits. With strong coupling the computed interval may not contain the breakaway efforts,
-    /// since the search does not try all combinations of static friction.
+    /// Extends the effort intervals to include the breakaway efforts, at which all friction forces
+    /// are within their limits. With strong coupling the computed interval may not contain the
+    /// breakaway efforts, since the search does not try all combinations of static friction.
     pub(super) fn extend_intervals(&self, forces: &mut Forces) {
         if forces.bounds != Bounds::Attained {
             return;
@@ -53,9 +54,10 @@ impl Rest {
         }
     }
 
-    /// Decides undecided verdicts from the effort intervals. If the solution is unique for every static
-    /// friction, the effort depends continuously on the static friction; if its interval contains zero, some
-    /// static friction then requires no effort.
+    /// Resolves undecided verdicts by means of the effort intervals. If the solution is unique for
+    /// every static friction, the effort depends continuously on the static friction. If the
+    /// interval of this effort contains zero, the effort is therefore zero for some static
+    /// friction.
     pub(super) fn take_intervals(&mut self, forces: &Forces) {
         if !matches!(forces.bounds, Bounds::Exact | Bounds::Certified) {
             return;
@@ -70,7 +72,7 @@ impl Rest {
     }
 }
 
-/// Analyses static friction at the position in `inverse`, with the mechanism at rest.
+/// Analyses static friction at the configuration in `inverse`, with the mechanism at rest.
 pub(super) fn examine(
     inverse: &mut Inverse<f64>,
     mut position: Position<'_>,

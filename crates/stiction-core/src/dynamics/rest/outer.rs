@@ -6,14 +6,14 @@ use super::map::FrictionMap;
 use crate::friction_problem::uniqueness::radius_bound;
 use nalgebra::{DMatrix, DVector};
 
-/// Computes an upper bound of the friction force of each interface, for forward and backward sliding
-/// (positive and negative friction), over all solutions of the friction laws with coefficients times
-/// `part`; for a sliding interface, a bound of the change of its friction. `loads` and `couplings` bound
-/// the normal forces: `N <= loads + couplings |friction|`. `None` if the spectral radius of the coupling
-/// is one or more.
+/// Computes an upper bound of the friction force of each interface, N, for forward and backward
+/// sliding (positive and negative friction). The bound is valid for all solutions of the friction
+/// laws with all coefficients multiplied by `part`. For a sliding interface, it is a bound of the
+/// change of its friction. `loads` and `couplings` bound the normal forces: `N <= loads + couplings
+/// |friction|`. Returns `None` if the spectral radius of the coupling is one or more.
 ///
-/// With `M = mu couplings` and a spectral radius of M below one, `|f| <= mu loads + M |f|` gives
-/// `|f| <= (I - M)^-1 mu loads`, as that inverse has no negative entries.
+/// With `M = mu couplings` and a spectral radius of `M` below one, `|f| <= mu loads + M |f|`
+/// implies `|f| <= (I - M)^-1 mu loads`, because `(I - M)^-1` has no negative entries.
 pub(super) fn greatest_frictions(
     map: &FrictionMap<'_>,
     loads: &[f64],
@@ -47,13 +47,13 @@ pub(super) fn greatest_frictions(
     sound.then(|| greatest.iter().enumerate().map(limit).collect())
 }
 
-/// Largest number of fixed-point steps. If more are needed, a factorisation is faster.
+/// Largest number of fixed-point steps. If more steps are needed, a factorisation is faster.
 const STEPS: usize = 16;
 
-/// Solves `x = constants + coupled x`, given a spectral radius of `coupled` below one.
+/// Solves `x = constants + coupled x`. The spectral radius of `coupled` must be below one.
 fn fixed_point(coupled: DMatrix<f64>, constants: &DVector<f64>) -> Option<DVector<f64>> {
     let mut solution = constants.clone();
-    // Weak couplings converge in few steps.
+    // Weak couplings converge in a few steps.
     for _ in 0..STEPS {
         let next = constants + &coupled * &solution;
         let change = (&next - &solution).amax();
@@ -65,8 +65,8 @@ fn fixed_point(coupled: DMatrix<f64>, constants: &DVector<f64>) -> Option<DVecto
     (DMatrix::identity(coupled.nrows(), coupled.ncols()) - coupled).lu().solve(constants)
 }
 
-/// Computes guaranteed bounds of the change of each effort due to static friction. `None` if the coupling
-/// is too strong.
+/// Computes guaranteed bounds of the change of each effort due to static friction. Returns `None`
+/// if the coupling of friction and reactions is too strong.
 pub(super) fn outer_changes(map: &FrictionMap<'_>, efforts: usize) -> Option<Vec<(f64, f64)>> {
     let loads: Vec<f64> =
         (0..map.interfaces()).map(|interface| map.load_without(interface)).collect();

@@ -1,5 +1,5 @@
-//! Extreme efforts over static friction from the responses to unit friction forces, for couplings so
-//! weak that each static friction yields a unique solution.
+//! Search for the extreme efforts over all static frictions, based on the effects of unit friction
+//! forces. The coupling must be so weak that the solution is unique for each static friction.
 //!
 //! Equation (R1) of the book's theory.
 
@@ -10,27 +10,27 @@ use crate::dynamics::settings::Settings;
 use crate::friction_problem::normal_load::Configuration;
 use crate::topology::Topology;
 
-/// Largest number of updates of the directions. Larger than in the search by complete solutions,
-/// because each update is cheap.
+/// Largest number of updates of the directions of static friction. It is larger than in the search
+/// by complete solutions, because each update is cheap.
 const ROUNDS: usize = 16;
 
-/// Search over the static friction of the interfaces at rest.
+/// Search for extreme efforts over the static frictions of the interfaces at rest.
 pub(super) struct Search<'a> {
     pub(super) coupling: &'a mut FrictionCoupling,
     pub(super) inverse: &'a Inverse<f64>,
     pub(super) topology: &'a Topology,
     pub(super) at: Configuration<'a>,
     pub(super) settings: &'a Settings,
-    /// Static friction of the interfaces at rest at the start of the search: zero.
+    /// Static frictions of the interfaces at rest at the start of the search, all zero.
     pub(super) released: &'a [StaticFriction],
 }
 
 impl Search<'_> {
-    /// Finds the largest (smallest) values that static friction can give to efforts. The slopes of
-    /// the efforts are exact, from the adjoint of the coupled problem; friction forces that satisfy all
-    /// friction laws attain each value. `None` if Newton's method fails.
+    /// Finds the largest (smallest) efforts that static friction can cause, one for each goal. The
+    /// derivatives of the efforts are exact, from the adjoint of the coupled problem. Friction
+    /// forces that satisfy all friction laws attain each result. `None` if Newton's method fails.
     pub(super) fn extremes(&mut self, goals: &[Goal], efforts: usize) -> Option<Vec<Extreme>> {
-        // All searches begin without static friction.
+        // All searches start without static friction.
         self.settle(self.released, Start::Uncoupled)?;
         let mut released = vec![Vec::new(); efforts];
         for (actuator, slopes) in released.iter_mut().enumerate() {
@@ -39,7 +39,8 @@ impl Search<'_> {
         goals.iter().map(|goal| self.extreme(*goal, &released[goal.actuator])).collect()
     }
 
-    /// Finds the largest (smallest) value of an effort, from its slopes without static friction.
+    /// Finds the largest (smallest) value of an effort. `released` contains the derivatives of the
+    /// effort without static friction.
     fn extreme(&mut self, goal: Goal, released: &[f64]) -> Option<Extreme> {
         let mut found = Extreme { least: f64::INFINITY, greatest: f64::NEG_INFINITY };
         let mut frictions = self.released.to_vec();
@@ -69,7 +70,7 @@ impl Search<'_> {
         Some(found)
     }
 
-    /// Solves with the given static friction.
+    /// Solves the coupled problem with the given static frictions; `None` if Newton's method fails.
     fn settle(&mut self, frictions: &[StaticFriction], start: Start<'_>) -> Option<()> {
         let Self { inverse, topology, at, settings, .. } = self;
         let mut next = frictions.iter().peekable();
@@ -77,7 +78,7 @@ impl Search<'_> {
             let Some(friction) = next.next_if(|friction| friction.interface == interface) else {
                 return Acting::of(state, [0.0; 3]);
             };
-            // The limit may depend on the direction.
+            // The friction limit may depend on the direction.
             let mut state = *state;
             let content = &at.parameters.interfaces[interface];
             let pitch = at.parameters.pitch[content.joint];

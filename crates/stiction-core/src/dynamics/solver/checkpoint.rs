@@ -1,12 +1,12 @@
-//! Saving and restoring the position of a solver, to continue with bitwise identical results.
+//! Saving and restoring the state of a solver, so that it continues with bitwise identical results.
 
 use super::InverseDynamics;
 
 impl InverseDynamics {
-    /// Saves the present position as numbers: coordinates, rates and accelerations of the tree,
-    /// prescribed targets, and the positions at which the equations were compiled. A solver of the
-    /// same mechanism that [restores](Self::restore) them continues in the same assembly mode with bitwise
-    /// identical results.
+    /// Saves the present state as numbers: coordinates, rates and accelerations of the spanning
+    /// tree, prescribed targets, and the configurations at which the equations were compiled. A
+    /// solver of the same mechanism that [restores](Self::restore) these numbers continues in the
+    /// same assembly mode with bitwise identical results.
     pub fn save(&self) -> Vec<f64> {
         let mut numbers = Vec::new();
         self.assembly.save(&mut numbers);
@@ -14,9 +14,9 @@ impl InverseDynamics {
         numbers
     }
 
-    /// Moves to a position saved by [`Self::save`] on a solver of the same mechanism with the same
-    /// prescribed coordinates. Returns `None` if the numbers belong to another mechanism; the
-    /// position is then undefined.
+    /// Restores a state saved by [`Self::save`] on a solver of the same mechanism with the same
+    /// prescribed coordinates. Returns `None` if the numbers belong to another mechanism; the state
+    /// is then undefined.
     pub fn restore(&mut self, numbers: &[f64]) -> Option<()> {
         if !numbers.iter().all(|number| number.is_finite()) {
             return None;

@@ -1,4 +1,4 @@
-//! Checked inverse dynamics in `f64` along a motion.
+//! Inverse dynamics along a motion in `f64`, with checks of all results.
 //!
 //! Equation (F9) of the book's theory.
 
@@ -29,8 +29,8 @@ use crate::topology::{Topology, TreeRule};
 use nalgebra::DMatrix;
 use std::sync::Arc;
 
-/// Solver that moves a mechanism along prescribed coordinates: closes the loops, follows motions, and
-/// computes all forces with all checks.
+/// Solver that moves a mechanism along prescribed coordinates: it closes the loops, follows
+/// motions, and computes and checks all forces.
 ///
 /// ```
 /// use stiction_core::dynamics::{InverseDynamics, Settings};
@@ -59,39 +59,42 @@ pub struct InverseDynamics {
     parameters: Arc<Parameters<f64>>,
     assembly: Assembly,
     settings: Settings,
-    /// Model compiled near the present position, with the results of its kernel, or the reason why
-    /// it cannot be compiled.
+    /// Model compiled near the present configuration, with the results of its last computation, or
+    /// the reason why the model cannot be compiled.
     compiled: Result<Compiled, InverseError>,
-    /// Static LU of the rate equations as first compiled. Makes the signs of determinants
-    /// comparable along a motion, independent of later compilations.
+    /// First static LU factorisation of the rate equations. It makes the signs of determinants
+    /// comparable along a motion, even if the equations are compiled again.
     first_rates: Arc<StaticLu>,
     forces: Forces,
-    /// Coupling bound of the last solution by the kernel; see [`InverseDynamics::coupling`].
+    /// Coupling bound of the last solution by the compiled model; see
+    /// [`InverseDynamics::coupling`].
     strength: f64,
-    /// Responses to unit friction forces at the position of the last solution by the kernel.
+    /// Responses to unit friction forces at the configuration of the last solution by the compiled
+    /// model.
     friction_coupling: FrictionCoupling,
-    /// True if the kernel computed the last forces, false if the dense fallback did.
+    /// True if the compiled model computed the last forces, false if the dense fallback did.
     forces_by_kernel: bool,
     shares: Contributions<f64>,
-    /// Number of compilations of the balance so far.
+    /// Number of times that the balance has been compiled.
     plans: u64,
-    /// Coordinates of the tree at which the balance was compiled.
+    /// Coordinates of the spanning tree at which the balance was compiled.
     compiled_at: Vec<f64>,
 }
 
-/// Copy of a solver in reversed motion, updated at successive positions; see
+/// Copy of a solver in reversed motion that is updated at successive configurations; see
 /// [`InverseDynamics::reversed`]. Buffers and the compiled model are copied only once along a
 /// motion.
 #[derive(Clone, Debug, Default)]
 pub struct Mirror {
     copy: Option<InverseDynamics>,
-    /// Numbers of compilations of the original and of the copy when the copy was last updated.
+    /// Numbers of compilations of the original and of the copy at the last update of the copy.
     plans: [(u64, u64); 2],
 }
 
 impl Mirror {
-    /// Returns the copy of `solver` in reversed motion. It equals [`InverseDynamics::reversed`],
-    /// except for the forces of the last solution. Every call requires the same `solver`.
+    /// Returns the copy of `solver` in reversed motion. The copy equals
+    /// [`InverseDynamics::reversed`], except for the forces of the last solution. Every call
+    /// requires the same `solver`.
     pub fn of(&mut self, solver: &InverseDynamics) -> &mut InverseDynamics {
         let plans = |solver: &InverseDynamics| (solver.plans, solver.assembly.plans());
         let kept = self.copy.take().filter(|copy| self.plans == [plans(solver), plans(copy)]);
@@ -104,14 +107,14 @@ impl Mirror {
     }
 }
 
-/// Compiled model with the results of its kernel.
+/// Compiled model and the results of its last computation.
 #[derive(Clone, Debug)]
 struct Compiled {
     model: Model,
     inverse: Inverse<f64>,
 }
 
-/// Inputs and results of the kernel at the present position.
+/// Inputs and results of the compiled model at the present configuration.
 pub(super) struct Parts<'a> {
     pub(super) model: &'a Model,
     pub(super) inverse: &'a Inverse<f64>,
@@ -121,15 +124,17 @@ pub(super) struct Parts<'a> {
 }
 
 impl InverseDynamics {
-    /// Assembles the mechanism at `targets`, one for each of `coordinates`.
-    /// [`JointSpec::start`](crate::mechanism::JointSpec::start) and `initial_poses`, guesses of
-    /// body poses in the ground's frame, select the assembly mode.
+    /// Assembles the mechanism such that the coordinates `coordinates` have the values `targets`,
+    /// one for each. The assembly mode is selected by
+    /// [`JointSpec::start`](crate::mechanism::JointSpec::start) and by `initial_poses`, initial
+    /// guesses of body poses in the ground frame.
     ///
     /// # Errors
     /// See [`AssemblyError`].
     ///
     /// # Panics
-    /// If the numbers of targets and coordinates differ, or a named body, joint or DOF does not exist.
+    /// If the numbers of targets and coordinates differ, or if a given body, joint or DOF does not
+    /// exist.
     pub fn new(
         mechanism: Mechanism,
         initial_poses: &[(BodyId, Pose<f64>)],
@@ -141,7 +146,7 @@ impl InverseDynamics {
         Self::with_tree(mechanism, rule, initial_poses, coordinates, targets, settings)
     }
 
-    /// Assembles the mechanism as in [`Self::new`], with a spanning tree chosen by `rule`.
+    /// Assembles the mechanism like [`Self::new`], with a spanning tree selected by `rule`.
     ///
     /// # Errors
     /// See [`AssemblyError`].
@@ -186,77 +191,79 @@ impl InverseDynamics {
         Ok(solver)
     }
 
-    /// The mechanism that the solver moves.
+    /// Returns the mechanism that the solver moves.
     pub fn mechanism(&self) -> &Mechanism {
         &self.mechanism
     }
 
-    /// Spanning tree and cut joints.
+    /// Returns the topology: spanning tree and cut joints.
     pub fn topology(&self) -> &Topology {
         &self.topology
     }
 
-    /// Parameters of the mechanism.
+    /// Returns the parameters of the mechanism.
     pub fn parameters(&self) -> &Parameters<f64> {
         &self.parameters
     }
 
-    /// Friction mode, tolerances and iteration limits.
+    /// Returns the settings: friction mode, tolerances and iteration limits.
     pub fn settings(&self) -> &Settings {
         &self.settings
     }
 
-    /// Mutable settings; changes apply from the next [`Self::solve`].
+    /// Returns the settings for modification; changes apply from the next [`Self::solve`].
     pub fn settings_mut(&mut self) -> &mut Settings {
         &mut self.settings
     }
 
-    /// Coordinates, rates and accelerations of the tree at the present position.
+    /// Returns coordinates, rates and accelerations of the spanning tree at the present instant.
     pub fn state(&self) -> &State<f64> {
         self.assembly.state()
     }
 
-    /// Loop closures, prescribed coordinates and local degrees of freedom.
+    /// Returns the motion constraints: loop closures, prescribed coordinates and local degrees of
+    /// freedom.
     pub fn constraints(&self) -> &MotionConstraints {
         self.assembly.motion_constraints()
     }
 
-    /// Comparison of the first configuration with the requested `home` and `start` values and the
-    /// prescribed coordinates.
+    /// Returns the comparison of the first assembled configuration with the requested `home` and
+    /// `start` values and the prescribed coordinates.
     pub fn assembly_report(&self) -> &AssemblyReport {
         self.assembly.report()
     }
 
-    /// Motion of all bodies; accelerations of local degrees of freedom are those of the last
-    /// [`Self::solve`].
+    /// Returns the motion of all bodies. The accelerations of local degrees of freedom are those of
+    /// the last [`Self::solve`].
     pub fn bodies(&self) -> &Bodies<f64> {
         &self.assembly.kinematics().bodies
     }
 
-    /// Bound on the coupling of friction and reactions in the last [`Self::solve`]. Below one, the
-    /// solution is unique. Otherwise other solutions may exist; the computed solution is the one connected
-    /// with the frictionless solution. Zero without friction or without coupling. `None` if the position is
-    /// singular, or constraints and actuators are both redundant.
+    /// Returns the bound on the coupling of friction and reactions in the last [`Self::solve`]. If
+    /// the bound is below one, the solution is unique. Otherwise other solutions may exist, and the
+    /// computed solution is the one connected to the frictionless solution. The bound is zero
+    /// without friction or without coupling. `None` if the configuration is singular, or if
+    /// constraints and actuators are both redundant.
     pub fn coupling(&self) -> Option<f64> {
         if self.settings.friction != FrictionMode::Converged
             || self.parameters.interfaces.is_empty()
         {
             return Some(0.0);
         }
-        // Only the kernel computes the bound, not the dense fallback.
+        // Only the compiled model computes the bound, not the dense fallback.
         let strength = if self.forces_by_kernel { self.strength } else { f64::INFINITY };
         strength.is_finite().then_some(strength)
     }
 
-    /// Accepts bounds in [`Self::coupling`] up to this value without refinement to the smallest
-    /// one, which saves time. Bounds of one or more are always refined.
+    /// Makes [`Self::coupling`] accept bounds up to this value without refinement to the smallest
+    /// bound, which saves time. Bounds of one or more are always refined.
     #[doc(hidden)]
     pub fn accept_coupling_up_to(&mut self, bound: f64) {
         self.friction_coupling.accept_up_to(bound.min(1.0 - f64::EPSILON));
     }
 
-    /// Inputs and results of the kernel at the present position; `None` if the position is singular, or
-    /// constraints and actuators are both redundant.
+    /// Returns inputs and results of the compiled model at the present configuration. `None` if the
+    /// configuration is singular, or if constraints and actuators are both redundant.
     pub(super) fn parts(&mut self) -> Option<Parts<'_>> {
         self.share_kinematics();
         let Compiled { model, inverse } = self.compiled.as_ref().ok()?;
@@ -265,10 +272,11 @@ impl InverseDynamics {
         Some(Parts { model, inverse, parameters, kinematics, settings })
     }
 
-    /// Sign, up to a constant, of the determinant of loop closures and actuators with respect to
-    /// the DOFs of the tree. It distinguishes the two sides of an actuation (type 2) singularity, at which
-    /// the determinant vanishes and the mechanism has instantaneous mobility with all actuators locked.
-    /// `None` unless there are as many actuators as prescribed coordinates.
+    /// Returns the sign, up to a constant factor, of the determinant of loop closures and actuators
+    /// with respect to the DOFs of the spanning tree. The sign distinguishes the two sides of an
+    /// actuation (type 2) singularity, at which the determinant vanishes and the mechanism has
+    /// instantaneous mobility with all actuators locked. `None` if the number of actuators differs
+    /// from the number of prescribed coordinates, or is zero.
     pub fn side(&mut self) -> Option<f64> {
         let topology = &self.topology;
         let dofs = topology.dofs();
@@ -279,7 +287,8 @@ impl InverseDynamics {
             return None;
         }
         kinematics.factor_here(model, &self.parameters);
-        // A program compiled again at another position has another constant.
+        // Equations that were compiled again at another configuration have a different constant
+        // factor.
         let own = match Arc::ptr_eq(&model.rates, &self.first_rates) {
             true => kinematics.sign(),
             false => kinematics.sign_by(&self.first_rates)?,
@@ -306,21 +315,22 @@ impl InverseDynamics {
                 }
             }
         }
-        // The determinant of closures and actuators equals the determinant of this matrix times that of
-        // closures and coordinates.
+        // The determinant of closures and actuators equals the determinant of this matrix times the
+        // determinant of closures and coordinates.
         let determinant = matrix.determinant() * own;
         determinant.is_finite().then(|| determinant.signum())
     }
 
-    /// Local degrees of freedom: each body's index and the axis of its spin in world axes.
+    /// Returns the local degrees of freedom: for each, the index of the body and the axis of the
+    /// spin in world axes.
     pub fn idle_axes(&self) -> Vec<IdleAxis> {
         let spins = self.assembly.motion_constraints().spins().iter();
         let pose = &self.bodies().pose;
         spins.map(|spin| (spin.body.0, pose[spin.body.0].rotation * spin.axis)).collect()
     }
 
-    /// Scalar coordinates of a joint, m and rad; empty for joints that rotate in all directions. Angles are
-    /// between -pi and pi, except those of helical joints.
+    /// Returns the scalar coordinates of a joint, m and rad; empty for joints that rotate in all
+    /// directions. Angles are between -pi and pi, except for helical joints.
     pub fn joint_coordinates(&self, joint: JointId) -> Vec<f64> {
         let content = &self.mechanism.joints()[joint.0];
         match content.joint_type.has_scalar_coordinates() {
@@ -331,7 +341,7 @@ impl InverseDynamics {
         }
     }
 
-    /// One of [`Self::joint_coordinates`]; zero if absent.
+    /// Returns one of [`Self::joint_coordinates`]; zero if the joint has no such coordinate.
     fn joint_coordinate(&self, joint: JointId, dof: usize) -> f64 {
         let content = &self.mechanism.joints()[joint.0];
         if !content.joint_type.has_scalar_coordinates() {
@@ -343,27 +353,27 @@ impl InverseDynamics {
         coordinates.get(dof).copied().unwrap_or(0.0)
     }
 
-    /// Coordinate (m or rad, see [`Self::joint_coordinates`]), rate and acceleration of a joint's degree of freedom;
-    /// the coordinate is zero for joints without scalar coordinates.
+    /// Returns coordinate (m or rad, see [`Self::joint_coordinates`]), rate and acceleration of a
+    /// degree of freedom of a joint. The coordinate is zero for joints without scalar coordinates.
     pub fn joint_motion(&self, joint: JointId, dof: usize) -> Target<f64> {
         let value = self.joint_coordinate(joint, dof);
         self.bodies().joint_motion(&self.topology, &self.parameters, (joint.0, dof), value)
     }
 
-    /// Largest loop-closure error at the present position, m; angular errors are multiplied by the
-    /// characteristic length.
+    /// Returns the largest loop-closure error at the present configuration, m. Angular errors are
+    /// multiplied by the characteristic length.
     pub fn closure_error(&self) -> f64 {
         let assembly = &self.assembly;
         assembly.kinematics().closure_error(assembly.motion_constraints(), self.parameters.length)
     }
 
-    /// Forces of the last successful [`Self::solve`], also after a move; zeros before the first.
-    /// Prefer the return value of [`Self::solve`].
+    /// Returns the forces of the last successful [`Self::solve`], even if the mechanism has moved
+    /// since; zero before the first solution. Prefer the return value of [`Self::solve`].
     pub fn forces(&self) -> &Forces {
         &self.forces
     }
 
-    /// Computes the friction contributions to each effort of the last [`Self::solve`]. The result
+    /// Computes the friction contributions to each effort for the last [`Self::solve`]. The result
     /// is valid until the mechanism moves.
     pub fn shares(&mut self) -> &Contributions<f64> {
         // The dense fallback computes the contributions itself.
@@ -389,13 +399,14 @@ impl InverseDynamics {
         &self.shares
     }
 
-    /// Efforts for the opposite motion at the present position, with the same accelerations and
-    /// loads as in the last [`Self::solve`]. `None` unless the solution is unique and a few operations on
-    /// the results of that solve suffice; otherwise use [`Self::reversed`].
+    /// Computes the efforts for the opposite motion at the present configuration, with the same
+    /// accelerations and loads as in the last [`Self::solve`]. `None` if the solution may not be
+    /// unique, or if the results of the last solution are not sufficient; use [`Self::reversed`] in
+    /// these cases.
     #[doc(hidden)]
     pub fn reversed_efforts(&mut self) -> Option<Vec<f64>> {
         let is_unique = self.forces_by_kernel && self.strength < 1.0;
-        // Dampers reverse their forces.
+        // Damper forces change their sign in the opposite motion.
         let has_dampers = self.parameters.has_dampers();
         if !is_unique || has_dampers || self.settings.friction != FrictionMode::Converged {
             return None;
@@ -406,15 +417,15 @@ impl InverseDynamics {
         self.friction_coupling.reversed_efforts(inverse.interfaces(), at)
     }
 
-    /// Rates of the actuators, rad/s or m/s, in the order of [`Mechanism::actuators`].
+    /// Returns the rates of the actuators, rad/s or m/s, in the order of [`Mechanism::actuators`].
     pub fn actuator_rates(&self) -> impl Iterator<Item = f64> {
         let (topology, bodies) = (&self.topology, self.bodies());
         let actuators = topology.actuators.iter();
         actuators.map(|actuator| bodies.actuator_rate(topology, *actuator))
     }
 
-    /// Returns a copy with reversed motion at the present position: the signs of all rates change,
-    /// the accelerations stay the same. Only friction and damper forces differ.
+    /// Returns a copy with reversed motion at the present configuration: all rates change their
+    /// sign, and the accelerations stay the same. Only friction and damper forces differ.
     #[must_use]
     pub fn reversed(&self) -> Self {
         let mut copy = self.clone();
@@ -422,12 +433,13 @@ impl InverseDynamics {
         copy
     }
 
-    /// Weighting that selects redundant forces; `None` if the position is singular.
+    /// Returns the weighting that selects redundant forces; `None` if the configuration is
+    /// singular.
     pub fn weighting(&self) -> Option<Weighting> {
         self.compiled.as_ref().ok().map(|compiled| compiled.model.balance.weighting())
     }
 
-    /// The compiled model, for other scalars and for control loops.
+    /// Returns the compiled model, for other scalar types and for control loops.
     ///
     /// # Errors
     /// [`InverseError::Singular`] or [`InverseError::TwoWeightings`].
@@ -436,12 +448,12 @@ impl InverseDynamics {
         Ok(Model { kinematic: self.assembly.model().clone(), ..model.clone() })
     }
 
-    /// Moves to new targets, one for each coordinate, by Newton's method from the present position.
-    /// It does not check the assembly mode; use [`Self::follow`] for that. Forces remain those of
-    /// the last [`Self::solve`].
+    /// Moves to new targets, one for each coordinate, by Newton's method from the present
+    /// configuration. This method does not check the assembly mode; use [`Self::follow`] for that
+    /// purpose. Forces remain those of the last [`Self::solve`].
     ///
     /// # Errors
-    /// See [`AssemblyError`]; the solver then keeps its position.
+    /// See [`AssemblyError`]. After an error the solver keeps its configuration.
     ///
     /// # Panics
     /// If the numbers of targets and prescribed coordinates differ.
@@ -449,13 +461,13 @@ impl InverseDynamics {
         self.assembly.move_to(&self.parameters, targets)
     }
 
-    /// Follows a motion in the same assembly mode from time `from`, the time of the present position,
-    /// to time `to`, s. `motion` writes the targets at a given time. The step is halved if the motion of
-    /// the bodies is not smooth. Forces remain those of the last [`Self::solve`].
+    /// Follows a motion in the same assembly mode from the time `from` of the present configuration
+    /// to the time `to`, s. `motion` writes the targets at a given time. Steps are halved if the
+    /// motion of the bodies is not smooth. Forces remain those of the last [`Self::solve`].
     ///
     /// # Errors
-    /// See [`AssemblyError`]; this includes jumps that remain after halving the step. Loops may be
-    /// open afterwards: move to a reachable position before solving again.
+    /// See [`AssemblyError`]; this includes jumps that remain after the step has been halved. Loops
+    /// may be open after an error: move to a reachable configuration before solving again.
     pub fn follow(
         &mut self,
         from: f64,
@@ -466,7 +478,8 @@ impl InverseDynamics {
     }
 
     /// Follows a motion to `targets` in a single step of `step` seconds, which may span many
-    /// samples. Returns false, and keeps the present position, if the motion is not smooth enough.
+    /// samples. Returns false, and keeps the present configuration, if the motion is not smooth
+    /// enough.
     ///
     /// # Panics
     /// If the numbers of targets and prescribed coordinates differ.
@@ -475,35 +488,36 @@ impl InverseDynamics {
         self.assembly.follow_in_one_step(&self.parameters, step, targets)
     }
 
-    /// Moves to known coordinates, rates and accelerations of the tree, from [`Self::state`] at an earlier
-    /// visit of this position, and to the targets of that visit. Returns false, and keeps the present
-    /// position, if state and targets do not fit.
+    /// Returns to a configuration that the solver has visited before. `known` contains the
+    /// coordinates, rates and accelerations of the spanning tree from [`Self::state`] at that
+    /// visit, and `targets` the targets of that visit. Returns false, and keeps the present
+    /// configuration, if state and targets are inconsistent.
     #[doc(hidden)]
     #[must_use = "it may have stayed where it was"]
     pub fn return_to(&mut self, known: [&[f64]; 3], targets: &[Target<f64>]) -> bool {
         self.assembly.return_to(&self.parameters, known, targets)
     }
 
-    /// Enables extrapolation from the last positions while following a motion, which saves Newton
-    /// steps. Results then depend on the previous positions, within round-off.
+    /// Enables extrapolation from the last configurations while following a motion, which saves
+    /// Newton steps. Results then depend on the previous configurations, within round-off.
     #[doc(hidden)]
     pub fn extrapolate(&mut self) {
         self.assembly.extrapolate();
         self.friction_coupling.keep_history();
     }
 
-    /// Newton-Euler equations of all bodies at the present position.
+    /// Returns the Newton-Euler equations of all bodies at the present configuration.
     pub fn balance(&self) -> NewtonEuler {
         NewtonEuler::new(&self.mechanism, &self.parameters, self.bodies())
     }
 
-    /// Decomposition of the Newton-Euler equations at the present position.
+    /// Returns the decomposition of the Newton-Euler equations at the present configuration.
     pub fn statics(&self) -> Statics {
         Statics::new(&self.mechanism, self.balance(), self.bodies().frame_j.clone())
     }
 
-    /// Returns, for each friction interface, true if the balance alone determines its normal force
-    /// and thereby its friction. `statics` must belong to the present position.
+    /// Returns, for each friction interface, true if equilibrium alone determines its normal force
+    /// and therefore its friction. `statics` must belong to the present configuration.
     pub fn determined_loads(&self, statics: &Statics) -> Vec<bool> {
         let mut determined = vec![true; self.parameters.interfaces.len()];
         let at = Configuration { parameters: &self.parameters, bodies: self.bodies() };
@@ -520,8 +534,8 @@ impl InverseDynamics {
     }
 }
 
-/// Sign of the permutation from `coordinates` to the actuators; `None` if they are not the same
-/// set.
+/// Returns the sign of the permutation from `coordinates` to the actuators; `None` if coordinates
+/// and actuators are not the same set.
 fn order_of_actuators(topology: &Topology, coordinates: &[Coordinate]) -> Option<f64> {
     let place = |coordinate: &Coordinate| {
         let &Coordinate::Joint { joint: JointId(joint), dof } = coordinate else { return None };
@@ -529,8 +543,8 @@ fn order_of_actuators(topology: &Topology, coordinates: &[Coordinate]) -> Option
         actuators.binary_search_by_key(&(joint, dof), |a| (a.joint, a.dof)).ok()
     };
     let mut places = coordinates.iter().map(place).collect::<Option<Vec<usize>>>()?;
-    // Each exchange puts one coordinate into its place, so there are fewer exchanges than
-    // coordinates. A coordinate prescribed twice has no place.
+    // Each exchange moves one coordinate to its final place, so there are fewer exchanges than
+    // coordinates. A coordinate that is prescribed twice has no place.
     let mut sign = 1.0;
     for here in 0..places.len() {
         while places[here] != here {

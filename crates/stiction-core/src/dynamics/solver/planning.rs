@@ -1,4 +1,4 @@
-//! Compilation of the model at the present position.
+//! Compilation of the model at the present configuration.
 
 use super::{Compiled, InverseDynamics};
 use crate::dynamics::inverse::Inverse;
@@ -8,7 +8,7 @@ use crate::spatial::Mat3;
 use std::sync::Arc;
 
 impl InverseDynamics {
-    /// Compiles the model at the present position.
+    /// Compiles the model at the present configuration.
     pub(super) fn replan(&mut self) {
         self.plans += 1;
         self.compiled_at.clear();
@@ -29,8 +29,9 @@ impl InverseDynamics {
         });
     }
 
-    /// Adopts the compiled kinematics of the assembly, which is recompiled where a position
-    /// requires it. Changed local degrees of freedom require recompiling the balance.
+    /// Updates the model with the compiled kinematics of the assembly, which is compiled again
+    /// where a configuration requires it. If the local degrees of freedom have changed, the balance
+    /// is compiled again.
     pub(super) fn share_kinematics(&mut self) {
         let Ok(Compiled { model, .. }) = &mut self.compiled else { return };
         let current = self.assembly.model();
@@ -47,9 +48,9 @@ impl InverseDynamics {
     }
 
     /// Adds inertia to bodies without inertia about the axis of a local degree of freedom. By
-    /// convention no body rotates about this axis, so no result depends on the added inertia.
-    /// Without it the acceleration about the axis would be undetermined or, with friction at the
-    /// body, infinite; the result is the limit of small inertia.
+    /// convention the rate about this axis is zero, so no result depends on the added inertia.
+    /// Without added inertia the acceleration about the axis would be undetermined or, with
+    /// friction at the body, infinite. The result is the limit for small inertia.
     pub(super) fn add_inertia_about_idle_spins(&mut self) {
         let length = self.parameters.length;
         for spin in self.assembly.motion_constraints().spins() {

@@ -1,5 +1,5 @@
-//! Forces at a position: by the kernel, or by the dense fallback if the kernel is not reliable
-//! there.
+//! Computation of forces at a configuration: by the compiled model or, where it is not reliable, by
+//! the dense fallback.
 
 use super::{Compiled, InverseDynamics};
 use crate::dynamics::checks;
@@ -20,20 +20,22 @@ use crate::parameters::{InterfaceParameters, Parameters};
 use crate::statics::{AppliedLoad, InfeasibleLoad};
 
 impl InverseDynamics {
-    /// Computes all forces at the present position under loads.
+    /// Computes all forces at the present configuration under external loads.
     ///
     /// # Errors
-    /// See [`InverseError`]. [`Self::forces`] then do not belong to this position.
+    /// See [`InverseError`]. After an error, [`Self::forces`] does not belong to this
+    /// configuration.
     ///
     /// # Panics
-    /// If a load is on a body that does not exist.
+    /// If a load acts on a body that does not exist.
     pub fn solve(&mut self, loads: &[AppliedLoad<f64>]) -> Result<&Forces, InverseError> {
         self.check_loads(loads)?;
         self.check_springs()?;
         self.check_overlaps()?;
         let mut balanced = self.by_kernel(loads);
         if !balanced {
-            // The elimination order belongs to another position, or this position is special.
+            // The elimination order belongs to another configuration, or this configuration is
+            // special.
             self.replan();
             balanced = self.by_kernel(loads);
             if !balanced && !self.is_balanced_without_friction(loads) {
@@ -47,7 +49,7 @@ impl InverseDynamics {
         }
     }
 
-    /// Checks that loads are finite and on existing bodies.
+    /// Checks that all components of the loads are finite and that their bodies exist.
     fn check_loads(&self, loads: &[AppliedLoad<f64>]) -> Result<(), InverseError> {
         let bodies = self.mechanism.bodies();
         match checks::not_finite_load(loads, bodies.len()) {
@@ -69,7 +71,7 @@ impl InverseDynamics {
         }
     }
 
-    /// Checks that the supports of every guide overlap.
+    /// Checks that the two supports of every guide overlap.
     fn check_overlaps(&self) -> Result<(), InverseError> {
         if self.settings.friction == FrictionMode::Off {
             return Ok(());
@@ -84,8 +86,8 @@ impl InverseDynamics {
         }
     }
 
-    /// Returns true if the balance holds without friction; only then can friction be the cause of a
-    /// failure.
+    /// Returns true if the balance is satisfied without friction; only then can friction be the
+    /// cause of a failure.
     fn is_balanced_without_friction(&mut self, loads: &[AppliedLoad<f64>]) -> bool {
         if self.settings.friction != FrictionMode::Converged {
             return false;
@@ -97,8 +99,8 @@ impl InverseDynamics {
         balanced
     }
 
-    /// Solves with the kernel. Returns false if no model is compiled or the results are not
-    /// reliable.
+    /// Solves with the compiled model. Returns false if no model is compiled, or if the results are
+    /// not reliable.
     fn by_kernel(&mut self, loads: &[AppliedLoad<f64>]) -> bool {
         self.share_kinematics();
         let Ok(Compiled { model, inverse }) = &mut self.compiled else { return false };
@@ -117,7 +119,7 @@ impl InverseDynamics {
             let at = Configuration { parameters, bodies };
             if self.strength < 1.0 && coupling.solve_present(at) {
                 let found = (coupling.total_wrenches(), coupling.present_loads());
-                // Static friction is not part of this solution.
+                // This solution does not include static friction.
                 let is_whole = coupling.has_only_sliding_friction();
                 let adopted = inverse.adopt(model, parameters, bodies, settings, found);
                 if adopted && is_whole {
@@ -125,13 +127,13 @@ impl InverseDynamics {
                 }
             }
         }
-        // The kernel takes one step from these normal loads.
+        // The compiled model takes one Newton step from these normal loads.
         inverse.complete(model, parameters, kinematics, settings);
         inverse.is_balanced(model, parameters)
     }
 
-    /// Checks the friction solution and copies the results of the kernel; `balanced` is true if the
-    /// balance holds.
+    /// Checks the friction solution and copies the results of the compiled model. `balanced` is
+    /// true if these results satisfy the balance.
     fn finish(&mut self, loads: &[AppliedLoad<f64>], balanced: bool) -> Result<(), InverseError> {
         let Ok(Compiled { model, inverse }) = &mut self.compiled else {
             return Err(InverseError::Unsettled);
@@ -143,14 +145,16 @@ impl InverseDynamics {
         let settled =
             inverse.friction_settled(settings) || (is_unique && inverse.friction_stagnated());
         if !settled || !is_unique || !balanced {
-            // Several solutions or none may exist: continuation from zero friction reaches the
-            // solution connected with zero friction, or ends at the lock.
+            // Several solutions or none may exist. Continuation from zero friction reaches the
+            // solution connected to the frictionless one, or ends where friction locks the
+            // mechanism.
             let followed = continuation::follow_friction(
                 inverse, model, parameters, kinematics, loads, settings, 1.0,
             );
             if let Err(lock) = followed {
-                // A solution exists, so the failure is one of accuracy only. (The normal force of a
-                // thread depends on the thread's own friction and has no limit if the thread locks.)
+                // A solution exists, so the failure is only a lack of accuracy. (The normal force
+                // of a thread depends on the friction of the thread itself and is unbounded if the
+                // thread locks.)
                 let is_thread = |interface: &InterfaceParameters<f64>| {
                     interface.shape == InterfaceShape::Thread
                 };
@@ -172,15 +176,15 @@ impl InverseDynamics {
         Ok(())
     }
 
-    /// Computes all forces by dense decompositions: slow; for positions that the kernel cannot
-    /// solve, and as a reference in tests. Effort intervals of interfaces at rest keep zero width;
-    /// see [`Forces::bounds`].
+    /// Computes all forces by dense decompositions, which is slow. Used for configurations that the
+    /// compiled model cannot solve, and as a reference in tests. Effort intervals of interfaces at
+    /// rest have zero width; see [`Forces::bounds`].
     ///
     /// # Errors
     /// See [`InverseError`].
     ///
     /// # Panics
-    /// If a load is on a body that does not exist.
+    /// If a load acts on a body that does not exist.
     pub fn solve_dense(&mut self, loads: &[AppliedLoad<f64>]) -> Result<&Forces, InverseError> {
         self.check_loads(loads)?;
         self.check_springs()?;
@@ -229,15 +233,15 @@ impl InverseDynamics {
         }
     }
 
-    /// Stops the mechanism at the present position, with zero rates and accelerations, and analyses
-    /// static friction there. [`Self::forces`] are then the forces at rest.
+    /// Stops the mechanism at the present configuration, with zero rates and accelerations, and
+    /// analyses static friction there. Afterwards [`Self::forces`] returns the forces at rest.
     ///
     /// # Errors
-    /// See [`InverseError`]; [`InverseError::Unsettled`] if the position is singular, or
-    /// constraints and actuators are both redundant.
+    /// See [`InverseError`]. Returns [`InverseError::Unsettled`] if the configuration is singular,
+    /// or if constraints and actuators are both redundant.
     ///
     /// # Panics
-    /// If a load is on a body that does not exist.
+    /// If a load acts on a body that does not exist.
     pub fn rest(&mut self, loads: &[AppliedLoad<f64>]) -> Result<Rest, InverseError> {
         self.assembly.stop(&self.parameters);
         self.solve(loads)?;
@@ -256,7 +260,7 @@ impl InverseDynamics {
         Ok(rest)
     }
 
-    /// Converts an infeasible load to an error message with names and positions.
+    /// Converts an infeasible load to an error that names the body and describes the motion.
     fn in_words(&self, uncarried: &InfeasibleLoad) -> InverseError {
         let (body, motion) = uncarried.motion.in_words(&self.mechanism, self.parameters.origin);
         let unit = if uncarried.motion.turns { "N m" } else { "N" };
@@ -264,7 +268,7 @@ impl InverseDynamics {
     }
 }
 
-/// Creates the error for a lock at which the solution branch ends, with the name of the joint.
+/// Creates the error for a mechanism that friction locks, with the name of the joint.
 fn locked(mechanism: &Mechanism, parameters: &Parameters<f64>, lock: Lock) -> InverseError {
     let joint = parameters.interfaces[lock.interface].joint;
     InverseError::Locked {

@@ -10,13 +10,15 @@ use crate::spatial::{Vec3, Wrench};
 /// Deflection and wrench of a bushing at one instant.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BushingForce<T> {
-    /// Displacement, m, and rotation vector, rad, of the second frame in the first.
+    /// Displacement, m, and rotation vector, rad, of the second bushing frame relative to the
+    /// first, in the axes of the first.
     pub(super) deflection: (Vec3<T>, Vec3<T>),
-    /// Rates of the displacement, m/s, and of the rotation vector, rad/s.
+    /// Time derivatives of the displacement, m/s, and of the rotation vector, rad/s.
     pub(super) deflection_rate: (Vec3<T>, Vec3<T>),
-    /// Angular velocity of the second frame relative to the first, in the axes of the first, rad/s.
+    /// Angular velocity of the second bushing frame relative to the first, in the axes of the
+    /// first, rad/s.
     pub(super) angular: Vec3<T>,
-    /// Wrench on the body of the second frame about the reference point, world axes.
+    /// Wrench on the body of the second bushing frame about the reference point, world axes.
     pub(super) wrench: Wrench<T>,
 }
 
@@ -30,12 +32,13 @@ impl<T: Scalar> BushingForce<T> {
         let own = |v: Vec3<T>| a.rotation.transpose_mul(v);
         let rotation = RotationVector::of(a.rotation.transpose() * b.rotation);
         let deflection = (own(b.position - a.position), rotation.value);
-        // The velocity of the second origin as seen from the first body.
+        // Velocity of the origin of the second frame relative to the first body.
         let (linear, angular) = (own(relative.velocity_at(b.position)), own(relative.angular));
         let rates = rotation.rate_matrix();
         let (force, gradient) = bushing.stiffness.times(deflection);
         let (damping_force, damping_moment) = bushing.damping.times((linear, angular));
-        // The power of the elastic moment is the rate of the rotation vector times the gradient.
+        // The power of the elastic moment equals the gradient times the rate of the rotation
+        // vector.
         let moment = rates.transpose() * gradient + damping_moment;
         let (force, moment) = (a.rotation * (force + damping_force), a.rotation * moment);
         let wrench = -(Wrench::force_through(force, b.position) + Wrench::couple(moment));
@@ -44,10 +47,10 @@ impl<T: Scalar> BushingForce<T> {
 }
 
 impl BushingForce<f64> {
-    /// Returns true unless the bushing is twisted by half a turn, where the rotation vector has no
-    /// unique direction.
+    /// Returns true unless the bushing is twisted by nearly half a turn, where the rotation vector
+    /// has no unique direction.
     pub(in crate::dynamics) fn has_direction(&self) -> bool {
-        // Closer to half a turn, digits of the direction are lost and the moment jumps.
+        // Closer to half a turn, the direction loses digits and the moment jumps.
         const LARGEST: f64 = 3.1;
         let (_, rotation) = self.deflection;
         rotation.norm() < LARGEST

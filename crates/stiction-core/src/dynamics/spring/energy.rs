@@ -1,5 +1,5 @@
-//! Energy and power of springs, computed from lengths, coordinates and deflections as an independent check of the
-//! spring wrenches.
+//! Energy and power of springs, computed from lengths, coordinates and deflections. They are
+//! independent of the spring wrenches, which they serve to check.
 
 use super::bushing::BushingForce;
 use super::{SpringForce, joint};
@@ -10,14 +10,14 @@ use crate::spatial::{Twist, Vec3, Wrench};
 /// Energy and power of one spring or bushing.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SpringPower {
-    /// Stored energy, J; with a preload, relative to the rest position.
+    /// Stored energy, J. With a preload, the energy is relative to the rest position of the spring.
     pub(crate) energy: f64,
     /// Rate of change of the stored energy, W.
     pub(crate) energy_rate: f64,
     /// Power dissipated by the damper, W.
     pub(crate) dissipated: f64,
-    /// Scale of round-off in the power, W: the sum of the magnitudes of the products of both
-    /// bodies' velocities and the wrench.
+    /// Scale of round-off in the power, W: the sum of the absolute values of the products of the
+    /// velocities of both bodies and the wrench.
     pub(crate) turnover: f64,
 }
 
@@ -76,8 +76,8 @@ fn of_bushing(bushing: &BushingParameters<f64>, bodies: &Bodies<f64>) -> SpringP
     }
 }
 
-/// Computes the magnitude of velocity times force plus that of angular velocity times moment, W,
-/// all about the same point.
+/// Returns the magnitude of velocity times force plus the magnitude of angular velocity times
+/// moment, W, all about `point`.
 fn size(twist: Twist<f64>, wrench: Wrench<f64>, point: Vec3<f64>) -> f64 {
     twist.velocity_at(point).norm() * wrench.force.norm()
         + twist.angular.norm() * wrench.moment_about(point).norm()

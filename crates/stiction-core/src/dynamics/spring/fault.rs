@@ -1,4 +1,4 @@
-//! Positions at which the force of a spring is not defined.
+//! Configurations at which the force of a spring is undefined.
 
 use super::SpringForce;
 use super::bushing::BushingForce;
@@ -8,25 +8,26 @@ use crate::mechanism::Mechanism;
 use crate::parameters::Parameters;
 use crate::topology::Topology;
 
-/// Largest deviation of the wrapped angle of a cut joint from the centre of its full turn, rad. At
-/// half a turn the wrapped angle jumps, and a motion may cross this point unnoticed between two
-/// samples.
+/// Largest deviation of the wrapped angle of a cut joint from the centre of its range of one full
+/// turn, rad. The wrapped angle jumps at half a turn, and a motion may cross this point unnoticed
+/// between two samples.
 const COUNTED: f64 = 170.0 * core::f64::consts::PI / 180.0;
 
-/// A spring whose force is not defined.
+/// Spring whose force is undefined, and the reason.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum SpringFault {
-    /// Spring, by index, whose ends coincide, so that the force has no direction.
+    /// The ends of the spring with this index coincide, so the force has no direction.
     NoDirection(usize),
-    /// Bushing, by index, that is twisted by nearly half a turn; with the angle of twist, rad.
+    /// The bushing with this index is twisted by nearly half a turn. The second value is the angle
+    /// of twist, rad.
     Twisted(usize, f64),
-    /// Spring, by index, on a cut joint whose angle, rad, is nearly half a turn from the middle of
-    /// its range.
+    /// The spring with this index acts on a cut joint whose angle is nearly half a turn from the
+    /// middle of its range. The second value is this angle, rad.
     Uncounted(usize, f64),
 }
 
 impl SpringFault {
-    /// Finds the first spring whose force is not defined.
+    /// Finds the first spring whose force is undefined.
     pub(crate) fn first(
         topology: &Topology,
         parameters: &Parameters<f64>,
@@ -59,8 +60,8 @@ impl SpringFault {
         twisted.next().or_else(|| uncounted.next())
     }
 
-    /// Returns the name of the spring and a description of the problem; `None` if the ends
-    /// coincide, which has an error variant of its own.
+    /// Returns the name of the spring and a description of the problem. The description is `None`
+    /// if the ends coincide, which is a separate error variant.
     pub(crate) fn in_words(self, mechanism: &Mechanism) -> (String, Option<String>) {
         let degrees = |angle: f64| format!("{:.1} deg", angle.to_degrees());
         match self {

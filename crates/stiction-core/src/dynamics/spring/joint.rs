@@ -7,13 +7,13 @@ use crate::parameters::JointSpringParameters;
 use crate::scalar::Scalar;
 use crate::spatial::Wrench;
 
-/// Rate of the spring's degree of freedom, rad/s or m/s.
+/// Returns the rate of the degree of freedom on which the spring acts, rad/s or m/s.
 pub(super) fn rate<T: Scalar>(spring: &JointSpringParameters<T>, bodies: &Bodies<T>) -> T {
     let [from, to] = spring.ends;
     (bodies.twist[to] - bodies.twist[from]).power(bodies.effort(&spring.dof, spring.joint))
 }
 
-/// Computes the wrench on the successor at the given coordinate.
+/// Computes the wrench on the successor for the given coordinate, about the reference point.
 pub(super) fn wrench<T: Scalar>(
     spring: &JointSpringParameters<T>,
     bodies: &Bodies<T>,

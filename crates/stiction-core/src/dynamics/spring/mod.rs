@@ -24,17 +24,17 @@ pub struct SpringForce<T> {
     pub rate: T,
     /// Tensile force along the line between the ends, N; negative in compression.
     pub tension: T,
-    /// Wrench on the body of the second end about the reference point, world axes; its negative
-    /// acts on the body of the first end.
+    /// Wrench on the body of the second end about the reference point, world axes. The opposite
+    /// wrench acts on the body of the first end.
     pub wrench: Wrench<T>,
 }
 
 impl<T: Scalar> SpringForce<T> {
     /// Computes the spring force from poses and twists of the bodies.
     ///
-    /// If the ends coincide, the direction is undefined, and only the linear part `stiffness *
-    /// span` of the force, which is zero, remains; see [`Self::has_direction`].
-    // Not inlined: few mechanisms have springs, and every kernel of every scalar would grow.
+    /// If the ends coincide, the direction is undefined. The result then contains only the linear
+    /// part `stiffness * span` of the force, which is zero; see [`Self::has_direction`].
+    // Not inlined: few mechanisms have springs, and the code of every scalar type would grow.
     #[inline(never)]
     pub fn of(spring: &SpringParameters<T>, bodies: &Bodies<T>) -> Self {
         let [from, to] = spring.ends;
@@ -46,7 +46,7 @@ impl<T: Scalar> SpringForce<T> {
         let direction = span * over;
         let approach = bodies.twist[to].velocity_at(b) - bodies.twist[from].velocity_at(a);
         let rate = direction.dot(approach);
-        // Without a free length the force is linear in `span`, also through zero.
+        // Without a free length the force is linear in `span`, even through zero.
         let along = spring.damping * rate - spring.stiffness * spring.free_length - spring.preload;
         let force = -(span * spring.stiffness + direction * along);
         let tension = spring.stiffness * length + along;
@@ -54,9 +54,10 @@ impl<T: Scalar> SpringForce<T> {
     }
 }
 
-/// Calls `apply` for each spring and bushing with its two bodies and the wrench on the second body; the negative
-/// of this wrench acts on the first body. Wrenches are about the reference point, in world axes.
-// Not inlined: few mechanisms have springs, and inlined kernels of nested scalars take minutes to compile.
+/// Calls `apply` for each spring and bushing with its two bodies and the wrench on the second body,
+/// about the reference point in world axes. The opposite wrench acts on the first body.
+// Not inlined: few mechanisms have springs, and inlined code of nested scalar types takes minutes
+// to compile.
 #[inline(never)]
 pub(crate) fn spring_wrenches<T: Scalar>(
     parameters: &Parameters<T>,
@@ -75,17 +76,18 @@ pub(crate) fn spring_wrenches<T: Scalar>(
 }
 
 impl SpringForce<f64> {
-    /// Returns true if the direction of the force is defined, or the force vanishes where it is
-    /// not. `length` is the characteristic length, m.
+    /// Returns true if the direction of the force is defined, or if the force vanishes where its
+    /// direction is undefined. `length` is the characteristic length, m.
     pub fn has_direction(&self, spring: &SpringParameters<f64>, length: f64) -> bool {
-        // The direction between closer ends would be round-off of the poses.
+        // If the ends are closer, the direction is round-off of the poses.
         const APART: f64 = 1e-12;
         let offset = spring.stiffness * spring.free_length + spring.preload;
         let needs_none = offset == 0.0 && spring.damping == 0.0;
         needs_none || self.length > APART * length
     }
 
-    /// Scale of round-off in the power, W: the sum of the speeds of both ends, times the force.
+    /// Returns the scale of round-off in the power, W: the sum of the speeds of both ends times the
+    /// magnitude of the force.
     pub fn turnover(&self, spring: &SpringParameters<f64>, bodies: &Bodies<f64>) -> f64 {
         let speed = |(&body, &point): (&usize, &Vec3<f64>)| {
             bodies.twist[body].velocity_at(bodies.pose[body].apply(point)).norm()
