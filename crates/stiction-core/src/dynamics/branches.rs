@@ -24,7 +24,7 @@ pub struct FrictionMargin {
 
 /// Number of random starts in the search for other solutions.
 const STARTS: usize = 32;
-/// Largest number of Newton steps from each start.
+/// Largest number of Newton steps from each random start in the search for other solutions.
 const STEPS: usize = 60;
 /// Two solutions count as equal if their actuator efforts differ by less than this fraction.
 const SAME: f64 = 1e-6;

@@ -65,7 +65,7 @@ impl<T: Scalar> Contributions<T> {
     }
 }
 
-/// Changes of all forces per newton of friction at one interface.
+/// Changes of joint wrenches and actuator efforts per newton of friction at one interface.
 #[derive(Clone, Debug)]
 pub struct Response<T> {
     /// Change of the complete wrench of each joint, exerted by the predecessor on the successor,

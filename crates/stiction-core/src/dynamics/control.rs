@@ -45,19 +45,20 @@ pub enum Status {
     Singular,
     /// The ends of a spring coincide, so its force has no direction.
     SpringWithoutDirection {
-        /// Index in [`Parameters::springs`].
+        /// Index of the spring in [`Parameters::springs`].
         spring: usize,
     },
     /// A bushing, or a spring on a cut joint, is rotated too far for its moment to be defined.
     SpringTurned {
-        /// Index in [`Parameters::bushings`] or, if `on_joint`, in [`Parameters::joint_springs`].
+        /// Index of the bushing in [`Parameters::bushings`] or, if `on_joint`, of the spring in
+        /// [`Parameters::joint_springs`].
         spring: usize,
         /// True for a joint spring, false for a bushing.
         on_joint: bool,
     },
     /// The two supports of a friction interface no longer overlap.
     NoOverlap {
-        /// Index in [`Parameters::interfaces`].
+        /// Index of the friction interface in [`Parameters::interfaces`].
         interface: usize,
     },
     /// The coupling of friction and reactions did not converge within

@@ -111,7 +111,8 @@ pub(super) struct FrictionCoupling {
     factors: Vec<Four>,
     /// Friction force of each component, N, in blocks of four components.
     packed: Vec<Four>,
-    /// Coupling bound of the last [`Self::begin`], or of the opposite motion.
+    /// Coupling bound computed last, by [`Self::begin`] for the present motion or by
+    /// [`Self::reversed_efforts`] for the opposite motion.
     strength: f64,
     /// Derivatives of an effort with respect to the normal loads.
     weights: Vec<f64>,

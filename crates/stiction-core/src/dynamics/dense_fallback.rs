@@ -115,7 +115,8 @@ pub(super) struct DenseForces {
     pub(super) bodies: Bodies<f64>,
     /// True if friction has converged, or if it locks the mechanism.
     pub(super) settled: bool,
-    /// Point at which friction locks the mechanism, if any. All other results are then meaningless.
+    /// Point at which friction locks the mechanism; `None` if friction does not lock it. If
+    /// friction locks the mechanism, all other results are meaningless.
     pub(super) lock: Option<Lock>,
 }
 

@@ -25,7 +25,8 @@ pub(super) struct ConstrainedDof {
 }
 
 impl ConstrainedDof {
-    /// Creates the constraint of a DOF (joint and index in it) that an actuator prescribes.
+    /// Creates the constraint of a DOF (joint, index in the joint) whose motion an actuator
+    /// prescribes.
     pub(super) fn actuated((joint, dof): (usize, usize), acceleration: f64) -> Self {
         Self { joint, dof, acceleration, actuated: true, scale: 1.0, reference: 0.0 }
     }

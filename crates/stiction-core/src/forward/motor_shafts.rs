@@ -29,8 +29,8 @@ impl Forward {
         shafts.find(|shaft| shaft.joint.0 == joint)
     }
 
-    /// Returns the wrench of each motor or actuator that exerts a given effort, with the index of
-    /// its joint.
+    /// Returns the wrench of each motor or actuator with a nonzero effort in `data`, with the index
+    /// of its joint.
     pub(super) fn actuator_wrenches<'a>(
         &'a self,
         data: &'a Data,

@@ -118,7 +118,8 @@ impl<T: Scalar> Balance<T> {
         self.read_efforts(plan, parameters, bodies, &self.constants, efforts);
     }
 
-    /// Sets the constants of the balance equations to the friction of a single interface.
+    /// Sets the right-hand-side constants of the balance equations to the friction of a single
+    /// interface.
     pub(super) fn set_friction_alone(
         &mut self,
         topology: &Topology,

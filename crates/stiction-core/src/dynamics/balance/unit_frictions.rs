@@ -280,7 +280,7 @@ fn is_round_off(residual: &[Four], right: &[Four]) -> bool {
         let mut largest = Four::zero();
         for number in numbers {
             let size = number.abs();
-            // A sum propagates NaN.
+            // The term with zero propagates NaN, which the comparison ignores.
             largest = (size - largest).if_positive(size, largest) + *number * Four::zero();
         }
         largest

@@ -24,9 +24,10 @@ impl<T: Scalar> Inverse<T> {
         self.interfaces.update_normal_forces(parameters, bodies, wrenches);
     }
 
-    /// Adopts a solution of the coupled problem: the wrenches of all joints, and the normal forces
-    /// of the interfaces whose friction depends on the normal force. Returns false if the solution
-    /// does not satisfy the balance to round-off. Also returns false if the model is not plain (see
+    /// Adopts a solution of the coupled problem of friction and reactions: the wrenches of all
+    /// joints, and the normal forces of the interfaces whose friction depends on the normal force.
+    /// Returns false if the solution does not satisfy the balance to round-off. Also returns false
+    /// if the model is not plain (see
     /// [`BalanceStructure::is_plain`](crate::dynamics::structure::BalanceStructure)), after calling
     /// [`Self::restart_from`] with these wrenches. Requires a previous [`Self::begin`] for this
     /// motion, no friction at any other interface, and a coupling bound below one, which implies

@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, DVector};
 /// actuators exert no effort.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Holding {
-    /// Result of the test that is guaranteed by a proof.
+    /// Verdict of the test. [`Verdict::Holds`] and [`Verdict::Slips`] are proven.
     pub verdict: Verdict,
     /// Guaranteed lower and upper bounds of the common factor on all static friction coefficients
     /// that is needed to hold the configuration. The upper bound is infinite if no sufficient

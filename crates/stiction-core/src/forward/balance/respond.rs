@@ -16,7 +16,7 @@ use crate::topology::{Link, Role};
 /// Four scalars, one for each of four responses that are computed together by vector instructions.
 pub(in crate::forward) type Four = Lanes<f64, 4>;
 
-/// Buffers of the computation of responses.
+/// Buffers for computing responses.
 #[derive(Clone, Debug, Default)]
 pub(in crate::forward) struct Workspace {
     right: Vec<f64>,

@@ -9,8 +9,8 @@ use crate::forward::project::Anchor;
 use crate::forward::stick::Choice;
 use crate::kinematics::State;
 
-/// Largest number of decisions between stick and slip at one time. A simulation that exceeds this
-/// number stalls.
+/// Largest number of decisions between stick and slip since the last step without an event. If it
+/// is exceeded, the simulation fails with [`ForwardError::Stiff`].
 const EVENTS_AT_ONCE: usize = 200;
 
 impl Simulation<'_> {

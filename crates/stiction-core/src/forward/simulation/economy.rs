@@ -62,8 +62,8 @@ impl Economy {
 }
 
 impl Simulation<'_> {
-    /// Doubles the number of time steps without a change of mode after which the simulation returns
-    /// to the event-driven method. Resets this number if the event-driven method has lasted
+    /// Doubles the number of time steps without a stick-slip transition after which the simulation
+    /// returns to the event-driven method. Resets this number if the event-driven method has lasted
     /// [`RECOVERED`] times as long as the preceding phase of time stepping.
     pub(super) fn wait_longer(&mut self) {
         let (began, stepped) = self.economy.phase;
@@ -104,7 +104,8 @@ impl Simulation<'_> {
         // If the trial step has no solution, the event-driven method continues.
         let tried = self.two_halves(time, 0.5 * longer, &from, (&modes, &bristles), inputs);
         let Ok((whole, _, halves)) = tried else { return false };
-        // A trial step with a change of mode does not predict the steps before this change.
+        // A trial step with a stick-slip transition does not predict the steps before this
+        // transition.
         let keeps = |after: &[InterfaceMode]| {
             let each = modes.iter().zip(after);
             each.into_iter().all(|(a, b)| std::mem::discriminant(a) == std::mem::discriminant(b))

@@ -11,7 +11,7 @@ pub struct Energies {
     pub drives: Vec<f64>,
     /// Work of all external loads on the mechanism, J.
     pub loads: f64,
-    /// Energy dissipated in dampers, J.
+    /// Energy dissipated in the dampers of springs, J.
     pub dampers: f64,
     /// Energy lost in plastic impacts when bodies pick up parts, J.
     pub impacts: f64,

@@ -16,9 +16,9 @@ pub(super) const SLIP_EXCESS: f64 = 1e-9;
 /// end of a step, but their error is far below this margin.
 const FAR_FROM_LIMIT: f64 = 0.01;
 
-/// Relative margin of a sample above which no dip of the margin to zero is searched next to the
-/// sample. A dip that is found is a kink, or the part of a sine wave within an eighth of a period
-/// of its peak.
+/// A dip of the margin to zero between two samples is searched for only if the relative margin of
+/// at least one of the samples is at most this value. Such a dip is either a kink or the part of a
+/// sine wave within an eighth of a period of its peak.
 const DEEPEST_DIP: f64 = 0.3;
 /// Fraction of the interval between two samples over which the slope at each end is computed.
 const BESIDE: f64 = 1e-4;
@@ -42,8 +42,8 @@ pub(super) enum Ending {
 }
 
 impl Simulation<'_> {
-    /// Returns the speed of an interface along its slip direction at the last decision, m/s, and
-    /// the time derivative of this speed, m/s^2. A negative speed means that the slip has reversed.
+    /// Returns the speed of an interface along its stored slip direction, m/s, and the time
+    /// derivative of this speed, m/s^2. A negative speed means that the slip has reversed.
     pub(super) fn closing_speed(&self, at: &Instant, interface: usize) -> (f64, f64) {
         let InterfaceMode::Slides(direction) = self.modes[interface] else { return (0.0, 1.0) };
         let dot = |v: [f64; 3]| v.iter().zip(direction).map(|(v, d)| v * d).sum::<f64>();

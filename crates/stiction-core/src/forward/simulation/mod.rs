@@ -116,7 +116,7 @@ pub struct Simulation<'a> {
     crawling: usize,
     /// Number of evaluations, and the time in s, at the last check for a stall.
     progress: (usize, f64),
-    /// Number of time steps without a change of mode after which the simulation tries the
+    /// Number of time steps without a stick-slip transition after which the simulation tries the
     /// event-driven method again.
     wait: usize,
     economy: Economy,
@@ -176,7 +176,8 @@ impl<'a> Simulation<'a> {
     /// Advances to the time `until`, s. Does nothing if the present instant is at or after this
     /// time.
     ///
-    /// Does nothing if a switching function has ended the simulation, see [`Self::ended_by`].
+    /// This method also does nothing if a switching function has ended the simulation, see
+    /// [`Self::ended_by`].
     ///
     /// Steps need not end at this time, since only the mechanism and its inputs determine the step
     /// sizes. Results within the last step are interpolated.

@@ -7,8 +7,8 @@ use crate::mechanism::JointId;
 
 impl Simulation<'_> {
     /// Searches for other solutions if the uniqueness bound is one or more, so that it does not
-    /// exclude them. Records the solutions found as an event. Searches only once in each time
-    /// interval with such bounds.
+    /// exclude other solutions. Records the solutions found as an event. Searches only once in each
+    /// time interval with such bounds.
     pub(super) fn look_for_others(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         let Some(coupling) = self.now.coupling.filter(|c| *c >= 1.0) else {
             self.reported_others = false;

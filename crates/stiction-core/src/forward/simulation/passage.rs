@@ -19,7 +19,8 @@ const NARROW: f64 = 0.02;
 const RISES: f64 = 3.0;
 /// Smallest change of the singularity index over one half of the searched interval if a singular
 /// configuration lies in the other half, as a fraction of the index at the outer end of that other
-/// half. Near a singular configuration the index is proportional to the time distance from it.
+/// half. Near a singular configuration the index is proportional to the time until or since this
+/// configuration.
 const CHANGES: f64 = 0.3;
 /// Number of subintervals of the searched interval; the singularity index is sampled at their ends.
 const SAMPLES: usize = 24;
@@ -37,7 +38,8 @@ const BEST: f64 = 0.13;
 const GIVEN_UP: f64 = 0.75;
 /// Round-off of the relative closure error, including its amplification within a step.
 const ROUNDING: f64 = 2e-14;
-/// Relative tolerances below this value are replaced by it in the comparison with round-off.
+/// Smallest relative tolerance in the comparison with round-off; smaller tolerances are replaced by
+/// this value.
 const FINE: f64 = 1e-10;
 
 impl Simulation<'_> {
@@ -121,5 +123,5 @@ impl Simulation<'_> {
     }
 }
 
-/// Largest relative tolerance of a step through a singular position.
+/// Largest relative tolerance of a step through a singular configuration.
 const COARSEST: f64 = 1e-6;

@@ -32,7 +32,7 @@ pub enum Method {
     Automatic,
     /// Steps of order eight; each stick or slip onset ends a step.
     EventDriven,
-    /// Steps of first order on velocity level (Moreau 1988, Jean 1999); stick and slip onsets lie
+    /// Steps of first order at velocity level (Moreau 1988, Jean 1999); stick and slip onsets lie
     /// within steps. Accelerations and reactions are means over the last step. Velocities jump
     /// where no accelerations satisfy the friction laws; [`super::EventKind::Jump`] records each
     /// jump.

@@ -14,11 +14,11 @@ use crate::kinematics::{Bodies, State};
 use crate::mechanism::JointId;
 use crate::parameters::Parameters;
 
-/// Initial and smallest number of time steps without a change of mode after which the simulation
-/// tries the event-driven method again.
+/// Initial and smallest number of time steps without a stick-slip transition after which the
+/// simulation tries the event-driven method again.
 pub(super) const QUIET: usize = 8;
-/// Upper limit of the number of time steps without a change of mode. This number doubles after each
-/// failure of the event-driven method.
+/// Upper limit of the number of time steps without a stick-slip transition. This number doubles
+/// after each failure of the event-driven method.
 pub(super) const LONGEST_WAIT: usize = 4096;
 /// Length of the first time step, s.
 pub(super) const FIRST: f64 = 1e-6;
@@ -45,10 +45,10 @@ const SMALL_PART: f64 = 1e-3;
 pub(super) struct Stepping {
     /// Length of the next step, s.
     pub(super) step: f64,
-    /// Number of steps in succession without a change of mode.
+    /// Number of steps in succession without a stick-slip transition.
     pub(super) quiet: usize,
-    /// Number of steps without a change of mode after which the simulation tries the event-driven
-    /// method again.
+    /// Number of steps without a stick-slip transition after which the simulation tries the
+    /// event-driven method again.
     pub(super) wait: usize,
 }
 
@@ -412,8 +412,8 @@ impl Simulation<'_> {
         self.keep_fastest();
     }
 
-    /// Returns to the event-driven method after enough steps without a change of mode, if it finds
-    /// accelerations.
+    /// Returns to the event-driven method after enough steps without a stick-slip transition, if it
+    /// finds accelerations.
     fn leave_stepping(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         let Some(stepping) = &mut self.stepping else { return Ok(()) };
         if self.settings.method != Method::Automatic || stepping.quiet < stepping.wait {
@@ -457,7 +457,7 @@ pub(super) fn is_without_acceleration(error: &ForwardError) -> bool {
     )
 }
 
-/// Replaces the pose of each anchor that existed before by its earlier pose.
+/// Resets the pose of each anchor that is also in the list `before` to its pose in that list.
 fn keep_poses(anchors: &mut [Anchor], before: &[Anchor]) {
     for anchor in anchors {
         let same = |a: &&Anchor| (a.joint, a.dof) == (anchor.joint, anchor.dof);

@@ -59,14 +59,14 @@ pub(in crate::forward) struct Closures {
     counts: Vec<usize>,
     /// Scale factor of each row that makes residuals of angles and lengths comparable.
     units: Vec<Part>,
-    /// For each node, the start of its list in `blocks`, the blocks with entries in the DOFs of the
-    /// node; the last number is the total length.
+    /// Start of the list of each node in `blocks`; the list contains the blocks with entries in the
+    /// DOFs of the node. The last number is the total length of `blocks`.
     starts: Vec<usize>,
     /// Blocks with entries in the DOFs of each node, in ascending order, concatenated for all
     /// nodes.
     blocks: Vec<usize>,
-    /// For each node, the start of its list in `slots`, which has a slot for each pair of blocks at
-    /// the node.
+    /// Start of the list of each node in `slots`; the list has a slot for each pair of blocks with
+    /// entries in the DOFs of the node.
     pairs: Vec<usize>,
     slots: Vec<Slot>,
     /// For each DOF, the start of its column in `values`.

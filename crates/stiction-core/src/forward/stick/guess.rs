@@ -1,5 +1,5 @@
-//! Initial guess of the stick-slip modes: an approximate solution of the friction laws of all
-//! interfaces at rest.
+//! Initial guess of the stick-slip modes, based on an approximate solution of the friction laws of
+//! all interfaces at rest.
 //!
 //! Interfaces that accelerate in this solution slide; the others stick. [`super::verify`] checks
 //! the guess by exact solutions. Sliding friction may be less than static friction, so the problem

@@ -24,7 +24,7 @@ use guess::Guess;
 use std::collections::HashSet;
 use verify::Verdict;
 
-/// Largest number of changes of a single mode in a search.
+/// Largest number of steps in a mode search; each step changes the mode of one interface.
 const CHANGES: usize = 60;
 /// Smallest friction scale relative to the largest one; bounds the condition number of the linear
 /// systems.
