@@ -1,4 +1,4 @@
-//! Static friction of a robot at rest.
+//! Request that computes the static friction of a robot at rest, and its results.
 
 use crate::error::Error;
 use crate::request::{Loaded, Request, Sampled};
@@ -9,7 +9,8 @@ use stiction_core::dynamics::FrictionMode;
 use stiction_run::breakaway::{self, Findings, write_report};
 use stiction_run::{Job, SinkError};
 
-/// Static friction of a robot at rest at a position of its motion; see [`Robot::breakaway`].
+/// Request to compute the static friction of a robot at rest at a position of its motion; see
+/// [`Robot::breakaway`].
 pub type Breakaway = Request<StaticFriction>;
 
 /// Options of [`Breakaway`].
@@ -31,7 +32,8 @@ impl Breakaway {
         self
     }
 
-    /// Converts the request to a job of `stiction_run`, whose report requires it.
+    /// Converts the request to a [`Job`], which the functions of `stiction_run` that write reports
+    /// require.
     ///
     /// # Errors
     /// The model has no default motion, and none was set.
@@ -39,8 +41,8 @@ impl Breakaway {
         self.along(FrictionMode::Converged)
     }
 
-    /// Examines the robot at rest at one position; [`samples`](Request::samples) examines it at every sample of the
-    /// motion.
+    /// Examines the robot at rest at the time that the option `at` sets;
+    /// [`samples`](Request::samples) examines it at every sample of the motion.
     ///
     /// # Errors
     /// The position is singular or out of reach, or the requested time is after the end of the
@@ -72,7 +74,8 @@ impl Sampled for StaticFriction {
     }
 }
 
-/// Static friction of a robot at rest. `Display` prints the results as the command `stiction breakaway` does.
+/// Results of a [`Breakaway`] request for one position of the robot at rest. `Display` prints the
+/// results as the command `stiction breakaway` does.
 #[derive(Clone, Debug)]
 pub struct Rest {
     robot: Robot,
@@ -95,7 +98,7 @@ impl Rest {
         self.findings.time
     }
 
-    /// Smallest and largest effort, N or N m, with which an actuator lets the robot remain at rest.
+    /// Smallest and largest effort of an actuator, N or N m, for which the robot remains at rest.
     ///
     /// # Errors
     /// No actuator has that name.

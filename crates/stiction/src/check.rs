@@ -96,7 +96,7 @@ pub struct Singularity {
 }
 
 impl Report {
-    /// Degrees of freedom.
+    /// Number of degrees of freedom at the first instant of the motion, counted in three ways.
     pub fn mobility(&self) -> Mobility {
         let mobility = &self.findings.mobility;
         Mobility {

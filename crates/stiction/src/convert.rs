@@ -7,7 +7,7 @@ use stiction_run::exchange::{
     Home, Instant, Mjcf, Sdf, Unfit, Urdf, json_text, mjcf, model_file, sdf, urdf,
 };
 
-/// Format of another program.
+/// File format to which a robot can be converted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Conversion {
@@ -28,8 +28,8 @@ pub enum Conversion {
 pub struct Converted {
     /// Text of the file.
     pub text: String,
-    /// Text of an additional YAML file with the same base name, which URDF needs for loops or
-    /// motors.
+    /// Text of an additional YAML file with the same base name, which defines the loop closures and
+    /// motors of a URDF; `None` if no such file is needed.
     pub beside: Option<String>,
     /// Notes on omitted or changed properties.
     pub notes: Vec<String>,

@@ -5,8 +5,8 @@ use crate::robot::Robot;
 use stiction_core::kinematics::Coordinate as Which;
 use stiction_run::exchange::Home;
 
-/// Returns name, coordinate and home value for each coordinate of a state: the coordinates with the
-/// given names, or those of all actuators.
+/// Returns the name, the coordinate and the home value, m or rad, of each independent coordinate:
+/// the coordinates with the given names or, if `names` is `None`, those of all actuators.
 pub(crate) fn named(
     robot: &Robot,
     home: &Home<'_>,
@@ -45,7 +45,7 @@ pub(crate) fn named(
     }
 }
 
-/// Finds the coordinate with this name.
+/// Finds the coordinate with the given name, such as `leg1.P` or `platform.x`.
 pub(crate) fn which(robot: &Robot, name: &str) -> Result<Which, Error> {
     let is_name = |c: char| c.is_alphanumeric() || "._-".contains(c);
     if name.is_empty() || !name.chars().all(is_name) {

@@ -1,13 +1,13 @@
-//! Motions of a robot that excite chosen parameters.
+//! Design of excitation motions, from which chosen parameters of a robot can be identified.
 
 use crate::error::Error;
 use crate::robot::Robot;
 use stiction_run::excite::{Excitation, ExciteError, ExciteSettings, excite};
 
 impl Robot {
-    /// Designs a motion, within the limits of the robot, from which the chosen parameters can be identified best.
-    /// `progress` receives the number of steps done and the maximum number of steps; the search stops when it returns
-    /// `false`.
+    /// Designs a motion, within the limits of the robot, from which the chosen parameters can be
+    /// identified best. `progress` receives the number of search steps done and their maximum
+    /// number; the search stops when `progress` returns `false`.
     ///
     /// # Errors
     /// The settings do not suit the robot, or no motion is possible within the limits.

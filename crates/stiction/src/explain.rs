@@ -45,7 +45,8 @@ impl From<RunError> for Error {
             RunError::Forces { error: InverseError::Unsettled, .. } => {
                 without_friction(plain(message))
             }
-            // A mechanism that is assembled from zero coordinates may be in another assembly mode.
+            // A mechanism that is assembled from zero coordinates may be in another assembly mode
+            // than the intended one.
             RunError::Assembly { error: AssemblyError::Open { .. }, .. } => plain(message).with_help(
                 "if this motion should not be free, a joint is missing, or the mechanism is in another \
                  assembly mode than intended: give its joints `start` values near their positions",

@@ -1,4 +1,4 @@
-//! Source code of inverse dynamics for controllers.
+//! Export of the inverse dynamics of a robot as source code for controllers.
 
 mod fmu;
 mod plant;
@@ -43,8 +43,8 @@ pub struct Export {
 pub(crate) struct Recorded {
     pub(crate) program: Feedforward,
     pub(crate) solver: InverseDynamics,
-    /// Positions of the code's coordinates along the default motion; the first is the home
-    /// position.
+    /// Values of the coordinates of the code at positions along the default motion; the first entry
+    /// is the home position.
     signal: Vec<Vec<Target<f64>>>,
     pub(crate) labels: Labels,
     options: SourceOptions,
@@ -91,8 +91,9 @@ impl Export {
         self
     }
 
-    /// Selects the parameters of the code that can be changed at run time: the coefficients of all friction
-    /// interfaces (the default) and the masses of all bodies.
+    /// Selects the parameters of the code that can be changed at run time: with `frictions`, the
+    /// coefficients of all friction interfaces; with `masses`, the masses of all bodies. Default:
+    /// only the friction coefficients.
     pub fn tunable(mut self, frictions: bool, masses: bool) -> Self {
         (self.frictions, self.masses) = (frictions, masses);
         self
@@ -130,15 +131,16 @@ impl Export {
         self
     }
 
-    /// Sets the number of test vectors; 200 by default. Near singular positions and states with a
-    /// friction interface at rest are skipped, so there may be fewer.
+    /// Sets the number of test vectors; 200 by default. Positions near singularities and states
+    /// with a friction interface at rest are skipped, so the code may have fewer test vectors.
     pub fn vectors(mut self, count: usize) -> Self {
         self.vectors = count;
         self
     }
 
-    /// Exports the plant instead: forward dynamics with stick and slip, as a functional mock-up unit. Of the options
-    /// set so far, only the name is kept.
+    /// Exports the robot as a plant instead of a feed-forward: forward dynamics with stick and
+    /// slip, as a functional mock-up unit. Of the options set so far, only the name applies to the
+    /// plant.
     pub fn plant(&self) -> PlantExport {
         let name = self.checked_options().map(|options| match self.named {
             Some(_) => options.name,
@@ -184,7 +186,7 @@ impl Export {
         })
     }
 
-    /// Records the program with the coordinates as inputs.
+    /// Records the program of inverse dynamics, whose inputs are the coordinates of the code.
     pub(crate) fn record(&self) -> Result<Recorded, Error> {
         let options = self.checked_options()?;
         let (solver, named) = self.driven()?;
@@ -253,7 +255,7 @@ impl Export {
         Ok(tunables)
     }
 
-    /// Index of a body, except the ground.
+    /// Index of the body with the given name. The ground is rejected.
     fn body(&self, name: &str) -> Result<usize, Error> {
         let names: Vec<&str> = self.robot.bodies().collect();
         let found = names.iter().skip(1).position(|known| *known == name);
@@ -265,7 +267,8 @@ impl Export {
         })
     }
 
-    /// Positions of the coordinates along the default motion, up to the first singular position.
+    /// Values of the given coordinates at positions along the default motion, up to the first
+    /// singular or unreachable position.
     fn positions(
         &self,
         solver: &InverseDynamics,
@@ -299,7 +302,8 @@ impl Export {
                         (None, _) => before.value,
                     };
                     let turn = if which.is_angle(&types) { TURN } else { f64::INFINITY };
-                    // The solver returns angles within half a turn; this makes them continuous.
+                    // The solver returns angles within half a turn of zero. Subtracting whole turns
+                    // makes the angles continuous along the motion.
                     let turns = ((found - before.value) / turn).round();
                     let value = if turns == 0.0 { found } else { found - turns * turn };
                     at_rest(value)

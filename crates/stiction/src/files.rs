@@ -1,4 +1,4 @@
-//! Bounded reading of model files, motions and recordings.
+//! Reads model files, motions and recordings, with limits on their size.
 
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom};
@@ -23,7 +23,7 @@ const LARGEST_STREAM: u64 = 256 << 20;
 #[derive(Clone, Default)]
 pub(crate) struct Files {
     read: Arc<Mutex<Vec<PathBuf>>>,
-    /// Paths of the files that models and options name, as written there.
+    /// Paths of the files that models and options name, spelled as in the model or option.
     named: Arc<Mutex<Vec<PathBuf>>>,
     /// Packed files: the path by which the model names each file, and its path on disk. Other files
     /// cannot be read. `None` if any file on disk may be read.
@@ -53,7 +53,8 @@ impl Files {
         self.packed.is_some()
     }
 
-    /// Paths of the files that models and options have named so far, as written there.
+    /// Paths of the files that models and options have named so far, spelled as in the model or
+    /// option.
     pub(crate) fn named(&self) -> Vec<PathBuf> {
         self.named.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
@@ -66,14 +67,14 @@ impl Files {
     fn note(&self, path: &Path) {
         if let Ok(path) = path.canonicalize() {
             let mut read = self.read.lock().unwrap_or_else(PoisonError::into_inner);
-            // Each row of a study may read the same file.
+            // The rows of a study may read the same file; its path is stored only once.
             if !read.contains(&path) {
                 read.push(path);
             }
         }
     }
 
-    /// Content of a file that a model or an option names: a short file as text, a long recording as a
+    /// Reads a file that a model or an option names: a short file as text, a long recording as a
     /// [`Contents::Stored`].
     ///
     /// # Errors
@@ -117,7 +118,7 @@ impl Files {
         self.text(path).map(Contents::Whole)
     }
 
-    /// Content of a measured log, with efforts.
+    /// Reads a measured log. From an MCAP log, efforts are read in addition to positions.
     ///
     /// # Errors
     /// The reason, as the end of the sentence "cannot read FILE: ".
@@ -128,7 +129,7 @@ impl Files {
         }
     }
 
-    /// Joint states of an MCAP log as a table.
+    /// Returns the joint states of an MCAP log as a CSV table, with efforts if `efforts` is true.
     #[cfg(feature = "mcap")]
     fn joint_states(&self, path: &Path, efforts: bool) -> Result<Contents, String> {
         stiction_format::csv_of_mcap(&self.bytes(path)?, efforts).map(Contents::Whole)
@@ -141,7 +142,7 @@ impl Files {
             .to_owned())
     }
 
-    /// Bytes of a file that is not text, such as a mesh or an archive.
+    /// Reads the bytes of a file that is not text, such as a mesh or an archive.
     ///
     /// # Errors
     /// The reason, as the end of the sentence "cannot read FILE: ".
@@ -161,7 +162,7 @@ impl Files {
         Ok(bytes)
     }
 
-    /// Text of a file.
+    /// Reads the text of a file.
     ///
     /// # Errors
     /// The reason, as the end of the sentence "cannot read FILE: ".
@@ -181,7 +182,7 @@ impl Files {
     }
 }
 
-/// Text from standard input.
+/// Reads text from standard input.
 ///
 /// # Errors
 /// The reason, as the end of the sentence "cannot read standard input: ".

@@ -1,4 +1,5 @@
-//! Control laws of a comparison.
+//! Control laws that a comparison simulates, and the controller that computes their actuator
+//! efforts.
 
 use super::sensors::Sensors;
 use super::transition::Transition;
@@ -33,7 +34,7 @@ impl Compensator {
         Self::ComputedTorqueFriction,
     ];
 
-    /// Name in options and results.
+    /// Name of the control law in options and results.
     pub fn name(self) -> &'static str {
         match self {
             Self::Pd => "pd",
@@ -54,8 +55,9 @@ impl Compensator {
     }
 }
 
-/// Largest of the small rates that represent incipient motion of joints at rest, rad/s or m/s. Only
-/// the ratios of these rates matter, because they determine the direction of friction.
+/// Largest rate, rad/s or m/s, among the small actuator rates that represent incipient motion of a
+/// robot at rest. The value is arbitrary, because only the ratios of the rates determine the
+/// direction of friction.
 const CREEP: f64 = 1e-9;
 
 /// Splits targets into their values, rates and accelerations.
@@ -75,8 +77,8 @@ pub(super) struct Model {
 }
 
 impl Model {
-    /// Creates the model and closes its loops at positions `q`, reached from the home position in
-    /// small steps on a straight line.
+    /// Creates the model and moves it to the actuator positions `q`, in small steps along a
+    /// straight line from the home position, so that the loops close in the intended assembly mode.
     pub(super) fn at(program: &Arc<Feedforward>, q: &[f64]) -> Result<Self, Error> {
         const STEPS: u32 = 200;
         let memory = program.memory();
@@ -92,7 +94,7 @@ impl Model {
         Ok(own)
     }
 
-    /// Sets the coefficients of friction.
+    /// Sets the friction coefficients, in the order of the tunable parameters of the program.
     pub(super) fn tune(&mut self, values: &[f64]) {
         self.program.tune(&mut self.memory, values);
     }
@@ -117,9 +119,10 @@ impl Model {
         Ok(self.drives(Feedforward::ideal_drive))
     }
 
-    /// Contribution of friction to the efforts of a reference motion. If a joint is at rest,
-    /// friction is evaluated for incipient motion in the direction of the accelerations. If the
-    /// accelerations are zero or friction has no solution, the last contribution is returned.
+    /// Contribution of friction to the efforts of a reference motion, N or N m. If friction has no
+    /// solution, for example because joints are at rest, friction is evaluated for incipient motion
+    /// in the direction of the accelerations. If this is not possible either, the result is the
+    /// contribution of the last call in which friction had a solution.
     pub(super) fn friction(&mut self, reference: &[Target<f64>]) -> Result<Vec<f64>, Error> {
         let [q, v, a] = split(reference);
         let mut found = self.run(&q, &v, &a)?;
@@ -166,8 +169,8 @@ pub(super) fn best_constants(samples: &[Instant], count: usize) -> Vec<[f64; 2]>
                 fv += f * v;
             }
             let determinant = ss * vv - sv * sv;
-            // With only one speed, the two parts cannot be distinguished, so the friction is
-            // attributed to Coulomb friction.
+            // With only one speed, Coulomb and viscous friction cannot be distinguished, so all
+            // friction is attributed to Coulomb friction.
             match determinant > 1e-9 * ss * vv {
                 true => [(fs * vv - fv * sv) / determinant, (ss * fv - sv * fs) / determinant],
                 false if ss > 0.0 => [fs / ss, 0.0],
@@ -203,7 +206,8 @@ pub(super) struct Controller {
     pub(super) records: Vec<Record>,
 }
 
-/// True state of the robot at a sampling instant of the controller.
+/// True tracking errors and rates of the actuators, and their commanded efforts, at one sampling
+/// instant of the controller.
 #[derive(Clone, Debug)]
 pub(super) struct Record {
     pub(super) time: f64,
@@ -267,7 +271,7 @@ mod tests {
             rates.iter().map(|v| (vec![target(*v)], vec![friction(*v)])).collect();
         let [found] = best_constants(&samples, 1)[..] else { panic!("one actuator") };
         assert!((found[0] - 3.0).abs() < 1e-12 && (found[1] - 0.5).abs() < 1e-12, "{found:?}");
-        // With one speed, the two parts cannot be distinguished.
+        // With only one speed, Coulomb and viscous friction cannot be distinguished.
         let samples = [(vec![target(1.0)], vec![2.0]), (vec![target(-1.0)], vec![-2.0])];
         assert_eq!(best_constants(&samples, 1), [[2.0, 0.0]]);
         assert_eq!(best_constants(&[], 1), [[0.0, 0.0]]);

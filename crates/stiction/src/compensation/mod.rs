@@ -66,7 +66,7 @@ impl Compensation {
         }
     }
 
-    /// Sets the motion, as in [`Robot::inverse`]. Default: that of the model.
+    /// Sets the motion, as in [`Robot::inverse`]. Default: the default motion of the model.
     pub fn motion(mut self, motion: &str) -> Self {
         self.motion = Some(motion.to_owned());
         self
@@ -84,8 +84,9 @@ impl Compensation {
         self
     }
 
-    /// Sets how friction is compensated at reversals and at rest; each law that compensates
-    /// friction is simulated with each of these transitions. Default: only [`Transition::Sign`].
+    /// Sets the transitions, which determine how friction is compensated at reversals and at rest.
+    /// Each law that compensates friction is simulated with each transition. Default: only
+    /// [`Transition::Sign`].
     pub fn transitions(mut self, transitions: &[Transition]) -> Self {
         self.transitions = transitions.to_vec();
         self
@@ -319,7 +320,8 @@ impl Compensation {
                     Some((before, _)) => before[index].value,
                     None => program.home()[index],
                 };
-                // The solver returns angles within half a turn; this makes them continuous.
+                // The solver returns angles within half a turn of zero. Subtracting whole turns
+                // makes the angles continuous along the motion.
                 let turns = if translates { 0.0 } else { ((found.value - before) / TAU).round() };
                 targets.push(Target { value: found.value - turns * TAU, ..found });
             }

@@ -13,7 +13,8 @@ use stiction_run::{SpacePoint, Tracked};
 /// Rates below this fraction of the largest reference rate count as rest.
 const REST: f64 = 1e-4;
 
-/// Comparison of control laws; see [`Robot::compensation`](crate::Robot::compensation).
+/// Results of a comparison of control laws; see
+/// [`Robot::compensation`](crate::Robot::compensation).
 #[derive(Clone, Debug)]
 pub struct Compared {
     /// Name of the model.
@@ -43,7 +44,7 @@ pub struct Compared {
     pub laws: Vec<LawResult>,
 }
 
-/// Result of one control law.
+/// Result of one control law, simulated with one transition.
 #[derive(Clone, Debug)]
 pub struct LawResult {
     /// The control law.
@@ -58,7 +59,7 @@ pub struct LawResult {
     pub effort: Vec<f64>,
     /// Largest change of each actuator's effort between two samples, N or N m.
     pub change: Vec<f64>,
-    /// Work of all actuators, J.
+    /// Work of all actuators from the start to the end of the simulation, J.
     pub work: f64,
     /// Number of stick onsets of friction interfaces.
     pub sticks: usize,
@@ -149,8 +150,8 @@ impl Compared {
         each.any(|own| Some(own.transition) != first)
     }
 
-    /// True for the result of a law without friction compensation, and for the result with the
-    /// first transition of the comparison.
+    /// Selects the results for the main table and the curves. True for a law without friction
+    /// compensation, and for a law that was simulated with the first transition of the comparison.
     fn is_main(&self, own: &LawResult) -> bool {
         let first = self.laws.iter().find(|own| own.law.has_friction()).map(|own| own.transition);
         !own.law.has_friction() || Some(own.transition) == first
@@ -169,7 +170,7 @@ impl Compared {
         })
     }
 
-    /// Content of the report about control laws: settings and results of the comparison.
+    /// Settings and results of the comparison, as the content of a report about control laws.
     pub fn report(&self) -> Controllers {
         let several = self.has_several();
         let tracking = |own: &LawResult| Tracking {
@@ -217,8 +218,9 @@ impl Compared {
         Controllers { about, headlines, actuators, tracked, tracking, options }
     }
 
-    /// Geometric mean, over the actuators, of the ratio of the rms errors of two laws; `None` if one of the laws was
-    /// not simulated, ended early or has no error.
+    /// Ratio of the rms tracking error of law `of` to that of law `to`: the geometric mean of the
+    /// ratios of all actuators. `None` if one of the laws was not simulated, ended early or has no
+    /// error.
     pub fn ratio(&self, of: Compensator, to: Compensator) -> Option<f64> {
         let find = |law| self.laws.iter().find(|own| own.law == law && own.ended.is_none());
         let (of, to) = (find(of)?, find(to)?);

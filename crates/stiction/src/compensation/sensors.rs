@@ -6,7 +6,7 @@ use stiction_core::random::Random;
 /// Imperfections of the measured positions.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Imperfections {
-    /// Increment of the encoders, m or rad; zero for none.
+    /// Increment of the encoders, m or rad; zero if positions are not rounded.
     pub(super) resolution: f64,
     /// Standard deviation of the noise of each position, m or rad.
     pub(super) noise: f64,
@@ -37,7 +37,8 @@ impl Sensors {
         Self { imperfections, period, random: Random::new(seed), before: None, queue }
     }
 
-    /// Simulates the sensors: converts true positions and rates to measured ones, with delay.
+    /// Simulates the sensors at one sampling instant: returns measured positions and rates for the
+    /// true ones, with resolution, noise and delay.
     pub(super) fn measure(&mut self, positions: &[f64], rates: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let Imperfections { resolution, noise, delay } = self.imperfections;
         let mut measured = positions.to_vec();
@@ -88,7 +89,7 @@ mod tests {
         let all: Vec<f64> = (0..4000).map(|_| sensors.measure(&[1.0], &[0.0]).0[0] - 1.0).collect();
         let mean = all.iter().sum::<f64>() / 4000.0;
         let deviation = (all.iter().map(|x| x * x).sum::<f64>() / 4000.0).sqrt();
-        // Ten standard errors of mean and deviation.
+        // The limits are ten standard errors of the mean and of the standard deviation.
         assert!(mean.abs() < 0.016 && (deviation - 0.1).abs() < 0.012, "{mean} {deviation}");
     }
 }

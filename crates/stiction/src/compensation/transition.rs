@@ -24,7 +24,7 @@ impl Transition {
     /// Parses `sign`, `fade`, or the width of the tanh in percent, such as `5%`.
     ///
     /// # Errors
-    /// Message with the expected forms, if the text is none of these.
+    /// Message with the expected forms, if the text has none of them.
     pub fn parse(text: &str) -> Result<Self, String> {
         let expected = "expected `sign`, `fade` or a width between 0 and 100 percent such as `5%`";
         match text.trim() {

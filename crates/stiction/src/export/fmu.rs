@@ -1,4 +1,4 @@
-//! Feed-forward as a functional mock-up unit.
+//! Export of inverse dynamics (feed-forward) as a functional mock-up unit (FMU).
 
 use super::{Export, Recorded};
 use crate::error::Error;
@@ -18,8 +18,8 @@ pub struct Fmu {
 }
 
 impl Export {
-    /// Differences between the code and the results of [`Robot::inverse`](crate::Robot::inverse)
-    /// without options, one sentence each.
+    /// Differences between the exported code and the results of
+    /// [`Robot::inverse`](crate::Robot::inverse) without options, one sentence each.
     pub fn remarks(&self) -> Vec<String> {
         let mut remarks = Vec::new();
         let (_, load) = self.robot.default_load();

@@ -1,4 +1,4 @@
-//! Forward dynamics as a functional mock-up unit.
+//! Export of forward dynamics as a functional mock-up unit (FMU).
 
 use super::Fmu;
 use crate::error::Error;
@@ -42,25 +42,26 @@ impl PlantExport {
         self
     }
 
-    /// Sets the start, as in [`crate::Forward::from`]: `motion`, `rest`, or assignments.
+    /// Sets the initial state, as in [`crate::Forward::from`]: `motion`, `rest`, or assignments.
     pub fn from(mut self, start: &str) -> Self {
         self.options.from = Some(start.to_owned());
         self
     }
 
-    /// Sets the load that acts inside the plant, as in [`crate::Request::load`]. Default: that of the model.
+    /// Sets the load that acts inside the plant, as in [`crate::Request::load`]. Default: the
+    /// default load of the model.
     pub fn load(mut self, load: &str) -> Self {
         self.options.load = Some(load.to_owned());
         self
     }
 
-    /// Switches joint friction on or off. Default: that of the model, else on.
+    /// Switches joint friction on or off. Default: the setting of the model or, if it has none, on.
     pub fn friction(mut self, on: bool) -> Self {
         self.options.friction = Some(on);
         self
     }
 
-    /// Sets the relative error of an integration step.
+    /// Sets the tolerance for the relative error of one integration step.
     pub fn tolerance(mut self, tolerance: f64) -> Self {
         self.options.tolerance = Some(tolerance);
         self

@@ -17,12 +17,12 @@ pub(super) enum Efforts {
     Inverse,
 }
 
-/// State at the start.
+/// State of the robot at the start of a simulation.
 #[derive(Clone, Debug)]
 pub(super) enum Start {
     /// Position and rates of the motion, or the home position if there is no motion.
     Motion,
-    /// Position of the motion, at rest.
+    /// Position of the motion, with zero rates.
     AtRest,
     /// State at the first instant of a motion that is given as assignments.
     Given(Motion),
@@ -31,8 +31,8 @@ pub(super) enum Start {
     Known(Vec<Known>),
 }
 
-/// Separates assignments of rates, `d(NAME) = RATE`, from other assignments. Returns pairs of name
-/// and rate, and the remaining text.
+/// Separates assignments of rates, `d(NAME) = RATE`, from other assignments. Returns the name and
+/// rate of each separated assignment, and the text of the other assignments.
 pub(super) fn rates_apart(text: &str) -> (Vec<(String, String)>, String) {
     let (mut rates, mut rest) = (Vec::new(), Vec::new());
     for part in text.split([';', '\n']) {
@@ -49,8 +49,8 @@ pub(super) fn rates_apart(text: &str) -> (Vec<(String, String)>, String) {
     (rates, if rest.trim().is_empty() { String::new() } else { rest })
 }
 
-/// Renumbers the actuators in efforts after actuators were added; `place` maps an old index to the
-/// new one.
+/// Renumbers the actuators in `drives` after actuators were added to the robot; `place` maps an old
+/// index to the new one.
 pub(super) fn renumber_drives(drives: &mut Drives, place: impl Fn(usize) -> usize) {
     for (actuator, _) in &mut drives.efforts {
         *actuator = place(*actuator);
@@ -60,8 +60,8 @@ pub(super) fn renumber_drives(drives: &mut Drives, place: impl Fn(usize) -> usiz
     }
 }
 
-/// Renumbers the actuators in a controller after actuators were added; `count` is the new number of
-/// actuators.
+/// Renumbers the actuators in a controller after actuators were added to the robot; `count` is the
+/// new number of actuators, and `place` maps an old index to the new one.
 pub(super) fn renumber_control(
     control: &mut Control,
     count: usize,
@@ -114,7 +114,7 @@ impl Forward {
     }
 }
 
-/// Rejects contradictory requests, and efforts without a finite value.
+/// Rejects a simulation with contradictory options, or with efforts or loads that become infinite.
 pub(super) fn check(request: &Forward, job: &Job<'_>) -> Result<(), Error> {
     let mechanism = &job.model.mechanism;
     if let Feed::Given(drives) = job.drives {
@@ -162,8 +162,8 @@ pub(super) fn check(request: &Forward, job: &Job<'_>) -> Result<(), Error> {
     refuse_poles(job)
 }
 
-/// Rejects rates of rotation vectors that are given without their values, because the angular
-/// velocity depends on both.
+/// Rejects an initial state that gives the rate of a rotation vector without its three values,
+/// because the angular velocity depends on both the values and the rates.
 fn check_start(request: &Forward) -> Result<(), Error> {
     let Start::Known(known) = &request.task.start else { return Ok(()) };
     let is_incomplete = known.iter().any(|one| match one.coordinate {
