@@ -37,8 +37,8 @@ pub struct Simulation {
     /// Model as simulated: without friction if friction is off, and with additional actuators on
     /// locked joints.
     model: Arc<ModelFile>,
-    /// Names of the parts of `model`. The additional actuators of locked joints hold these joints
-    /// in place.
+    /// Names of the bodies, joints, actuators and friction interfaces of `model`, including the
+    /// additional actuators that hold locked joints in place.
     names: Arc<Names>,
     drives: Option<(Efforts, String)>,
     controller: Option<Option<(Control, String)>>,
@@ -138,7 +138,8 @@ impl Forward {
         Ok(self)
     }
 
-    /// Prescribes the motion of an actuator: it follows the motion exactly, and its effort is a result.
+    /// Prescribes the motion of the actuators of a joint: they follow the reference motion exactly,
+    /// and their efforts are results of the simulation.
     ///
     /// # Errors
     /// There is no such joint, or it has no actuator, or it is locked.
@@ -314,7 +315,7 @@ impl Forward {
         self
     }
 
-    /// Switches joint friction on or off. Default: that of the model, else on.
+    /// Switches joint friction on or off. Default: the setting of the model or, if it has none, on.
     pub fn friction(mut self, on: bool) -> Self {
         self.task.friction = on;
         self.arrange();
@@ -346,7 +347,9 @@ impl Forward {
         Ok(self)
     }
 
-    /// Adds the default controller if the other options require it.
+    /// Selects the default controller if none is set: computed torque if the robot has a motion to
+    /// follow and no option sets efforts, a control law, a prescribed motion or initial
+    /// coordinates; otherwise no controller.
     ///
     /// # Errors
     /// The default controller does not fit the model.
@@ -441,12 +444,12 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Names of the model.
+    /// Names of the bodies, joints, actuators and friction interfaces of the simulated model.
     pub(crate) fn names(&self) -> &Arc<Names> {
         &self.request.task.names
     }
 
-    /// Converts the request to a job of `stiction_run`, which its tables, plots and summaries
+    /// Converts the request to a [`Job`], which the tables, plots and summaries of `stiction_run`
     /// require.
     pub fn job(&self) -> Job<'_> {
         let (request, task) = (&self.request, &self.request.task);

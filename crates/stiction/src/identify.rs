@@ -1,4 +1,4 @@
-//! Identification of a robot from measured logs.
+//! Identification of the inertia and friction parameters of a robot from measured logs.
 
 use crate::error::Error;
 use crate::robot::Robot;
@@ -22,7 +22,7 @@ impl Robot {
         })?)
     }
 
-    /// Reads a log with its options.
+    /// Reads a measured log, and selects the options in `settings` that apply to this log.
     ///
     /// # Errors
     /// The file cannot be read, or contains an unknown column.
@@ -43,7 +43,7 @@ impl Robot {
         Ok(MeasuredLog { name: path.to_owned(), log, settings: own })
     }
 
-    /// Identifies inertia and friction from logs.
+    /// Identifies inertia and friction parameters from measured logs.
     ///
     /// # Errors
     /// The logs do not suit the robot, or are too short.
@@ -55,8 +55,8 @@ impl Robot {
         Ok(identify(self.model(), logs, settings)?)
     }
 
-    /// Computes the data of the report: the efforts in the logs, measured and predicted by an identified model, and
-    /// friction as a function of speed.
+    /// Computes the curves of the identification report: the measured efforts of the logs, the
+    /// efforts that the identified model predicts, and friction as a function of speed.
     ///
     /// # Errors
     /// See [`Self::identify`].

@@ -59,15 +59,15 @@ impl Inverse {
         self
     }
 
-    /// Selects the samples at which the singularity indices are computed. Default: all samples. A
-    /// summary needs only the smallest indices, which takes less time; the indices at all other
-    /// samples are then NaN.
+    /// Selects the samples at which the singularity indices are computed. Default: all samples.
+    /// [`Indices::Least`] takes less time and is sufficient for the smallest indices of the motion:
+    /// samples that cannot have the smallest index then have NaN.
     pub fn indices(mut self, at: Indices) -> Self {
         self.task.indices = at;
         self
     }
 
-    /// Converts the request to a job of `stiction_run`, which its tables, plots and summaries
+    /// Converts the request to a [`Job`], which the tables, plots and summaries of `stiction_run`
     /// require.
     ///
     /// # Errors
@@ -141,7 +141,8 @@ pub struct Sample {
     pub constraint_distance: f64,
 }
 
-/// Complete wrench that a joint's predecessor exerts on its successor: constraint, actuator and friction.
+/// Total wrench that the predecessor of a joint exerts on the successor: the sum of the constraint,
+/// actuator and friction wrenches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reaction {
     /// Force, N, world axes.
@@ -178,7 +179,8 @@ pub struct BodyPose {
 }
 
 impl BodyPose {
-    /// Converts a pose relative to the reference point `origin` of the kernel to a pose in the world.
+    /// Converts a pose relative to the solver's reference point `origin` (in the world, m) to a
+    /// pose in the world.
     pub(crate) fn new(pose: Pose<f64>, origin: Vec3<f64>) -> Self {
         Self {
             position: (pose.position + origin).to_array(),
@@ -272,7 +274,7 @@ impl Sample {
         Ok(self.gearings[self.names.gearing(gearing)?])
     }
 
-    /// Reaction in a joint.
+    /// Force and moment that the predecessor of a joint exerts on the successor.
     ///
     /// # Errors
     /// No joint has that name.
@@ -280,8 +282,8 @@ impl Sample {
         Ok(self.reactions[self.names.joint(joint)?])
     }
 
-    /// Friction in a friction interface: the name of the joint, followed by that of the interface if the joint has
-    /// several.
+    /// Friction in the friction interface with the given name: the name of the joint, followed by
+    /// that of the interface if the joint has several.
     ///
     /// # Errors
     /// No friction interface has that name.

@@ -4,7 +4,7 @@ use crate::error::Error;
 use stiction_core::mechanism::{JointId, Mechanism};
 use stiction_format::did_you_mean;
 
-/// All names of a mechanism, each list in the order of the corresponding results.
+/// Names of the parts of a mechanism. Each list has the order of the corresponding results.
 #[derive(Debug)]
 pub(crate) struct Names {
     /// Short name (`leg1.P`) and full name of each actuator; the full name ends in the name of the
@@ -114,7 +114,8 @@ fn find_interface(name: &str, interfaces: &[String]) -> Result<usize, Error> {
     find("friction interface", name, interfaces)
 }
 
-/// Index of a name in a list; the error for an unknown name suggests the nearest known ones.
+/// Index of `name` in the list `known`. The error for an unknown name suggests the nearest known
+/// names; `what` is the kind of object in this message, such as `joint`.
 pub(crate) fn find<'a>(
     what: &str,
     name: &str,

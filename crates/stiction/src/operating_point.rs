@@ -46,7 +46,8 @@ macro_rules! shared_options {
             Ok(self)
         }
 
-        /// Sets the state, as in [`Forward::from`].
+        /// Sets the state at which the robot is linearised or the search for an equilibrium begins,
+        /// as in [`Forward::from`].
         ///
         /// # Errors
         /// The assignments are defective.
@@ -55,7 +56,7 @@ macro_rules! shared_options {
             Ok(self)
         }
 
-        /// Locks a joint at its position, with or without an actuator.
+        /// Locks a joint, with or without an actuator, at its position in the initial state.
         ///
         /// # Errors
         /// The joint does not exist or has no scalar coordinate.
@@ -93,13 +94,13 @@ impl Linearize {
         Ok(self)
     }
 
-    /// Switches joint friction on or off. Default: that of the model, else on.
+    /// Switches joint friction on or off. Default: the setting of the model or, if it has none, on.
     pub fn friction(mut self, on: bool) -> Self {
         self.forward = self.forward.friction(on);
         self
     }
 
-    /// Linearises the robot.
+    /// Linearises the equations of motion about the operating point.
     ///
     /// # Errors
     /// The position is singular, the mechanism has no degree of freedom there, or the robot cannot start.
@@ -126,8 +127,8 @@ impl Rests {
         Ok(self)
     }
 
-    /// Finds the nearest equilibrium, stable or not, by Newton's method from the start. Default: a stable
-    /// equilibrium, reached by descending the potential energy.
+    /// Finds the nearest equilibrium, stable or not, by Newton's method from the initial state.
+    /// Default: a stable equilibrium, reached by descending the potential energy.
     pub fn nearest(mut self) -> Self {
         self.nearest = true;
         self
@@ -139,8 +140,8 @@ impl Rests {
     /// No equilibrium is found; the error states the reason.
     pub fn run(&self) -> Result<Equilibrium, Error> {
         let mut found = self.forward.plan()?.job().equilibrium(self.nearest)?;
-        // The equilibrium is computed without friction; the efforts that friction permits at rest
-        // are computed with the model with friction.
+        // The equilibrium is computed without friction. The efforts that static friction permits at
+        // this position require the model with friction.
         let rubs = self.forward.clone().friction(true).plan()?;
         let mechanism = &rubs.job().model.mechanism;
         let has_friction = mechanism.joints().iter().any(|joint| !joint.friction.is_empty())

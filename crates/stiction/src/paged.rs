@@ -1,4 +1,5 @@
-//! Results of a whole run as an HTML page, the `report.html` that the command line writes.
+//! Results of inverse dynamics or of a simulation as an HTML page, the `report.html` that the
+//! command line writes.
 
 use crate::error::Error;
 use crate::forward::Plan;
@@ -8,7 +9,7 @@ use serde_json::Value;
 use stiction_run::forward as simulated;
 use stiction_run::inverse::{Animation, Curves, Phase, draw_report};
 
-/// Report of a whole run, in memory.
+/// Report of inverse dynamics along a motion or of a simulation, in memory.
 #[derive(Debug)]
 pub struct Paged {
     /// The page: self-contained HTML with the moving robot, plots, tables and verdicts.

@@ -1,4 +1,4 @@
-//! Requests: the options that all computations on a robot share.
+//! Requests: computations on a robot, with the options that all kinds of computation share.
 
 use crate::error::Error;
 use crate::robot::Robot;
@@ -11,7 +11,8 @@ use stiction_run::{Job, SinkError};
 /// of one kind of computation: [`Inverse`](crate::Inverse), [`Forward`](crate::Forward),
 /// [`Check`](crate::Check) or [`Breakaway`](crate::Breakaway).
 ///
-/// By default the model's default motion and load are used.
+/// By default, a request uses the default motion and the default load of the model. A check has no
+/// load.
 #[derive(Clone, Debug)]
 pub struct Request<T> {
     pub(crate) robot: Robot,
@@ -59,7 +60,8 @@ impl<T> Request<T> {
         self
     }
 
-    /// Converts the request to a job of `stiction_run`.
+    /// Converts the request to a job of `stiction_run` along the motion, with the given friction
+    /// mode.
     pub(crate) fn along(&self, friction: FrictionMode) -> Result<Job<'_>, Error> {
         let (motion, name) = self.motion.as_ref().ok_or_else(|| self.robot.motion_missing())?;
         let load = (self.load.1.as_str(), &self.load.0);

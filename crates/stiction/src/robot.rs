@@ -30,7 +30,8 @@ pub struct Robot {
 }
 
 impl Robot {
-    /// Reads a model file, or a URDF, MJCF or SDF file. Paths in it are relative to its folder.
+    /// Reads a model file, or a URDF, MJCF or SDF file. Paths in the file are relative to its
+    /// folder.
     ///
     /// # Errors
     /// The file cannot be read, or its content is invalid; the error then lists all defects, each
@@ -39,7 +40,8 @@ impl Robot {
         ModelText::file(path.as_ref(), None)?.read()
     }
 
-    /// Reads the text of a model. Paths in it are relative to the current folder.
+    /// Reads a robot from the text of a model. Paths in the text are relative to the current
+    /// folder.
     ///
     /// # Errors
     /// The text is invalid; the error lists all defects, each with its place.
@@ -199,13 +201,13 @@ impl Robot {
         &self.names
     }
 
-    /// Contents of a measured log.
+    /// Reads a measured log.
     pub(crate) fn log_contents(&self, file: &str) -> Result<Contents, Error> {
         let read = self.files.log(Path::new(file));
         read.map_err(|reason| Error::input(format!("cannot read {file}: {reason}")))
     }
 
-    /// Text of a short file.
+    /// Reads the text of a file that is short enough to be read as a whole.
     pub(crate) fn file_text(&self, path: &Path) -> Result<String, Error> {
         let read = self.files.text(path);
         read.map_err(|reason| Error::input(format!("cannot read {}: {reason}", path.display())))
@@ -224,7 +226,7 @@ impl Robot {
         Ok((motion, label(text)))
     }
 
-    /// Reads the state at the first instant of assignments such as `A = 60 deg + 2 rad/s*t`.
+    /// Parses a state, given by assignments of coordinates such as `A = 60 deg + 2 rad/s*t`.
     pub(crate) fn parse_state(&self, text: &str) -> Result<Motion, Error> {
         Ok(self.model.parse_motion(&Source::new("from", text), &|file| self.contents(file))?)
     }
@@ -297,7 +299,7 @@ impl Robot {
     }
 }
 
-/// Label of a motion or load in results: its name, or a note that it was given as assignments.
+/// Label of a motion or load in results: its name, or `as given` if it was given as assignments.
 fn label(text: &str) -> String {
     let text = text.trim();
     if text.contains('=') { "as given".to_owned() } else { text.to_owned() }

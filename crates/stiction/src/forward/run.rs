@@ -61,8 +61,8 @@ pub struct Sample {
     pub(crate) space: Vec<SpacePoint>,
     /// Kinetic energy, J.
     pub kinetic_energy: f64,
-    /// Potential energy of gravity and springs, J; the gravity part is zero at the reference point
-    /// of the kernel.
+    /// Potential energy of gravity and springs, J. The potential energy of gravity is zero at the
+    /// height of the solver's reference point, the mean of the ground's joint origins.
     pub potential_energy: f64,
     works: Vec<f64>,
     /// Work of all loads since the start, J.
@@ -101,7 +101,8 @@ impl Sample {
             sticks: matches!(state.interface, InterfaceMode::Sticks | InterfaceMode::AtLimit(_)),
         });
         let origin = sample.forward.parameters().origin;
-        // Simulations may add shafts of motors.
+        // A simulation may append motor shafts to the bodies of the mechanism; they are left out
+        // here.
         let bodies = sample.forward.mechanism().bodies().len();
         let poses = now.bodies.pose.iter().take(bodies).map(|pose| BodyPose::new(*pose, origin));
         let twists = now.bodies.pose.iter().zip(&now.bodies.twist).take(bodies);
@@ -181,7 +182,7 @@ impl Sample {
         Ok(self.gearings[self.names.gearing(gearing)?])
     }
 
-    /// Reaction in a joint.
+    /// Force and moment that the predecessor of a joint exerts on the successor.
     ///
     /// # Errors
     /// No joint has that name.
@@ -226,7 +227,7 @@ impl Sample {
         self.dissipated.iter().sum()
     }
 
-    /// Motions of all joint coordinates, in the order of the model.
+    /// Motions of all scalar joint coordinates, in the order of the model.
     pub(crate) fn all_joints(&self) -> &[JointMotion] {
         &self.joints
     }
@@ -247,7 +248,8 @@ impl Sample {
     }
 }
 
-/// Event of a simulation: a joint sticks or slips, the integration scheme changes, or a singular position is passed.
+/// Event of a simulation, for example that a friction interface begins to stick or slip, that the
+/// integration scheme changes, or that the robot passes a singular position.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Event {
     /// Time, s.
@@ -258,7 +260,7 @@ pub struct Event {
     pub kind: EventKind,
 }
 
-/// Converts events of the kernel; adds the names of their interfaces and joints.
+/// Converts events of the solver: replaces the indices of friction interfaces and joints by names.
 pub(crate) fn named(names: &Names, events: &[stiction_core::forward::Event]) -> Vec<Event> {
     let name = |event: &stiction_core::forward::Event| match &event.kind {
         EventKind::Sticks { interface, .. } | EventKind::Slides { interface, .. } => {
@@ -277,7 +279,7 @@ pub(crate) fn named(names: &Names, events: &[stiction_core::forward::Event]) -> 
     each.collect()
 }
 
-/// A simulation with all its samples.
+/// Results of a simulation: all samples and events, and the reason if it ended early.
 #[derive(Debug)]
 pub struct Run {
     samples: Vec<Sample>,

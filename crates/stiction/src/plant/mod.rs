@@ -1,4 +1,5 @@
-//! Forward dynamics step by step: a plant whose inputs remain constant between steps of the caller.
+//! Forward dynamics step by step: a plant that a caller advances, and whose inputs remain constant
+//! during each step.
 
 mod quantities;
 pub(crate) mod resources;
@@ -38,7 +39,7 @@ use tunable::Named;
 #[derive(Clone, Debug)]
 pub struct Plant {
     setup: Arc<Setup>,
-    /// Model with the parameters that currently act.
+    /// Simulation engine for the model with the parameters that currently act.
     engine: Arc<Engine>,
     /// Inputs and parameters that act from the present instant on.
     set: Choice,
@@ -60,7 +61,7 @@ struct Choice {
     held: Held,
 }
 
-/// Part of a plant that never changes.
+/// Data of a plant that remain constant after its creation.
 #[derive(Debug)]
 struct Setup {
     plan: Plan,
@@ -73,9 +74,9 @@ struct Setup {
 }
 
 impl Forward {
-    /// Creates a plant that the caller advances step by step, with the load, the start, the friction and the accuracy
-    /// of this request. No efforts act besides those of the caller: controllers, feed-forward efforts, locks and stop
-    /// conditions are rejected.
+    /// Creates a plant that the caller advances step by step, with the load, the initial state, the
+    /// friction and the tolerance of this request. No efforts act besides those of the caller:
+    /// controllers, feed-forward efforts, locks and stop conditions are rejected.
     ///
     /// # Errors
     /// The request contains one of these options, or the robot cannot be assembled at its start.
@@ -110,7 +111,7 @@ impl Forward {
 }
 
 impl Plant {
-    /// Time, s.
+    /// Present time of the plant, s.
     pub fn time(&self) -> f64 {
         self.sample.as_ref().map_or(self.from, |sample| sample.time)
     }
@@ -187,8 +188,8 @@ impl Plant {
         Ok(())
     }
 
-    /// Sets the positions and rates of all actuators at the start, and the time of the start, s, and resets the plant
-    /// to its start.
+    /// Resets the plant to its start. Sets the time of the start, s, and the positions and rates of
+    /// all actuators at the start; `None` selects those of the request.
     ///
     /// # Errors
     /// A number is not finite.
@@ -232,7 +233,8 @@ impl Plant {
         Ok(())
     }
 
-    /// Returns the model with these parameters, and the coordinates at a changed start.
+    /// Returns the model with the given values of the tunable parameters, and the actuator
+    /// coordinates at the start; the coordinates are empty unless the start was changed.
     fn arranged(&self, values: &[f64]) -> Result<(ModelFile, Vec<Known>), Error> {
         let mut model = self.setup.plan.job().model.clone();
         model.mechanism = tunable::tuned(&model.mechanism, &self.setup.tunables, values)?;

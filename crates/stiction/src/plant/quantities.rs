@@ -1,4 +1,4 @@
-//! Variables of a plant that is exported as a functional mock-up unit.
+//! Variables of a plant that is exported as a functional mock-up unit (FMU).
 
 use super::Plant;
 use super::tunable::{Coefficient, Tunable};
@@ -7,7 +7,8 @@ use stiction_core::friction::interfaces_of;
 use stiction_core::mechanism::Mechanism;
 use stiction_program::emit::fmu::{Causality, Start, Variability, Variable, make_unique};
 
-/// Component of the pose or velocity of a body; the field is the index of the component.
+/// Component of the pose or velocity of a body along world axes; the field of each variant is the
+/// index of the component.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Part {
     /// Position of the origin, m.
@@ -26,7 +27,8 @@ pub(crate) enum Part {
 pub(crate) enum Quantity {
     Time,
     Effort(usize),
-    /// Component of a force (0 to 2) or moment (3 to 5) on a body.
+    /// Input force or moment on a body: the index of the body, and the component of the force (0 to
+    /// 2) or of the moment (3 to 5).
     Force(usize, usize),
     StartPosition(usize),
     StartRate(usize),
@@ -43,7 +45,7 @@ pub(crate) enum Quantity {
     NormalLoad(usize),
     /// Number of events since the start.
     Events,
-    /// Time of the last event, s.
+    /// Time of the latest event, s; the start time before the first event.
     EventTime,
     Kinetic,
     Potential,

@@ -1,5 +1,5 @@
-//! Files that describe a plant: the text of its model, the files that the model names, and the
-//! options.
+//! Files in the folder `resources` of an exported plant: the text of the model, the files that the
+//! model names, and the options.
 
 use super::{Plant, Unit};
 use crate::error::Error;
@@ -13,10 +13,10 @@ use stiction_program::emit::SourceFile;
 const MODEL: &str = "model.toml";
 const PLANT: &str = "plant.json";
 
-/// Version of the file format.
+/// Version of the format of [`PLANT`].
 const FORMAT: u64 = 1;
 
-/// Largest number of bytes of a recording that are read at once.
+/// Number of bytes of a recording that are read at once.
 const PIECE: usize = 1 << 16;
 
 /// Options of a plant in a functional mock-up unit, as texts and numbers.
@@ -24,15 +24,15 @@ const PIECE: usize = 1 << 16;
 pub(crate) struct PlantOptions {
     /// Motion at whose first instant the plant starts; `None` for the default motion.
     pub(crate) motion: Option<String>,
-    /// Start, as in [`crate::Forward::from`].
+    /// Initial state, as in [`crate::Forward::from`]; `None` for the state of the motion.
     pub(crate) from: Option<String>,
     /// Load that acts inside the plant; `None` for the default load.
     pub(crate) load: Option<String>,
     /// Joint friction on or off; `None` for the setting of the model.
     pub(crate) friction: Option<bool>,
-    /// Relative error of an integration step.
+    /// Tolerance for the relative error of an integration step; `None` for the default.
     pub(crate) tolerance: Option<f64>,
-    /// Bodies with a force and a moment as inputs.
+    /// Names of the bodies on which a force and a moment act as inputs.
     pub(crate) forces_on: Vec<String>,
 }
 
@@ -85,8 +85,8 @@ impl PlantOptions {
     }
 }
 
-/// Returns files from which [`read`] creates the same plant. The plant must have been created
-/// before, so that all files named by the model have been read.
+/// Returns files from which [`read`] creates the plant again. A plant must have been created from
+/// `robot` and `options` before this call, so that all files named in them are known.
 ///
 /// # Errors
 /// The robot was described by code, or a file cannot be read again.
@@ -127,7 +127,7 @@ pub(crate) fn write(robot: &Robot, options: &PlantOptions) -> Result<Vec<SourceF
     Ok(files)
 }
 
-/// Reads the whole text of a file.
+/// Returns the whole text of a file, also of a long recording.
 fn whole(contents: Contents) -> Result<String, String> {
     let store = match contents {
         Contents::Whole(text) => return Ok(text),
@@ -143,7 +143,7 @@ fn whole(contents: Contents) -> Result<String, String> {
     String::from_utf8(bytes).map_err(|_| "it is not UTF-8 text".to_owned())
 }
 
-/// Reads the plant from the folder of its files.
+/// Reads a plant from the folder that contains the files of [`write()`].
 ///
 /// # Errors
 /// The files are not those of a plant, or the plant cannot be created.

@@ -1,5 +1,5 @@
-//! States of plants as bytes: the identifier of the FMU, followed by numbers in little-endian
-//! order.
+//! Conversion of the states of plants to bytes and back. The bytes are the identifier of the FMU,
+//! followed by 64-bit floating-point numbers in little-endian order.
 
 use super::{Choice, Plant, force_on};
 use crate::error::Error;
@@ -9,7 +9,7 @@ use stiction_core::kinematics::Target;
 use stiction_core::spatial::Vec3;
 use stiction_run::forward::{Held, Plant as Engine, PlantState, Sample as Record};
 
-/// Largest length of a list that is accepted when a state is read.
+/// Limit on the length of a list, and on the number of payload changes, in a state that is read.
 const COUNTABLE: f64 = 1e7;
 
 /// Sequence of bytes to which the numbers of a state are appended.
@@ -69,7 +69,7 @@ impl<'a> Reader<'a> {
 }
 
 impl Plant {
-    /// Writes the complete state.
+    /// Writes the complete state of the plant: start, inputs, parameters and simulation state.
     pub(super) fn write(&self, writer: &mut Writer) {
         writer.numbers([self.from]);
         let starts = self.starts.iter().flatten().flat_map(|start| [start.value, start.rate]);
@@ -151,7 +151,7 @@ impl Plant {
     }
 }
 
-/// Decoded content of a serialised state.
+/// State of a plant that was decoded from bytes but is not yet applied to the plant.
 struct Parts {
     from: f64,
     starts: Option<Vec<Target<f64>>>,

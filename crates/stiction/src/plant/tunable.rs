@@ -18,17 +18,19 @@ pub(super) enum Coefficient {
 /// A tunable parameter of a mechanism.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Tunable {
-    /// Coefficient of a friction interface of a joint, by the index of the interface in the joint.
+    /// Friction coefficient of a joint: the joint, the index of the friction interface in the
+    /// joint, and the kind of coefficient.
     Friction(JointId, usize, Coefficient),
-    /// Mass of a body, kg; the centre of mass and the inertia about it do not change.
+    /// Mass, kg, of the body with this index. The centre of mass and the inertia about the centre
+    /// of mass do not change with the mass.
     Mass(usize),
 }
 
 /// Tunable parameter, its name, and its value in the model.
 pub(super) type Named = (Tunable, String, f64);
 
-/// All tunable parameters of a mechanism. Tables of coefficients and interfaces with a separate law for each
-/// direction are not tunable.
+/// All tunable parameters of a mechanism. Friction coefficients that are given as a table, and
+/// coefficients of interfaces with a separate law for each direction, are not tunable.
 pub(super) fn tunables(mechanism: &Mechanism) -> Vec<Named> {
     let mut all = Vec::new();
     for (id, joint) in mechanism.joints().iter().enumerate() {
@@ -79,7 +81,7 @@ fn set(friction: &mut JointFriction, coefficient: Coefficient, value: f64) {
     }
 }
 
-/// Returns the mechanism with other values of its tunable parameters.
+/// Returns the mechanism with `values` for its tunable parameters, in the order of `tunables`.
 ///
 /// # Errors
 /// A coefficient of static friction is less than that of sliding friction.

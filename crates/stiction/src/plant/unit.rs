@@ -1,4 +1,4 @@
-//! A plant with the variables of a functional mock-up unit.
+//! A plant whose inputs and results are the variables of a functional mock-up unit (FMU).
 
 use super::quantities::{Part, Quantity, Table};
 use super::resources::{self, PlantOptions};
@@ -31,12 +31,12 @@ pub struct UnitState {
     starts: Vec<Target<f64>>,
     events: i32,
     event_time: Option<f64>,
-    /// True after the initialisation, when the start can no longer be changed.
+    /// True after the end of the initialisation; the initial state can then no longer be changed.
     runs: bool,
 }
 
 impl Unit {
-    /// Creates a unit in its state before the start.
+    /// Creates a unit that has not started yet.
     pub(crate) fn new(robot: &Robot, options: &PlantOptions) -> Result<Self, Error> {
         let plant = options.plant(robot)?;
         let names = plant.setup.plan.names();
@@ -55,8 +55,8 @@ impl Unit {
         let files = resources::write(robot, options)?;
         let mut texts: Vec<&str> = files.iter().map(|file| file.text.as_str()).collect();
         texts.push(env!("CARGO_PKG_VERSION"));
-        // The token depends on the names of the variables, so that a library with other variables
-        // rejects these states.
+        // The token depends on the names of the variables, so that a library version with other
+        // variables rejects states written by this one.
         texts.extend(table.variables.iter().map(|variable| variable.name.as_str()));
         let starts = plant.setup.initial.clone();
         let state = UnitState { plant, starts, events: 0, event_time: None, runs: false };
@@ -64,7 +64,7 @@ impl Unit {
         Ok(Self { table: Arc::new(table), token, state })
     }
 
-    /// Reads a unit from its folder `resources`.
+    /// Reads a unit from the folder `resources` of an extracted FMU.
     ///
     /// # Errors
     /// The folder does not contain a plant, or the robot cannot be assembled.
@@ -82,7 +82,7 @@ impl Unit {
         &self.table.variables
     }
 
-    /// Time, s.
+    /// Present time of the unit, s.
     pub fn time(&self) -> f64 {
         self.state.plant.time()
     }
@@ -170,7 +170,8 @@ impl Unit {
             .with_help("call the function for its type, see modelDescription.xml")
     }
 
-    /// Sets inputs and parameters from now on. If one cannot be set, none is changed.
+    /// Sets the inputs and parameters with the given value references from now on. If one of them
+    /// cannot be set, all keep their values.
     ///
     /// # Errors
     /// See [`Self::set_real`].
@@ -242,7 +243,7 @@ impl Unit {
         Ok(())
     }
 
-    /// Rejects every integer variable, because all of them are results.
+    /// Returns an error for every integer variable, because all integer variables are results.
     ///
     /// # Errors
     /// Always.
@@ -265,7 +266,7 @@ impl Unit {
         Ok(events)
     }
 
-    /// A copy of the state.
+    /// Copy of the present state.
     pub fn state(&self) -> UnitState {
         self.state.clone()
     }
@@ -275,7 +276,8 @@ impl Unit {
         self.state.clone_from(state);
     }
 
-    /// Serialises a state. [`Self::read_state`] of a unit with the same token reads it, on any platform.
+    /// Converts a state to bytes. [`Self::read_state`] of a unit with the same [token](Self::token)
+    /// reads the bytes on any platform.
     pub fn write_state(&self, state: &UnitState) -> Vec<u8> {
         let mut writer = Writer::new(&self.token);
         state.plant.write(&mut writer);
@@ -314,7 +316,9 @@ impl Unit {
     }
 }
 
-/// Value of a result in a sample of a plant; zero for quantities that the sample does not contain.
+/// Value of a quantity in a sample of a plant, in SI units; zero for quantities that the sample
+/// does not contain. `signed` states for each friction interface whether its friction and sliding
+/// speed have a sign, or are magnitudes.
 fn result(sample: &Sample, quantity: Quantity, signed: &[bool]) -> f64 {
     let size = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
     let along = |k: usize, v: [f64; 3]| if signed[k] { v[0] } else { size(v) };

@@ -1,5 +1,5 @@
-//! The text of a model: a file, standard input or a built-in model, not yet interpreted.
-//! Robot files of other programs are converted first.
+//! The text of a model before it is interpreted: from a file, standard input or a built-in model.
+//! URDF, MJCF and SDF files are first converted to the text of a model file.
 
 use crate::error::Error;
 use crate::files::{Files, ReadProgress, standard_input};
@@ -14,7 +14,9 @@ use stiction_format::{
 /// Options of the import of a URDF, MJCF or SDF file.
 #[derive(Clone, Debug, Default)]
 pub struct Import {
-    /// Imports every joint as it is in the file, without merging chains of joints into hinges, balls and others.
+    /// If `true`, every joint is imported as it is in the file. If `false`, groups of joints by
+    /// which the file imitates other joint types are replaced by joints of these types, such as
+    /// hinges or spherical joints.
     pub literal: bool,
     /// Folders in which packages and models are searched (`package://`, `model://`).
     pub package_paths: Vec<PathBuf>,
@@ -46,7 +48,7 @@ impl Import {
                 all.push(path.join(within));
             }
         }
-        // The robot file is usually inside its package.
+        // The robot file is usually inside the package to which its paths refer.
         let own = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
         for above in own.ancestors() {
             if above.file_name().is_some_and(|own| own == package) {
@@ -58,7 +60,7 @@ impl Import {
     }
 }
 
-/// The text of a model, not yet interpreted, so that single values can still be changed.
+/// The text of a model before it is interpreted, so that single values can still be changed.
 ///
 /// ```
 /// use stiction::ModelText;
@@ -70,15 +72,15 @@ impl Import {
 pub struct ModelText {
     source: Source,
     /// Folder of the files to which the model refers; `None` for a built-in model, which refers to
-    /// none.
+    /// no files.
     folder: Option<PathBuf>,
     files: Files,
     changes: Vec<String>,
     /// Cut-off frequency of the filter for recorded motions, Hz.
     filter: Option<f64>,
-    /// Remarks of the import of a robot file of another program.
+    /// Remarks of the import of a URDF, MJCF or SDF file.
     notes: Arc<Vec<Note>>,
-    /// True if the text was converted from a robot file of another program; `import` contains the
+    /// True if the text was converted from a URDF, MJCF or SDF file; `import` then contains the
     /// options of the conversion.
     imported: bool,
     import: Import,
@@ -92,7 +94,7 @@ type MeshFile = (String, Vec<u8>);
 /// Parts of a [`ModelText`], for storage or transfer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModelParts {
-    /// Name of the text in messages.
+    /// Name by which messages refer to the text.
     pub name: String,
     /// The text.
     pub text: String,
@@ -132,8 +134,8 @@ impl ModelText {
         Self::converted(Source::new(name, text), folder, files, options)
     }
 
-    /// Converts the text of a robot file of another program; returns the text of a model file
-    /// unchanged.
+    /// Converts the text of a URDF, MJCF or SDF file to that of a model file. Uses the text of a
+    /// model file unchanged.
     fn converted(
         source: Source,
         folder: PathBuf,
@@ -257,8 +259,8 @@ impl ModelText {
         }
     }
 
-    /// Sets the mesh files of the model, each a name and a content, which are then not read from
-    /// its folder. A mesh of the model is found by the last component of its path.
+    /// Sets the name and content of each mesh file, so that no mesh is read from the folder of the
+    /// model. A mesh of the model is found by the last component of its path.
     #[must_use]
     pub fn with_meshes(mut self, files: impl IntoIterator<Item = (String, Vec<u8>)>) -> Self {
         self.meshes = Some(Arc::new(files.into_iter().collect()));
@@ -300,7 +302,7 @@ impl ModelText {
     /// The text or a change is defective: the error lists all defects, each with its place.
     pub fn read(self) -> Result<Robot, Error> {
         let mut model = stiction_format::read(&self.changed(), &|file| self.contents(file))?;
-        // A packed model is simulated on another machine, which draws no pictures.
+        // The meshes of a packed model are not read: it is only simulated in an FMU, not drawn.
         if !self.files.is_packed() {
             model.load_meshes(&|file| self.mesh(file));
         }
@@ -316,7 +318,7 @@ impl ModelText {
         Ok(Draft::parse(&self.changed())?)
     }
 
-    /// Contents of a file that the model names.
+    /// Reads a file that the model names.
     pub(crate) fn contents(&self, file: &str) -> Result<Contents, String> {
         match &self.folder {
             Some(folder) => self.files.contents(&folder.join(file)),
@@ -324,7 +326,7 @@ impl ModelText {
         }
     }
 
-    /// Content of a mesh file, found by the name that the imported robot file uses.
+    /// Returns the content of the mesh file that the imported robot file refers to as `file`.
     fn mesh(&self, file: &str) -> Result<Vec<u8>, String> {
         if let Some(given) = &self.meshes {
             let last = file.rsplit(['/', '\\']).next().unwrap_or(file);

@@ -1,4 +1,5 @@
-//! Batches of states and their results.
+//! Computations on batches of robot states: inverse dynamics, body motion, Jacobians and mass
+//! matrices.
 
 use super::States;
 use super::derivatives::Derivatives;
@@ -8,14 +9,15 @@ use stiction_core::dynamics::{Data, FrictionMode, Status};
 use stiction_core::kinematics::{Bodies, Target};
 use stiction_core::spatial::Quaternion;
 
-/// Coordinates, rates and accelerations of many states, stored row by row.
+/// Coordinates, rates and accelerations of many states. Each array has rows x coordinates, stored
+/// row by row.
 #[derive(Clone, Copy, Debug)]
 pub struct Batch<'a> {
     /// Coordinates, m or rad.
     pub q: &'a [f64],
-    /// Rates, m/s or rad/s; empty for rest.
+    /// Rates, m/s or rad/s; empty if all rates are zero.
     pub v: &'a [f64],
-    /// Accelerations, m/s² or rad/s²; empty for zero.
+    /// Accelerations, m/s² or rad/s²; empty if all accelerations are zero.
     pub a: &'a [f64],
 }
 
@@ -32,11 +34,12 @@ pub struct Rows {
 /// Optional results of [`States::inverse_dynamics`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Outputs {
-    /// Reactions of all joints.
+    /// Computes the reactions of all joints.
     pub reactions: bool,
-    /// Speed, normal load, force and power of all friction interfaces.
+    /// Computes the speed, normal load, force and power of all friction interfaces.
     pub frictions: bool,
-    /// Derivatives of the efforts.
+    /// Computes the derivatives of the efforts with respect to coordinates, rates and
+    /// accelerations.
     pub derivatives: bool,
 }
 
@@ -48,7 +51,7 @@ pub struct InverseRows {
     pub status: Vec<Status>,
     /// Efforts, N or N m: rows x actuators.
     pub efforts: Vec<f64>,
-    /// Efforts without friction: rows x actuators.
+    /// Efforts without friction, N or N m: rows x actuators.
     pub efforts_frictionless: Vec<f64>,
     /// Force, N, and moment about the joint's origin, N m, world axes: rows x joints x 6; empty unless requested.
     pub reactions: Vec<f64>,
@@ -80,7 +83,8 @@ impl States {
     /// Number of rows of a batch.
     ///
     /// # Errors
-    /// The length of an array is not a whole number of rows, or not the number of rows of `q`.
+    /// The robot has no coordinates, the length of `q` is not a whole number of rows, or another
+    /// array is neither empty nor as long as `q`.
     fn rows_of(&self, batch: Batch<'_>) -> Result<usize, Error> {
         let count = self.home.len();
         let shape = |array: &str, length: usize| {
@@ -194,7 +198,8 @@ impl States {
         Ok(InverseRows { derivatives, ..results })
     }
 
-    /// Coordinates, rates and accelerations of a row.
+    /// Coordinates, rates and accelerations of the row `index`; `rest`, a row of zeros, replaces an
+    /// empty array.
     fn row_of<'b>(
         &self,
         batch: Batch<'b>,
@@ -211,7 +216,7 @@ impl States {
     /// Computes the motion of all bodies in all rows; the first body is the ground.
     ///
     /// # Errors
-    /// As [`Self::inverse_dynamics`].
+    /// See [`Self::inverse_dynamics`].
     pub fn kinematics(&self, batch: Batch<'_>, workers: &Workers<'_>) -> Result<MotionRows, Error> {
         self.rows_of(batch)?;
         let bodies = self.model.mechanism().bodies().len();
@@ -260,7 +265,7 @@ impl States {
     /// for a unit rate of each coordinate.
     ///
     /// # Errors
-    /// As [`Self::inverse_dynamics`].
+    /// See [`Self::inverse_dynamics`].
     pub fn jacobian(&self, q: &[f64], workers: &Workers<'_>) -> Result<Rows, Error> {
         let batch = Batch { q, v: &[], a: &[] };
         self.rows_of(batch)?;
@@ -291,8 +296,8 @@ impl States {
         self.one_array(q, 6 * bodies * count, workers, compute)
     }
 
-    /// Computes mass matrices with respect to the actuators: rows x actuators x actuators. They include payloads that
-    /// the load fixes to bodies, but no reflected inertia of rotors.
+    /// Computes mass matrices with respect to the actuators: rows x actuators x actuators. The
+    /// matrices include payloads that the load fixes to bodies, but no reflected inertia of rotors.
     ///
     /// # Errors
     /// The errors of [`Self::inverse_dynamics`]; the coordinates are not those of the actuators.
