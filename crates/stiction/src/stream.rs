@@ -1,4 +1,4 @@
-//! Computation on a separate thread whose results arrive one by one.
+//! Computation on a separate thread that returns its results one by one.
 
 use crate::error::Error;
 use std::sync::Arc;
@@ -14,8 +14,8 @@ const WAITING: usize = 64;
 /// Iterator over the samples of a computation on another thread, which runs ahead by at most
 /// [`WAITING`] samples.
 ///
-/// After the last sample, the stream contains the result of the whole computation. Dropping the stream stops the
-/// computation.
+/// After the iterator has returned the last sample, [`Self::result`] returns the result of the
+/// whole computation. Dropping the stream stops the computation.
 pub(crate) struct Stream<T, R> {
     /// Receiving end; `None` after the computation was asked to stop.
     receiver: Option<Receiver<T>>,
@@ -64,7 +64,8 @@ impl<T: Send + 'static, R: Send + 'static> Stream<T, R> {
 }
 
 impl<T, R> Stream<T, R> {
-    /// The result of the whole computation, once the iterator has returned all samples.
+    /// Result of the whole computation; `None` until the iterator has returned all samples, and if
+    /// the computation failed.
     pub(crate) fn result(&self) -> Option<&R> {
         self.result.as_ref()
     }

@@ -1,4 +1,5 @@
-//! Studies of many designs: a robot with other parameter values in every row, and statistics of its runs.
+//! Studies of many designs: inverse dynamics of a robot with different parameter values in each
+//! design, and statistics of the results.
 
 mod study;
 
@@ -12,7 +13,8 @@ use stiction_core::dynamics::FrictionMode;
 use stiction_format::{Draft, Key, Setting};
 use stiction_run::sweep::{Row, in_order};
 
-/// Study of many designs of a robot: the objectives to compute for each, the motion and the load.
+/// Study of many designs of a robot: the motion, the load, and the objectives to compute for each
+/// design.
 ///
 /// ```
 /// use stiction::{Robot, format::Setting};
@@ -95,13 +97,14 @@ impl Sweep {
         Self { load: Some(load.into()), ..self }
     }
 
-    /// Sets how friction is coupled with the reactions that cause it. Default: that of the model.
+    /// Sets how friction is coupled with the reactions that cause it. Default: the setting of the
+    /// model.
     #[must_use]
     pub fn friction(self, friction: FrictionMode) -> Self {
         Self { friction: Some(friction), ..self }
     }
 
-    /// Sets the time between samples, s.
+    /// Sets the time between samples, s. Default: the time step of the motion, else 0.01 s.
     #[must_use]
     pub fn step(self, step: f64) -> Self {
         Self { step: Some(step), ..self }
@@ -115,8 +118,8 @@ impl Sweep {
         self
     }
 
-    /// Checks all settings that do not depend on the varied values, and compiles the data that all
-    /// rows share.
+    /// Checks all settings that do not depend on the varied values, and creates the data that all
+    /// designs share.
     ///
     /// # Errors
     /// The motion, the load, an objective or a key is unknown or defective.
@@ -126,12 +129,13 @@ impl Sweep {
 }
 
 impl Study {
-    /// Computes rows on several threads, and passes them in their order to `receive`, on the calling thread; stops
-    /// when `receive` returns `false`. Results are bit-identical for any number of threads.
+    /// Computes the rows of `designs` on several threads. Passes each row to `receive` on the
+    /// calling thread, in the order of the designs, and stops when `receive` returns `false`.
+    /// Results are bit-identical for any number of threads.
     ///
     /// # Errors
-    /// `receive` returned an error, or `designs` contained one; the first is returned. Or the first design fails because
-    /// the numbers of a parameter have no unit.
+    /// The first error that `receive` returned or `designs` contained. Also an error if the first
+    /// design fails because the numbers for a parameter have no unit.
     pub fn run(
         &self,
         designs: impl Iterator<Item = Result<Vec<Setting>, Error>> + Send,

@@ -1,4 +1,5 @@
-//! Results of a whole run in memory: the tables and the summary that the command line writes.
+//! Results of inverse dynamics or of a simulation in memory: the tables and the summary that the
+//! command line writes.
 
 use crate::error::Error;
 use crate::forward::{Forward, Plan};
@@ -9,7 +10,8 @@ use stiction_run::forward::{self as simulated, Ending, EventRow, Outcome, Record
 use stiction_run::inverse::{Columns, Phase, Sample, Summary, Verdict, write_summary};
 use stiction_run::{Job, Sink, Table};
 
-/// Results of a whole run: the tables and the content of `summary.json` that the command line writes.
+/// Results of inverse dynamics along a motion or of a simulation: the tables and the content of
+/// `summary.json` that the command line writes.
 #[derive(Clone, Debug)]
 pub struct Tabulated {
     /// Tables, each with the name of its file.
@@ -20,7 +22,7 @@ pub struct Tabulated {
     pub text: String,
 }
 
-/// Results of a whole simulation.
+/// Tables, summary and events of a simulation.
 #[derive(Debug)]
 pub struct TabulatedSimulation {
     /// Tables and summary.
@@ -32,8 +34,8 @@ pub struct TabulatedSimulation {
 }
 
 impl Inverse {
-    /// Computes all samples and keeps the tables in memory. Reports progress: the phase, the number of
-    /// samples done, and their total number; stops when `progress` returns `false`.
+    /// Computes all samples and returns the tables and the summary. Reports progress: the phase,
+    /// the number of samples done, and their total number; stops when `progress` returns `false`.
     ///
     /// ```
     /// let robot = stiction::Robot::builtin("five-bar")?;
@@ -54,7 +56,8 @@ impl Inverse {
         Ok(Tabulated { tables: columns.finish(), summary: summary.json(&job, &verdict), text })
     }
 
-    /// Passes all samples to a sink. Returns the summary, the verdict, and both as text.
+    /// Computes all samples and passes them to `sink`. Returns the summary, the verdict, and a text
+    /// that contains both.
     pub(crate) fn summarise(
         &self,
         job: &Job<'_>,
@@ -71,7 +74,7 @@ impl Inverse {
 }
 
 impl Forward {
-    /// Simulates and keeps the tables in memory; see [`Plan::tabulate`].
+    /// Simulates and returns the tables and the summary; see [`Plan::tabulate`].
     ///
     /// # Errors
     /// The options contradict each other, or the robot cannot start.
@@ -84,8 +87,8 @@ impl Forward {
 }
 
 impl Plan {
-    /// Simulates and keeps the tables in memory. Reports progress, also within a sample: the number of
-    /// samples done and their total number; stops when `progress` returns `false`.
+    /// Simulates and returns the tables and the summary. Reports progress, also between samples:
+    /// the number of samples done and their total number; stops when `progress` returns `false`.
     ///
     /// # Errors
     /// The robot cannot start. Later failures are in the result.
@@ -104,7 +107,8 @@ impl Plan {
         Ok(TabulatedSimulation { results, events, ended })
     }
 
-    /// Passes all rows to a sink. Returns the sink with the summary, the outcome, and both as text.
+    /// Simulates and passes the rows of all samples to `sink`. Returns the sink, the summary, the
+    /// outcome, and a text that contains summary and outcome.
     pub(crate) fn summarise<S: Sink<simulated::Rows>>(
         &self,
         job: &simulated::Job<'_>,
@@ -130,7 +134,8 @@ impl Plan {
     }
 }
 
-/// Outcome of a simulation: `Ok` if it reached its end time or a stop condition and its energy balance closes.
+/// Outcome of a simulation: `Ok` if the simulation reached its end time or a stop condition and its
+/// energy balance closes, else the reason.
 pub(crate) fn ended(
     job: &simulated::Job<'_>,
     summary: &simulated::Summary,

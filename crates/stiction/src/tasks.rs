@@ -1,4 +1,4 @@
-//! Computations on a robot.
+//! Methods of [`Robot`] that create the requests for all computations.
 
 use crate::breakaway::Breakaway;
 use crate::check::{Check, Report};
@@ -14,12 +14,14 @@ use crate::states::Compile;
 use crate::sweep::Sweep;
 
 impl Robot {
-    /// Computes actuator efforts, joint reactions and joint friction along a motion (inverse dynamics).
+    /// Creates a request to compute actuator efforts, joint reactions and joint friction along a
+    /// motion (inverse dynamics).
     pub fn inverse(&self) -> Inverse {
         Inverse::of(self)
     }
 
-    /// Computes the motion under given efforts, controllers, loads and locks (forward dynamics).
+    /// Creates a request to simulate the motion under efforts, controllers and loads, with joints
+    /// locked or prescribed (forward dynamics).
     pub fn forward(&self) -> Forward {
         Forward::of(self)
     }
@@ -32,19 +34,21 @@ impl Robot {
         self.check_along().run()
     }
 
-    /// Checks mobility, redundancy and singularities along a motion that the request sets.
+    /// Creates a request to check mobility, redundancy and singularities along a motion.
     pub fn check_along(&self) -> Check {
         Check::of(self)
     }
 
-    /// Computes static friction of the robot at rest at a position of its motion: the interval in which each
-    /// actuator's effort can lie, and the efforts at which motion begins.
+    /// Creates a request to compute static friction of the robot at rest at a position of its
+    /// motion: the interval of efforts of each actuator for which the robot remains at rest, and
+    /// the efforts at which motion begins.
     pub fn breakaway(&self) -> Breakaway {
         Breakaway::of(self)
     }
 
-    /// Finds the static equilibrium without friction: the position in which the robot rests under gravity, springs,
-    /// loads and given efforts, and its stability.
+    /// Creates a request to find the static equilibrium without friction: the position in which the
+    /// robot rests under gravity, springs, loads and given efforts, and the stability of this
+    /// position.
     ///
     /// # Errors
     /// The options contradict each other.
@@ -52,7 +56,8 @@ impl Robot {
         Rests::of(self)
     }
 
-    /// Computes a linear model about an operating point: A, B, C, D in independent coordinates.
+    /// Creates a request to linearise the equations of motion about an operating point: matrices A,
+    /// B, C, D of the state-space model in independent coordinates.
     ///
     /// ```
     /// let robot = stiction::Robot::builtin("five-bar")?;
@@ -67,7 +72,8 @@ impl Robot {
         Linearize::of(self)
     }
 
-    /// Computes inverse dynamics, poses, Jacobians and mass matrices for batches of states (rows of coordinates).
+    /// Creates a request to compile the robot for inverse dynamics, poses, Jacobians and mass
+    /// matrices of batches of states, each a row of coordinates.
     pub fn states(&self) -> Compile {
         Compile::of(self)
     }
@@ -93,8 +99,8 @@ impl Robot {
         ControlLoop::new(self)
     }
 
-    /// Exports inverse dynamics with friction as source code for a controller; its inputs are the coordinates of the
-    /// actuators.
+    /// Creates an export of inverse dynamics with friction as source code for a controller. The
+    /// inputs of the code are the positions, rates and accelerations of the actuators.
     ///
     /// ```
     /// let robot = stiction::Robot::builtin("five-bar")?;
@@ -106,14 +112,14 @@ impl Robot {
         Export::of(self)
     }
 
-    /// Compares control laws on the simulated robot: without friction compensation, with constant friction of each
-    /// actuator, and with the friction of the model.
+    /// Creates a comparison of control laws on the simulated robot: laws without friction
+    /// compensation, with constant friction of each actuator, and with the friction of the model.
     pub fn compensation(&self) -> Compensation {
         Compensation::of(self)
     }
 
-    /// Studies many designs. Each row of the study contains statistics of inverse dynamics for one
-    /// set of parameter values.
+    /// Creates a study of many designs. Each row of the study contains statistics of inverse
+    /// dynamics for one set of parameter values.
     ///
     /// # Errors
     /// The robot was described by code and has no text whose values could be changed.

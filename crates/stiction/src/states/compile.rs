@@ -17,7 +17,7 @@ use stiction_run::{Error as RunError, Job};
 /// Request for a robot compiled for batches of states; see [`Robot::states`].
 pub type Compile = Request<Compiled>;
 
-/// Options of a robot compiled for batches of states.
+/// Options for the compilation of a robot for batches of states.
 #[derive(Clone, Debug)]
 pub struct Compiled {
     coordinates: Option<Vec<String>>,
@@ -27,8 +27,9 @@ pub struct Compiled {
 
 impl Loaded for Compiled {}
 
-/// Longest step of a coordinate between two solutions of the loop closure; longer moves are divided
-/// into such steps. In rad for angles; for lengths, as a fraction of the characteristic length.
+/// Longest step of a coordinate between two solutions of the loop closure. Longer moves are divided
+/// into steps of at most this length. Unit: rad for angles; fraction of the characteristic length
+/// for lengths.
 const STEP: f64 = 0.1;
 
 impl Compile {
@@ -61,8 +62,8 @@ impl Compile {
         self
     }
 
-    /// Sets the time of the motion, s, that determines the home position and at which the load is evaluated. Default:
-    /// the start of the motion.
+    /// Sets the time of the motion, s, at which the home position is taken and the load is
+    /// evaluated. Default: the start of the motion.
     pub fn at(mut self, time: f64) -> Self {
         self.task.at = Some(time);
         self

@@ -11,9 +11,9 @@ use stiction_program::{DerivativeMemory, DerivativeProgram, Quantity};
 /// Derivatives of the efforts with respect to the state, exact to round-off. They include the closure of the loops
 /// and the coupling of friction with its normal loads.
 ///
-/// Each array has rows x actuators x coordinates, in N or N m per unit of the coordinate, rate or acceleration. Each
-/// derivative is taken with the other coordinates, rates and accelerations of the row constant. Rows without
-/// derivatives are NaN.
+/// Each array has rows x actuators x coordinates, in N or N m per unit of the coordinate, rate or
+/// acceleration. Each derivative is taken with the other coordinates, rates and accelerations of
+/// the row constant. The derivatives are NaN in rows in which they do not exist.
 #[derive(Clone, Debug, Default)]
 pub struct Derivatives {
     /// Derivatives with respect to coordinates.
@@ -22,8 +22,9 @@ pub struct Derivatives {
     pub by_rate: Vec<f64>,
     /// Derivatives with respect to accelerations; equal to the mass matrix if friction is off.
     pub by_acceleration: Vec<f64>,
-    /// True for each row with derivatives. Efforts are not differentiable where a friction interface is at rest,
-    /// because its friction jumps there.
+    /// For each row, true if the derivatives exist. Efforts are not differentiable where a friction
+    /// interface is at rest, because friction changes discontinuously with the direction of
+    /// sliding.
     pub is_defined: Vec<bool>,
 }
 
@@ -43,7 +44,8 @@ impl Derivatives {
 #[derive(Debug)]
 pub(super) struct Recorded {
     program: DerivativeProgram,
-    /// Memories that no thread currently uses, each with a buffer for all derivatives at one state.
+    /// Working memories of the program that no thread currently uses, each with a buffer for all
+    /// derivatives at one state.
     spare: Mutex<Vec<(DerivativeMemory, Vec<f64>)>>,
 }
 
@@ -53,10 +55,11 @@ pub(super) struct Recorded {
 const SAME: f64 = 1e-6;
 
 impl Recorded {
-    /// Records the program for the derivatives, near the home position of the solver's robot.
+    /// Records the program for the derivatives at positions near the home position of the compiled
+    /// robot.
     ///
     /// # Errors
-    /// The friction mode or the mechanism has no program.
+    /// No program can be recorded for the friction mode or for the mechanism.
     pub(super) fn of(states: &States) -> Result<Self, Error> {
         let refuse = |reason: String| {
             Error::input(format!("no derivatives for `{}`: {reason}", states.robot.name()))
@@ -94,8 +97,9 @@ impl Recorded {
             .map_err(|error| refuse(error.to_string()))
     }
 
-    /// Writes the derivatives at the state of `data` to the three rows. The efforts must have been
-    /// computed. The rows remain NaN if the efforts have no derivatives at this state.
+    /// Writes the derivatives with respect to coordinates, rates and accelerations at the state of
+    /// `data` to `rows`, in this order. The efforts in `data` must have been computed at this
+    /// state. `rows` remain unchanged if the efforts have no derivatives at this state.
     pub(super) fn write(
         &self,
         data: &Data<f64>,
@@ -103,8 +107,8 @@ impl Recorded {
         loads: &[AppliedLoad<f64>],
         rows: [&mut [f64]; 3],
     ) {
-        // Does not wait for the lock: in a process forked while another thread held it, the wait
-        // would never end.
+        // Does not wait for the lock: in a process forked while another thread held the lock, the
+        // wait would never end.
         let spare = self.spare.try_lock().ok().and_then(|mut spare| spare.pop());
         let count = targets.len();
         let size = 3 * count * data.efforts().len();
@@ -144,8 +148,9 @@ fn quantities(count: usize) -> Vec<Quantity> {
     each.into_iter().flat_map(|of| (0..count).map(of)).collect()
 }
 
-/// Positions for the recording: the home position, and those positions at which one coordinate
-/// differs from its home value by plus or minus one step and the loops can be closed.
+/// Positions at which the program is recorded: the home position, and all positions at which one
+/// coordinate differs from its home value by plus or minus one step. Positions at which the loops
+/// cannot be closed are omitted.
 fn positions(
     solver: &InverseDynamics,
     home: &[f64],

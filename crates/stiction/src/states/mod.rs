@@ -22,20 +22,21 @@ use stiction_core::mechanism::BodyId;
 use stiction_core::spatial::Pose;
 use stiction_core::statics::AppliedLoad;
 
-/// Maximum number of spare solver data that are kept.
+/// Maximum number of unused solver data objects that are stored for reuse.
 const MOST_SPARE: usize = 64;
 
 /// A robot compiled for batches of states; see [`Robot::states`].
 ///
-/// A state is a row `q` of independent coordinates, with rates `v` and accelerations `a`. The assembly mode is that
-/// of the home position: each row is reached from the previous row, and the first row from the home position, in
-/// steps that are short enough to remain in this mode. Batches are computed in pieces of a fixed length, each from
-/// the home position, so results do not depend on the number of threads.
+/// A state is a row `q` of independent coordinates, with rates `v` and accelerations `a`. The
+/// assembly mode is that of the home position: each row is reached from the previous row, and the
+/// first row from the home position, in steps that are short enough to remain in this mode. A batch
+/// is divided into groups of a fixed number of rows, and each group starts from the home position,
+/// so results do not depend on the number of threads.
 #[derive(Debug)]
 pub struct States {
     robot: Robot,
     model: Model,
-    /// Data at the home position, from which spare data are copied.
+    /// Solver data at the home position, from which the data of each thread are copied.
     prototype: Data<f64>,
     start: State<f64>,
     spare: Mutex<Vec<Data<f64>>>,
@@ -51,14 +52,15 @@ pub struct States {
     derivatives: OnceLock<derivatives::Recorded>,
 }
 
-/// A coordinate of a state.
+/// Independent coordinate of the states of a batch.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coordinate {
     /// Name, such as `leg1.P` or `platform.x`.
     pub name: String,
     /// Unit, `m` or `rad`.
     pub unit: &'static str,
-    /// Longest step between two solutions of the loop closure, m or rad; longer moves are divided.
+    /// Longest step of the coordinate between two solutions of the loop closure, m or rad; longer
+    /// moves are divided into several steps.
     step: f64,
 }
 
@@ -73,7 +75,7 @@ impl States {
         &self.home
     }
 
-    /// Name of the load that acts.
+    /// Name of the load that acts in all rows.
     pub fn load_name(&self) -> &str {
         &self.load_name
     }
@@ -83,32 +85,34 @@ impl States {
         self.prototype.settings.friction
     }
 
-    /// The robot.
+    /// The robot that was compiled.
     pub fn robot(&self) -> &Robot {
         &self.robot
     }
 
-    /// Converts to a control loop, with the compiled model, its data and the home position.
+    /// Converts the compiled robot to a control loop with the same model, solver data and home
+    /// position.
     pub(crate) fn into_control_loop(self) -> ControlLoop {
         ControlLoop { model: self.model, data: self.prototype, position: self.home }
     }
 
-    /// Program for the derivatives of the efforts.
+    /// Returns the program for the derivatives of the efforts; records the program at the first
+    /// call.
     fn recorded_derivatives(&self) -> Result<&derivatives::Recorded, Error> {
         if let Some(recorded) = self.derivatives.get() {
             return Ok(recorded);
         }
-        // No lock is held during the recording, because a process forked meanwhile would wait for
-        // it for ever.
+        // No lock is held during the recording: if the process were forked meanwhile, the child
+        // process would wait for the lock forever.
         let recorded = derivatives::Recorded::of(self)?;
         Ok(self.derivatives.get_or_init(|| recorded))
     }
 
-    /// Returns spare data, or a copy of the prototype; in both cases the data are at the home
-    /// position.
+    /// Returns solver data at the home position: stored data that no thread uses, or a copy of the
+    /// prototype.
     fn borrow_data(&self) -> Data<f64> {
-        // Does not wait for the lock: in a process forked while another thread held it, the wait
-        // would never end.
+        // Does not wait for the lock: in a process forked while another thread held the lock, the
+        // wait would never end.
         let spare = self.spare.try_lock().ok().and_then(|mut spare| spare.pop());
         let mut data = spare.unwrap_or_else(|| self.prototype.clone());
         self.go_home(&mut data);

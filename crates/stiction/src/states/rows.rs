@@ -1,4 +1,4 @@
-//! Rows of a batch, computed in pieces of a fixed length on several threads.
+//! Computation of the rows of a batch on several threads, in groups of a fixed number of rows.
 
 use super::States;
 use crate::error::Error;
@@ -10,12 +10,12 @@ use std::thread;
 use std::time::Duration;
 use stiction_core::dynamics::{Data, Status};
 
-/// Number of rows in a piece. Each piece starts from the home position, so results do not depend on
-/// the number of threads.
+/// Number of rows in a [`Piece`] of a batch. Each piece starts from the home position, so results
+/// do not depend on the number of threads.
 const PIECE: usize = 256;
 /// Time between two calls of [`Workers::is_stopped`] while threads compute.
 const PATIENCE: Duration = Duration::from_millis(50);
-/// Maximum number of steps from one row to the next.
+/// Maximum number of steps in which the mechanism moves from one row to the next.
 const MOST_STEPS: f64 = 1e4;
 
 /// Threads that compute a batch, and a function that can stop them.
@@ -33,7 +33,7 @@ impl Default for Workers<'_> {
     }
 }
 
-/// Group of consecutive rows that one thread computes, and their results.
+/// Group of consecutive rows that one thread computes, with the memory for their results.
 struct Piece<'a> {
     first: usize,
     status: &'a mut [Status],
@@ -41,7 +41,7 @@ struct Piece<'a> {
     arrays: Vec<&'a mut [f64]>,
 }
 
-/// Access to the results of one row in each result array.
+/// Access to the memory for the results of one row, in all result arrays.
 pub(super) struct Row<'r, 'a> {
     /// Index of the row in the batch.
     pub(super) index: usize,
@@ -70,9 +70,10 @@ impl Row<'_, '_> {
 }
 
 impl States {
-    /// Computes all rows. For each row, assembles the mechanism in `Data` at the coordinates of the
-    /// row and calls `compute`, which writes the results. The values of rows without results are
-    /// NaN.
+    /// Computes all rows of coordinates `q`. For each row, moves the mechanism in `Data` close to
+    /// the coordinates of the row and calls `compute`, which moves it to these coordinates and
+    /// writes the results. `widths` is the number of values per row in each result array. Values
+    /// are NaN in rows that did not converge.
     ///
     /// # Errors
     /// The computation was stopped.
@@ -128,7 +129,7 @@ impl States {
                 Err(status) => status,
             };
             if matches!(status, Status::LoopsOpen { .. } | Status::Singular) {
-                // Tries again from the home position, in shorter steps.
+                // Repeats the row from the home position, in shorter steps.
                 self.go_home(data);
                 *status = match self.walk(data, &self.home, position, 8.0) {
                     Ok(()) => compute(data, &mut row),
@@ -149,8 +150,9 @@ impl States {
         }
     }
 
-    /// Moves along the straight line in coordinate space up to the last step before `to`. `finer`
-    /// is the factor by which the steps are shorter than usual.
+    /// Moves the mechanism in `data` along the straight line in coordinate space from `from` toward
+    /// `to`, and stops one step before `to`. `finer` is the factor by which the steps are shorter
+    /// than the longest permitted steps of the coordinates.
     fn walk(
         &self,
         data: &mut Data<f64>,
@@ -188,7 +190,7 @@ fn has_position(status: Status) -> bool {
     !matches!(status, Status::LoopsOpen { .. } | Status::InputNotFinite | Status::Singular)
 }
 
-/// Computes all pieces on several threads.
+/// Computes all pieces on at most `workers.threads` threads.
 fn carry_out<'a>(
     states: &States,
     mut pieces: impl ExactSizeIterator<Item = Piece<'a>> + Send,

@@ -1,4 +1,5 @@
-//! A checked study of many designs: the data that all rows share.
+//! A checked study of many designs: the data that all designs share, and the computation of one
+//! design.
 
 use super::Sweep;
 use crate::error::{Error, ErrorKind};
@@ -13,7 +14,8 @@ use stiction_run::inverse::{Animation, Sample, Summary};
 use stiction_run::sweep::{Objectives, Row, Status};
 use stiction_run::{Job, Sink};
 
-/// A checked study with the keys that it varies; see [`Sweep::study`].
+/// A checked study of many designs, with the keys whose values vary between the designs; see
+/// [`Sweep::study`].
 #[derive(Debug)]
 pub struct Study {
     sweep: Sweep,
@@ -23,17 +25,17 @@ pub struct Study {
     files: Memory,
 }
 
-/// Part of the input to which a varied key belongs, with the key's path.
+/// Part of the input to which a varied key belongs, with the path of the key in this part.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Target {
     Model(String),
-    /// Motion given as assignments.
+    /// Key of the motion, which is given as assignments.
     Motion(String),
-    /// Load given as assignments.
+    /// Key of the load, which is given as assignments.
     Load(String),
 }
 
-/// Cache of the files that models name, so that they are not read again for each row.
+/// Cache of the files that models name, so that a file is not read again for each design.
 #[derive(Debug, Default)]
 struct Memory(Mutex<HashMap<String, Contents>>);
 
@@ -59,7 +61,8 @@ impl Study {
         Ok(study)
     }
 
-    /// Checks keys and objectives on the unchanged model.
+    /// Checks the varied keys and the objectives on the unchanged model, and stores the headers of
+    /// the objectives.
     fn check(&mut self) -> Result<(), Error> {
         let sweep = &self.sweep;
         self.check_keys()?;
@@ -103,7 +106,7 @@ impl Study {
             let Err(found) = self.sweep.draft.check_keys(&[format!("{path} = 0")]) else {
                 continue;
             };
-            // The diagnostic points into the key as the user has written it.
+            // The place of the diagnostic is a place in the key as the user has written it.
             let source = Arc::new(Source::new("--vary", path.clone()));
             for diagnostic in found.iter() {
                 let span =
@@ -115,9 +118,9 @@ impl Study {
         if unknown.has_errors() { Err(unknown.into()) } else { Ok(()) }
     }
 
-    /// Rejects a design whose model is invalid because the numbers of a parameter have no unit:
-    /// every other design would fail for the same reason. [`Self::run`] checks the first design in
-    /// this way.
+    /// Rejects a design whose model is invalid because the numbers for a parameter have no unit.
+    /// All other designs would fail for the same reason, so [`Self::run`] checks only the first
+    /// design.
     ///
     /// # Errors
     /// The numbers of a parameter have no unit.
@@ -165,7 +168,8 @@ impl Study {
         &self.headers
     }
 
-    /// Computes the row of a design, which has a value for each key. The result depends on nothing else.
+    /// Computes the objectives of a design, which contains a value for each key. The row depends
+    /// only on the study and on the design.
     pub fn row(&self, design: &[Setting]) -> Row {
         self.computed(design).unwrap_or_else(|error| {
             Row::failed(self.headers.len(), error.kind() == ErrorKind::Input, &reason(&error))
@@ -184,8 +188,8 @@ impl Study {
         })
     }
 
-    /// Recomputes a design as an animation for a report page with `runs` designs; `None` if the
-    /// design has no samples.
+    /// Computes the animation of a design for a report page that shows `runs` designs; `None` if
+    /// the design has no samples.
     ///
     /// # Errors
     /// The design has no results.
@@ -197,8 +201,8 @@ impl Study {
         })
     }
 
-    /// Reads the model of a design with its motion and load, and calls `use_job` with the resulting
-    /// job.
+    /// Reads the model, the motion and the load with the values of a design, and calls `use_job`
+    /// with the resulting job.
     fn with_job<T>(
         &self,
         design: &[Setting],
@@ -230,14 +234,17 @@ impl Study {
     }
 }
 
-/// Appends an assignment to text that contains assignments.
+/// Appends the assignment `part` to `text`, which contains assignments; does nothing if either is
+/// `None`.
 fn append(text: &mut Option<String>, part: Option<String>) {
     if let (Some(text), Some(part)) = (text, part) {
         *text = format!("{}; {part}", text.trim_end().trim_end_matches(';'));
     }
 }
 
-/// Determines to what a key of the motion or load belongs: the model, or the given assignments.
+/// Determines whether a key of the motion or load belongs to the model or to the given assignments.
+/// `rest` is the path of the key without `kind`, and `given` is the name, file or assignments of
+/// the motion or load.
 fn placed(
     key: &Key,
     rest: &str,
@@ -278,7 +285,8 @@ impl Memory {
     }
 }
 
-/// Message of an error, with the change or the place in the text that caused it.
+/// Message of an error, with the changed value or the place in the model text that caused the
+/// error.
 fn reason(error: &Error) -> String {
     let first = error.diagnostics().and_then(|diagnostics| {
         let first = diagnostics.iter().find(|diagnostic| diagnostic.is_error())?;
