@@ -1,8 +1,9 @@
 //! Exported functions of the WebAssembly module, which exchange UTF-8 texts through the module's
 //! memory.
 //!
-//! The page writes a request to the buffer that [`request`] returns, calls [`respond`], and reads the answer
-//! from the buffer at [`response`]. Both buffers belong to the module until the next call.
+//! The page writes a request to the buffer that [`request`] returns, calls [`respond`], and reads
+//! the answer from the buffer at [`response`]. Both buffers belong to the module, and remain valid
+//! until the page calls the module again.
 #![cfg_attr(target_arch = "wasm32", allow(unsafe_code, reason = "names of exported functions"))]
 
 #[cfg(target_arch = "wasm32")]
@@ -17,7 +18,7 @@ mod exported {
 
     #[link(wasm_import_module = "page")]
     unsafe extern "C" {
-        /// Reports progress to the page: the amount of work done, and the total amount.
+        /// Reports progress to the page: the number of steps done, and the total number of steps.
         safe fn progress(done: u32, of: u32);
     }
 
@@ -31,7 +32,7 @@ mod exported {
         })
     }
 
-    /// Answers the request; returns the length of the answer, bytes.
+    /// Answers the request in the request buffer; returns the length of the answer in bytes.
     #[unsafe(no_mangle)]
     extern "C" fn respond() -> usize {
         let request = REQUEST.take();
@@ -41,7 +42,7 @@ mod exported {
         length
     }
 
-    /// Returns the address of the answer.
+    /// Returns the address of the buffer that contains the answer.
     #[unsafe(no_mangle)]
     extern "C" fn response() -> *const u8 {
         RESPONSE.with_borrow(Vec::as_ptr)

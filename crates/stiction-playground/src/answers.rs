@@ -1,4 +1,4 @@
-//! Answers to the requests of the page.
+//! Answers to the requests that the page of the playground sends to the engine.
 //!
 //! A request is a JSON object with `command`. All commands except `gallery` also need the `name`
 //! and the `text` of a model, and accept `changes` of single values (`"mu = 0.2"`) and `meshes`,
@@ -10,10 +10,10 @@ use base64::prelude::{BASE64_STANDARD, Engine as _};
 use serde_json::{Value, json};
 use stiction::{Error, FrictionMode, ModelParts, ModelText, Robot};
 
-/// Progress callback: the amount of work done, and the total amount.
+/// Progress callback, which receives the number of steps done and the total number of steps.
 pub(crate) type Progress<'a> = &'a mut dyn FnMut(u32, u32);
 
-/// Answers one request in JSON; the answer is also JSON.
+/// Answers one request. The request and the answer are JSON texts.
 ///
 /// ```
 /// let text = stiction_playground::answer(r#"{"command": "gallery"}"#, &mut |_, _| {});
@@ -42,7 +42,8 @@ fn result(request: &Value, progress: Progress<'_>) -> Result<Value, Error> {
     }
 }
 
-/// Text of a key of a request; `None` if it is absent or empty.
+/// Text value of a key of a request; `None` if the key is absent, or its value is empty or not a
+/// text.
 fn text_of<'a>(request: &'a Value, key: &str) -> Option<&'a str> {
     request[key].as_str().filter(|text| !text.is_empty())
 }
@@ -98,7 +99,8 @@ fn describe(robot: &Robot) -> Result<Value, Error> {
     }))
 }
 
-/// Lists the mesh files of the model: each name, and true if the mesh is shown.
+/// Lists the mesh files of the model, each as a pair of its name and a flag that is true if the
+/// mesh was read.
 fn meshes(robot: &Robot) -> Vec<Value> {
     let mut names: Vec<(&str, bool)> = Vec::new();
     for visual in &robot.model().visuals {
@@ -116,7 +118,8 @@ fn check(robot: &Robot, request: &Value, progress: Progress<'_>) -> Result<Value
         check = check.motion(motion)?;
     }
     let found = check.run_with(|_phase, done, of| goes_on(progress, done, of))?;
-    // If the robot cannot follow the motion, the check still has results; only the page is missing.
+    // If the robot cannot be drawn along the motion, the answer contains the results of the check
+    // without a page.
     let page = check.job().and_then(|job| Ok(stiction::run::draw_view(&job)?.html)).ok();
     Ok(json!({ "text": found.as_text(), "summary": found.to_json(), "page": page }))
 }
@@ -165,8 +168,8 @@ fn forward(robot: &Robot, request: &Value, progress: Progress<'_>) -> Result<Val
     )
 }
 
-/// Reports progress. Always returns true (continue), because the page stops a computation by
-/// terminating the worker.
+/// Reports progress. Always returns `true`, so that the computation continues: the page stops a
+/// computation by terminating the worker that runs this module.
 fn goes_on(progress: Progress<'_>, done: usize, of: usize) -> bool {
     let part = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
     progress(part(done), part(of));

@@ -1,8 +1,9 @@
-//! Stiction in a browser: the engine answers requests in JSON, and a page around it sends them.
+//! Stiction in a browser: an engine that answers requests in JSON, and a page that sends these
+//! requests.
 //!
-//! [`answer`] is the whole interface. In the WebAssembly module, `abi` passes its texts through the
-//! module's memory. [`page()`] is the page: gallery, editor, sliders, and the reports of the
-//! library.
+//! The function [`answer`] is the whole interface of the engine. In the WebAssembly module, `abi`
+//! passes requests and answers through the memory of the module. The function [`page()`] returns
+//! the page: gallery, editor, sliders, and the reports of the library.
 
 mod abi;
 mod answers;

@@ -1,4 +1,4 @@
-//! The page of the playground.
+//! The HTML page of the playground.
 
 use base64::prelude::{BASE64_STANDARD, Engine as _};
 use flate2::Compression;
@@ -7,7 +7,7 @@ use std::io::{self, Write as _};
 use stiction_draw::page::{application, source_of};
 use stiction_draw::viewer::SCRIPT as VIEWER;
 
-/// Name of the file of the compiled module.
+/// File name of the compiled WebAssembly module.
 pub const ENGINE: &str = "stiction.wasm";
 
 const STYLE: &str = include_str!("../page/style.css");
@@ -33,15 +33,15 @@ pub enum Engine<'a> {
     Inside(&'a [u8]),
 }
 
-/// Returns the complete page. `shaded` is the script of the shaded view; it is empty if the module
-/// has none.
+/// Returns the complete HTML page. `shaded` is the script of the shaded view; empty if the module
+/// has no shaded view.
 ///
-/// The content security policy of the page permits only the scripts of the page and of the reports,
-/// identified by their digests, the worker, which the page creates from text that it contains, and
-/// the module.
+/// The content security policy permits only the following code: the scripts of the page and of the
+/// reports, identified by their digests; the worker, which the page creates from text in the page;
+/// and the WebAssembly module.
 ///
 /// # Errors
-/// The module cannot be compressed.
+/// The WebAssembly module cannot be compressed.
 pub fn page(engine: Engine<'_>, shaded: &str) -> io::Result<String> {
     let (module, connections) = match engine {
         Engine::Beside => (String::new(), "'self'"),
@@ -59,7 +59,7 @@ pub fn page(engine: Engine<'_>, shaded: &str) -> io::Result<String> {
         source_of(VIEWER),
         shaded,
     );
-    // Data blocks: browsers do not execute them.
+    // Browsers do not execute scripts of the type `text/plain`; they contain data.
     let data = format!(
         "<script type=\"text/plain\" id=\"worker\">{WORKER}</script>\n\
          <script type=\"text/plain\" id=\"module\">{module}</script>\n"

@@ -1,9 +1,9 @@
-//! Program that writes the playground: `playground-pages ENGINE FOLDER [SHADED]`. ENGINE is the
-//! compiled module, FOLDER the output folder, and SHADED the script of the shaded view that the
-//! module contains.
+//! Program that writes the pages of the playground: `playground-pages ENGINE FOLDER [SHADED]`.
+//! ENGINE is the compiled WebAssembly module, FOLDER the output folder, and SHADED the script of
+//! the shaded view that the module contains.
 //!
-//! The folder receives `index.html` with the module as a separate file, for any web server, and
-//! `stiction-playground.html`, which contains the module and can be opened as a file.
+//! The program writes two pages: `index.html`, with the module as a separate file, for any web
+//! server; and `stiction-playground.html`, which contains the module and can be opened as a file.
 
 use std::env::args_os;
 use std::fs::{copy, create_dir_all, read, read_to_string, write};

@@ -1,10 +1,10 @@
-//! Numbers in the text of a model, for the sliders of the page.
+//! Search for the numbers in the text of a model, which the page shows as sliders.
 
 use serde_json::{Value, json};
 use toml::Table;
 
-/// Lists all numbers of a model: the path of the key, the number, and its unit. Formulas are
-/// omitted.
+/// Lists the numbers in a model text, each with the path of its key and its unit. Formulas and
+/// arrays are omitted.
 pub(crate) fn numeric_values(text: &str) -> Vec<Value> {
     let mut values = Vec::new();
     if let Ok(table) = text.parse::<Table>() {

@@ -18,7 +18,8 @@ pub(crate) struct Numbers {
 
 static FLOATS: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
 
-/// Reads an argument of shape (count,) or (rows, count), where count is the number of `names`.
+/// Reads the argument `name`, an array of shape (count,) or (rows, count), where count is the
+/// number of coordinates in `names`.
 pub(crate) fn numbers(name: &str, value: &Bound<'_, PyAny>, names: &[String]) -> PyResult<Numbers> {
     let py = value.py();
     let mut read = value.cast::<PyArrayDyn<f64>>().ok().and_then(copied);

@@ -1,4 +1,4 @@
-//! Conversion of failures to exceptions of the package.
+//! Conversion of errors and panics to exceptions of the Python package.
 
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
@@ -14,7 +14,7 @@ fn maker(py: Python<'_>) -> PyResult<&Bound<'_, PyAny>> {
     Ok(RAISED.get_or_try_init(py, find)?.bind(py))
 }
 
-/// Creates the exception for an error of the library.
+/// Creates the Python exception for an error of the library.
 pub(crate) fn exception(py: Python<'_>, error: &Error) -> PyErr {
     let kind = match error.kind() {
         _ if error.diagnostics().is_some() => "model",
@@ -26,7 +26,7 @@ pub(crate) fn exception(py: Python<'_>, error: &Error) -> PyErr {
     make(py, (kind, error.message(), error.help(), error.option(), error.to_json().to_string()))
 }
 
-/// Creates the exception for invalid input, with a suggestion.
+/// Creates the Python exception for invalid input; `help` is the suggestion.
 pub(crate) fn input(py: Python<'_>, message: &str, help: &str) -> PyErr {
     make(py, ("input", message.to_owned(), Some(help), None, "{}".to_owned()))
 }
@@ -40,7 +40,7 @@ fn make(py: Python<'_>, content: Content<'_>) -> PyErr {
     }
 }
 
-/// Runs a function and turns a panic into an exception.
+/// Runs a function and converts a panic to a Python exception.
 pub(crate) fn guarded<T>(py: Python<'_>, run: impl FnOnce() -> PyResult<T>) -> PyResult<T> {
     catch_unwind(AssertUnwindSafe(run)).unwrap_or_else(|panic| {
         let text = panic
@@ -54,7 +54,8 @@ pub(crate) fn guarded<T>(py: Python<'_>, run: impl FnOnce() -> PyResult<T>) -> P
     })
 }
 
-/// Computes without the interpreter's lock; converts errors and panics to exceptions.
+/// Runs `compute` without the lock of the Python interpreter; converts errors and panics to
+/// exceptions.
 pub(crate) fn computed<T: Send>(
     py: Python<'_>,
     compute: impl FnOnce() -> Result<T, Error> + Send,

@@ -1,4 +1,5 @@
-//! Native part of the Python package `stiction`: conversions between Python and the library, no mechanics.
+//! Native part of the Python package `stiction`. It converts data between Python and the library
+//! and contains no mechanics.
 //!
 //! The package's Python files (`python/stiction`) add names, documentation and types to the results
 //! of this module. Every function releases the interpreter's lock while it computes, checks for
@@ -30,7 +31,8 @@ mod native {
         stiction::gallery::names().collect()
     }
 
-    /// Names and explanations of all outcomes of a row, in the order of their codes.
+    /// Names and explanations of all outcomes of a row in a batch of states, in the order of the
+    /// outcome codes.
     #[pyfunction]
     fn outcomes() -> Vec<(&'static str, &'static str)> {
         crate::states::OUTCOMES

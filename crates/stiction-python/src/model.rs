@@ -1,4 +1,4 @@
-//! A robot: the native class behind the Python class of models.
+//! The native class that the Python class `Model` wraps: a robot and the computations on it.
 
 use crate::failure::{computed, exception, input};
 use crate::states::NativeStates;
@@ -18,8 +18,8 @@ use stiction::{
     ModelText, Robot,
 };
 
-/// Name, text, folder, changes, cut-off frequency of the filter (Hz), and notes of the conversion,
-/// in this order.
+/// Parts of a model: name, text, folder, changes, cut-off frequency of the filter (Hz), and notes
+/// of the import, in this order.
 type Parts = (String, String, Option<PathBuf>, Vec<String>, Option<f64>, Vec<String>);
 /// Time (s), kind, place and detail of an event, in this order.
 type Event = (f64, &'static str, String, String);
@@ -28,7 +28,7 @@ type Event = (f64, &'static str, String, String);
 #[pyclass(name = "Model", module = "stiction._native", frozen)]
 pub(crate) struct NativeModel {
     robot: Robot,
-    /// Notes of the conversion from a robot file of another program.
+    /// Notes of the import of a URDF, MJCF or SDF file, one line each.
     notes: Vec<String>,
 }
 
@@ -52,7 +52,7 @@ impl NativeModel {
         load(py, || ModelText::find(source))
     }
 
-    /// Reads a model file or a robot file of another program.
+    /// Reads a model file, or a URDF, MJCF or SDF file.
     #[staticmethod]
     #[pyo3(signature = (path, literal=false, package_paths=Vec::new()))]
     fn file(
@@ -71,7 +71,7 @@ impl NativeModel {
         load(py, || Ok(ModelText::text(text)))
     }
 
-    /// Reads the model again from the parts that [`Self::parts`] returns.
+    /// Creates a model from the parts that [`Self::parts`] returns.
     #[staticmethod]
     fn from_parts(py: Python<'_>, parts: Parts) -> PyResult<Self> {
         let (name, text, folder, changes, filter, notes) = parts;
@@ -159,12 +159,13 @@ impl NativeModel {
         self.robot.parameters().collect()
     }
 
-    /// The drawing of the mechanism as SVG.
+    /// Returns a drawing of the mechanism as SVG.
     fn drawing(&self, py: Python<'_>) -> PyResult<String> {
         computed(py, || self.robot.drawing())
     }
 
-    /// The robot in the format of another program: the text, the YAML file beside it, and notes.
+    /// Converts the robot to another file format. Returns the text of the file, the text of an
+    /// additional YAML file if one is needed, and notes on omitted or changed properties.
     fn converted(
         &self,
         py: Python<'_>,
@@ -189,7 +190,7 @@ impl NativeModel {
         Ok((converted.text, converted.beside, converted.notes))
     }
 
-    /// Inverse dynamics along a motion.
+    /// Computes inverse dynamics along a motion.
     #[pyo3(signature = (*, motion=None, load=None, friction=None, step=None, threads=None,
                         friction_margin=false, progress=None))]
     #[expect(clippy::too_many_arguments, reason = "the options of one call")]
@@ -215,7 +216,7 @@ impl NativeModel {
         results(py, watch.finish(outcome)?)
     }
 
-    /// Report of inverse dynamics along a motion, an HTML page.
+    /// Computes inverse dynamics along a motion; returns the report as an HTML page.
     #[pyo3(signature = (*, motion=None, load=None, friction=None, step=None, threads=None,
                         friction_margin=false))]
     #[expect(clippy::too_many_arguments, reason = "the options of one call")]
@@ -240,7 +241,7 @@ impl NativeModel {
         watch.finish(page)
     }
 
-    /// Statistics of inverse dynamics for many designs.
+    /// Computes statistics of inverse dynamics for many designs.
     #[pyo3(signature = (columns, objectives, *, motion=None, load=None, friction=None, step=None,
                         threads=None, progress=None))]
     #[expect(clippy::too_many_arguments, reason = "the options of one call")]
@@ -260,7 +261,9 @@ impl NativeModel {
         sweep::rows(py, &self.robot, &columns, options)
     }
 
-    /// Forward dynamics. `calls` lists options: name, text and number of each.
+    /// Simulates the robot (forward dynamics). `calls` lists options of the simulation, each as a
+    /// name, a text and a number. Returns the results, the events, and the exception that ended the
+    /// simulation early.
     #[pyo3(signature = (calls, *, until=None, step=None, tolerance=None, law=None, stops=Vec::new(), progress=None))]
     #[expect(clippy::too_many_arguments, reason = "the options of one call")]
     fn forward<'py>(
@@ -302,7 +305,7 @@ impl NativeModel {
         Ok((results(py, simulation.results)?, events.collect(), ended))
     }
 
-    /// Report of a simulation, an HTML page.
+    /// Simulates the robot; returns the report as an HTML page.
     #[pyo3(signature = (calls, *, until=None, step=None, tolerance=None))]
     fn forward_report(
         &self,
@@ -320,7 +323,7 @@ impl NativeModel {
         watch.finish(page)
     }
 
-    /// Mobility, redundancy and singularities: JSON and text.
+    /// Checks mobility, redundancy and singularities; returns the results as JSON and as text.
     #[pyo3(signature = (motion=None, step=None, progress=None))]
     fn check(
         &self,
@@ -344,7 +347,8 @@ impl NativeModel {
         watch.finish(outcome)
     }
 
-    /// Inertia and friction from logs: JSON, text, and the identified model unless the fit failed.
+    /// Identifies inertia and friction from measured logs. Returns the results as JSON and as text,
+    /// and the text of the identified model unless the fit failed.
     #[pyo3(signature = (logs, options=None, filter=None))]
     fn identify(
         &self,
@@ -367,7 +371,7 @@ impl NativeModel {
         })
     }
 
-    /// Static friction at rest: JSON and text.
+    /// Computes static friction at rest; returns the results as JSON and as text.
     #[pyo3(signature = (motion=None, load=None, at=None))]
     fn breakaway(
         &self,
@@ -392,7 +396,7 @@ impl NativeModel {
         })
     }
 
-    /// The robot compiled for batches of states.
+    /// Compiles the robot for batches of states.
     #[pyo3(signature = (*, coordinates=None, motion=None, load=None, friction=None, at=None))]
     fn states(
         &self,
@@ -453,8 +457,8 @@ impl NativeModel {
     }
 }
 
-/// Adds options to a request for forward dynamics: those in `calls`, the end time, the step and the
-/// tolerance.
+/// Adds options to a request for forward dynamics: the options in `calls`, the end time, s, the
+/// time between samples, s, and the tolerance.
 fn with_calls(
     mut request: Forward,
     calls: &[(String, String, f64)],
@@ -475,8 +479,8 @@ fn with_calls(
     }
 }
 
-/// Calls a function of the Python caller with the measured state. `what` names the function in
-/// messages. An exception of the function stops the simulation.
+/// Calls a function that the Python caller supplied with the measured state. `what` names the
+/// function in messages. If the function raises an exception, the simulation stops.
 fn called_with_state<T: for<'a, 'py> FromPyObject<'a, 'py>>(
     function: &Py<PyAny>,
     what: &str,
@@ -502,7 +506,8 @@ fn called_with_state<T: for<'a, 'py> FromPyObject<'a, 'py>>(
     })
 }
 
-/// Adds one option to a request for forward dynamics, given by the option's name, text and number.
+/// Adds one option to a request for forward dynamics. The option is given by its name and by a text
+/// or a number, as the option requires.
 fn called(request: Forward, option: &str, text: &str, number: f64) -> Result<Forward, Error> {
     match option {
         "motion" => request.motion(text),

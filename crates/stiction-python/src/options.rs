@@ -1,4 +1,4 @@
-//! Conversion of options from Python to the library.
+//! Conversion of options of Python calls to values of the library.
 
 use crate::failure::input;
 use pyo3::prelude::*;

@@ -1,4 +1,4 @@
-//! A robot compiled for batches of states.
+//! The native class for a robot compiled for batches of states; returns results as NumPy arrays.
 
 use crate::arrays::{Numbers, array, numbers, shown};
 use crate::failure::{computed, input};
@@ -8,7 +8,7 @@ use numpy::{IntoPyArray, PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 use stiction::{Batch, Derivatives, Outputs, States, Status, Workers};
 
-/// All possible outcomes of a row. The index of an outcome is its code.
+/// All possible outcomes of a row. The code of an outcome is its index in this array.
 pub(crate) const OUTCOMES: [Status; 10] = [
     Status::Converged,
     Status::InputNotFinite,
@@ -22,7 +22,7 @@ pub(crate) const OUTCOMES: [Status; 10] = [
     Status::Unbalanced { residual: 0.0 },
 ];
 
-/// Returns the code of the outcome of a row.
+/// Returns the code of the outcome of a row: its index in [`OUTCOMES`].
 fn code(status: Status) -> i8 {
     let same = |known: &Status| std::mem::discriminant(known) == std::mem::discriminant(&status);
     OUTCOMES.iter().position(same).map_or(i8::MAX, |place| place as i8)
@@ -34,7 +34,8 @@ type Floats<'py> = Bound<'py, PyArrayDyn<f64>>;
 /// each row that is true if the derivatives of this row exist.
 type DerivativeArrays<'py> = (Floats<'py>, Floats<'py>, Floats<'py>, Bound<'py, PyArray1<bool>>);
 /// Outcome codes, efforts, efforts without friction, reactions, frictions, residuals of the power
-/// balance, and derivatives.
+/// balance, and derivatives, as in [`stiction::InverseRows`]. Reactions, frictions and derivatives
+/// are `None` unless requested.
 type InverseArrays<'py> = (
     Codes<'py>,
     Floats<'py>,
@@ -44,7 +45,8 @@ type InverseArrays<'py> = (
     Floats<'py>,
     Option<DerivativeArrays<'py>>,
 );
-/// Outcome codes, positions, quaternions, twists, and accelerations.
+/// Outcome codes, positions, quaternions, twists, and accelerations, as in
+/// [`stiction::MotionRows`].
 type MotionArrays<'py> = (Codes<'py>, Floats<'py>, Floats<'py>, Floats<'py>, Floats<'py>);
 
 /// A robot compiled for batches of states.
@@ -71,7 +73,8 @@ impl NativeStates {
         }
     }
 
-    /// Reads an optional argument, whose shape must be that of `q`.
+    /// Reads the optional array argument `name`, whose shape must be that of `q`; returns an empty
+    /// list if the argument is missing.
     fn like(
         &self,
         name: &str,
@@ -106,7 +109,8 @@ impl NativeStates {
         ))
     }
 
-    /// Runs a computation on the rows of `q`.
+    /// Runs `compute` with the given number of threads, and stops it when a signal such as Ctrl-C
+    /// arrives.
     fn with_workers<T: Send>(
         &self,
         py: Python<'_>,
@@ -128,7 +132,8 @@ fn codes<'py>(py: Python<'py>, status: &[Status]) -> Codes<'py> {
     status.iter().map(|status| code(*status)).collect::<Vec<_>>().into_pyarray(py)
 }
 
-/// Creates an array of shape (rows, `rest`…), or of shape `rest` if `q` is a single state.
+/// Creates an array of shape (rows, `rest`…), or of shape `rest` for a single state. `q` states
+/// whether the caller gave a single state, and the number of rows.
 fn shaped<'py>(
     py: Python<'py>,
     values: Vec<f64>,
@@ -159,7 +164,7 @@ impl NativeStates {
         self.states.load_name()
     }
 
-    /// Inverse dynamics of all rows.
+    /// Computes inverse dynamics of all rows.
     #[pyo3(signature = (q, v=None, a=None, threads=None, reactions=false, frictions=false,
                         derivatives=false))]
     #[expect(clippy::too_many_arguments, reason = "the options of one call")]
@@ -196,7 +201,7 @@ impl NativeStates {
         ))
     }
 
-    /// Motion of all bodies in all rows.
+    /// Computes the motion of all bodies in all rows.
     #[pyo3(signature = (q, v=None, a=None, threads=None))]
     fn kinematics<'py>(
         &self,
@@ -221,7 +226,7 @@ impl NativeStates {
         ))
     }
 
-    /// Jacobians of all bodies in all rows.
+    /// Computes the Jacobians of all bodies in all rows.
     #[pyo3(signature = (q, threads=None))]
     fn jacobian<'py>(
         &self,
@@ -237,7 +242,7 @@ impl NativeStates {
         Ok((codes(py, &rows.status), shaped(py, rows.values, (q.is_single, q.rows), &rest)?))
     }
 
-    /// Mass matrices in all rows.
+    /// Computes the mass matrices of all rows.
     #[pyo3(signature = (q, threads=None))]
     fn mass_matrix<'py>(
         &self,

@@ -1,4 +1,4 @@
-//! Studies of many designs.
+//! Studies of many designs, with the objectives returned as a NumPy array.
 
 use crate::arrays::array;
 use crate::failure::{computed, input};
@@ -33,7 +33,7 @@ impl Column {
     }
 }
 
-/// Objectives of a study of many designs, and the options of its runs.
+/// Objectives of a study of many designs, and the options of the inverse dynamics of each design.
 pub(crate) struct Options<'a> {
     pub(crate) objectives: Vec<String>,
     pub(crate) motion: Option<&'a str>,
@@ -44,7 +44,8 @@ pub(crate) struct Options<'a> {
     pub(crate) progress: Option<Py<PyAny>>,
 }
 
-/// Headers of the objectives, their values of shape (objectives, rows), and the status of each row.
+/// Headers of the objectives, values of the objectives of shape (objectives, designs), and the
+/// status of each design.
 pub(crate) type Rows<'py> = (Vec<String>, Bound<'py, PyArrayDyn<f64>>, Vec<String>);
 
 /// Computes the objectives of each design. Results do not depend on the number of threads.

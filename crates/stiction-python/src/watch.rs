@@ -1,4 +1,4 @@
-//! Signals and progress during a computation.
+//! Checks for signals and reports of progress to Python during a computation.
 
 use pyo3::prelude::*;
 use std::sync::{Mutex, PoisonError};
@@ -8,7 +8,8 @@ use stiction::run::inverse::Phase;
 /// Time between two checks for signals, and between two calls of the progress function.
 const EVERY: Duration = Duration::from_millis(50);
 
-/// Checks for signals, such as Ctrl-C, and calls a progress function, at regular intervals.
+/// Checks for signals, such as Ctrl-C, and calls a progress function of the Python caller, at
+/// regular intervals during a computation.
 ///
 /// An exception that a signal or the progress function raises stops the computation. The exception
 /// is raised again after the computation has stopped.
@@ -20,8 +21,8 @@ pub(crate) struct Watch {
 struct State {
     last: Instant,
     raised: Option<PyErr>,
-    /// Last pair `(done, of)` that was passed to the progress function; `None` before the first
-    /// call.
+    /// Latest pair of samples done and total number of samples that was reported; `None` before the
+    /// first report.
     reported: Option<(usize, usize)>,
 }
 
@@ -32,7 +33,7 @@ impl Watch {
         Self { progress, state: Mutex::new(state) }
     }
 
-    /// Reports that `done` of `of` samples are complete; returns false if the computation must
+    /// Reports that `done` of `of` samples are complete; returns `false` if the computation must
     /// stop.
     pub(crate) fn goes_on(&self, done: usize, of: usize) -> bool {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
@@ -45,7 +46,8 @@ impl Watch {
         }
         state.last = Instant::now();
         state.reported = Some((done, of));
-        // The function may itself use this package, so nothing is locked while it runs.
+        // The progress function may itself use this package, so `state` is not locked while the
+        // function runs.
         drop(state);
         let outcome = Python::attach(|py| {
             py.check_signals()?;
@@ -62,8 +64,8 @@ impl Watch {
         }
     }
 
-    /// Reports that `done` of `of` samples are complete in one of the two phases of inverse dynamics; returns false if
-    /// the computation must stop.
+    /// Reports that `done` of `of` samples are complete in one of the two phases of inverse
+    /// dynamics, motion and forces; returns `false` if the computation must stop.
     pub(crate) fn goes_on_in(&self, phase: Phase, done: usize, of: usize) -> bool {
         match phase {
             Phase::Motion => self.goes_on(done, 2 * of),
@@ -71,8 +73,8 @@ impl Watch {
         }
     }
 
-    /// Stores an exception that a function of the caller raised; the exception then stops the
-    /// computation.
+    /// Stores an exception that a function of the Python caller raised, so that [`Self::finish`]
+    /// returns it.
     pub(crate) fn keep(&self, error: PyErr) {
         self.state.lock().unwrap_or_else(PoisonError::into_inner).raised.get_or_insert(error);
     }
