@@ -11,7 +11,8 @@ use std::path::PathBuf;
 use std::slice;
 use stiction::Error;
 
-/// Creates an instance; on failure logs a message and returns null.
+/// Creates an instance with `make` and returns a pointer to the instance. On failure, logs a
+/// message and returns null.
 pub(crate) fn instantiate(
     logger: Logger,
     make: impl FnOnce() -> Result<Instance, Error>,
@@ -27,7 +28,7 @@ pub(crate) fn instantiate(
     std::ptr::null_mut()
 }
 
-/// Calls a function with an instance, and returns the status.
+/// Calls a function with an instance, and returns the FMI status of the call.
 ///
 /// # Safety
 /// `instance` is null, or was returned by [`instantiate`], was not freed, and is not in use by another call: the
@@ -66,7 +67,8 @@ fn defect(panic: &(dyn Any + Send)) -> String {
     format!("a defect of the library, version {version}: {text}; please report it")
 }
 
-/// Copies a serialised state into the caller's memory. Fails if this memory is too short.
+/// Copies the bytes of a serialised state to the caller's array `to`. Fails if this array is too
+/// short.
 pub(crate) fn copy(from: &[u8], to: &mut [u8]) -> Result<(), Error> {
     let room = to.len();
     match to.get_mut(..from.len()) {
@@ -87,7 +89,7 @@ pub(crate) fn copy(from: &[u8], to: &mut [u8]) -> Result<(), Error> {
 /// The contract of [`with`] applies, and the instance must not be used again.
 pub(crate) unsafe fn free(instance: *mut c_void) {
     if !instance.is_null() {
-        // SAFETY: it came from `Box::into_raw` in `instantiate`.
+        // SAFETY: the pointer came from `Box::into_raw` in `instantiate`.
         let instance = unsafe { Box::from_raw(instance.cast::<Instance>()) };
         let _ = catch_unwind(AssertUnwindSafe(|| drop(instance)));
     }
@@ -115,7 +117,8 @@ pub(crate) unsafe fn array_mut<'a, T>(first: *mut T, count: usize) -> Result<&'a
     match (first.is_null(), count) {
         (_, 0) => Ok(&mut []),
         (true, _) => Err(missing("an array")),
-        // SAFETY: by the contract of this function; all bits zero are a number.
+        // SAFETY: by the contract of this function. `T` is a number type, for which all bits zero
+        // are a valid value.
         (false, _) => Ok(unsafe {
             first.write_bytes(0, count);
             slice::from_raw_parts_mut(first, count)
@@ -155,7 +158,7 @@ pub(crate) fn missing(what: &str) -> Error {
 /// reused.
 ///
 /// # Safety
-/// `place` is null, or points to null or to a state of this library.
+/// `place` is null, or points to a pointer that is null or refers to a state of this library.
 pub(crate) unsafe fn give(place: *mut *mut c_void, saved: Saved) -> Result<(), Error> {
     if place.is_null() {
         return Err(missing("the pointer to the state"));
@@ -174,7 +177,7 @@ pub(crate) unsafe fn give(place: *mut *mut c_void, saved: Saved) -> Result<(), E
 /// Returns the state to which the caller's pointer refers.
 ///
 /// # Safety
-/// `state` is null or a state of this library that is not freed.
+/// `state` is null, or points to a state of this library that is not freed.
 pub(crate) unsafe fn state<'a>(state: *mut c_void) -> Result<&'a Saved, Error> {
     // SAFETY: by the contract of this function.
     unsafe { state.cast::<Saved>().as_ref() }.ok_or_else(|| missing("the state"))
@@ -183,8 +186,8 @@ pub(crate) unsafe fn state<'a>(state: *mut c_void) -> Result<&'a Saved, Error> {
 /// Frees a state, and sets the caller's pointer to null.
 ///
 /// # Safety
-/// `place` is null, or points to null or to a state of this library. The state must not be used
-/// again.
+/// `place` is null, or points to a pointer that is null or refers to a state of this library. The
+/// state must not be used again.
 pub(crate) unsafe fn free_state(place: *mut *mut c_void) {
     if place.is_null() {
         return;
@@ -198,8 +201,8 @@ pub(crate) unsafe fn free_state(place: *mut *mut c_void) {
     }
 }
 
-/// Converts a `file` URI to a path. FMI 2.0 specifies the resources folder as such a URI; any other
-/// text is itself a path.
+/// Converts a `file` URI to a path. FMI 2.0 specifies the resources folder as a `file` URI; text
+/// without the prefix `file:` is used as a path.
 pub(crate) fn path_of(uri: &str) -> PathBuf {
     let Some(rest) = uri.strip_prefix("file:") else { return PathBuf::from(uri) };
     // `file:/a`, `file:///a` and `file://localhost/a` denote the same path.

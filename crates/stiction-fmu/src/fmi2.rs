@@ -1,4 +1,4 @@
-//! Functions of FMI 2.0, with the names and types of the standard.
+//! C functions of FMI 2.0 for co-simulation, with the names and types of the standard.
 //!
 //! # Safety
 //! Pointers must be valid as the standard requires: instances and states of this library that are
@@ -31,11 +31,11 @@ pub struct Callbacks {
     pub environment: *mut c_void,
 }
 
-/// Value `fmi2CoSimulation` of the type of an instance.
+/// Value `fmi2CoSimulation` of the enumeration `fmi2Type`.
 const CO_SIMULATION: c_int = 1;
-/// Status `fmi2Discard`.
+/// Value `fmi2Discard` of the enumeration `fmi2Status`.
 const DISCARD: c_int = 2;
-/// Kinds of status `fmi2LastSuccessfulTime` and `fmi2Terminated`.
+/// Values `fmi2LastSuccessfulTime` and `fmi2Terminated` of the enumeration `fmi2StatusKind`.
 const LAST_TIME: c_int = 2;
 const TERMINATED: c_int = 3;
 
@@ -173,7 +173,8 @@ pub unsafe extern "C" fn fmi2SetInteger(
     unsafe { with(instance, |i| i.set_integers(array(references, count)?)) }
 }
 
-/// Defines functions for variable types that do not occur in this unit.
+/// Defines functions that get and set variables of types that do not occur in this FMU. They
+/// succeed only for zero variables.
 macro_rules! absent {
     ($($name:ident($values:ty);)*) => {$(
         #[unsafe(no_mangle)]
@@ -310,7 +311,8 @@ pub unsafe extern "C" fn fmi2GetBooleanStatus(
     }
 }
 
-/// Defines the status functions that exist only for asynchronous steps; they return `fmi2Discard`.
+/// Defines the status functions that the standard provides only for asynchronous steps. They return
+/// `fmi2Discard`, because steps of this FMU are synchronous.
 macro_rules! discarded {
     ($($name:ident($value:ty);)*) => {$(
         #[unsafe(no_mangle)]

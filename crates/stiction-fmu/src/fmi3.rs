@@ -1,4 +1,4 @@
-//! Functions of FMI 3.0, with the names and types of the standard.
+//! C functions of FMI 3.0 for co-simulation, with the names and types of the standard.
 //!
 //! # Safety
 //! Pointers must be valid as the standard requires: instances and states of this library that are

@@ -1,14 +1,14 @@
-//! Instance of a unit: its variables, its phase, and its steps, without raw pointers.
+//! Instance of an FMU with its variables, its phase and its communication steps, in safe Rust.
 
 use crate::logger::{Logger, Status};
 use std::path::Path;
 use stiction::{Error, Unit, UnitState};
 
-/// Largest accepted difference between the start of a step and the time of the instance, as a
-/// fraction of the step. It allows for rounding by the importer.
+/// Largest accepted difference between the start of a communication step and the present time of
+/// the instance, as a fraction of the step size. The tolerance allows for rounding by the importer.
 const SAME: f64 = 1e-6;
 
-/// Phase of an instance.
+/// Phase of an instance, which corresponds to a state of the FMI state machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Phase {
     Instantiated,
@@ -20,11 +20,11 @@ pub(crate) enum Phase {
     Broken,
 }
 
-/// Instance of a unit.
+/// Instance of an FMU.
 #[derive(Debug)]
 pub(crate) struct Instance {
     unit: Unit,
-    /// State of the unit before the start, to which a reset returns.
+    /// State of the unit before the initialisation; [`Self::reset`] restores this state.
     fresh: UnitState,
     phase: Phase,
     logger: Logger,
@@ -36,7 +36,7 @@ pub(crate) struct Instance {
     early: bool,
 }
 
-/// Complete state of an instance.
+/// Complete state of an instance, which the importer can save and restore.
 #[derive(Debug)]
 pub(crate) struct Saved {
     state: UnitState,
@@ -54,7 +54,8 @@ pub(crate) struct StepEnd {
 }
 
 impl Instance {
-    /// Creates an instance from the resources folder of the unit.
+    /// Creates an instance from the folder `resources` of the FMU. `events` and `early` state
+    /// whether the importer supports event mode and accepts steps that end early.
     pub(crate) fn new(
         resources: &Path,
         token: &str,
@@ -164,7 +165,8 @@ impl Instance {
         references.iter().try_for_each(|reference| self.unit.set_integer(*reference))
     }
 
-    /// Advances the simulation from `time` by `size`, both in s.
+    /// Advances the simulation by one communication step of `size`, s, from the present time of the
+    /// instance, which `time`, s, must match.
     pub(crate) fn step(&mut self, time: f64, size: f64) -> Result<StepEnd, Error> {
         self.expect(&[Phase::Stepping])?;
         if !(size.is_finite() && size > 0.0) {
@@ -213,7 +215,8 @@ impl Instance {
         self.phase = saved.phase;
     }
 
-    /// Serialises a state: the phase, then the state of the unit.
+    /// Converts a saved state to bytes: one byte for the phase, then the bytes of the state of the
+    /// unit.
     pub(crate) fn write(&self, saved: &Saved) -> Vec<u8> {
         let mut bytes = vec![saved.phase as u8];
         bytes.extend(self.unit.write_state(&saved.state));

@@ -1,8 +1,9 @@
-//! The library inside plant FMUs: forward dynamics with stick and slip behind the C interface of the Functional
-//! Mock-up Interface, versions 2.0 and 3.0, for co-simulation.
+//! The library inside plant FMUs. It provides forward dynamics with stick and slip through the C
+//! functions of the Functional Mock-up Interface (FMI), versions 2.0 and 3.0, for co-simulation.
 //!
-//! The model is read from the folder `resources` of the unit, so one library serves all models. Facts of the
-//! interface follow the specifications FMI 2.0.5 and 3.0.2 of the Modelica Association.
+//! The library reads the model from the folder `resources` of the FMU, so the same library is used
+//! for all models. The functions follow the specifications FMI 2.0.5 and 3.0.2 of the Modelica
+//! Association.
 //!
 //! All data belong to an instance (module `instance`): there are no global variables, and instances
 //! on different threads are independent. The module `boundary` converts pointers to references, and

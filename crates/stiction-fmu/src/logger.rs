@@ -1,18 +1,20 @@
-//! Messages to the importer.
+//! Messages to the importer through the logger callbacks of FMI 2.0 and 3.0.
 
 #![allow(unsafe_code)]
 
 use std::ffi::{CString, c_char, c_int, c_void};
 use std::ptr;
 
-/// `fmi2CallbackLogger`: environment, name of the instance, status, category, format, arguments.
+/// Type `fmi2CallbackLogger` of FMI 2.0. The arguments are the environment, the name of the
+/// instance, the status, the category, a `printf` format, and the arguments of the format.
 pub type Logger2 =
     unsafe extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char, ...);
 
-/// `fmi3LogMessageCallback`: environment, status, category, message. The message is complete text.
+/// Type `fmi3LogMessageCallback` of FMI 3.0. The arguments are the environment, the status, the
+/// category, and the message, which is not a format.
 pub type Logger3 = unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *const c_char);
 
-/// Status of a call, numbered as by FMI.
+/// Status of a call, with the numbers of `fmi2Status` and `fmi3Status`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Status {
     Ok = 0,
@@ -48,7 +50,8 @@ impl Logger {
                 }
             }
             Self::Three { function: Some(function), environment } => {
-                // SAFETY: as above.
+                // SAFETY: the importer gave the function with this type and the environment for it.
+                // All strings end in zero and outlive the call.
                 unsafe {
                     function(*environment, status as c_int, category.as_ptr(), message.as_ptr());
                 }

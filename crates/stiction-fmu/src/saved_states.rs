@@ -1,7 +1,7 @@
-//! Functions that save, restore and serialise states. Both versions of the standard have them,
-//! under different names.
+//! Definition of the C functions that save, restore and serialise states of an instance. FMI 2.0
+//! and 3.0 have the same functions under different names.
 
-/// Defines the functions that save, restore and serialise states, under the given names.
+/// Defines the functions that save, restore, free and serialise states, under the given names.
 macro_rules! state_functions {
     ($get:ident $set:ident $free:ident $size:ident $serialize:ident $deserialize:ident) => {
         #[unsafe(no_mangle)]

@@ -1,6 +1,6 @@
-//! Functions of FMI 3.0 for features that this unit does not have: variables of other types,
-//! clocks, derivatives, model exchange. Importers expect the symbols; calls are rejected with a
-//! message.
+//! C functions of FMI 3.0 for features that this FMU does not have: variables of types other than
+//! `Float64` and `Int32`, clocks, derivatives, model exchange. Importers expect the symbols in the
+//! library; the functions return an error and send a message.
 
 use super::{Handle, Text};
 use crate::boundary::with;
@@ -9,7 +9,8 @@ use stiction::Error;
 
 type References = *const u32;
 
-/// Defines functions for variable types that do not occur in this unit.
+/// Defines functions that get and set variables of types that do not occur in this FMU. They
+/// succeed only for zero variables.
 macro_rules! no_variables {
     ($($name:ident($values:ty);)*) => {$(
         #[unsafe(no_mangle)]
@@ -53,7 +54,8 @@ no_variables! {
     fmi3SetString(*const Text);
 }
 
-/// Defines functions for capabilities that the model description does not declare.
+/// Defines functions for capabilities that `modelDescription.xml` does not declare. They always
+/// return an error.
 macro_rules! refused {
     ($($name:ident($($argument:ty),*);)*) => {$(
         #[unsafe(no_mangle)]
