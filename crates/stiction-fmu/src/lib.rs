@@ -20,7 +20,8 @@ mod saved_states;
 
 pub use logger::{Logger2, Logger3};
 
-/// Version mark in the binary, with which `stiction export` recognises this library.
+/// Text with the version of this library. `stiction export` recognises the library by this text in
+/// the binary.
 #[used]
 static VERSION: [u8; MARK.len()] = {
     let mut bytes = [0; MARK.len()];

@@ -6,8 +6,8 @@ use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 
-/// Copy of the numbers in an array argument, because other threads may change the array during the
-/// computation.
+/// Numbers of an array argument. They are copied, because other threads may change the array during
+/// the computation.
 pub(crate) struct Numbers {
     pub(crate) values: Vec<f64>,
     /// True if the argument is a single row (an array of one dimension).

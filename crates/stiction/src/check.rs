@@ -11,7 +11,8 @@ use stiction_run::Job;
 use stiction_run::check::{Findings, Kind, examine, write_report};
 use stiction_run::inverse::Phase;
 
-/// Check of a robot along a motion; see [`Robot::check_along`].
+/// Request to check mobility, redundancy and singularities of a robot along a motion; see
+/// [`Robot::check_along`].
 pub type Check = Request<Examination>;
 
 /// Options specific to a [`Check`]. A check has only the options of all requests, so this type is

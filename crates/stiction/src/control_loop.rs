@@ -12,8 +12,9 @@ pub struct ControlLoop {
     pub model: Model,
     /// Memory for the state and the results, allocated once.
     pub data: Data<f64>,
-    /// Positions of the actuators at the first instant of the default motion, m or rad, in the order of
-    /// [`Robot::actuators`].
+    /// Positions of the actuators at the first instant of the default motion, m or rad, in the
+    /// order of [`Robot::actuators`]. For a model without motions, the positions of the actuators
+    /// at the home position.
     pub position: Vec<f64>,
 }
 

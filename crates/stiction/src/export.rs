@@ -21,7 +21,7 @@ use stiction_program::emit::{
 use stiction_program::{Feedforward, RecordError, Tunable};
 use stiction_run::exchange::Home;
 
-/// Number of positions along the default motion at which a program is recorded.
+/// Maximum number of positions along the default motion at which a program is recorded.
 const POSITIONS: u32 = 20;
 
 /// Export of a robot as source code; see [`Robot::export`].
@@ -72,8 +72,9 @@ impl Export {
         self
     }
 
-    /// Sets the name of the files and the prefix of all names in the code: a letter, then letters, digits and
-    /// underscores. By default, the name is derived from the name of the model.
+    /// Sets the name of the files and the prefix of all names in the code: a lower-case letter,
+    /// then lower-case letters, digits and underscores, at most 20 characters in total. By default,
+    /// the name is derived from the name of the model.
     pub fn name(mut self, name: &str) -> Self {
         self.named = Some(name.to_owned());
         self
@@ -106,13 +107,15 @@ impl Export {
         self
     }
 
-    /// Adds a point mass on a body; its mass and position are parameters of the code.
+    /// Adds a point mass on a body. The mass, kg, and the position in the frame of the body, m, are
+    /// parameters of the code.
     pub fn payload(mut self, body: &str) -> Self {
         self.payload = Some(body.to_owned());
         self
     }
 
-    /// Adds a force and a moment on a body, at its origin, as parameters of the code.
+    /// Adds a force (N) and a moment (N m) on a body, at its origin and along world axes, as
+    /// parameters of the code.
     pub fn force_on(mut self, body: &str) -> Self {
         self.forces_on.push(body.to_owned());
         self
@@ -356,8 +359,8 @@ fn joint_types(solver: &InverseDynamics) -> Vec<JointType> {
 type Named = (String, Coordinate, f64);
 
 impl Export {
-    /// Creates the solver with the independent coordinates of the code at the first instant of the default motion;
-    /// returns it with these coordinates.
+    /// Creates the solver at the first instant of the default motion, with the coordinates of the
+    /// code as independent coordinates. Returns the solver and these coordinates.
     fn driven(&self) -> Result<(InverseDynamics, Vec<Named>), Error> {
         let check = self.robot.check_along();
         let job = check.job()?;

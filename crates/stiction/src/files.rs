@@ -10,13 +10,13 @@ use stiction_format::{Contents, Store, not_text};
 /// read, and its length in bytes.
 pub type ReadProgress = dyn Fn(&str, u64, u64) + Send + Sync;
 
-/// Largest file that is read as a whole, bytes.
+/// Maximum size of a file that is read as a whole, bytes.
 const LARGEST: u64 = 1 << 30;
 /// Recordings longer than this number of bytes are read piece by piece, because they would need
 /// five times as much memory if read as a whole.
 const LONG: u64 = 8 << 20;
-/// Maximum number of bytes read from a device or a pipe. Text from a pipe is shorter; an endless device is rejected
-/// within milliseconds.
+/// Maximum number of bytes read from a device or a pipe. Models and recordings from a pipe are
+/// expected to be shorter, and an endless device is rejected quickly.
 const LARGEST_STREAM: u64 = 256 << 20;
 
 /// Reads files for a robot and stores their paths.

@@ -23,12 +23,14 @@ use stiction_run::forward::{
     Start as JobStart, Stop, StopFunction, arrange,
 };
 
-/// Forward dynamics of a robot: options, then [`run`](Self::run) or [`samples`](Request::samples).
+/// Request for forward dynamics (a simulation) of a robot. Set the options, then call
+/// [`run`](Self::run) or [`samples`](Request::samples).
 ///
 /// Without options, the robot follows its default motion under a computed-torque controller that
-/// knows the mechanism but not its friction. If [`drives`](Self::drives) or
-/// [`prescribe`](Self::prescribe) is set, there is no controller unless one is given. A robot
-/// without a motion starts at rest in its home position.
+/// knows the mechanism but not its friction. If efforts, a control law, a prescribed motion, or
+/// initial coordinates or rates are set, there is no controller unless
+/// [`controller`](Self::controller) sets one. A robot without a motion starts at rest in its home
+/// position.
 pub type Forward = Request<Simulation>;
 
 /// Options of forward dynamics.
@@ -226,9 +228,10 @@ impl Forward {
         Ok(&mut all[index])
     }
 
-    /// Sets the start: `motion` (position and rates of the motion), `rest` (the same position, at rest), or
-    /// assignments such as `"A = 60 deg + 2 rad/s*t"`, of which the values and rates at t = 0 are used. A rate may be
-    /// given separately, with or without a value: `"A = 60 deg; d(B) = 2 rad/s"`.
+    /// Sets the initial state: `motion` (position and rates of the motion), `rest` (position of the
+    /// motion, with zero rates), or assignments such as `"A = 60 deg + 2 rad/s*t"`, of which the
+    /// values and rates at t = 0 are used. A rate may be given separately, with or without a value:
+    /// `"A = 60 deg; d(B) = 2 rad/s"`.
     ///
     /// # Errors
     /// The assignments are defective.
@@ -280,18 +283,19 @@ impl Forward {
         Ok(self)
     }
 
-    /// Sets the end time, s. Default: the end of the motion if a controller or an actuator follows the motion, else
-    /// 10 s after the start.
+    /// Sets the end time, s. The default is the end of the motion if a controller, feed-forward
+    /// efforts or a prescribed actuator follow the motion. Otherwise, the default is the last
+    /// sample of recorded efforts or, without recorded efforts, 10 s after the start.
     pub fn until(mut self, time: f64) -> Self {
         self.task.until = Some(time);
         self
     }
 
-    /// Adds a condition that ends the simulation, such as `platform.z < 100 mm` or
-    /// `d(leg1.P) > 0.5 m/s`. Conditions may contain coordinates, their rates and the time `t`. The
-    /// instant is located to the tolerance of the simulation; it is the last sample, and is
-    /// recorded as an event. If there are several conditions, the first that holds ends the
-    /// simulation.
+    /// Adds a condition that ends the simulation, such as `platform.z < 100 mm` or `d(leg1.P) > 0.5
+    /// m/s`. Conditions may contain coordinates, their rates and the time `t`. The instant at which
+    /// the condition begins to hold is located to the tolerance of the simulation. This instant is
+    /// the last sample, and is recorded as an event. If there are several conditions, the first
+    /// that holds ends the simulation.
     ///
     /// # Errors
     /// The condition is defective.
@@ -517,7 +521,8 @@ impl Plan {
     /// given, the simulation continues after the last sample of the checkpoint.
     ///
     /// # Errors
-    /// The robot cannot start, or `receive` returned an error. Later failures are in the outcome.
+    /// The robot cannot start, or `receive` returned an error. A simulation that fails later is no
+    /// error: the outcome contains the reason.
     pub fn record(
         &self,
         receive: impl FnMut(&Record<'_>, &dyn Fn() -> RunCheckpoint) -> Result<(), SinkError>,

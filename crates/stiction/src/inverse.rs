@@ -12,10 +12,10 @@ use stiction_core::spatial::{Pose, Vec3};
 use stiction_run::inverse::{Phase, Sample as Record, Verdict};
 use stiction_run::{Indices, Job, Sink, SinkError};
 
-/// Inverse dynamics of a robot along a motion: options, then [`samples`](Request::samples),
-/// [`each`](Request::each) or [`collect`](Request::collect).
+/// Request for inverse dynamics of a robot along a motion. Set the options, then call
+/// [`samples`](Request::samples), [`each`](Request::each) or [`collect`](Request::collect).
 ///
-/// By default: the model's default motion, load and friction, on one thread.
+/// By default, the request uses the default motion, load and friction of the model, and one thread.
 pub type Inverse = Request<InverseDynamics>;
 
 /// Options of inverse dynamics.

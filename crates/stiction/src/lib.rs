@@ -42,9 +42,10 @@
 //!
 //! # Layers
 //!
-//! This crate gives access by name to three other crates. [`core`] contains the mechanics and does no input or
-//! output; [`format`](mod@format) reads model files; [`run`] moves a model along a motion and writes tables, plots
-//! and reports. [`Inverse::job`] and [`Plan::job`] convert a request to that of [`run`].
+//! This crate gives access by name to three other crates. [`core`] contains the mechanics and does
+//! no input or output; [`format`](mod@format) reads model files; [`run`] moves a model along a
+//! motion and writes tables, plots and reports. [`Inverse::job`] and [`Plan::job`] convert a
+//! request to a job of [`run`].
 
 mod breakaway;
 mod check;

@@ -8,16 +8,16 @@ use serde_json::Value;
 use std::fmt;
 use stiction_run::forward::{self as run, LinearModel};
 
-/// Linear model of a robot about an operating point: options, then [`run`](Self::run). See
-/// [`Robot::linearize`].
+/// Request for a linear model of a robot about an operating point. Set the options, then call
+/// [`run`](Self::run). See [`Robot::linearize`].
 #[derive(Clone, Debug)]
 pub struct Linearize {
     forward: Forward,
     has_efforts: bool,
 }
 
-/// Static equilibrium of a robot without friction: options, then [`run`](Self::run). See
-/// [`Robot::equilibrium`].
+/// Request for the static equilibrium of a robot without friction. Set the options, then call
+/// [`run`](Self::run). See [`Robot::equilibrium`].
 #[derive(Clone, Debug)]
 pub struct Rests {
     forward: Forward,
@@ -25,7 +25,7 @@ pub struct Rests {
     friction: bool,
 }
 
-/// Options shared by [`Linearize`] and [`Rests`].
+/// Defines the methods that set the options common to [`Linearize`] and [`Rests`].
 macro_rules! shared_options {
     () => {
         /// Sets the motion: its name in the model, the name of a file, or assignments.

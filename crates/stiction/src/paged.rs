@@ -18,7 +18,8 @@ pub struct Paged {
     pub text: String,
     /// Summary, with the keys of `summary.json`.
     pub summary: Value,
-    /// `Ok` if the run reached its end, else the reason; the page then shows the results up to that time.
+    /// `Ok` if the computation reached its end. Otherwise, the reason; the page then shows the
+    /// results up to the time at which the computation ended.
     pub ended: Result<(), Error>,
 }
 
@@ -50,11 +51,11 @@ impl Inverse {
 }
 
 impl Plan {
-    /// Simulates and writes the report. Reports progress, also between samples: the number of
+    /// Simulates and returns the report. Reports progress, also between samples: the number of
     /// samples done and their total number; stops when `progress` returns `false`.
     ///
     /// # Errors
-    /// The robot cannot start. Later failures are in the result.
+    /// The robot cannot start. A simulation that fails later is no error: see [`Paged::ended`].
     pub fn report(&self, progress: impl Fn(usize, usize) -> bool) -> Result<Paged, Error> {
         let job = self.job();
         let count = job.instants()?.count();

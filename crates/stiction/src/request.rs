@@ -9,7 +9,7 @@ use stiction_run::{Job, SinkError};
 
 /// A computation on a robot, with the options common to all computations. `T` contains the options
 /// of one kind of computation: [`Inverse`](crate::Inverse), [`Forward`](crate::Forward),
-/// [`Check`](crate::Check) or [`Breakaway`](crate::Breakaway).
+/// [`Check`](crate::Check), [`Breakaway`](crate::Breakaway) or [`Compile`](crate::Compile).
 ///
 /// By default, a request uses the default motion and the default load of the model. A check has no
 /// load.
@@ -53,8 +53,8 @@ impl<T> Request<T> {
         Ok(self)
     }
 
-    /// Sets the time between samples, s. Default: the time step of the motion, else 0.01 s. It does
-    /// not affect the integration steps.
+    /// Sets the time between samples, s. Default: the time step of the motion, else 0.01 s. The
+    /// time between samples does not affect the integration steps.
     pub fn step(mut self, step: f64) -> Self {
         self.step = Some(step);
         self
@@ -94,8 +94,8 @@ impl<T: Sampled> Request<T> {
     /// Starts the computation and returns its samples one by one, in the order of time.
     ///
     /// The computation runs on a separate thread, at most 64 samples ahead, so that memory is
-    /// bounded for any duration. It stops when the iterator is dropped. A computation that cannot
-    /// continue ends with an error.
+    /// bounded for any duration. The computation stops when the iterator is dropped. If the
+    /// computation cannot continue, the last item of the iterator is an error.
     ///
     /// # Errors
     /// There is no motion, or the options contradict each other.

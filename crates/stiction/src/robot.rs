@@ -231,7 +231,8 @@ impl Robot {
         Ok(self.model.parse_motion(&Source::new("from", text), &|file| self.contents(file))?)
     }
 
-    /// Name of the model's default motion, or else of its only motion.
+    /// Name of the model's default motion, or else of its only motion; `None` if the model has
+    /// neither.
     pub(crate) fn default_motion_name(&self) -> Option<&str> {
         let only = match self.model.motions.as_slice() {
             [(name, _)] => Some(name),
@@ -240,13 +241,15 @@ impl Robot {
         self.model.default_motion.as_ref().or(only).map(String::as_str)
     }
 
-    /// The model's default motion, or else its only motion.
+    /// The model's default motion, or else its only motion, with its name; `None` if the model has
+    /// neither.
     pub(crate) fn default_motion(&self) -> Option<(Motion, String)> {
         let name = self.default_motion_name()?;
         Some((self.model.motion(name)?.clone(), name.to_owned()))
     }
 
-    /// Error for a model without a default motion.
+    /// Creates the error for a request that has no motion, because none was set and the model has
+    /// no default motion.
     pub(crate) fn motion_missing(&self) -> Error {
         let error = Error::input("the model has no default motion, and none is given");
         let names: Vec<&str> = self.motions().collect();
@@ -269,7 +272,8 @@ impl Robot {
         Ok((load, label(text)))
     }
 
-    /// The model's default load, or no load.
+    /// The model's default load with its name; no load, with the name `none`, if the model has no
+    /// default load.
     pub(crate) fn default_load(&self) -> (LoadCase, String) {
         match &self.model.default_load {
             Some(name) => (self.model.load(name).cloned().unwrap_or_default(), name.clone()),

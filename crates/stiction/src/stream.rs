@@ -17,7 +17,8 @@ const WAITING: usize = 64;
 /// After the iterator has returned the last sample, [`Self::result`] returns the result of the
 /// whole computation. Dropping the stream stops the computation.
 pub(crate) struct Stream<T, R> {
-    /// Receiving end; `None` after the computation was asked to stop.
+    /// Receiving end of the channel; `None` after all samples were received or the computation was
+    /// asked to stop.
     receiver: Option<Receiver<T>>,
     worker: Option<JoinHandle<Result<R, Error>>>,
     stopped: Arc<AtomicBool>,

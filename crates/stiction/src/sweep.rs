@@ -38,8 +38,8 @@ pub struct Sweep {
     objectives: Vec<String>,
 }
 
-/// Computes a row for each design. The result depends only on the arguments, so the rows of a large table may be
-/// computed in any groups and on any machine.
+/// Computes a row with the values of the objectives for each design. The result depends only on the
+/// arguments, so the rows of a large table may be computed in any groups and on any machine.
 ///
 /// `keys` are headers such as `mu` or `tool.mass [kg]`: paths of keys or names of parameters, as in
 /// [`Robot::with`], with the unit of the numbers; `motion.KEY` and `load.KEY` are keys of the

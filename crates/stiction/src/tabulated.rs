@@ -29,7 +29,8 @@ pub struct TabulatedSimulation {
     pub results: Tabulated,
     /// Events, in the order of time.
     pub events: Vec<EventRow>,
-    /// End of the simulation: `Ok` if it reached the end time or a stop condition, else the reason.
+    /// Outcome of the simulation: `Ok` if the simulation reached its end time or a stop condition
+    /// and its energy balance closes, else the reason.
     pub ended: Result<(), Error>,
 }
 
@@ -91,7 +92,8 @@ impl Plan {
     /// the number of samples done and their total number; stops when `progress` returns `false`.
     ///
     /// # Errors
-    /// The robot cannot start. Later failures are in the result.
+    /// The robot cannot start. A simulation that fails later is no error: see
+    /// [`TabulatedSimulation::ended`].
     pub fn tabulate(
         &self,
         progress: impl Fn(usize, usize) -> bool,

@@ -26,10 +26,12 @@ impl Robot {
         Forward::of(self)
     }
 
-    /// Checks mobility, redundancy and singularities along the model's default motion.
+    /// Checks mobility, redundancy and singularities along the model's default motion. A model
+    /// without motions is checked at its home position.
     ///
     /// # Errors
-    /// The model has no default motion, or the mechanism cannot follow it.
+    /// The model has several motions but no default motion, or the mechanism cannot follow the
+    /// motion.
     pub fn check(&self) -> Result<Report, Error> {
         self.check_along().run()
     }
@@ -93,8 +95,8 @@ impl Robot {
     /// ```
     ///
     /// # Errors
-    /// The model has no default motion, the actuators do not determine the motion, or the position is
-    /// singular.
+    /// The model has several motions but no default motion, the actuators do not determine the
+    /// motion, or the position is singular.
     pub fn control_loop(&self) -> Result<ControlLoop, Error> {
         ControlLoop::new(self)
     }

@@ -67,7 +67,8 @@ impl PlantExport {
         self
     }
 
-    /// Adds a force and a moment on a body as inputs.
+    /// Adds a force (N) and a moment (N m) on a body, at its origin and along world axes, as inputs
+    /// of the plant.
     pub fn force_on(mut self, body: &str) -> Self {
         self.options.forces_on.push(body.to_owned());
         self
@@ -77,8 +78,8 @@ impl PlantExport {
     /// [`Fmu::identifier`] in the unit.
     ///
     /// # Errors
-    /// An option names something that does not exist, the robot cannot be assembled at the start, or it was
-    /// described in code instead of a file.
+    /// An option contains an unknown name, the robot cannot be assembled at the start, or the robot
+    /// was described in code instead of a file.
     pub fn fmu(&self, fmi: Fmi) -> Result<Fmu, Error> {
         let identifier = match &self.name {
             Ok(name) => name.clone(),

@@ -9,7 +9,7 @@ use stiction_core::mechanism::{JointId, Mechanism};
 use stiction_format::{Channel, Control, Drives, Motion};
 use stiction_run::forward::{Feed, Job, pole};
 
-/// Efforts that do not depend on the robot's motion.
+/// Actuator efforts that act without a controller.
 #[derive(Clone, Debug)]
 pub(super) enum Efforts {
     Given(Drives),
@@ -78,7 +78,8 @@ pub(super) fn renumber_control(
 }
 
 impl Forward {
-    /// Finds the degrees of freedom that `name` denotes: all those of a joint, or a single one.
+    /// Finds the degrees of freedom that `name` denotes: all degrees of freedom of a joint, or a
+    /// single one as `JOINT.DOF`.
     pub(super) fn dofs_of(&self, name: &str) -> Result<Vec<(JointId, usize)>, Error> {
         let joints = self.robot.mechanism().joints();
         let names: Vec<String> = joints.iter().map(|joint| joint.name.clone()).collect();
@@ -212,8 +213,8 @@ fn check_until(request: &Forward, job: &Job<'_>) -> Result<(), Error> {
     }
 }
 
-/// Rejects given efforts for actuators whose effort is a result: locked actuators and those with a
-/// prescribed motion.
+/// Rejects given efforts for actuators whose effort is a result of the simulation: locked
+/// actuators, and actuators with a prescribed motion.
 fn refuse_unused(
     (subject, option): (&str, &'static str),
     named: &[usize],

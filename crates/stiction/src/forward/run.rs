@@ -24,7 +24,7 @@ pub struct JointMotion {
 pub struct Interface {
     /// Sliding velocity in each direction of the interface, m/s.
     pub velocity: [f64; 3],
-    /// Friction force in the same directions, N.
+    /// Friction force in each direction of the interface, N.
     pub force: [f64; 3],
     /// Normal load, N.
     pub load: f64,

@@ -22,8 +22,8 @@ use stiction_format::ModelFile;
 use stiction_run::forward::{Held, Job, Plant as Engine, PlantState, Sample as Record, Start};
 use tunable::Named;
 
-/// A robot whose motion a caller advances step by step; efforts and forces remain constant between
-/// the steps. See [`Forward::plant`](crate::Forward::plant).
+/// A robot whose motion a caller advances step by step. Efforts and forces remain constant during
+/// each step. See [`Forward::plant`](crate::Forward::plant).
 ///
 /// ```
 /// let robot = stiction::Robot::builtin("five-bar")?;

@@ -39,13 +39,15 @@ pub(crate) enum Quantity {
     Body(usize, Part),
     /// 1 while the interface sticks, else 0.
     Sticks(usize),
-    /// Friction force, N; signed if the interface slides along one direction.
+    /// Friction force, N, with a sign if the interface slides along a single direction, else its
+    /// magnitude.
     Friction(usize),
     SlidingSpeed(usize),
     NormalLoad(usize),
-    /// Number of events since the start.
+    /// Number of stick onsets, slip onsets and velocity jumps since the start.
     Events,
-    /// Time of the latest event, s; the start time before the first event.
+    /// Time of the latest stick onset, slip onset or velocity jump, s; the start time before the
+    /// first of these events.
     EventTime,
     Kinetic,
     Potential,
@@ -196,7 +198,7 @@ impl Table {
         add(&["wx", "wy", "wz"], Part::AngularVelocity, "rad/s", about);
     }
 
-    /// Returns the quantity of a value reference.
+    /// Returns the quantity of the variable with the given value reference.
     ///
     /// # Errors
     /// There is no such variable.

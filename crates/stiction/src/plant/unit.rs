@@ -15,11 +15,12 @@ use stiction_core::spatial::{Mat3, Quaternion, Vec3};
 use stiction_program::emit::fmu::{Kind, Variable, token};
 
 /// A [`Plant`] whose inputs, parameters and results are numbered variables, as in a functional
-/// mock-up unit. Units are independent of one another.
+/// mock-up unit. Several units are independent of one another.
 #[derive(Clone, Debug)]
 pub struct Unit {
     table: Arc<Table>,
-    /// Identifier computed from the model, the options and the variables.
+    /// Identifier computed from the model, the options, the names of the variables and the version
+    /// of the library.
     token: Arc<str>,
     state: UnitState,
 }
@@ -72,7 +73,8 @@ impl Unit {
         resources::read(resources)
     }
 
-    /// Identifier that depends on the model, the options and the version of the library.
+    /// Identifier computed from the model, the options, the names of the variables and the version
+    /// of the library.
     pub fn token(&self) -> &str {
         &self.token
     }
@@ -271,7 +273,7 @@ impl Unit {
         self.state.clone()
     }
 
-    /// Continues from a state of this unit or of another one with the same [token](Self::token).
+    /// Continues from a state of this unit or of another unit with the same [token](Self::token).
     pub fn set_state(&mut self, state: &UnitState) {
         self.state.clone_from(state);
     }

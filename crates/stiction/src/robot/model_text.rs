@@ -107,7 +107,8 @@ pub struct ModelParts {
 }
 
 impl ModelText {
-    /// Reads a model file, or a URDF, MJCF or SDF file. Files that it names are searched in its folder.
+    /// Reads a model file, or a URDF, MJCF or SDF file. Files that the model names are searched in
+    /// the folder of the file.
     ///
     /// # Errors
     /// The file cannot be read, or cannot be converted.
@@ -187,7 +188,8 @@ impl ModelText {
         Self::converted(source, PathBuf::new(), files, &Import::default())
     }
 
-    /// Uses the given text. Files that the model names are searched in the current folder.
+    /// Creates a model text from the given text of a model file. Files that the model names are
+    /// searched in the current folder.
     pub fn text(text: impl Into<String>) -> Self {
         Self::new(Source::new("model", text), Some(PathBuf::new()), Files::default())
     }
@@ -275,8 +277,8 @@ impl ModelText {
         self
     }
 
-    /// Fixes the folder in which files that the model names are searched, so that it does not change with the current
-    /// folder.
+    /// Makes the path of the folder in which files that the model names are searched absolute, so
+    /// that later changes of the current folder have no effect.
     #[must_use]
     pub fn with_fixed_folder(mut self) -> Self {
         self.folder = self.folder.map(|folder| {
@@ -296,7 +298,7 @@ impl ModelText {
         self
     }
 
-    /// Reads the robot.
+    /// Interprets the text and creates the robot.
     ///
     /// # Errors
     /// The text or a change is defective: the error lists all defects, each with its place.

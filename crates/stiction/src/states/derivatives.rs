@@ -8,8 +8,8 @@ use stiction_core::kinematics::Target;
 use stiction_core::statics::AppliedLoad;
 use stiction_program::{DerivativeMemory, DerivativeProgram, Quantity};
 
-/// Derivatives of the efforts with respect to the state, exact to round-off. They include the closure of the loops
-/// and the coupling of friction with its normal loads.
+/// Derivatives of the efforts with respect to the state, exact to round-off. The derivatives
+/// include the closure of the loops and the coupling of friction with its normal loads.
 ///
 /// Each array has rows x actuators x coordinates, in N or N m per unit of the coordinate, rate or
 /// acceleration. Each derivative is taken with the other coordinates, rates and accelerations of
@@ -50,8 +50,8 @@ pub(super) struct Recorded {
 }
 
 /// Largest accepted difference between the efforts of the general solver and those of the program,
-/// relative to the largest effort. It allows for rounding errors, which increase near singular
-/// positions.
+/// relative to the largest effort. The tolerance allows for rounding errors, which increase near
+/// singular positions.
 const SAME: f64 = 1e-6;
 
 impl Recorded {

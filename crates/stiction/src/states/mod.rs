@@ -28,10 +28,10 @@ const MOST_SPARE: usize = 64;
 /// A robot compiled for batches of states; see [`Robot::states`].
 ///
 /// A state is a row `q` of independent coordinates, with rates `v` and accelerations `a`. The
-/// assembly mode is that of the home position: each row is reached from the previous row, and the
-/// first row from the home position, in steps that are short enough to remain in this mode. A batch
-/// is divided into groups of a fixed number of rows, and each group starts from the home position,
-/// so results do not depend on the number of threads.
+/// assembly mode is that of the home position: each row is reached from the previous row in steps
+/// that are short enough to remain in this mode. A batch is divided into groups of a fixed number
+/// of rows, and the first row of each group is reached from the home position, so results do not
+/// depend on the number of threads.
 #[derive(Debug)]
 pub struct States {
     robot: Robot,
@@ -70,7 +70,8 @@ impl States {
         &self.coordinates
     }
 
-    /// Home position: coordinates at the first instant of the motion, m or rad.
+    /// Home position: coordinates at the first instant of the motion, or at the time that the
+    /// option `at` of the request set, m or rad.
     pub fn home(&self) -> &[f64] {
         &self.home
     }

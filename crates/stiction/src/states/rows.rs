@@ -71,9 +71,9 @@ impl Row<'_, '_> {
 
 impl States {
     /// Computes all rows of coordinates `q`. For each row, moves the mechanism in `Data` close to
-    /// the coordinates of the row and calls `compute`, which moves it to these coordinates and
-    /// writes the results. `widths` is the number of values per row in each result array. Values
-    /// are NaN in rows that did not converge.
+    /// the coordinates of the row and calls `compute`, which moves the mechanism to these
+    /// coordinates and writes the results. `widths` is the number of values per row in each result
+    /// array. Values are NaN in rows that did not converge.
     ///
     /// # Errors
     /// The computation was stopped.
