@@ -1,4 +1,5 @@
-//! File contents for the reader: a complete text, or a source of bytes that can be read repeatedly.
+//! Contents of input files (models, logs, recorded motions): either a complete text, or a source of
+//! bytes that can be read repeatedly.
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -8,8 +9,8 @@ use std::sync::Arc;
 pub enum Contents {
     /// Complete text in memory.
     Whole(String),
-    /// UTF-8 text that is read piece by piece when needed. Only recordings use this form; it needs little memory,
-    /// however long the text is.
+    /// UTF-8 text that is read piece by piece when needed. Only recorded motions (CSV) can have
+    /// this form, which needs little memory even for a very long text.
     Stored(Arc<dyn Store>),
 }
 
@@ -26,8 +27,8 @@ impl From<&str> for Contents {
 }
 
 impl Contents {
-    /// Returns the text of a file other than a recording; an error for stored contents, because
-    /// only recordings are read piece by piece.
+    /// Returns the complete text. Stored contents are an error, because only recorded motions (CSV)
+    /// are read piece by piece.
     pub(crate) fn whole(self) -> Result<String, String> {
         match self {
             Self::Whole(text) => Ok(text),
@@ -42,19 +43,20 @@ impl Contents {
 
 /// Source of bytes with random access, usually a file.
 ///
-/// A recording is read once from beginning to end; parts of it are read again later, on any thread.
-/// The contents must not change in between; a change is detected and reported.
+/// The text of a recorded motion is read once from beginning to end. Parts of the text are read
+/// again later, on any thread. The contents must not change between these reads; a change is
+/// detected and reported.
 pub trait Store: Debug + Send + Sync {
-    /// Reads bytes from `offset` into `buffer` and returns their number, which is zero only at the
-    /// end.
+    /// Reads bytes, starting at byte `offset` of the contents, into `buffer`. Returns the number of
+    /// bytes read, which is zero only at the end of the contents.
     ///
     /// # Errors
     /// A reason that completes the sentence "the file cannot be read: ".
     fn read_at(&self, offset: u64, buffer: &mut [u8]) -> Result<usize, String>;
 }
 
-/// Diagnostic for bytes that are not UTF-8. `at` is the index of the first invalid byte in `bytes`; the slice begins
-/// at byte `offset` of the text, after `lines` lines.
+/// Explains why `bytes` are not UTF-8 text. `bytes` is the part of a text that begins at byte
+/// `offset`, after `lines` lines; `at` is the index of the first invalid byte in `bytes`.
 pub fn not_text(bytes: &[u8], at: usize, (offset, lines): (u64, usize)) -> String {
     let is_begin = offset == 0;
     if is_begin && (bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff])) {

@@ -1,4 +1,4 @@
-//! Diagnostics: messages with a place in the text and a remedy.
+//! Diagnostics: messages about an input text, with the place in the text and a suggested remedy.
 
 mod render;
 mod words;
@@ -20,7 +20,7 @@ pub enum Severity {
     Warning,
 }
 
-/// A message about one place in a text.
+/// A message about an input text or one place in it.
 #[derive(Clone, Debug)]
 pub struct Diagnostic {
     /// Severity: error or warning.
@@ -33,7 +33,7 @@ pub struct Diagnostic {
     pub place: Option<Place>,
     /// Short remark printed below the underlined text.
     pub label: String,
-    /// Related places, each with its label.
+    /// Related places in the text, each with the remark printed below it.
     pub related: Vec<(Place, String)>,
     /// Suggested remedy.
     pub help: Option<String>,
@@ -57,7 +57,7 @@ impl Diagnostic {
         Self { severity: Severity::Warning, ..Self::error(code, message) }
     }
 
-    /// Sets the place, and the label under it.
+    /// Sets the place of the message, and the remark printed below the underlined text.
     pub fn at(mut self, place: Place, label: impl Into<String>) -> Self {
         (self.place, self.label) = (Some(place), label.into());
         self
@@ -73,7 +73,7 @@ impl Diagnostic {
         self
     }
 
-    /// Sets the suggestion, if there is one.
+    /// Sets the suggested remedy; `None` removes it.
     pub fn maybe_help(mut self, help: Option<String>) -> Self {
         self.help = help;
         self
@@ -84,8 +84,9 @@ impl Diagnostic {
         self.severity == Severity::Error
     }
 
-    /// JSON form of the message: `severity`, `code`, `message`, `label`, `help`, and where known
-    /// `file`, `line`, `column`, `end_line`, `end_column` (counted from 1, columns in characters).
+    /// Converts the message to a JSON object with the keys `severity`, `code`, `message`, `label`
+    /// and `help`. If the place is known, the object also has the keys `file`, `line`, `column`,
+    /// `end_line` and `end_column`; lines and columns are counted from 1, columns in characters.
     pub fn to_json(&self) -> Value {
         let mut object = json!({
             "severity": match self.severity { Severity::Error => "error", Severity::Warning => "warning" },
@@ -106,20 +107,20 @@ impl Diagnostic {
         object
     }
 
-    /// Tests if `other` has the same text and refers to the same place.
+    /// Tests if `other` has the same message text and the same place as `self`.
     fn repeats(&self, other: &Self) -> bool {
         let place = |d: &Self| d.place.as_ref().map(|p| (Arc::as_ptr(&p.source), p.span.clone()));
         self.message == other.message && place(self) == place(other)
     }
 }
 
-/// Maximum number of messages kept; further messages are only counted. This limits the memory that a large file with
-/// many errors needs.
+/// Maximum number of messages that [`Diagnostics`] stores; further messages are only counted. This
+/// limits the memory that a large file with many errors needs.
 const MOST_KEPT: usize = 100;
 
 /// All messages about an input.
 ///
-/// `Display` gives plain text, [`Diagnostics::render`] coloured text.
+/// `Display` writes plain text; [`Diagnostics::render`] can also write coloured text.
 #[derive(Clone, Debug, Default)]
 pub struct Diagnostics {
     list: Vec<Diagnostic>,
@@ -133,7 +134,8 @@ impl Diagnostics {
         Self::default()
     }
 
-    /// Adds a message unless the list contains it.
+    /// Adds a message unless the list already contains one with the same text and place. If the
+    /// list is full, the message is only counted.
     pub fn push(&mut self, diagnostic: Diagnostic) {
         if !self.is_full() {
             if !self.list.iter().any(|other| diagnostic.repeats(other)) {
@@ -160,7 +162,7 @@ impl Diagnostics {
         }
     }
 
-    /// Iterates over the messages that are kept, in the order in which they were added or sorted.
+    /// Iterates over the stored messages in the order of the list.
     pub fn iter(&self) -> std::slice::Iter<'_, Diagnostic> {
         self.list.iter()
     }
@@ -170,12 +172,12 @@ impl Diagnostics {
         self.list.is_empty()
     }
 
-    /// Number of messages kept.
+    /// Number of messages stored in the list.
     pub fn len(&self) -> usize {
         self.list.len()
     }
 
-    /// Number of messages that were counted but not kept.
+    /// Number of messages that were counted but not stored because the list was full.
     pub fn omitted(&self) -> usize {
         self.errors_omitted + self.warnings_omitted
     }
@@ -184,12 +186,13 @@ impl Diagnostics {
         self.errors_omitted += count;
     }
 
-    /// Tests if the list contains an error.
+    /// Tests if any message is an error, including messages that were only counted.
     pub fn has_errors(&self) -> bool {
         self.errors_omitted > 0 || self.list.iter().any(|d| d.severity == Severity::Error)
     }
 
-    /// Sorts by place: the texts in order of first appearance, then by position.
+    /// Sorts the messages by place: first by text, in the order in which the texts appear in the
+    /// list, then by position in the text. Messages without a place come first.
     pub(crate) fn sort(&mut self) {
         let mut sources: Vec<*const Source> = Vec::new();
         for place in self.list.iter().filter_map(|d| d.place.as_ref()) {
@@ -207,8 +210,8 @@ impl Diagnostics {
         });
     }
 
-    /// Renders the messages for a terminal with the places underlined; `coloured` adds escape
-    /// sequences.
+    /// Renders the messages as text for a terminal, with the places underlined. `coloured` adds the
+    /// escape sequences for colours.
     pub fn render(&self, coloured: bool) -> String {
         render::all(self, coloured)
     }

@@ -1,13 +1,14 @@
-//! Messages as text with the place underlined.
+//! Rendering of diagnostics as text, with the places underlined in excerpts of the input.
 
 use super::{Diagnostic, Diagnostics, Severity};
 use crate::source::{Place, boundary};
 use annotate_snippets::{Annotation, AnnotationKind, Element, Level, Origin, Renderer, Snippet};
 use std::sync::Arc;
 
-/// Longest line that is shown, in bytes; for longer lines (minified files) only the position is given.
+/// Maximum length, in bytes, of a line shown in an excerpt. If a line is longer (minified files),
+/// only the position is printed.
 const LONGEST_LINE: usize = 500;
-/// Maximum distance, in lines, between two places in one excerpt.
+/// Maximum number of lines in an excerpt that shows several places.
 const MOST_LINES: usize = 200;
 
 pub(super) fn all(diagnostics: &Diagnostics, coloured: bool) -> String {
@@ -55,7 +56,8 @@ struct Annotated<'a> {
     kind: AnnotationKind,
 }
 
-/// First and last line of a place, and the byte range to underline in the first of them.
+/// The line of text in which a place begins: byte offsets of the start and end of the line, and the
+/// byte range to underline in the line.
 struct Line {
     start: usize,
     end: usize,
@@ -74,7 +76,8 @@ fn line_of(place: &Place) -> Line {
     Line { start, end, underline: from..to }
 }
 
-/// Groups places of the same text that are close to each other into excerpts.
+/// Creates the excerpts that show the annotated places. Places of the same text that are close to
+/// each other share one excerpt.
 fn excerpts<'a>(annotations: &[Annotated<'a>]) -> Vec<Element<'a>> {
     let mut elements = Vec::new();
     let mut done = vec![false; annotations.len()];

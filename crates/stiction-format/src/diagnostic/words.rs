@@ -4,7 +4,8 @@
 /// searched.
 const LONGEST_NAME: usize = 60;
 
-/// Quotes a name from the input with backticks, shortened if long, control characters escaped.
+/// Quotes a name from the input with backticks. Long names are shortened, and control characters
+/// are escaped.
 pub(crate) fn quoted(name: &str) -> String {
     let mut shown: String = name.chars().take(LONGEST_NAME).flat_map(char::escape_debug).collect();
     // `escape_debug` would also escape quotes.
@@ -15,7 +16,8 @@ pub(crate) fn quoted(name: &str) -> String {
     format!("`{shown}`")
 }
 
-/// Names among `candidates` that are most similar to `name`, nearest first.
+/// Returns the candidates most similar to `name`, all at the same edit distance; empty if no
+/// candidate is similar.
 fn similar<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
     if name.chars().count() > LONGEST_NAME {
         return Vec::new();
@@ -48,8 +50,9 @@ pub(crate) fn nearest<'a>(
     similar(name, candidates).first().copied()
 }
 
-/// Phrase `did you mean ...?` with all candidates that are equally similar, or `what` and a list of all candidates if
-/// none is similar; `None` without candidates.
+/// Returns the phrase `did you mean ...?` with the candidates most similar to `name`, at most four.
+/// If no candidate is similar, returns `what` followed by a list of the candidates, at most twelve.
+/// Returns `None` if there are no candidates.
 pub fn did_you_mean<'a>(
     name: &str,
     what: &str,

@@ -7,7 +7,8 @@ use crate::source::{Place, Source, Span};
 use std::sync::Arc;
 use toml::de::DeTable;
 
-/// Tables of named parts. A change never adds a part, because a misspelt name would otherwise add one.
+/// Keys of the tables whose entries are named parts of the model, or parameters. A change never
+/// adds an entry to these tables, because a misspelt name would then define a new part.
 const NAMED: &[&str] = &[
     "parameters",
     "bodies",
@@ -19,10 +20,12 @@ const NAMED: &[&str] = &[
     "motions",
     "loads",
 ];
-/// Tables of named parts of legs. A path may omit the names of these tables.
+/// Keys of those tables in a group of legs whose entries are named parts. The path of a change may
+/// omit these keys.
 const NAMED_IN_LEGS: &[&str] = &["bodies", "joints", "springs"];
 
-/// Applies the changes of [`Source::with_changes`] to the document of this source, in order.
+/// Applies the changes that [`Source::with_changes`] attached to `source`, in the order given, to
+/// the document of this source.
 pub(crate) fn apply(source: &Arc<Source>, document: &mut Document, out: &mut Diagnostics) {
     let Some(changes) = source.changes() else { return };
     let mut begin = source.begin_of_changes();
@@ -34,7 +37,8 @@ pub(crate) fn apply(source: &Arc<Source>, document: &mut Document, out: &mut Dia
     }
 }
 
-/// Applies one change; returns a diagnostic if it cannot be applied.
+/// Applies one change, written in `line` as `KEY=VALUE`; returns a diagnostic if the change cannot
+/// be applied. `begin` is the byte offset of the line.
 fn change(source: &Arc<Source>, root: &mut Table, line: &str, begin: usize) -> Option<Diagnostic> {
     let Some((path, value)) = line.split_once('=') else {
         return Some(
@@ -148,7 +152,8 @@ pub(super) struct Target<'a> {
 }
 
 impl Target<'_> {
-    /// Sets the value of a key of the model, or of a parameter or part whose name is given alone.
+    /// Sets the value in the model. The path begins with a top-level key of the model file, or
+    /// directly with the name of a parameter or part, without the key of its table.
     fn in_model(&self, root: &mut Table) -> Outcome {
         let first = self.path.first().map(String::as_str).unwrap_or_default();
         if MODEL.iter().any(|field| field.key == first) {
@@ -186,17 +191,19 @@ impl Target<'_> {
         Outcome::Unknown { name: first.to_owned(), known }
     }
 
-    /// Sets the value of a part of a single leg, given by its name in the model.
+    /// Sets the value of a part of a single leg. The path contains the name of the part in the
+    /// model, such as `leg2.rod`. Returns `None` if the path does not name a part of a leg.
     fn in_one_leg(&self, root: &mut Table) -> Option<Outcome> {
         let (_, legs) = root.entries.iter_mut().find(|(key, _)| key.name == "legs")?;
         change_leg::set(self, legs)
     }
 
-    /// Sets the value in a table. `open` permits a new key, which the reader checks later. `parent`
-    /// is the key of the table; for the root it is the first key of the path.
+    /// Sets the value in a table. `open` permits a new key, which is checked later, when the
+    /// document is read. `parent` is the key of the table; for the root it is the first key of the
+    /// path.
     pub(super) fn in_table(&self, table: &mut Table, open: bool, parent: &str) -> Outcome {
         let names = |table: &Table| table.entries.iter().map(|(key, _)| key.name.clone()).collect();
-        // Names may contain points: tries the longest existing one first.
+        // Names may contain dots: try the longest existing name first.
         for count in (1..=self.path.len()).rev() {
             let (name, rest) = self.path.split_at(count);
             let name = name.join(".");
@@ -237,7 +244,8 @@ impl Target<'_> {
         }
     }
 
-    /// Sets the value of a part of one or all groups of legs, given by the name of the part alone.
+    /// Sets the value of a part in every group of legs that contains this part. The path begins
+    /// with the name of the part, without the key of its table.
     fn in_legs(&self, legs: &mut Value) -> Outcome {
         match &mut legs.node {
             Node::Table(group) => self.in_parts_of_legs(group),
@@ -257,7 +265,8 @@ impl Target<'_> {
         }
     }
 
-    /// Sets the value of a part of a group of legs.
+    /// Sets the value of a part in one group of legs. The path begins with the name of the part,
+    /// without the key of its table.
     fn in_parts_of_legs(&self, group: &mut Table) -> Outcome {
         let mut known = Vec::new();
         for kind in NAMED_IN_LEGS {
@@ -286,7 +295,8 @@ impl Target<'_> {
         }
     }
 
-    /// Sets the value in one entry of a list, given by its number from 1, or in all entries that have the key.
+    /// Sets the value in entries of a list. If the path begins with a number, the number selects
+    /// one entry, counted from 1. Otherwise, the value is set in all entries that have the key.
     fn in_list(&self, list: &mut [Value], parent: &str) -> Outcome {
         let count = list.len();
         if let [first, rest @ ..] = self.path

@@ -3,11 +3,12 @@
 use super::change::{Outcome, Target, table_of};
 use super::{Key, Node, Table, Value};
 
-/// Keys of the tables that contain the parts of a leg.
+/// Keys of the tables in a group of legs whose parts can be changed for a single leg.
 const KINDS: [&str; 3] = ["bodies", "joints", "actuators"];
 
-/// Sets a value of a part of one leg among all groups; `None` if the path names no such part. The
-/// path begins with the name of the part, or with its kind: `bodies.leg2.rod.mass`.
+/// Sets a value of a part of a single leg, which may belong to any group of legs; returns `None` if
+/// the path does not name such a part. The path begins with the name of the part, or with the key
+/// of its table: `bodies.leg2.rod.mass`.
 pub(super) fn set(target: &Target<'_>, legs: &mut Value) -> Option<Outcome> {
     let first = target.path.first()?;
     let (kinds, path) = match KINDS.iter().find(|kind| *kind == first) {
@@ -24,7 +25,7 @@ pub(super) fn set(target: &Target<'_>, legs: &mut Value) -> Option<Outcome> {
         let Node::Table(group) = &mut group.node else { continue };
         let own = names(group, count);
         count += own.len();
-        // Names may contain points, and the value needs at least one key.
+        // Names may contain dots, and the value needs at least one key.
         for length in (1..path.len()).rev() {
             let name = path[..length].join(".");
             for kind in kinds {
@@ -39,7 +40,8 @@ pub(super) fn set(target: &Target<'_>, legs: &mut Value) -> Option<Outcome> {
     None
 }
 
-/// Names of the legs of a group, where `count` is the number of legs in all previous groups.
+/// Names of the legs of `group`. Legs without a name are numbered; `count` is the number of legs in
+/// all previous groups.
 fn names(group: &Table, count: usize) -> Vec<String> {
     let list = group.get("place").or_else(|| group.get("angles")).and_then(Value::as_list);
     let own = |value: &Value| Some(value.as_table()?.get("name")?.as_text()?.to_owned());
@@ -48,8 +50,8 @@ fn names(group: &Table, count: usize) -> Vec<String> {
         .collect()
 }
 
-/// Converts the name of a part in the model, such as `leg2.rod`, to its name in the chain, `rod`;
-/// `None` if the group has no table for this part.
+/// Converts the name of a part in the model, such as `leg2.rod`, to its key in the table `kind` of
+/// the group, such as `rod`. Returns `None` if this table does not contain the part.
 fn part(group: &Table, kind: &str, leg: &str, name: &str) -> Option<String> {
     let known = |key: &str| {
         group.get(kind).and_then(Value::as_table).is_some_and(|table| table.get(key).is_some())
@@ -109,7 +111,8 @@ fn place_list(group: &mut Table) -> Option<&mut Vec<Value>> {
     }
 }
 
-/// The table with this key, which is added if it is missing.
+/// Returns the table with this key in `table`; if the key is missing, adds an empty table. Returns
+/// `None` if the value of the key is not a table.
 fn inner<'a>(target: &Target<'_>, table: &'a mut Table, key: &str) -> Option<&'a mut Table> {
     if table.get(key).is_none() {
         let span = target.span.clone();

@@ -1,4 +1,5 @@
-//! Parser from TOML text to a document tree with places; it reports all syntax errors at once.
+//! Parser of TOML text into a document tree that stores the place of each key and value. The parser
+//! reports all syntax errors at once.
 
 mod change;
 mod change_leg;
@@ -23,20 +24,22 @@ const MOST_LEVELS: usize = 32;
 #[derive(Clone, Debug)]
 pub(crate) struct Document {
     pub(crate) root: Table,
-    /// Lines with syntax errors. Other errors in these lines are likely consequences, and missing
-    /// names may be defined in them.
+    /// Byte ranges with syntax errors: whole lines, and values with unclosed brackets. Other errors
+    /// in these ranges are likely consequences, and a name that seems undefined may be defined in
+    /// them.
     pub(crate) broken: Vec<Span>,
 }
 
-/// Parses a document and applies the changes of its source; returns `None` if the text is too large
-/// or no text file. Errors go to `out`.
+/// Parses a document and applies the changes of its source. Adds errors to `out`; returns `None` if
+/// the text is too large or contains a zero byte.
 pub(crate) fn parse(source: &Arc<Source>, out: &mut Diagnostics) -> Option<Document> {
     let mut document = parse_unchanged(source, out)?;
     apply(source, &mut document, out);
     Some(document)
 }
 
-/// Parses a document without the changes of its source.
+/// Parses a document without applying the changes of its source. Adds errors to `out`; returns
+/// `None` if the text is too large or contains a zero byte.
 pub(crate) fn parse_unchanged(source: &Arc<Source>, out: &mut Diagnostics) -> Option<Document> {
     let text = source.text.as_str();
     if text.len() > MOST_BYTES {
@@ -62,7 +65,7 @@ pub(crate) fn parse_unchanged(source: &Arc<Source>, out: &mut Diagnostics) -> Op
     Some(Document { root, broken })
 }
 
-/// Entries in the order of the text (the parser sorts them by key).
+/// Returns the entries of a table in the order of the text; the TOML parser sorts them by key.
 fn entries(table: &DeTable<'_>, text: &str, level: usize) -> Vec<(Key, Value)> {
     let mut entries: Vec<_> = table
         .iter()
@@ -107,7 +110,8 @@ fn integer_value(integer: &DeInteger<'_>) -> f64 {
     }
 }
 
-/// Byte offset of a string's content in the text if it appears there without escapes.
+/// Returns the byte offset of a string's content in the text; `None` if the string is written with
+/// escapes. `span` is the byte range of the string with its quotes.
 fn start_of(content: &str, text: &str, span: &Span) -> Option<usize> {
     let raw = text.get(span.clone())?;
     let quotes = if raw.starts_with("\"\"\"") || raw.starts_with("'''") {

@@ -4,17 +4,20 @@ use crate::source::{Source, Span};
 use std::borrow::Cow;
 use toml::de::{DeTable, DeValue};
 
-/// Maximum number of repairs before giving up.
+/// Maximum number of unclosed brackets that are repaired in one text.
 const MAX_REPAIRS: usize = 8;
 
-/// A text of unchanged length in which all brackets are closed.
+/// A repaired text. It has the length of the original text; values with unclosed brackets are
+/// overwritten with `0` and spaces.
 pub(super) struct Repaired<'a> {
     pub(super) text: Cow<'a, str>,
-    /// Ranges removed from the text: from an unclosed bracket to the estimated end of its value.
+    /// Byte ranges that were overwritten, each from an unclosed bracket to the estimated end of its
+    /// value.
     pub(super) unclosed: Vec<Span>,
 }
 
-/// Removes values whose brackets are not closed from a text.
+/// Overwrites the values with unclosed brackets in the text of `source`, at most `MAX_REPAIRS`
+/// values.
 pub(super) fn close_brackets(source: &Source) -> Repaired<'_> {
     let mut repaired = Repaired { text: Cow::Borrowed(&source.text), unclosed: Vec::new() };
     while repaired.unclosed.len() < MAX_REPAIRS {
@@ -55,7 +58,8 @@ fn opened(root: &DeTable<'_>, ends: &[usize]) -> Option<usize> {
     first
 }
 
-/// Estimated end of an unclosed value: before the next line that begins a key or a table.
+/// Estimates the byte offset of the end of the unclosed value that begins at byte `open`. The value
+/// is assumed to end before the next line that contains `=` or begins a table.
 fn end_of_value(text: &str, open: usize) -> usize {
     let mut at = open;
     for (i, line) in text.get(open..).unwrap_or_default().split_inclusive('\n').enumerate() {

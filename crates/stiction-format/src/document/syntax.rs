@@ -4,7 +4,9 @@ use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::source::{Place, Source, Span, boundary};
 use std::sync::Arc;
 
-/// Adds a diagnostic for every independent syntax error and returns the lines that contain errors.
+/// Adds a diagnostic to `out` for every independent syntax error. Returns the byte ranges with
+/// errors: the lines that contain errors, and the ranges of `unclosed`, which are values with
+/// unclosed brackets.
 pub(super) fn report(
     source: &Arc<Source>,
     unclosed: &[Span],
@@ -58,7 +60,8 @@ pub(super) fn report(
     broken
 }
 
-/// Diagnostic for a text in a language other than TOML.
+/// Returns a diagnostic if the text has syntax errors (`is_wrong`) and looks like XML or JSON
+/// instead of TOML.
 fn other_language(source: &Arc<Source>, is_wrong: bool) -> Option<Diagnostic> {
     let text = source.text.as_str();
     let start = text.find(|c: char| !c.is_whitespace() && c != '\u{feff}')?;

@@ -14,25 +14,26 @@ pub(crate) struct Quantity {
     pub(crate) dimension: Dimension,
 }
 
-/// A checked expression that may contain the time.
+/// An expression that may contain the time, after its dimension has been checked.
 #[derive(Clone, Debug)]
 pub(crate) enum TimeFormula {
     Constant(f64),
     Changing(Formula),
 }
 
-/// Evaluates an expression without time.
+/// Evaluates an expression that does not contain the time; returns its value and dimension.
 pub(crate) fn constant(program: &Program, scope: &dyn Scope) -> Result<Quantity, Fault> {
     let (dimension, formula) = analyse(program, scope, Dimension::NONE)?;
     let value = formula.constant().unwrap_or(f64::NAN);
     Ok(Quantity { value, dimension })
 }
 
-/// Checks an expression that may contain the time `t`, in seconds.
+/// Compiles an expression that may contain the time `t`, in seconds, and checks that its result is
+/// a quantity of the kind `measure`.
 ///
 /// Both `5 mm*sin(2*pi*t)`, with a dimensionless `t`, and `10 mm/s*t`, with `t` as a time, are
-/// common. The numbers are equal, so an expression is valid if it is consistent in either
-/// interpretation.
+/// common. Both interpretations of `t` yield the same numbers, so an expression is valid if its
+/// dimensions are consistent in either interpretation.
 pub(crate) fn in_time(
     text: &str,
     scope: &dyn Scope,
@@ -60,8 +61,9 @@ pub(crate) fn in_time(
     })
 }
 
-/// Checks two expressions that are compared with each other. The flag beside a fault is true if the fault is in the
-/// second expression.
+/// Compiles two expressions that are compared with each other. Checks that they have the same
+/// dimension or that one of them is a plain number. The flag beside a fault is true if the fault is
+/// in the second expression.
 pub(crate) fn of_one_kind(
     [left, right]: [&str; 2],
     scope: &dyn Scope,
@@ -88,18 +90,18 @@ pub(crate) fn of_one_kind(
     read(Dimension::TIME).or_else(|fault| read(Dimension::NONE).map_err(|_| fault))
 }
 
-/// Result of a subexpression on the stack.
+/// Entry on the stack of the dimension check: the result of a subexpression.
 struct Part {
     dimension: Dimension,
     span: Span,
-    /// Index of the first instruction of the result.
+    /// Index, in the formula, of the first instruction that computes the result.
     start: usize,
-    /// True if the instructions of the result are a single number.
+    /// True if the result is a number, pushed by a single instruction.
     constant: bool,
 }
 
-/// Returns the dimension of a program, and its instructions with constant subexpressions evaluated. `time` is the
-/// dimension of `t`.
+/// Returns the dimension of a program's result, and the instructions of the program with constant
+/// subexpressions evaluated. `time` is the dimension of `t`.
 fn analyse(
     program: &Program,
     scope: &dyn Scope,
@@ -141,7 +143,7 @@ fn analyse(
         }
         stack.push(Part { dimension, span: whole, start, constant });
     }
-    // The parser leaves exactly one entry.
+    // A parsed program leaves exactly one entry on the stack.
     let dimension = stack.pop().map_or(Dimension::NONE, |part| part.dimension);
     Ok((dimension, formula))
 }
@@ -251,7 +253,8 @@ fn call_dimension(function: Function, parts: &[Part]) -> Result<Dimension, Fault
     }
 }
 
-/// Diagnostic for an operation `op` without a finite result.
+/// Fault for the operation `op` whose result is not finite. `span` is the place of the operator,
+/// `whole` the place of the operation with its arguments.
 pub(super) fn not_finite(op: Op, arguments: &[super::jet::Jet], span: Span, whole: &Span) -> Fault {
     let reason = match op {
         Op::Divide if arguments.get(1).is_some_and(|x| x.value == 0.0) => Some("division by zero"),

@@ -2,12 +2,12 @@
 
 use std::fmt::Write;
 
-/// Stored form of the exponent one: exponents are counted in twelfths, so that square, cube and
-/// fourth roots are exact.
+/// The number that represents the exponent 1. Exponents are stored in twelfths, so that square,
+/// cube and fourth roots are exact.
 const ONE: i16 = 12;
 
 /// Dimension of a quantity. Angles are dimensionless; the power of the angle unit is stored only to
-/// distinguish an angle from a plain number, such as `30 deg` in place of a length.
+/// distinguish an angle from a plain number, so that `30 deg` given as a length is an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub(crate) struct Dimension {
     metre: i16,
@@ -30,12 +30,12 @@ impl Dimension {
         Self { metre, kilogram, second, ..Self::NONE }
     }
 
-    /// Multiplies by an integer power of the ampere.
+    /// Returns this dimension with the power of the ampere set to `power`.
     pub(crate) const fn with_current(self, power: i16) -> Self {
         Self { ampere: power * ONE, ..self }
     }
 
-    /// Multiplies by an integer power of the angle unit.
+    /// Returns this dimension with the power of the angle unit set to `power`.
     pub(crate) const fn with_angle(self, power: i16) -> Self {
         Self { radian: power * ONE, ..self }
     }
@@ -45,7 +45,7 @@ impl Dimension {
         self.same(Self::NONE)
     }
 
-    /// Tests if the dimension is that of a plain number written with an angle unit.
+    /// Tests if the dimension is a nonzero power of the angle unit and contains no other unit.
     pub(crate) fn is_angle(self) -> bool {
         self.is_none() && self.radian != 0
     }
@@ -55,7 +55,8 @@ impl Dimension {
         self.radian != 0
     }
 
-    /// Tests if quantities of both dimensions can be added.
+    /// Tests if quantities of the two dimensions can be added; powers of the angle unit are
+    /// ignored.
     pub(crate) fn same(self, other: Self) -> bool {
         Self { radian: 0, ..self } == Self { radian: 0, ..other }
     }
@@ -75,12 +76,13 @@ impl Dimension {
         self.combine(other, i16::checked_sub)
     }
 
-    /// Dimension of a power; `None` if an exponent is not a multiple of a twelfth or too large.
+    /// Dimension of a quantity of this dimension raised to the power `exponent`. `None` if a power
+    /// of a base unit in the result is not a multiple of 1/12 or is greater than 100.
     pub(crate) fn power(self, exponent: f64) -> Option<Self> {
         let scale = |power: i16| {
             let scaled = f64::from(power) * exponent;
             let whole = scaled.round();
-            // Exponents such as 1/3 contain rounding.
+            // Exponents such as 1/3 contain rounding errors.
             let representable = (scaled - whole).abs() < 1e-6 && whole.abs() <= 1200.0;
             representable.then_some(whole as i16)
         };

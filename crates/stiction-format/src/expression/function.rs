@@ -22,12 +22,12 @@ pub(crate) enum Function {
     Min,
     Max,
     Smooth,
-    /// Sign; allowed only in formulas of measured coordinates, since simulations locate the jumps
-    /// of these formulas alone.
+    /// Sign of a number. It is allowed only in formulas of measured coordinates, because
+    /// simulations locate the jumps of only these formulas.
     Sign,
 }
 
-/// Rules for the dimensions of arguments and result.
+/// Rule for the dimensions of a function's arguments and result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Rule {
     /// Dimensionless argument (or angle), dimensionless result.
@@ -94,7 +94,7 @@ impl Function {
         }
     }
 
-    /// Dimension rule.
+    /// Rule for the dimensions of the function's arguments and result.
     pub(crate) fn rule(self) -> Rule {
         match self {
             Self::Atan2 | Self::Smooth | Self::Sign => Rule::Ratio,
@@ -133,7 +133,8 @@ impl Function {
         }
     }
 
-    /// Reason for a result that is not finite.
+    /// Phrase that explains why the result for these arguments is not finite; `None` if there is no
+    /// specific reason.
     pub(crate) fn complaint(self, arguments: &[Jet]) -> Option<&'static str> {
         let x = arguments.first()?.value;
         match self {

@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// Value with its first and second derivative.
+/// A value and its first and second time derivatives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Jet {
     pub(crate) value: f64,
@@ -70,7 +70,8 @@ impl Jet {
         self.chain(x.atan(), slope, -2.0 * x * slope * slope)
     }
 
-    /// Angle of the point (`x`, `self`), as computed by `atan2`.
+    /// Angle from the x axis to the point (`x`, `self`), rad, from -pi to pi, as computed by
+    /// `atan2`.
     pub(crate) fn atan2(self, x: Self) -> Self {
         let y = self;
         let r2 = x.value * x.value + y.value * y.value;
@@ -138,17 +139,20 @@ impl Jet {
         if self.less_soon(Self::constant(0.0)) { -self } else { self }
     }
 
-    /// Minimum of two jets; at a crossing, the one that is smaller at later times.
+    /// Minimum of two jets. If their values are equal, returns the jet that is smaller immediately
+    /// afterwards.
     pub(crate) fn min(self, other: Self) -> Self {
         if other.less_soon(self) { other } else { self }
     }
 
-    /// Maximum of two jets; at a crossing, the one that is greater at later times.
+    /// Maximum of two jets. If their values are equal, returns the jet that is greater immediately
+    /// afterwards.
     pub(crate) fn max(self, other: Self) -> Self {
         if self.less_soon(other) { other } else { self }
     }
 
-    /// Tests if `self` is less than `other`; at a crossing, if it is less at later times.
+    /// Tests if `self` is less than `other`. If the values are equal, compares the first
+    /// derivatives, then the second.
     fn less_soon(self, other: Self) -> bool {
         let difference =
             [self.value - other.value, self.first - other.first, self.second - other.second];
@@ -156,7 +160,7 @@ impl Jet {
     }
 
     /// Smooth step from 0 at `from` to 1 at `to`, constant outside, with zero first and second
-    /// derivatives at both ends: `6 u^5 - 15 u^4 + 10 u^3`.
+    /// derivatives at both ends: `6 u^5 - 15 u^4 + 10 u^3` with `u = (self - from)/(to - from)`.
     pub(crate) fn smooth(self, from: Self, to: Self) -> Self {
         let u = (self - from) / (to - from);
         match u.value {
@@ -228,7 +232,7 @@ mod tests {
 
     type Operation = (&'static str, fn(Jet) -> Jet);
 
-    /// Functions, each with test arguments well inside its domain.
+    /// Functions to be tested, each of which maps its argument well inside its domain.
     const OPERATIONS: &[Operation] = &[
         ("sin", Jet::sin),
         ("cos", Jet::cos),
@@ -251,8 +255,8 @@ mod tests {
     ];
 
     proptest! {
-        /// Compares derivatives along x(t) = a + b t + c t^2 with central differences of the
-        /// values.
+        /// Checks that the derivatives along x(t) = a + b t + c t^2 agree with central differences
+        /// of the values.
         #[test]
         fn derivatives_are_those_of_the_values(
             a in -1.5..1.5f64, b in -1.0..1.0f64, c in -1.0..1.0f64,

@@ -20,7 +20,8 @@ pub(crate) enum Measure {
     Pitch,
     /// Displacement per force, m/N.
     Compliance,
-    /// Force times time, N s: force per angular rate, or moment per speed.
+    /// Damping that couples translation and rotation: force per angular speed or moment per speed,
+    /// N s.
     Impulse,
     /// Angle per moment, rad/(N m).
     AngularCompliance,
@@ -175,8 +176,9 @@ impl Measure {
         })
     }
 
-    /// Returns a complaint if a quantity has the wrong dimension. Plain numbers are taken in SI units; an angle is
-    /// not accepted where a length is expected.
+    /// Returns `None` if a quantity of dimension `found` is acceptable, otherwise a function that
+    /// creates the error message for a place in the text. A plain number is accepted and read in SI
+    /// units. An angle is not accepted where a length is expected.
     pub(crate) fn complaint(self, found: Dimension) -> Option<impl FnOnce(Span) -> Fault> {
         let expected = self.dimension();
         let bare = found.is_none() && (!found.is_angle() || expected.is_none());

@@ -25,7 +25,7 @@ pub(crate) use run::Formula;
 
 use crate::source::Span;
 
-/// An error in an expression, with its place.
+/// An error in an expression, with its place in the text of the expression.
 #[derive(Clone, Debug)]
 pub(crate) struct Fault {
     pub(crate) span: Span,
@@ -33,7 +33,7 @@ pub(crate) struct Fault {
     pub(crate) message: String,
     pub(crate) label: String,
     pub(crate) help: Option<String>,
-    /// True if the error is a consequence of another one that is reported.
+    /// True if the error is a consequence of another error, which is reported elsewhere.
     pub(crate) echo: bool,
 }
 
@@ -60,19 +60,20 @@ impl Fault {
 
 /// Named values that expressions can use.
 pub(crate) trait Scope {
-    /// Index of the parameter with this name.
+    /// Index of the parameter with this name; `None` if there is no such parameter.
     fn find(&self, name: &str) -> Option<usize>;
     /// Value of a parameter; `None` if its own definition is invalid.
     fn value(&self, index: usize) -> Option<Quantity>;
     /// Names of all parameters, for suggestions.
     fn names(&self) -> Vec<&str>;
-    /// Index and dimension of a measured coordinate or of its rate; for any other name, a message and help. `None`
-    /// where expressions cannot use coordinates.
+    /// Looks up a measured coordinate, or the rate of a coordinate if `rate` is true. Returns the
+    /// index and dimension of the coordinate or rate; for any other name, an error message and
+    /// help. Returns `None` where expressions cannot use coordinates.
     fn measured(&self, name: &str, rate: bool) -> Option<Result<(usize, Dimension), Unmeasured>> {
         let _ = (name, rate);
         None
     }
 }
 
-/// Message and help for a name that is not a coordinate.
+/// Error message and optional help for a name that is not a measured coordinate.
 pub(crate) type Unmeasured = (String, Option<String>);

@@ -1,4 +1,4 @@
-//! The stack machine.
+//! Stack machine that evaluates compiled expressions and their first two time derivatives.
 
 use super::Fault;
 use super::check::not_finite;
@@ -7,14 +7,15 @@ use super::jet::Jet;
 use super::parse::Op;
 use crate::source::Span;
 
-/// Expression whose dimensions are checked, as instructions that yield a number in SI units at any
-/// time.
+/// A compiled expression whose dimensions have been checked: instructions that compute a number in
+/// SI units for any given time.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Formula {
     pub(super) steps: Vec<(Op, Span)>,
 }
 
-/// Result of one operation; NaN if arguments are missing.
+/// Computes the result of one operation; NaN if arguments are missing, or if `op` is a parameter,
+/// the time or a measured coordinate.
 pub(super) fn apply(op: Op, arguments: &[Jet]) -> Jet {
     let argument = |k: usize| arguments.get(k).copied().unwrap_or(Jet::constant(f64::NAN));
     let (a, b) = (argument(0), argument(1));
@@ -44,7 +45,8 @@ impl Formula {
         self.steps.push((op, span));
     }
 
-    /// Removes the instructions from `start` on, all of them constants, and returns their values.
+    /// Removes the instructions from index `start` on, all of which must be constants, and returns
+    /// their values.
     pub(super) fn cut_constants(&mut self, start: usize) -> Vec<Jet> {
         let start = start.min(self.steps.len());
         self.steps.split_off(start).into_iter().map(|(op, _)| apply(op, &[])).collect()
@@ -58,7 +60,7 @@ impl Formula {
         }
     }
 
-    /// Value of the formula; `None` if it is not a single number.
+    /// Value of a constant formula; `None` if the formula is not a single number.
     pub(super) fn constant(&self) -> Option<f64> {
         match self.steps.as_slice() {
             [(Op::Number(value, _), _)] => Some(*value),
@@ -66,15 +68,15 @@ impl Formula {
         }
     }
 
-    /// Value at time `t` with its derivatives; NaN or infinite where undefined.
+    /// Value of the formula at time `t`, s, with its derivatives; NaN or infinite where undefined.
     pub(crate) fn at(&self, t: f64) -> Jet {
         self.run(t, &mut |_, _, _, _| true)
     }
 
-    /// Value with its derivatives at time `t`.
+    /// Value of the formula at time `t`, s, with its derivatives.
     ///
     /// # Errors
-    /// Place and reason if the result of an operation is not finite.
+    /// Returns the place and reason if the result of an operation is not finite.
     pub(crate) fn checked_at(&self, t: f64) -> Result<Jet, Fault> {
         let mut fault = None;
         let value = self.run(t, &mut |op, arguments, span, value| {
@@ -86,7 +88,8 @@ impl Formula {
         fault.map_or(Ok(value), Err)
     }
 
-    /// Calls `see` for every operation with its arguments at time `t`.
+    /// Evaluates the formula at time `t`, s, and calls `see` for every operation with its
+    /// arguments.
     pub(super) fn visit(&self, t: f64, see: &mut dyn FnMut(Op, &[Jet])) {
         self.run(t, &mut |op, arguments, _, _| {
             see(op, arguments);
@@ -94,8 +97,8 @@ impl Formula {
         });
     }
 
-    /// Runs until `visit`, called with every operation, its arguments and its result, returns
-    /// false.
+    /// Evaluates the formula at time `t`, s. Calls `visit` for every operation with its arguments,
+    /// place and result; stops early if `visit` returns false.
     fn run(&self, t: f64, visit: &mut Visitor<'_>) -> Jet {
         let mut stack: Vec<Jet> = Vec::with_capacity(8);
         for (op, span) in &self.steps {

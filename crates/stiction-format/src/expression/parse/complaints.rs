@@ -16,7 +16,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Error for an unexpected word in place of an operator or the end.
+    /// Error for an unexpected token where an operator or the end of the expression was expected.
     pub(super) fn left_over(&self) -> Fault {
         let span = self.span();
         let word = self.word_at(0);
@@ -38,7 +38,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Error for an unknown name; `unit` is true if a unit was expected.
+    /// Error for an unknown name at the next token; `unit` is true if a unit was expected.
     pub(super) fn unknown(&self, unit: bool) -> Fault {
         let name = self.word_at(0);
         if !unit

@@ -1,4 +1,5 @@
-//! Parser from tokens to instructions.
+//! Parser that compiles the tokens of an expression to instructions of the stack machine. The
+//! grammar is:
 //!
 //! ```text
 //! sum     = product (("+" | "-") product)*
@@ -9,7 +10,7 @@
 //! units   = unit ("^" integer)? (("/")? unit ("^" integer)?)*      only one "/", and nothing after it
 //! ```
 //!
-//! Units right behind a number bind tighter than any operator: `5 mm / 2 s` is (5 mm)/(2 s).
+//! Units directly after a number bind tighter than any operator: `5 mm / 2 s` is (5 mm)/(2 s).
 
 mod complaints;
 mod units;
@@ -36,7 +37,7 @@ pub(crate) enum Op {
     Number(f64, Dimension),
     Parameter(usize),
     Time,
-    /// A measured coordinate or rate.
+    /// A measured coordinate or rate: its index in the scope, and its dimension.
     Measured(usize, Dimension),
     Negate,
     Add,
@@ -59,14 +60,15 @@ impl Op {
     }
 }
 
-/// Instructions, each with the place of its operator or operand.
+/// A compiled expression: its instructions, each with the place of its operator or operand in the
+/// text.
 #[derive(Clone, Debug)]
 pub(crate) struct Program {
     pub(crate) steps: Vec<(Op, Span)>,
 }
 
 impl Program {
-    /// Parameters that the program uses.
+    /// Indices of the parameters that the program uses.
     pub(crate) fn parameters(&self) -> impl Iterator<Item = usize> + '_ {
         self.steps.iter().filter_map(|(op, _)| match op {
             Op::Parameter(index) => Some(*index),
@@ -75,7 +77,7 @@ impl Program {
     }
 }
 
-/// Existing meaning of a reserved name, which a parameter cannot have; `None` if the name is available.
+/// Meaning of a reserved name, such as `a unit`; `None` if the name is available for a parameter.
 pub(crate) fn reserved(name: &str) -> Option<&'static str> {
     if unit::find(name).is_some() && !unit::yields_to_parameters(name) {
         Some("a unit")
@@ -90,7 +92,7 @@ pub(crate) fn reserved(name: &str) -> Option<&'static str> {
     }
 }
 
-/// Compiles `text` to instructions; `time` permits `t`.
+/// Compiles `text` to instructions. `time` is true if the expression may contain the time `t`.
 pub(crate) fn parse(text: &str, scope: &dyn Scope, time: bool) -> Result<Program, Fault> {
     let tokens = tokens(text)?;
     let mut parser = Parser { text, tokens, at: 0, scope, time, steps: Vec::new(), depth: 0 };
@@ -233,8 +235,8 @@ impl<'a> Parser<'a> {
                 let (scale, dimension) = self.units()?;
                 let end = self.before();
                 let unit = Op::Number(scale.apply(1.0), dimension);
-                // A parameter cannot have the name of a unit; if one is defined nevertheless, the
-                // name may refer to it.
+                // A parameter cannot have the name of a unit. If such a parameter is defined
+                // nevertheless, the name refers to the parameter.
                 self.emit(named.map_or(unit, Op::Parameter), span.start..end);
             }
             TokenKind::Name => self.name()?,
@@ -267,7 +269,8 @@ impl<'a> Parser<'a> {
         self.scope.measured(self.word_at(ahead), rate)
     }
 
-    /// Tests if a rate `d(` begins here and the expression may contain measured coordinates.
+    /// Tests if the next tokens begin a rate, `d(`, and the expression may contain measured
+    /// coordinates.
     fn is_rate(&self) -> bool {
         self.word_at(0) == "d"
             && self.kind_at(1) == TokenKind::Symbol('(')
@@ -379,8 +382,8 @@ impl<'a> Parser<'a> {
     fn name(&mut self) -> Result<(), Fault> {
         let span = self.span();
         let name = self.word_at(0);
-        // Parameters come first: a definition with the name of a constant or the time is an error
-        // of its own.
+        // Parameters take precedence: a parameter with the name of a constant or of the time is
+        // reported as an error at its definition.
         if let Some(index) = self.scope.find(name) {
             self.emit(Op::Parameter(index), span);
         } else if let Some((_, value)) = CONSTANTS.iter().find(|(known, _)| *known == name) {

@@ -6,7 +6,8 @@ use super::super::unit::{self, Scale};
 use super::super::{Fault, Quantity, Scope};
 use super::Parser;
 
-/// Parses a unit alone, as in a column header; returns its scale and dimension.
+/// Parses a text that consists of a unit alone, such as the unit in a column header; returns the
+/// scale and dimension of the unit.
 pub(crate) fn unit_of(text: &str) -> Result<(Scale, Dimension), Fault> {
     if matches!(text.trim(), "-" | "1" | "") {
         return Ok((Scale::ONE, Dimension::NONE));
@@ -42,7 +43,8 @@ impl Scope for NoNames {
 }
 
 impl Parser<'_> {
-    /// Unit at the next word, unless the word is a function call (`min`).
+    /// Unit named by the next word; `None` if the word is a function call (`min`) or a parameter
+    /// that takes precedence over the unit.
     pub(super) fn unit_here(&self) -> Option<&'static unit::Unit> {
         let called = self.kind_at(1) == TokenKind::Symbol('(');
         let word = self.word_at(0);
