@@ -1,7 +1,9 @@
-//! Sampling limits of formulas: times up to which a few samples are enough to resolve sines, ramps, kinks and peaks.
+//! Sampling limits of formulas of time: times up to which a few samples are enough to resolve
+//! sines, ramps, kinks and peaks.
 //!
-//! A simulation that steps through time evaluates a formula at few instants. The next feature of an operation is
-//! predicted from the value and the derivatives of its argument.
+//! A simulation evaluates a formula only at few instants and could miss a short pulse. The
+//! functions below predict the next feature of each operation from the value and the derivatives of
+//! the operation's argument.
 
 use super::function::Function;
 use super::jet::Jet;
@@ -13,9 +15,10 @@ use std::f64::consts::FRAC_PI_4;
 const EXP_NEGLIGIBLE: f64 = -50.0;
 /// Sigmoids count as constant beyond this argument: 1 - tanh 20 is 8e-18.
 const SIGMOID_LIMIT: f64 = 20.0;
-/// Number of samples across a ramp.
+/// Number of samples across a ramp of the function `smooth`.
 const RAMP_SAMPLES: f64 = 4.0;
-/// Features nearer to the time t than this fraction of max(t, 1 s) count as past.
+/// Features that follow the current time t by less than this fraction of max(|t|, 1 s) count as
+/// past.
 const TIME_RESOLUTION: f64 = 1e-13;
 
 impl Formula {
@@ -34,8 +37,9 @@ impl Formula {
     }
 }
 
-/// Time from `now` on, s, within which a few samples resolve the result of an operation; infinite
-/// if the operation has no features.
+/// Returns the duration, s, from the current time, within which a few samples resolve the result of
+/// an operation; infinite if the operation has no features. Features that follow within `now`, s,
+/// count as past.
 fn within(op: Op, arguments: &[Jet], now: f64) -> f64 {
     let argument = |k: usize| arguments.get(k).copied().unwrap_or(Jet::constant(0.0));
     let a = argument(0);
@@ -74,14 +78,15 @@ fn within(op: Op, arguments: &[Jet], now: f64) -> f64 {
     }
 }
 
-/// Time until a number reaches zero at its present rate, s; infinite if it moves away from zero.
+/// Time, s, until a number reaches zero at its present rate; infinite if the number moves away from
+/// zero.
 fn until_zero(x: Jet) -> f64 {
     let until = -x.value / x.first;
     if until > 0.0 { until } else { f64::INFINITY }
 }
 
-/// Time, s, until a number reaches zero or its rate changes sign, extrapolated with its present
-/// rate and acceleration. A zero crossing at the present time counts as past.
+/// Time, s, until a number reaches zero or its rate changes sign, extrapolated with the present
+/// rate and acceleration. Events that follow within `now`, s, count as past.
 fn until_met(x: Jet, now: f64) -> f64 {
     let root = (x.first * x.first - 2.0 * x.value * x.second).sqrt();
     // Choose the form of the root without cancellation.
@@ -91,8 +96,8 @@ fn until_met(x: Jet, now: f64) -> f64 {
     all.into_iter().filter(|within| *within > now).fold(f64::INFINITY, f64::min)
 }
 
-/// Time, s, until a number changes by the given amount, extrapolated with its present rate and
-/// acceleration.
+/// Time, s, until a number changes by the given amount, extrapolated with the present rate and
+/// acceleration of the number.
 fn until_changed_by(x: Jet, change: f64) -> f64 {
     (change / x.first.abs()).min((2.0 * change / x.second.abs()).sqrt())
 }
@@ -116,8 +121,8 @@ fn until_steep(size: Jet, above: f64) -> f64 {
 mod tests {
     use crate::expression::tests::formula;
 
-    /// Samples at successive sampling limits; returns the greatest absolute value sampled up to
-    /// `end`, and the number of samples.
+    /// Samples a formula at successive sampling limits from time 0 to `end`, s. Returns the
+    /// greatest absolute value among the samples, and the number of samples.
     fn most(text: &str, end: f64) -> (f64, usize) {
         let formula = formula(text);
         let (mut t, mut most, mut samples) = (0.0, 0.0_f64, 0);
@@ -131,7 +136,8 @@ mod tests {
         (most, samples)
     }
 
-    /// Pulses of 2 ms within 10 s, which reach 1, are sampled near their maximum.
+    /// Checks that pulses of height 1, about 2 ms wide within 10 s, are sampled near their maximum
+    /// with few samples.
     #[test]
     fn short_pulses_are_resolved() {
         for text in [
@@ -151,7 +157,8 @@ mod tests {
         }
     }
 
-    /// Oscillations of any frequency are sampled about eight times per period.
+    /// Checks that oscillations of constant or increasing frequency are sampled about eight times
+    /// per period.
     #[test]
     fn oscillations_are_resolved() {
         for (text, turns) in [("sin(2*pi*50*t)", 500.0), ("cos(2*pi*10*t^2)", 1000.0)] {

@@ -1,8 +1,9 @@
-//! Values of formulas of measured coordinates, with their kinks and jumps.
+//! Evaluation of formulas of measured coordinates, which may have kinks and jumps.
 //!
 //! `abs`, `min`, `max` and `sign` of measured quantities are not smooth. A simulation locates the
-//! instants at which they change their branch. Each of these functions has a switching function,
-//! whose sign (side) selects the branch; the branch stays the same until the next located instant.
+//! instants at which they change their branch. Each of these functions has one or more switching
+//! functions, whose sign (side) selects the branch; the branch stays the same until the next
+//! located instant.
 
 use super::function::Function;
 use super::jet::Jet;
@@ -10,7 +11,7 @@ use super::parse::Op;
 use super::run::{Formula, apply};
 
 impl Formula {
-    /// Number of switching functions.
+    /// Number of switching functions of the formula.
     pub(crate) fn switches(&self) -> usize {
         let each = self.steps.iter().map(|(op, _)| match op {
             Op::Call(Function::Abs | Function::Sign, _) => 1,
@@ -25,8 +26,9 @@ impl Formula {
         self.steps.iter().any(|(op, _)| *op == Op::Time)
     }
 
-    /// Value at time `t`, s, for measured quantities. The closure `side` receives the value of each
-    /// switching function and returns its side.
+    /// Evaluates the formula at time `t`, s, with the values `measured` of the coordinates and
+    /// rates. The closure `side` receives the value of each switching function and returns true if
+    /// the function counts as positive.
     pub(crate) fn at_state(
         &self,
         t: f64,

@@ -30,7 +30,8 @@ fn value(text: &str) -> Result<Quantity, Fault> {
     constant(&parse(text, &scope(), false)?, &scope())
 }
 
-/// Numbers equal the result of arithmetic, to the last bit if only one rounding is involved.
+/// Checks the values and dimensions of expressions. The values agree with arithmetic, to the last
+/// bit if only one rounding is involved.
 #[test]
 fn values() {
     let length = Dimension::LENGTH;
@@ -115,7 +116,7 @@ fn depth_is_limited_but_not_length() {
     assert_eq!(value(&signs).unwrap().value, -1.0);
 }
 
-/// A formula of time with a dimensionless value.
+/// Compiles a formula of time whose value is dimensionless.
 pub(super) fn formula(text: &str) -> Formula {
     match in_time(text, &scope(), Measure::Number) {
         Ok(TimeFormula::Changing(formula)) => formula,
@@ -123,7 +124,7 @@ pub(super) fn formula(text: &str) -> Formula {
     }
 }
 
-/// `t` may be used as a number or as a time, with equal values.
+/// Checks that `t` may be used as a number or as a time, with equal values.
 #[test]
 fn time_is_a_number_or_a_quantity() {
     let formula = |text: &str, measure| match in_time(text, &scope(), measure) {
@@ -140,7 +141,8 @@ fn time_is_a_number_or_a_quantity() {
     assert!(in_time("5 mm*t + 3 mm/s*t", &scope(), Measure::Length).is_err());
     assert!(in_time("5 kg*t", &scope(), Measure::Length).is_err());
     assert!(matches!(in_time("2*l1", &scope(), Measure::Length), Ok(TimeFormula::Constant(0.4))));
-    // A constant part is computed once: its derivatives are zero even at an infinite slope.
+    // A constant subexpression is evaluated once: its derivatives are zero even at an infinite
+    // slope.
     let rooted = formula("sqrt(0)*t + t^2", Measure::Number);
     assert_eq!(rooted.at(0.0).second, 2.0);
 }
@@ -179,8 +181,8 @@ fn expression() -> impl Strategy<Value = String> {
 }
 
 proptest! {
-    /// Compares derivatives with central differences of the values, improved by Richardson's
-    /// extrapolation.
+    /// Checks that derivatives agree with central differences of the values, improved by
+    /// Richardson's extrapolation.
     #[test]
     fn derivatives_of_expressions(text in expression(), t in 0.0..1.0f64) {
         let formula = match in_time(&text, &scope(), Measure::Number) {

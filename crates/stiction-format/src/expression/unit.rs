@@ -28,7 +28,8 @@ impl Scale {
         self.factor * if self.ten < 0 { x / tens } else { x * tens }
     }
 
-    /// Converts a decimal number as written, with a single rounding if the unit is a power of ten.
+    /// Converts a number, given by its decimal digits, to SI units. If the unit is a power of ten
+    /// of the SI unit, the result is rounded only once.
     pub(crate) fn apply_to_digits(self, digits: &str) -> f64 {
         let (mantissa, exponent) = digits.split_once(['e', 'E']).unwrap_or((digits, "0"));
         let exponent = exponent.parse::<i32>().ok().and_then(|e| e.checked_add(self.ten));
@@ -39,7 +40,8 @@ impl Scale {
         }
     }
 
-    /// Scale of the product with a unit raised to a power; `None` if a power overflows.
+    /// Scale of the product of this unit and the unit `other` raised to `power`; `None` if the
+    /// scale is too large or too small.
     pub(crate) fn times(self, other: Self, power: f64) -> Option<Self> {
         let ten = f64::from(other.ten) * power;
         // A fractional power of ten cannot be kept as an integer exponent.
@@ -124,7 +126,7 @@ pub(crate) fn yields_to_parameters(name: &str) -> bool {
     find(name).is_some_and(|unit| unit.dimension == CURRENT)
 }
 
-/// Advice for common spellings that are not units here.
+/// Advice for common misspellings of units, such as `sec` or `Nm`; `None` for any other name.
 pub(crate) fn advice(name: &str) -> Option<String> {
     const MEANT: &[(&str, &str)] = &[
         ("degree", "deg"),

@@ -1,7 +1,7 @@
 //! Schema of the model file: one list of fields for every kind of table.
 //!
-//! The tables in [`tables`] are the single source for the reader (unknown and missing keys, units),
-//! for the JSON schema, and for the reference.
+//! The lists in [`tables`] are the single source for the reader of model files (unknown and missing
+//! keys, units), for the JSON schema, and for the reference in the handbook.
 
 mod schema;
 pub(crate) mod tables;
@@ -37,9 +37,10 @@ pub(crate) enum Shape {
     Choice(&'static [&'static str]),
     /// A number or an expression.
     Quantity(Measure),
-    /// A number or an expression, whose measure is linear or angular.
+    /// A number or an expression. The first measure applies to a translation, the second to a
+    /// rotation.
     LinearOrAngular(Measure, Measure),
-    /// Six quantities, or six rows of six.
+    /// A 6 x 6 matrix: its six diagonal entries, or six rows of six quantities.
     SixBySix(Measure),
     /// List of three quantities of the same kind.
     Vector(Measure),
@@ -55,9 +56,10 @@ pub(crate) enum Shape {
     Inertia,
     /// `true`, `false`, or the names of degrees of freedom.
     Actuated,
-    /// Initial coordinates of a joint, as a guess for the assembly.
+    /// Initial guess of the coordinates of a joint, for the assembly of the mechanism.
     Start,
-    /// Range of a joint: a pair of quantities, or pairs by degree of freedom.
+    /// Range of a joint: a pair of quantities, or a table of pairs by the name of a degree of
+    /// freedom.
     Range,
     /// A table with these keys.
     Table(&'static [Field]),
@@ -65,13 +67,13 @@ pub(crate) enum Shape {
     OneOrMore(&'static [Field]),
     /// A list of tables with these keys.
     List(&'static [Field]),
-    /// Tables with these keys, by name.
+    /// A table of named tables, each with these keys.
     Named(&'static [Field]),
-    /// Table of texts by name.
+    /// A table of named texts.
     Texts,
-    /// Table of quantities by name, whose kinds are arbitrary.
+    /// A table of named quantities of arbitrary kinds.
     Parameters,
-    /// Table of coefficients by the name of a joint.
+    /// A table of coefficients, each under the name of a joint.
     Coefficients,
     /// Motions by name: tables with these keys, and with names of coordinates as further keys.
     Motions(&'static [Field]),
@@ -80,7 +82,7 @@ pub(crate) enum Shape {
     /// Limits of motion by the names of coordinates and bodies; a dot in a name leads to a nested
     /// table.
     Limits,
-    /// Loads by name: tables with these keys and bodies.
+    /// Loads by name: tables with these keys, and with names of bodies as further keys.
     Loads(&'static [Field]),
 }
 

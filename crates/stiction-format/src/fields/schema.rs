@@ -106,7 +106,7 @@ fn load() -> Value {
     schema
 }
 
-/// Schema of limits by coordinate or body.
+/// Schema of the limits of motion of coordinates and bodies.
 fn limits() -> Value {
     let mut schema = table(LIMITS);
     if let Some(schema) = schema.as_object_mut() {
@@ -223,12 +223,13 @@ fn shape(shape: &Shape) -> Value {
     }
 }
 
-/// Schema of named tables, each with these keys and with other keys of the schema `others`.
+/// Schema of named tables with these keys; the value of any other key has the schema named
+/// `others`.
 fn named_open(fields: &[Field], others: &str) -> Value {
     json!({ "type": "object", "additionalProperties": open(fields, others) })
 }
 
-/// Schema of a table with these keys; any other key has the schema named `others`.
+/// Schema of a table with these keys; the value of any other key has the schema named `others`.
 fn open(fields: &[Field], others: &str) -> Value {
     let mut each = table(fields);
     if let Some(each) = each.as_object_mut() {

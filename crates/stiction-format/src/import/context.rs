@@ -1,4 +1,5 @@
-//! Messages of an import, and access to further files.
+//! State of an import of a robot file: messages, remarks, and access to files to which the robot
+//! file refers.
 
 use crate::diagnostic::{Diagnostic, Diagnostics, quoted};
 use crate::source::{Place, Source};
@@ -6,12 +7,13 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Returns the bytes of a file that a robot file names, or the reason for a failure. The name is as
-/// written, relative to the folder of the robot file.
+/// Function that reads a file to which the robot file refers. Its argument is the name as written,
+/// relative to the folder of the robot file. It returns the bytes of the file, or the reason for a
+/// failure.
 pub type FileLoader<'a> = dyn Fn(&str) -> Result<Vec<u8>, String> + 'a;
 
-/// A remark on a property that the model does not express, or that was interpreted differently from how it is
-/// written.
+/// A remark on a property of the robot file that the model does not express, or that was
+/// interpreted differently from how it is written.
 #[derive(Clone, Debug)]
 pub struct Note {
     /// The remark, a sentence without a full stop.
@@ -26,7 +28,8 @@ impl Note {
         self.line_with(|name| name)
     }
 
-    /// The remark, preceded by its file and lines; `shown` converts the name of the file.
+    /// The remark, preceded by its file and lines. `shown` converts the name of the file to the
+    /// name that is printed.
     pub(super) fn line_with(&self, shown: fn(&str) -> &str) -> String {
         let mut text = String::new();
         let mut file = None;
@@ -57,7 +60,7 @@ pub(super) struct Context<'a> {
     meshes: RefCell<HashMap<String, bool>>,
     /// Mesh files that cannot be read, with the places that name them.
     missing: RefCell<Vec<(String, Place)>>,
-    /// Index of the note for each message, so that further places are added to it.
+    /// For each message, the index of its remark in `notes`, to which further places are added.
     known: RefCell<HashMap<String, usize>>,
 }
 
@@ -119,7 +122,8 @@ impl<'a> Context<'a> {
         std::mem::take(&mut *self.notes.borrow_mut())
     }
 
-    /// Tests if a mesh can be shown: its file can be read, and its format is known. Reports other meshes.
+    /// Tests if a mesh can be shown: its file can be read, and the format of the file is known.
+    /// Adds a remark about a mesh that cannot be shown.
     pub(super) fn has_mesh(&self, file: &str, place: Place) -> bool {
         if !self.is_mesh_file(file, &place) {
             return false;
@@ -133,7 +137,8 @@ impl<'a> Context<'a> {
         is_shown
     }
 
-    /// Tests if the file of a mesh can be read; remembers it otherwise.
+    /// Tests if the file of a mesh can be read. Files that cannot be read are stored for
+    /// `note_missing_meshes`.
     pub(super) fn is_mesh_file(&self, file: &str, place: &Place) -> bool {
         let known = self.meshes.borrow().get(file).copied();
         let is_read = known.unwrap_or_else(|| (self.files)(file).is_ok());
@@ -168,7 +173,7 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// Reads another file that must be text, and returns it with its name.
+    /// Reads a file to which the robot file refers and which must be UTF-8 text.
     pub(super) fn text(&self, name: &str) -> Result<Arc<Source>, String> {
         let bytes = (self.files)(name)?;
         let text = String::from_utf8(bytes).map_err(|_| "it is not UTF-8 text".to_owned())?;

@@ -16,26 +16,26 @@ pub(super) struct Description {
     pub(super) format: &'static str,
     pub(super) name: String,
     pub(super) gravity: Vec3<f64>,
-    /// Default mode of friction, as in a model file.
+    /// Friction mode that the model uses by default: `on`, `off` or `one-pass`.
     pub(super) friction: Option<String>,
     /// Bodies; the first is the ground.
     pub(super) bodies: Vec<Body>,
     pub(super) joints: Vec<Joint>,
     pub(super) springs: Vec<Spring>,
-    /// Tables of springs in the form of the model file, from extension elements.
+    /// Springs defined by extension elements: name, and table in the form of the model file.
     pub(super) spring_tables: Vec<(String, Table)>,
-    /// Tables of motors in the form of the model file, from extension elements.
+    /// Motors defined by extension elements: name, and table in the form of the model file.
     pub(super) motor_tables: Vec<(String, Table)>,
-    /// Tables of gearings in the form of the model file, from extension elements.
+    /// Gearings defined by extension elements: name, and table in the form of the model file.
     pub(super) gearing_tables: Vec<(String, Table)>,
-    /// Tables of bushings in the form of the model file, from extension elements.
+    /// Bushings defined by extension elements: name, and table in the form of the model file.
     pub(super) bushing_tables: Vec<(String, Table)>,
     pub(super) motors: Vec<Motor>,
     pub(super) joint_motors: Vec<JointMotor>,
     pub(super) gearings: Vec<Gearing>,
     /// Extension elements of this program in the file.
     pub(super) extensions: Vec<super::extension::Entry>,
-    /// Description of the configuration in which the file starts the joints, such as a keyframe.
+    /// Phrase for the configuration in which the file starts the joints, such as a keyframe.
     pub(super) position: &'static str,
 }
 
@@ -90,9 +90,9 @@ pub(super) struct Joint {
     pub(super) kind: JointType,
     pub(super) from: usize,
     pub(super) to: usize,
-    /// Frame J in `from`; its z axis is that of the joint.
+    /// Pose of frame J in the body `from`; the z axis of this frame is the axis of the joint.
     pub(super) frame_j: Pose<f64>,
-    /// Frame K in `to`; both frames coincide at zero coordinates.
+    /// Pose of frame K in the body `to`; frames J and K coincide at zero coordinates.
     pub(super) frame_k: Pose<f64>,
     /// Pitch of a screw joint, m/rad.
     pub(super) pitch: f64,
@@ -137,7 +137,8 @@ impl Joint {
         }
     }
 
-    /// Name of a degree of freedom, as in motions.
+    /// Name of a degree of freedom in motions: the name of the joint, followed by a dot and the
+    /// name of the degree of freedom if the joint has several.
     pub(super) fn dof_name(&self, dof: usize) -> String {
         match self.kind.dofs() {
             [_] => self.name.clone(),
@@ -157,7 +158,7 @@ impl Joint {
         self.kind.pose(&q, self.pitch)
     }
 
-    /// Pose of `to` in `from` in the file's configuration.
+    /// Pose of the body `to` in the body `from` in the file's configuration.
     pub(super) fn relative(&self) -> Pose<f64> {
         self.frame_j * self.across() * self.frame_k.inverse()
     }
@@ -227,9 +228,11 @@ pub(super) struct JointMotor {
     pub(super) gear: f64,
     /// Greatest effort at the output, N or N m.
     pub(super) effort: Option<f64>,
-    /// Inertia, constant friction and damping at the output coordinate, SI units.
+    /// Inertia at the output coordinate, kg or kg m^2.
     pub(super) armature: f64,
+    /// Constant friction at the output coordinate, N or N m.
     pub(super) friction: f64,
+    /// Damping at the output coordinate, N s/m or N m s/rad.
     pub(super) damping: f64,
     pub(super) place: Option<Place>,
 }
@@ -256,10 +259,10 @@ impl Description {
         }
     }
 
-    /// Moves joints to the coordinates that gearings prescribe: the first joint of each gearing is
-    /// moved, its other joints keep their coordinates.
+    /// Changes joint coordinates so that they satisfy the gearings. The first joint of each gearing
+    /// is moved; the other joints of the gearing keep their coordinates.
     pub(super) fn place_followers(&mut self) {
-        // Followers may have followers.
+        // A joint moved by one gearing may in turn move the first joint of another gearing.
         for _ in 0..self.gearings.len() {
             for gearing in &self.gearings {
                 let Some((&(own, dof, factor), rest)) = gearing.terms.split_first() else {
@@ -275,7 +278,7 @@ impl Description {
     }
 
     /// Poses of all bodies in the ground's frame in the file's configuration, computed first along
-    /// joints that close no loop; `None` for bodies without a connection.
+    /// joints that close no loop. `None` for bodies that are not connected to the ground.
     pub(super) fn poses(&self) -> Vec<Option<Pose<f64>>> {
         let mut poses = vec![None; self.bodies.len()];
         poses[GROUND] = Some(Pose::identity());

@@ -1,8 +1,8 @@
 //! Extension elements of this program in files of other formats, for properties that these formats
 //! cannot express.
 //!
-//! In URDF and SDF these are elements in a separate namespace, in MJCF custom texts. Each names the
-//! joint or other part to which it belongs:
+//! In URDF and SDF, extension elements are elements in a separate namespace, in MJCF custom texts.
+//! Each names the joint or other part to which it belongs:
 //!
 //! | kind | content |
 //! | --- | --- |
@@ -13,8 +13,8 @@
 //! | `from` | the predecessor of a joint whose bodies are exchanged in the file |
 //! | `start` | coordinates of the joint at which the robot starts |
 //! | `coordinates` | the joint's coordinates in the file's configuration, where the file has zero |
-//! | `default` | the value of this name in the table `default`: `friction` |
-//! | `gravity` | three numbers, without a name |
+//! | `default` | a value of the table `default`; the only possible name is `friction` |
+//! | `gravity` | the acceleration of gravity, three numbers in m/s²; this element has no name |
 
 use super::context::Context;
 use super::description::{Description, Joint};
@@ -30,7 +30,8 @@ use toml::Table;
 /// XML namespace of the extension elements.
 pub const NAMESPACE: &str = "urn:stiction:1";
 
-/// Extension element: its kind, the name of its joint or other part, and its text.
+/// An extension element: its kind, the name of the joint or other part to which it belongs, and its
+/// text.
 #[derive(Clone, Debug)]
 pub(super) struct Entry {
     kind: String,
@@ -39,7 +40,7 @@ pub(super) struct Entry {
     place: Place,
 }
 
-/// Extension elements of this program among the children of `parent`.
+/// Returns the extension elements of this program among the children of `parent`.
 pub(super) fn entries(parent: &Element) -> Vec<Entry> {
     let own = parent.children.iter().filter(|child| child.namespace == NAMESPACE);
     let entry = |child: &Element| Entry {
@@ -51,7 +52,7 @@ pub(super) fn entries(parent: &Element) -> Vec<Entry> {
     own.map(entry).collect()
 }
 
-/// Custom texts of this program in MJCF.
+/// Returns the extension elements that an MJCF file contains as custom texts.
 pub(super) fn custom_texts(root: &Element) -> Vec<Entry> {
     let prefix = format!("{NAMESPACE}/");
     let texts = root.all("custom").flat_map(|custom| custom.all("text"));
@@ -68,7 +69,8 @@ pub(super) fn custom_texts(root: &Element) -> Vec<Entry> {
     texts.filter_map(entry).collect()
 }
 
-/// Applies the elements that belong to existing joints and returns all others.
+/// Applies extension elements to the robot. Returns the elements that cannot be applied: those
+/// whose joint does not exist, and `from` elements with a body that the joint does not connect.
 pub(super) fn apply(
     context: &Context<'_>,
     robot: &mut Description,
@@ -126,7 +128,8 @@ fn is_end(robot: &Description, joint: usize, body: &str) -> bool {
     [joint.from, joint.to].iter().any(|end| robot.bodies[*end].name == body)
 }
 
-/// Names of the coordinates that a table of the model file names by `joint` or `joints`.
+/// Names of the joint coordinates to which a table of the model file refers by its key `joint` or
+/// `joints`.
 pub(super) fn joint_names(table: &Table) -> Vec<String> {
     let joints = table.get("joints").and_then(toml::Value::as_table);
     let several = joints.into_iter().flat_map(|joints| joints.keys().cloned());
@@ -134,7 +137,8 @@ pub(super) fn joint_names(table: &Table) -> Vec<String> {
     one.into_iter().chain(several).collect()
 }
 
-/// Changes the names of joints and bodies in the tables of extension elements, all at once. The keys are former names.
+/// Renames joints and bodies in the tables of extension elements. The maps lead from old to new
+/// names; all names change at once, so that two names can be exchanged.
 pub(super) fn rename(
     robot: &mut Description,
     joints: &HashMap<String, String>,
@@ -164,7 +168,7 @@ pub(super) fn rename(
     }
 }
 
-/// New name of the coordinate `joint` or `joint.x`, if its joint has one.
+/// New name of the coordinate `joint` or `joint.dof`; `None` if the joint is not renamed.
 fn renamed_coordinate(name: &str, joints: &HashMap<String, String>) -> Option<String> {
     if let Some(new) = joints.get(name) {
         return Some(new.clone());
@@ -173,7 +177,8 @@ fn renamed_coordinate(name: &str, joints: &HashMap<String, String>) -> Option<St
     Some(format!("{}.{dof}", joints.get(joint)?))
 }
 
-/// Removes properties written for other programs if an extension element describes them completely.
+/// Removes motors, springs, gearings and coordinate properties that the file contains for other
+/// programs if extension elements describe them completely.
 pub(super) fn supersede(robot: &mut Description) {
     let places = |robot: &Description, tables: &[(String, Table)]| -> Vec<(usize, usize)> {
         let names: Vec<String> = tables.iter().flat_map(|(_, table)| joint_names(table)).collect();
@@ -207,8 +212,8 @@ pub(super) fn supersede(robot: &mut Description) {
     }
 }
 
-/// Reports extension elements whose joint does not exist, and elements `from` whose body is not
-/// connected by their joint.
+/// Reports extension elements whose joint does not exist, and `from` elements that name a body that
+/// the joint does not connect.
 pub(super) fn note_left(context: &Context<'_>, robot: &Description, entries: Vec<Entry>) {
     for entry in entries {
         let name = quoted(&entry.name);
@@ -238,7 +243,7 @@ fn joint(context: &Context<'_>, robot: &mut Description, index: usize, entry: &E
             let across = joint.kind.pose(&numbers, joint.pitch);
             if entry.kind == "coordinates" {
                 shift(joint, &numbers, across);
-                // Limits and springs of the file refer to its zero.
+                // Ranges and springs in the file refer to the zero position of the file.
                 for (dof, value) in joint.dofs.iter_mut().zip(&numbers) {
                     dof.range = dof.range.map(|range| range.map(|bound| bound + value));
                     dof.spring = dof.spring.map(|[stiffness, rest]| [stiffness, rest + value]);
@@ -254,8 +259,8 @@ fn joint(context: &Context<'_>, robot: &mut Description, index: usize, entry: &E
     }
 }
 
-/// Tests if there is one number for each coordinate of the joint, and if a quaternion among the
-/// numbers has length 1.
+/// Tests if `numbers` are coordinates of a joint of this kind: one number for each coordinate, and
+/// a quaternion of length 1.
 fn is_position(kind: JointType, numbers: &[f64]) -> bool {
     let unit = |q: &[f64]| (q.iter().map(|x| x * x).sum::<f64>() - 1.0).abs() < 1e-6;
     numbers.len() == kind.coordinates()
@@ -266,8 +271,8 @@ fn is_position(kind: JointType, numbers: &[f64]) -> bool {
         }
 }
 
-/// Moves the frames of the joint so that its present relative pose, `across`, corresponds to the
-/// coordinates `numbers`.
+/// Moves the frames of a joint so that the file's configuration, in which frames J and K coincide,
+/// gets the coordinates `numbers`. `across` is the pose of frame K in frame J at these coordinates.
 fn shift(joint: &mut Joint, numbers: &[f64], across: Pose<f64>) {
     match joint.kind {
         JointType::Universal => {
@@ -284,7 +289,8 @@ fn shift(joint: &mut Joint, numbers: &[f64], across: Pose<f64>) {
     }
 }
 
-/// Exchanges predecessor and successor; the coordinates do not change.
+/// Exchanges predecessor and successor of a joint; the values of its scalar coordinates do not
+/// change.
 fn turn_round(joint: &mut Joint) {
     let [x, y, z] = [0, 1, 2].map(Vec3::unit);
     let axes = match joint.kind {
@@ -300,7 +306,7 @@ fn turn_round(joint: &mut Joint) {
     joint.dofs.reverse();
 }
 
-/// Parses the text of an element as a TOML table; reports errors.
+/// Parses the text of an extension element as a TOML table; reports errors.
 fn table(context: &Context<'_>, entry: &Entry) -> Option<Table> {
     match entry.text.parse::<Table>() {
         Ok(table) => Some(table),

@@ -16,19 +16,19 @@ pub(super) fn symmetric([xx, yy, zz, xy, xz, yz]: [f64; 6]) -> Mat3<f64> {
     Mat3::from_columns(column(xx, xy, xz), column(xy, yy, yz), column(xz, yz, zz))
 }
 
-/// Tensor in the axes of another frame; the columns of `rotation` are the present axes in that
-/// frame.
+/// Expresses a tensor in the axes of another frame. The columns of `rotation` are the present axes,
+/// expressed in the other frame.
 pub(super) fn turned(tensor: Mat3<f64>, rotation: Mat3<f64>) -> Mat3<f64> {
     if rotation == Mat3::identity() {
         return tensor;
     }
     let turned = rotation * tensor * rotation.transpose();
-    // Rounding errors leave it slightly unsymmetric.
+    // Rounding errors make the product slightly unsymmetric.
     (turned + turned.transpose()) * 0.5
 }
 
-/// Difference between the inertia about a point at the distance `arm` from the centre of mass and
-/// that about the centre of mass (Steiner's term).
+/// Steiner's term (parallel axis theorem): inertia about a point minus inertia about the centre of
+/// mass. `arm` is the vector between this point and the centre of mass.
 pub(super) fn steiner(mass: f64, arm: Vec3<f64>) -> Mat3<f64> {
     let square = arm.norm_squared();
     let column = |k: usize| (Vec3::unit(k) * square + arm * -arm.component(k)) * mass;
@@ -42,7 +42,8 @@ impl Mass {
         Self { mass: 0.0, com: zero, inertia: Mat3 { columns: [zero; 3] } }
     }
 
-    /// Transforms to another frame; `pose` is the pose of the present frame in it.
+    /// Transforms the mass properties to another frame; `pose` is the pose of the present frame in
+    /// the other frame.
     pub(super) fn placed(self, pose: Pose<f64>) -> Self {
         Self {
             mass: self.mass,
@@ -51,7 +52,7 @@ impl Mass {
         }
     }
 
-    /// Mass properties of both parts together.
+    /// Mass properties of this part and `other` together, expressed in the same frame.
     pub(super) fn with(self, other: Self) -> Self {
         let mass = self.mass + other.mass;
         if mass == 0.0 {
@@ -62,7 +63,7 @@ impl Mass {
         Self { mass, com, inertia: about(self) + about(other) }
     }
 
-    /// Scales the mass; the shape does not change.
+    /// Multiplies the mass and inertia by `factor`; the centre of mass does not change.
     pub(super) fn scaled(self, factor: f64) -> Self {
         Self { mass: self.mass * factor, inertia: self.inertia * factor, ..self }
     }

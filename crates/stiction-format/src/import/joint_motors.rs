@@ -1,17 +1,18 @@
-//! Motors that drive several joints together. If gearings couple these joints, the motor is moved
-//! to one of them; otherwise it is kept, provided that all motors together determine the effort of
-//! each joint.
+//! Motors that each drive several joints together. If gearings couple these joints, the motor is
+//! moved to one of the joints. Otherwise the motor is kept, provided that all motors together
+//! determine the effort of each joint.
 
 use super::context::Context;
 use super::description::{Description, JointMotor, Motor};
 use super::text::gearing;
 use crate::diagnostic::quoted;
 
-/// Relative size below which pivots are rounding errors.
+/// Pivots of the elimination that are smaller than this fraction of the largest matrix entry count
+/// as rounding errors.
 const DEPENDENT: f64 = 1e-9;
 
-/// Moves, keeps or removes every motor of several joints; reports the removed ones, which a model
-/// cannot express.
+/// Moves every motor of several joints to one joint if gearings couple the joints. Keeps the
+/// remaining motors if a model can express them; otherwise removes and reports them.
 pub(super) fn settle(context: &Context<'_>, robot: &mut Description) {
     let mut several = Vec::new();
     for motor in std::mem::take(&mut robot.joint_motors) {
@@ -41,8 +42,9 @@ pub(super) fn settle(context: &Context<'_>, robot: &mut Description) {
     }
 }
 
-/// First joint of a motor, and the motor's output coordinate per unit of this joint's coordinate;
-/// `None` unless gearings of two joints couple all joints of the motor to the first.
+/// Finds the single joint to which a motor can be moved. Returns the index of the motor's first
+/// joint, and the motor's output coordinate per unit of this joint's coordinate. Returns `None`
+/// unless gearings, each of two joints, couple all joints of the motor to the first joint.
 fn alone(robot: &Description, motor: &JointMotor) -> Option<(usize, f64)> {
     let first = motor.terms.first()?.0;
     let mut ratios: Vec<Option<f64>> = vec![None; robot.joints.len()];
@@ -108,8 +110,9 @@ fn move_to_one(
     });
 }
 
-/// Tests if the motors of several joints, together with the single-joint motors on the same joints,
-/// can give these joints independent efforts: the matrix of coefficients has full rank.
+/// Tests if the motors that each drive several joints, together with the single-joint motors on the
+/// same joints, can give these joints independent efforts: the matrix of coefficients has full
+/// rank.
 fn determines(robot: &Description, several: &[JointMotor]) -> bool {
     let mut joints: Vec<usize> =
         several.iter().flat_map(|motor| &motor.terms).map(|term| term.0).collect();

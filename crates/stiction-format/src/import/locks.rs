@@ -1,15 +1,17 @@
-//! Couplings of a single coordinate, which lock its joint.
+//! Locks joints whose coordinate is prescribed: a coupling (linear constraint) that contains a
+//! single coordinate turns the joint into a fixed joint.
 
 use super::context::Context;
 use super::description::Description;
 use crate::diagnostic::quoted;
 use stiction_core::joint::JointType;
 
-/// Relative deviation of two values of one coordinate that counts as rounding.
+/// Largest relative difference between two values prescribed for one coordinate that is attributed
+/// to rounding.
 const SAME: f64 = 1e-9;
 
-/// Replaces joints by fixed joints if a coupling of a single coordinate prescribes their
-/// coordinate.
+/// Replaces a joint by a fixed joint if a coupling that contains only the joint's coordinate
+/// prescribes this coordinate. Motors of the joint are removed.
 pub(super) fn fix(context: &Context<'_>, robot: &mut Description) {
     while let Some((gearing, joint, factor)) = next(robot) {
         let gearing = robot.gearings.remove(gearing);
@@ -53,8 +55,8 @@ pub(super) fn fix(context: &Context<'_>, robot: &mut Description) {
     }
 }
 
-/// Finds the first coupling of a single coordinate; returns the indices of the coupling and of its
-/// joint, and the factor of the coordinate.
+/// Finds the first coupling that contains a single coordinate. Returns the index of the coupling,
+/// the index of the joint, and the factor of the coordinate.
 fn next(robot: &Description) -> Option<(usize, usize, f64)> {
     robot.gearings.iter().enumerate().find_map(|(index, gearing)| {
         let terms = || gearing.terms.iter().filter(|term| term.2 != 0.0);

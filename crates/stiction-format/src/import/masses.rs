@@ -9,15 +9,16 @@ use nalgebra::Matrix3;
 /// Largest mass of a body that is not reported as unrealistic, kg.
 const HEAVY: f64 = 1e5;
 
-/// Ratio of a negative principal moment to the typical moment of inertia of the robot, up to which
-/// the negative moment is negligible.
+/// Largest ratio of the magnitude of a negative principal moment to the typical moment of inertia
+/// of the robot for which the negative moment is negligible.
 const NEGLIGIBLE: f64 = 1e-8;
-/// Ratio of a negative principal moment to the largest moment of its body, up to which the negative
-/// moment is a rounding error of an exporter: files often have six digits.
+/// Largest ratio of the magnitude of a negative principal moment to the largest moment of its body
+/// for which the negative moment is a rounding error of an exporter: files often have six digits.
 const ROUNDING: f64 = 1e-5;
 
-/// Reports masses that are unrealistically large, since exporters sometimes confuse units; replaces negative principal
-/// moments of inertia by zero if they are negligible for the robot, and refuses them otherwise.
+/// Reports masses that are unrealistically large, since exporters sometimes confuse units. Replaces
+/// negative principal moments of inertia by zero if they are negligible for the robot, and reports
+/// an error otherwise.
 pub(super) fn check(context: &Context<'_>, robot: &mut Description) {
     let slack = NEGLIGIBLE * moment_of(robot);
     for body in &mut robot.bodies {
@@ -43,7 +44,8 @@ fn moment_of(robot: &Description) -> f64 {
     moments.filter(|moment| moment.is_finite()).fold(mass * length * length, f64::max)
 }
 
-/// Raises negative principal moments of at most `slack`, kg m², to zero, and refuses larger ones.
+/// Sets negative principal moments to zero if their magnitude is at most `slack`, kg m²; otherwise
+/// reports an error.
 fn raise_moments(context: &Context<'_>, body: &mut Body, slack: f64) {
     let tensor = Matrix3::from(body.inertia);
     if !tensor.iter().all(|entry| entry.is_finite()) {

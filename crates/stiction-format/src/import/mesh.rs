@@ -1,22 +1,24 @@
-//! Masses of meshes of triangles.
+//! Mass properties of triangle meshes.
 
 use super::inertia::{Mass, steiner};
 use crate::triangles::Triangle;
 use stiction_core::spatial::{Mat3, Vec3};
 
-/// Distribution of the mass of a mesh.
+/// Assumed distribution of the mass of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Content {
     /// The enclosed solid, with density 1 kg/m³.
     Solid,
-    /// Pyramids from the centre to all triangles, also to those that face it, with density 1 kg/m³: MuJoCo's `legacy`.
-    /// It is the solid if the centre sees every triangle from inside.
+    /// Pyramids from the centre of mass to all triangles, with density 1 kg/m³ (MuJoCo's `legacy`).
+    /// Pyramids to triangles that face the centre are added, not subtracted, so that the result
+    /// equals `Solid` only if the centre sees every triangle from inside.
     Pyramids,
-    /// The surface, with 1 kg/m².
+    /// The surface alone, with 1 kg/m².
     Shell,
 }
 
-/// Mass of a mesh; zero if it is degenerate. The orientation of the triangles, outwards or inwards, does not matter.
+/// Mass properties of a mesh; zero if the mesh is degenerate. The triangles may all be oriented
+/// outwards or all inwards.
 pub(super) fn mass(triangles: &[Triangle], content: Content) -> Mass {
     let Some([corner, ..]) = triangles.first().copied() else { return Mass::none() };
     let mass = match content {
@@ -92,8 +94,8 @@ impl Moments {
     }
 }
 
-/// Converts moments about the apex to a mass with its inertia about the centre of mass. Triangles
-/// that face inwards give a negative volume.
+/// Converts moments about the apex to a mass with its inertia about the centre of mass. If the
+/// triangles face inwards, the signed volume is negative and its sign is removed.
 fn about_own_com(moments: Moments) -> Mass {
     let com = moments.com();
     let moved = steiner(moments.mass, com + -moments.apex);
@@ -101,8 +103,8 @@ fn about_own_com(moments: Moments) -> Mass {
     Mass { mass: moments.mass.abs(), com, inertia }
 }
 
-/// Mass by MuJoCo's rule `legacy`: the centre of mass from pyramids about the centroid of the surface, mass and
-/// inertia from pyramids about that centre.
+/// Mass properties by MuJoCo's rule `legacy`: the centre of mass is computed from pyramids about
+/// the centroid of the surface, mass and inertia from pyramids about this centre of mass.
 fn pyramids(triangles: &[Triangle], corner: Vec3<f64>) -> Mass {
     let centroid = Moments::of_surface(triangles, corner).com();
     let com = Moments::of_pyramids(triangles, centroid, f64::abs).com();
@@ -143,7 +145,8 @@ mod tests {
 
     #[test]
     fn a_box_has_the_inertia_of_a_box() {
-        // The fourth face has the wrong orientation in the file: corrected here, as no reader corrects it.
+        // The fourth face has the wrong orientation in the text; it is corrected here because the
+        // readers of meshes do not correct it.
         let text = BOX.replace("f -6 -5 -1 -2", "f 2 3 7 6");
         let triangles = read("a.obj", text.as_bytes()).unwrap();
         check(solid(&triangles));
@@ -182,7 +185,8 @@ mod tests {
         assert!((shell.inertia.at(0, 0) - expected).abs() < 1e-11 * expected);
     }
 
-    /// A cube with a pit down to its centre: pyramids that face the centre count twice.
+    /// Checks that `Pyramids` overestimates the mass of a cube with a pit: pyramids to triangles
+    /// that face the centre are added instead of subtracted.
     #[test]
     fn pyramids_overcount_what_is_not_convex() {
         let with_pit = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n\

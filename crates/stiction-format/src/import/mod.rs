@@ -51,7 +51,8 @@ pub struct Imported {
 /// Options of an import.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ImportOptions {
-    /// Imports every joint as it is in the file, without merging chains of joints into hinges, balls and others.
+    /// Imports every joint as it is in the file, without merging chains of joints into hinges, ball
+    /// joints and others.
     pub literal: bool,
 }
 
@@ -62,7 +63,7 @@ pub fn is_robot_file(text: &str) -> bool {
     text.starts_with('<')
 }
 
-/// Converts a URDF, MJCF or SDF file to a model file. `files` returns meshes and included files, by
+/// Converts a URDF, MJCF or SDF file to a model file. `files` reads meshes and included files, by
 /// names relative to the folder of the robot file.
 ///
 /// # Errors
@@ -89,8 +90,8 @@ pub fn import(
     }
 }
 
-/// Remark that shapes are omitted, because a model has none. `is_shown` is true if meshes of some
-/// bodies are kept.
+/// Remark that shapes of the file are omitted, because a model has no shapes. `is_shown` is true if
+/// meshes of some bodies are kept.
 fn left_out_shapes(is_shown: bool) -> &'static str {
     match is_shown {
         true => {
@@ -110,7 +111,7 @@ fn file_name(name: &str) -> &str {
     name.rsplit(['/', '\\']).next().unwrap_or(name)
 }
 
-/// Greatest number of bodies; analysing larger mechanisms would take hours.
+/// Maximum number of bodies; analysing larger mechanisms would take hours.
 const MOST_BODIES: usize = 2000;
 
 /// Rejects files with too many bodies.
@@ -132,7 +133,7 @@ fn limit_size(context: &Context<'_>, root: &Element) -> Option<()> {
     Some(())
 }
 
-/// Reads a file with the reader of its root element.
+/// Reads the robot from the root element of a file; the tag of this element determines the format.
 fn describe(context: &Context<'_>, root: &Element, stem: &str) -> Option<Description> {
     limit_size(context, root)?;
     match root.tag.as_str() {
@@ -164,7 +165,7 @@ fn with_legs(
     long: &str,
     read: &dyn Fn(&str) -> Result<ModelFile, Diagnostics>,
 ) -> Option<String> {
-    /// Greatest number of groups; limits the time for writing and reading texts.
+    /// Maximum number of groups; limits the time for writing and reading texts.
     const MOST: usize = 20;
     let found = if context.literal { Vec::new() } else { legs::find(robot) };
     if found.is_empty() {

@@ -9,10 +9,11 @@ use std::collections::{HashMap, HashSet};
 /// Names that parts cannot have, because they have a meaning in motions, loads and results.
 pub(super) const TAKEN: [&str; 10] =
     ["title", "start", "duration", "step", "file", "order", "time", "loads", "dampers", "ground"];
-/// Longest name that is kept, in characters.
+/// Maximum length of a name in characters; longer names are cut off.
 const LONGEST: usize = 100;
 
-/// Converts a name to allowed characters: letters, digits, `_` and `-`, with dots between non-empty parts.
+/// Converts a name to allowed characters: letters, digits, `_` and `-`, with dots between non-empty
+/// components of the name.
 fn allowed(name: &str) -> String {
     let parts = name.replace("::", ".");
     let parts = parts.split('.').map(|part| {
@@ -38,7 +39,7 @@ struct Names {
 }
 
 impl Names {
-    /// Replaces a name by its allowed form, with a number if that name is already used.
+    /// Replaces a name by its allowed form, and appends a number if this form is already used.
     fn take(&mut self, context: &Context<'_>, name: &mut String, kind: &str) {
         let own = allowed(name);
         let mut unique = own.clone();
@@ -59,7 +60,7 @@ impl Names {
     }
 }
 
-/// Makes all names allowed and unique.
+/// Converts the names of all parts to unique names of the allowed form.
 pub(super) fn tidy(context: &Context<'_>, robot: &mut Description) {
     let mut bodies = Names::default();
     for body in robot.bodies.iter_mut().skip(1) {

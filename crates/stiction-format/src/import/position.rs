@@ -1,5 +1,5 @@
 //! Finds the configuration with closed loops that is nearest to the configuration in the robot
-//! file, and coordinates that fix it.
+//! file, and coordinates whose values determine this configuration.
 
 use super::context::Context;
 use super::description::{Description, GROUND};
@@ -20,9 +20,9 @@ const MOST: usize = 400;
 
 type Fixed = Vec<(Coordinate, f64)>;
 
-/// Coordinates, with their values in the file's configuration, of all joints that are in no loop
-/// and have no gearing: those of joints with scalar coordinates, and the poses of bodies that hang
-/// on free and spherical joints.
+/// Returns coordinates of all joints that are in no loop and have no gearing, with their values in
+/// the file's configuration. For free and spherical joints, these are coordinates of the pose or
+/// orientation of the body that the joint carries.
 fn outside_loops(robot: &Description) -> Fixed {
     let (in_loops, poses) = (robot.in_loops(), robot.poses());
     let mut fixed = Fixed::new();
@@ -59,8 +59,9 @@ fn solver(model: &ModelFile, fixed: &Fixed) -> Option<InverseDynamics> {
     InverseDynamics::new(mechanism, homes, &coordinates, &targets, Settings::default()).ok()
 }
 
-/// Moves the description to the nearest configuration with closed loops. Returns coordinates that
-/// fix this configuration, preferably those of the motors.
+/// Moves `robot` to the nearest configuration with closed loops. Returns coordinates that determine
+/// this configuration, preferably those of the motors. Returns `None` after a remark if the robot
+/// has too many joint coordinates or the loops cannot be closed.
 pub(super) fn assemble(
     context: &Context<'_>,
     robot: &mut Description,
@@ -99,15 +100,16 @@ pub(super) fn assemble(
     Some(names(by_motors(model, &assembled, &outside).unwrap_or(fixed)))
 }
 
-/// Adds coordinates that fix the remaining degrees of freedom.
+/// Extends `fixed` by coordinates that determine the remaining degrees of freedom.
 fn with_locks(model: &ModelFile, fixed: Fixed) -> Result<Fixed, AssemblyError> {
     let coordinates: Vec<Coordinate> = fixed.iter().map(|(coordinate, _)| *coordinate).collect();
     let rest = locks(&model.mechanism, &model.initial_poses, &coordinates, &targets(&fixed))?;
     Ok(fixed.into_iter().chain(rest).collect())
 }
 
-/// Coordinates of the motors and of joints outside of loops, and further coordinates for degrees of
-/// freedom that these leave undetermined. `None` if they do not fix the robot's configuration.
+/// Returns the coordinates of the motors and of joints outside of loops, and further coordinates
+/// for degrees of freedom that these coordinates leave undetermined. `None` if they do not
+/// determine the robot's configuration.
 fn by_motors(model: &ModelFile, at: &InverseDynamics, outside: &Fixed) -> Option<Fixed> {
     let mechanism = &model.mechanism;
     let mut fixed: Fixed = mechanism
@@ -140,7 +142,7 @@ fn by_motors(model: &ModelFile, at: &InverseDynamics, outside: &Fixed) -> Option
     solver(model, &all).is_some_and(|again| same(&again)).then_some(all)
 }
 
-/// Difference of two coordinates; 0 for angles that differ by a full turn.
+/// Difference of two joint coordinates, rad or m; 0 for angles that differ by a full turn.
 fn difference(a: f64, b: f64) -> f64 {
     let difference = a - b;
     if (difference.abs() - std::f64::consts::TAU).abs() < SAME { 0.0 } else { difference }
@@ -175,7 +177,8 @@ fn take_position(context: &Context<'_>, robot: &mut Description, at: &InverseDyn
             }
         }
         if joint.kind == JointType::Spherical {
-            // Frame J of the model is parallel to its body, see `text`.
+            // In the model, frame J of a spherical joint is parallel to the frame of its body, see
+            // `text`.
             let axes = joint.frame_j.rotation;
             let rotation = axes.transpose() * across[index].rotation * axes;
             joint.start = Some(Pose { rotation, ..across[index] });

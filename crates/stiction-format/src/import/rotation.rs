@@ -6,7 +6,7 @@ use stiction_core::spatial::{Mat3, Pose, Quaternion, Vec3};
 /// many digits.
 const EXACT: f64 = 4e-16;
 
-/// Sine and cosine, exact at multiples of a quarter turn.
+/// Sine and cosine of an angle, rad; exact at multiples of a quarter turn.
 fn sin_cos(angle: f64) -> (f64, f64) {
     let quarters = (angle / std::f64::consts::FRAC_PI_2).round();
     if quarters.abs() <= 8.0 && (angle - quarters * std::f64::consts::FRAC_PI_2).abs() <= EXACT {
@@ -20,7 +20,7 @@ fn sin_cos(angle: f64) -> (f64, f64) {
     angle.sin_cos()
 }
 
-/// Rotation about an axis of the frame, rad.
+/// Rotation by `angle`, rad, about the coordinate axis with index `axis` (0 to 2).
 pub(super) fn about(axis: usize, angle: f64) -> Mat3<f64> {
     Mat3::about_axis(axis, sin_cos(angle))
 }
@@ -30,8 +30,9 @@ pub(super) fn roll_pitch_yaw([roll, pitch, yaw]: [f64; 3]) -> Mat3<f64> {
     about(2, yaw) * about(1, pitch) * about(0, roll)
 }
 
-/// Rotation by three angles in the sequence `order`: small letters mean rotation about moving axes, capital letters
-/// about fixed axes. `None` for other letters.
+/// Rotation by three angles, rad, in the sequence `order`: small letters mean rotation about moving
+/// axes, capital letters about fixed axes. `None` unless `order` consists of three letters x, y or
+/// z.
 pub(super) fn euler(angles: [f64; 3], order: &str) -> Option<Mat3<f64>> {
     let mut rotation = Mat3::identity();
     let mut letters = order.chars();
@@ -59,7 +60,7 @@ pub(super) fn quaternion(q: [f64; 4]) -> Option<Mat3<f64>> {
     Some(Quaternion::from_coordinates(&scaled).normalised().rotation())
 }
 
-/// Pose with a position and roll, pitch, yaw, rad.
+/// Pose with the position `x`, `y`, `z` and the angles roll, pitch and yaw, rad.
 pub(super) fn pose([x, y, z]: [f64; 3], angles: [f64; 3]) -> Pose<f64> {
     Pose { position: Vec3::new(x, y, z), rotation: roll_pitch_yaw(angles) }
 }
@@ -84,7 +85,7 @@ pub(super) fn z_to(axis: Vec3<f64>) -> Mat3<f64> {
 }
 
 /// Rotation whose z axis is `axis` and whose x axis is the component of `x` perpendicular to
-/// `axis`.
+/// `axis`. `None` if this component or `axis` is zero.
 pub(super) fn z_and_x(axis: Vec3<f64>, x: Vec3<f64>) -> Option<Mat3<f64>> {
     let z = axis.direction()?;
     let x = (x + z * -z.dot(x)).direction()?;

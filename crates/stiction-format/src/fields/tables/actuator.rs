@@ -6,7 +6,8 @@ use crate::expression::Measure::{
 use crate::fields::Shape::{Axis, Coefficients, Name, Quantity, Table};
 use crate::fields::{Field, field, joined, required};
 
-/// Keys of a drive train of a leg; the joint is the name of its table.
+/// Keys of a drive train of a leg. The table of the drive train has the name of the joint that the
+/// motor drives.
 pub(crate) const LEG_ACTUATOR: &[Field] = &[
     field(
         "ratio",

@@ -55,14 +55,16 @@ pub(crate) const CONTROL: &[Field] = &[
     field("limit", Quantity(Force), "Largest effort of the actuator; by default no limit."),
 ];
 
-/// Settings of a controller for one actuator.
+/// Keys of a controller that can also be set for a single actuator.
 pub(crate) const CHANNEL: &[&str] = &["kp", "kd", "ki", "tracking", "resolution", "limit"];
 
 /// Types of controllers.
 const CONTROL_TYPES: &[&str] = &["pd", "pid", "computed-torque"];
 
-/// Motion at which a computed-torque controller evaluates friction for its compensation.
+/// Friction compensation of a computed-torque controller: none, or the friction of the reference
+/// motion or of the measured motion.
 const FEED_MODES: &[&str] = &["off", "reference", "measured"];
 
-/// Sources of the measured rates.
+/// Sources of the rates that a controller uses: measured rates, or differences of measured
+/// positions.
 const RATE_MODES: &[&str] = &["measured", "difference"];

@@ -177,7 +177,7 @@ pub(crate) const INTERFACE: &[Field] = &[
     SMOOTHING,
 ];
 
-/// Tables of interfaces, for joints with two interfaces.
+/// Tables of the separate friction interfaces of U and C joints.
 const PARTS: &[Field] = &[
     field(
         "first",

@@ -27,7 +27,7 @@ use super::Shape::{
 use super::{Field, field, required};
 use crate::expression::Measure::{Acceleration, Length, Mass, Number};
 
-/// Keys of the file itself, outside its tables.
+/// Top-level keys of the model file, including the names of its tables.
 pub(crate) const MODEL: &[Field] = &[
     field("name", Text, "Name of the mechanism; by default the name of the file."),
     field("title", Text, "One-line description."),
@@ -159,6 +159,6 @@ pub(crate) const FRICTION_MODES: &[&str] = &["on", "off", "one-pass"];
 /// Names of the coordinate axes.
 pub(crate) const AXES: &[&str] = &["x", "y", "z", "-x", "-y", "-z"];
 
-/// The entries of an inertia tensor, with row and column.
+/// Keys of the entries of an inertia tensor, each with its row and column index.
 pub(crate) const TENSOR: &[(&str, usize, usize)] =
     &[("xx", 0, 0), ("yy", 1, 1), ("zz", 2, 2), ("xy", 0, 1), ("xz", 0, 2), ("yz", 1, 2)];

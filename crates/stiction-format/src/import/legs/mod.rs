@@ -14,7 +14,7 @@ use names::Pattern;
 use std::collections::{HashMap, HashSet};
 use stiction_core::joint::JointType;
 
-/// Maximum number of joints in a chain; it limits the time of the search.
+/// Maximum number of joints in the chain of a leg; it limits the time of the search.
 const LONGEST: usize = 30;
 
 /// Group of equal legs.
@@ -24,12 +24,13 @@ pub(super) struct Group {
     pub(super) to: usize,
     /// Legs in the order of their first joints in the file.
     pub(super) legs: Vec<Leg>,
-    /// Names of the joints, from `from` to `to`, and of the bodies between them.
+    /// Names of the joints of a leg, in order from `from` to `to`.
     pub(super) joints: Vec<Part>,
+    /// Names of the bodies between the joints, in the same order.
     pub(super) bodies: Vec<Part>,
 }
 
-/// Joints and bodies of a leg, from `from` to `to`.
+/// A leg: the indices of its joints, in order from `from` to `to`, and of the bodies between them.
 #[derive(Clone, Debug)]
 pub(super) struct Leg {
     pub(super) name: String,
@@ -37,23 +38,24 @@ pub(super) struct Leg {
     pub(super) bodies: Vec<usize>,
 }
 
-/// A joint or body of the chain.
+/// Names of a joint or body that every leg of a group has.
 #[derive(Clone, Debug)]
 pub(super) struct Part {
-    /// Name of the part in the chain.
+    /// Name of the part within the leg, such as `rod`.
     pub(super) key: String,
-    /// Pattern of the names in the model, with `{}` for the leg's name.
+    /// Pattern of the part's names in the model, with `{}` in place of the leg's name.
     pub(super) pattern: String,
 }
 
 impl Part {
-    /// Tests if the names in the model are those that parts of legs have by default.
+    /// Tests if the part has the default name in the model: the leg's name, a dot, and the name of
+    /// the part within the leg.
     pub(super) fn has_default_names(&self) -> bool {
         self.pattern.strip_prefix("{}.") == Some(self.key.as_str())
     }
 }
 
-/// Chain of joints with the bodies between them.
+/// A chain of joints between two bodies, with the bodies between the joints.
 #[derive(Clone)]
 struct Walk {
     from: usize,
@@ -62,7 +64,7 @@ struct Walk {
     bodies: Vec<usize>,
 }
 
-/// Finds groups of equal legs. No joint or body is in two of them.
+/// Finds groups of equal legs. No joint or body belongs to two groups.
 pub(super) fn find(robot: &Description) -> Vec<Group> {
     let kinds = |walk: &Walk| -> Vec<JointType> {
         walk.joints.iter().map(|&joint| robot.joints[joint].kind).collect()
@@ -138,13 +140,14 @@ pub(super) fn find(robot: &Description) -> Vec<Group> {
         let (from, to) = (walk.from, walk.to);
         groups.push(Group { from, to, legs, joints: own_joints, bodies: own_bodies });
     }
-    // A body of a leg cannot be the end of another group that is written earlier; the order of the file is natural.
+    // The legs of a group can end at a body of another leg only if the group of that leg is written
+    // earlier. The order of the file usually ensures this.
     groups.sort_by_key(|group| group.legs[0].joints.first().copied());
     groups
 }
 
-/// Lists chains with at least one body that lead to a body at which several joints end. Every body of a chain has
-/// one joint that leads to it.
+/// Lists the chains that contain at least one body and end at a body that is the successor of
+/// several joints. Each body inside a chain is the successor of exactly one joint.
 fn walks(robot: &Description) -> Vec<Walk> {
     let mut into: Vec<Vec<usize>> = vec![Vec::new(); robot.bodies.len()];
     for (index, joint) in robot.joints.iter().enumerate() {
@@ -175,7 +178,8 @@ fn walks(robot: &Description) -> Vec<Walk> {
     walks
 }
 
-/// Parts of the chain with their names; `None` if names of bodies in the chain would not be unique.
+/// Names of the joints and bodies of a chain; `None` if two parts would have the same name within
+/// the leg.
 fn parts(robot: &Description, walk: &Walk, pattern: &Pattern) -> Option<(Vec<Part>, Vec<Part>)> {
     let (joint_names, body_names) = pattern.names.split_at(walk.joints.len());
     let symbols: Vec<&str> =

@@ -1,14 +1,14 @@
 //! Names of the parts of legs: all names of a leg contain the name of the leg, such as `leg1_hip` and `leg1_knee`.
 
-/// Names of a chain with `{}` in place of the name of its leg.
+/// Names of the parts of a leg, with `{}` in place of the leg's name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Pattern {
     pub(super) leg: String,
     pub(super) names: Vec<String>,
 }
 
-/// Byte positions at which words begin and end, in order: at separators, between letters and digits, and before
-/// capitals.
+/// Byte positions at which the words of a name begin and end, in order. Words are separated by
+/// characters other than letters and digits, between letters and digits, and before capitals.
 fn words(name: &str) -> (Vec<usize>, Vec<usize>) {
     let letters: Vec<(usize, char)> = name.char_indices().collect();
     let (mut begins, mut ends) = (Vec::new(), Vec::new());
@@ -31,9 +31,9 @@ fn words(name: &str) -> (Vec<usize>, Vec<usize>) {
     (begins, ends)
 }
 
-/// Finds the sequences of words that occur in all names, and returns for each of them the names
-/// with `{}` in its place. If a name contains a sequence several times, there are two patterns: one
-/// for its first and one for its last occurrence.
+/// Finds the sequences of words that occur in all names. Returns, for each sequence, the names with
+/// `{}` in place of this sequence. If a name contains the sequence several times, there are two
+/// patterns: `{}` replaces the first occurrence in one pattern and the last in the other.
 pub(super) fn patterns(names: &[&str]) -> Vec<Pattern> {
     let Some(first) = names.first() else { return Vec::new() };
     let all: Vec<(Vec<usize>, Vec<usize>)> = names.iter().map(|name| words(name)).collect();

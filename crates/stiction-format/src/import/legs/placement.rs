@@ -8,12 +8,14 @@ use crate::read::geometry::{about, frame};
 use stiction_core::joint::JointType;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// Relative difference of numbers that are attributed to rounding, and are then written once for all legs.
+/// Largest relative difference between numbers that is attributed to rounding. Such numbers are
+/// written once for all legs.
 const SAME: f64 = 5e-13;
-/// Difference of an entry of a rotation from 0 or 1 that is attributed to rounding.
+/// Largest difference between an entry of a rotation matrix and 0, 1 or -1 that is attributed to
+/// rounding.
 const WHOLE: f64 = 4e-15;
 
-/// Axis and angles that place the legs of a group.
+/// Axis and angles of the rotations that place the legs of a group.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::import) struct Placement {
     pub(in crate::import) axis: Vec3<f64>,
@@ -21,8 +23,8 @@ pub(in crate::import) struct Placement {
     pub(in crate::import) angles: Vec<f64>,
 }
 
-/// Possible placements: one without rotations, and those whose rotations may map one leg to
-/// another.
+/// Possible placements of a group: one without rotations, and those whose rotations may map one leg
+/// to another.
 pub(in crate::import) fn candidates(robot: &Description, group: &Group) -> Vec<Placement> {
     let ends = |of_leg: fn(&[&Joint]) -> Option<Vec3<f64>>| -> Option<Vec<Vec3<f64>>> {
         let vector = |leg: &super::Leg| {
@@ -37,7 +39,7 @@ pub(in crate::import) fn candidates(robot: &Description, group: &Group) -> Vec<P
     let directions = ends(|joints| Some(joints.first()?.frame_j.rotation.columns[2]));
     let vectors: Vec<Vec<Vec3<f64>>> = [feet, tips, directions].into_iter().flatten().collect();
     let mut axes = vec![Vec3::unit(2), Vec3::unit(0), Vec3::unit(1)];
-    // The normal of the plane through three points.
+    // The normal of the plane through the points of the first three legs.
     for points in &vectors {
         if let [first, second, third, ..] = points[..]
             && let Some(normal) = (second + -first).cross(third + -first).direction()
@@ -82,8 +84,8 @@ fn angles(axis: Vec3<f64>, vectors: &[Vec3<f64>]) -> Option<Vec<f64>> {
     vectors.iter().map(angle).collect()
 }
 
-/// The angle, rad, reduced to the range from -180 to 180 degrees. Rounding errors of an angle that
-/// has at most four decimals in degrees are removed.
+/// Reduces an angle, rad, to the range from -180 to 180 degrees. If the angle has at most four
+/// decimals in degrees, its rounding errors are removed.
 fn short(angle: f64) -> f64 {
     let degrees = angle.to_degrees();
     let degrees = degrees - 360.0 * ((degrees + 180.0 - 1e-9) / 360.0).floor();
@@ -92,8 +94,8 @@ fn short(angle: f64) -> f64 {
     if degrees == 0.0 { 0.0 } else { degrees.to_radians() }
 }
 
-/// Joints of each leg without its rotation. Numbers that differ from those of the first leg only by
-/// rounding are replaced by the numbers of the first leg.
+/// Returns the joints of each leg with the leg's rotation removed. Numbers that differ from those
+/// of the first leg only by rounding are replaced by the numbers of the first leg.
 pub(in crate::import) fn unrotated(
     robot: &Description,
     group: &Group,
@@ -117,13 +119,14 @@ pub(in crate::import) fn unrotated(
     legs
 }
 
-/// The joint with its frames expressed in the rotated frames of its bodies, as the reader of legs
-/// expects.
+/// Removes the rotations `from` and `to` of the leg from the frames of a joint: these rotations
+/// apply to the bodies `from` and `to` of the joint. The result has the form that a group of legs
+/// in a model file requires.
 fn unrotated_joint(joint: &Joint, [from, to]: [Pose<f64>; 2]) -> Joint {
     let mut own = joint.clone();
     let (mut j, mut k) = (joint.frame_j.rotation, joint.frame_k.rotation);
     if !has_axes(joint.kind) {
-        // In the file, frame J of such a joint is parallel to its body.
+        // In the model file, frame J of a joint without axes is parallel to the frame of its body.
         k = k * j.transpose();
         own.start = own.start.map(|start| Pose {
             rotation: j * start.rotation * j.transpose(),
@@ -168,7 +171,8 @@ fn unrotated_joint(joint: &Joint, [from, to]: [Pose<f64>; 2]) -> Joint {
     own
 }
 
-/// Replaces entries of a rotation by 0, 1 or -1 if they differ from it only by rounding.
+/// Replaces entries of a rotation matrix by 0, 1 or -1 if they differ from these values only by
+/// rounding.
 fn snapped(rotation: Mat3<f64>) -> Mat3<f64> {
     let entry = |value: f64| {
         let whole = value.round();
@@ -179,13 +183,15 @@ fn snapped(rotation: Mat3<f64>) -> Mat3<f64> {
     Mat3::from_columns(x, y, z)
 }
 
-/// Sets coordinates of a point to zero if they are rounding errors relative to the others.
+/// Sets coordinates of a point to zero if they are rounding errors compared with the distance of
+/// the point from the origin.
 fn snapped_point(point: Vec3<f64>) -> Vec3<f64> {
     let limit = WHOLE * point.norm();
     Vec3::from(point.to_array().map(|x| if x.abs() <= limit { 0.0 } else { x }))
 }
 
-/// Replaces numbers of a leg by those of the first leg if they differ only by rounding.
+/// Replaces the positions and rotations in the joint `own` by those of `first`, the corresponding
+/// joint of the first leg, if they differ only by rounding.
 fn take_rounding(own: &mut Joint, first: &Joint) {
     let near = |a: Vec3<f64>, b: Vec3<f64>| (a + -b).norm() <= SAME * b.norm();
     let alike =

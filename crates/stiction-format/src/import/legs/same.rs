@@ -1,4 +1,5 @@
-//! Comparison of the mechanism of a text with legs to that of the text without them.
+//! Compares two models of a robot: one read from a text with groups of legs, the other from a text
+//! without such groups.
 
 use crate::model_file::ModelFile;
 use std::collections::HashMap;
@@ -23,13 +24,14 @@ pub(in crate::import) fn is_same(a: &ModelFile, b: &ModelFile) -> bool {
         && a.motions.len() == b.motions.len()
 }
 
-/// Index in the second mechanism of each body and joint of the first.
+/// For each body and joint of the first mechanism, the index in the second mechanism.
 struct Map {
     bodies: Vec<usize>,
     joints: Vec<usize>,
 }
 
-/// For each name of `own`, its index in `other`; `None` unless both lists contain the same names.
+/// Returns the index in `other` of each name in `own`; `None` unless both lists contain the same
+/// names.
 fn indices(own: &[&str], other: &[&str]) -> Option<Vec<usize>> {
     let known: HashMap<&str, usize> =
         other.iter().enumerate().map(|(index, name)| (*name, index)).collect();
@@ -94,7 +96,7 @@ impl Map {
             && (a.gravity(), a.base()) == (b.gravity(), b.base())
     }
 
-    /// Springs and bushings, sorted by name, with the body and joint indices of the other
+    /// Springs and bushings, sorted by name, with the body and joint indices of the second
     /// mechanism.
     fn connections(&self, of: &Mechanism) -> (Vec<Spring>, Vec<JointSpring>, Vec<Bushing>) {
         let ends = |ends: [BodyId; 2]| ends.map(|id| self.body(id));
@@ -105,7 +107,7 @@ impl Map {
         )
     }
 
-    /// Drive trains and gearings, sorted by name, with the joint indices of the other mechanism.
+    /// Drive trains and gearings, sorted by name, with the joint indices of the second mechanism.
     fn drives(&self, of: &Mechanism) -> (Vec<DriveTrain>, Vec<Gearing>) {
         let train = |own: &mut DriveTrain| {
             self.dofs(&mut own.dofs);
@@ -150,7 +152,8 @@ fn between(joint: &Joint) -> Mat3<f64> {
     joint.frame_j.rotation * joint.frame_k.rotation.transpose()
 }
 
-/// Compares the orientation of the frames, as far as the motion, the ranges and the friction depend on it.
+/// Tests if the joint frames of two joints have the same orientations, as far as the motion, the
+/// ranges and the friction depend on these orientations.
 fn has_same_axes(a: &Joint, b: &Joint) -> bool {
     let are_equal = is_near_rotation(a.frame_j.rotation, b.frame_j.rotation)
         && is_near_rotation(a.frame_k.rotation, b.frame_k.rotation);
@@ -172,7 +175,8 @@ fn has_same_axes(a: &Joint, b: &Joint) -> bool {
     }
 }
 
-/// Compares the initial guesses; those of spherical joints as relative rotations of the bodies.
+/// Tests if two joints have the same initial guess. For spherical joints, the relative rotations of
+/// the bodies are compared.
 fn has_same_start(a: &Joint, b: &Joint) -> bool {
     if a.joint_type == JointType::Spherical {
         let turn = |joint: &Joint| {

@@ -27,8 +27,9 @@ pub(super) fn merge(context: &Context<'_>, robot: &mut Description) {
     }
 }
 
-/// Returns `length` passive hinges and slides in series, from joint `start` on; `None` unless the
-/// bodies between them are massless and no other part refers to these bodies.
+/// Returns the indices of `length` passive hinges and slides in series, from joint `start` on.
+/// `None` unless the bodies between these joints are massless and no other part refers to these
+/// bodies.
 fn chain_from(robot: &Description, start: usize, length: usize) -> Option<Vec<usize>> {
     let mut chain = vec![start];
     while chain.len() < length {
@@ -64,10 +65,11 @@ fn chain_from(robot: &Description, start: usize, length: usize) -> Option<Vec<us
     chain.iter().all(is_passive).then_some(chain)
 }
 
-/// Chain of joints at zero coordinates; all poses refer to its first intermediate body.
+/// Geometry of a chain of joints at zero coordinates. All poses are expressed in the frame of the
+/// body between the first and the second joint.
 struct Chain<'a> {
     joints: Vec<&'a Joint>,
-    /// Frame of each joint.
+    /// Pose of the frame of each joint.
     frames: Vec<Pose<f64>>,
     /// Pose of the body before the chain.
     first: Pose<f64>,
@@ -134,7 +136,8 @@ impl<'a> Chain<'a> {
         joint
     }
 
-    /// Name of the merged joint: what the names of its parts have in common.
+    /// Name of the merged joint: the common beginning of the names of the chain's joints, or the
+    /// name of the first joint if this beginning is too short.
     fn name(&self) -> String {
         let names: Vec<&str> = self.joints.iter().map(|joint| joint.name.as_str()).collect();
         let shared = names[1..].iter().fold(names[0], |shared, name| {
@@ -163,7 +166,8 @@ fn reversed(dof: Coordinate) -> Coordinate {
     Coordinate { position: -dof.position, range, ..dof }
 }
 
-/// Finds one joint with the same relative motion as a chain; returns it with the chain's joints that it replaces.
+/// Finds a single joint that permits the same relative motion as a chain of joints. Returns this
+/// joint, and the indices of the joints that it replaces.
 fn replaced(robot: &Description, chain: &[usize], size: f64) -> Option<(Joint, Vec<usize>)> {
     let parts = Chain::new(robot, chain)?;
     let joint = match parts.kinds().as_slice() {
@@ -176,7 +180,7 @@ fn replaced(robot: &Description, chain: &[usize], size: f64) -> Option<(Joint, V
     Some((joint, chain.to_vec()))
 }
 
-/// Merges three hinges whose axes meet in one point to a ball joint.
+/// Merges three hinges whose axes meet in one point into a ball joint.
 fn ball(parts: &Chain<'_>, size: f64) -> Option<Joint> {
     let point = parts.crossing(0, 1, size)?;
     let meets = parts.distance(2, point) <= SAME * size;
@@ -196,7 +200,7 @@ fn ball(parts: &Chain<'_>, size: f64) -> Option<Joint> {
     Some(joint)
 }
 
-/// Merges two hinges whose axes are perpendicular and meet in one point to a universal joint.
+/// Merges two hinges whose axes are perpendicular and meet in one point into a universal joint.
 fn cross(parts: &Chain<'_>, size: f64) -> Option<Joint> {
     let (first, second) = (parts.axis(0), parts.axis(1));
     if !are_perpendicular(first, second) {
@@ -207,7 +211,8 @@ fn cross(parts: &Chain<'_>, size: f64) -> Option<Joint> {
     Some(parts.joint(Universal, frame, vec![parts.dof(0), parts.dof(1)]))
 }
 
-/// Merges two hinges about the same axis to a single hinge, whose angle is the sum of both angles.
+/// Merges two hinges about the same axis into a single hinge, whose angle is the sum of both
+/// angles.
 fn pin(parts: &Chain<'_>, size: f64) -> Option<Joint> {
     let same = are_parallel(parts.axis(0), parts.axis(1))
         && parts.distance(0, parts.frames[1].position) <= SAME * size;
@@ -220,7 +225,7 @@ fn pin(parts: &Chain<'_>, size: f64) -> Option<Joint> {
     Some(parts.joint(Revolute, parts.frames[0], vec![dof]))
 }
 
-/// Merges a hinge and a slide along its axis to a cylindrical joint.
+/// Merges a hinge and a slide along its axis into a cylindrical joint.
 fn sleeve(parts: &Chain<'_>) -> Option<Joint> {
     let hinge = usize::from(parts.kinds()[0] != Revolute);
     let slide = 1 - hinge;
@@ -232,7 +237,7 @@ fn sleeve(parts: &Chain<'_>) -> Option<Joint> {
     Some(parts.joint(Cylindrical, parts.frames[hinge], vec![parts.dof(hinge), along]))
 }
 
-/// Merges two slides and a hinge about their common normal to a planar joint.
+/// Merges two slides and a hinge about their common normal into a planar joint.
 fn plate(parts: &Chain<'_>) -> Option<Joint> {
     let (x, y, z) = (parts.axis(0), parts.axis(1), parts.axis(2));
     let is_plane = are_perpendicular(x, y) && are_perpendicular(x, z) && are_perpendicular(y, z);
@@ -313,7 +318,7 @@ mod tests {
         merge(&Context::new(&files, false), &mut robot);
         let end = |robot: &Description| robot.poses().pop().flatten().unwrap();
         let between = end(&before).inverse() * end(&robot);
-        // The last body does not move.
+        // Merging does not move the last body.
         assert!(between.position.norm() < 1e-14);
         assert!(between.rotation.rotation_vector().norm() < 1e-14);
         robot

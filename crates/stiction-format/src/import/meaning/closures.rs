@@ -1,4 +1,5 @@
-//! Merges several point closures between the same two bodies into a hinge or a rigid connection.
+//! Merges several point closures (ball joints that close loops) between the same two bodies into a
+//! hinge or a rigid connection.
 
 use super::super::context::Context;
 use super::super::description::{Description, Joint};
@@ -8,7 +9,8 @@ use crate::diagnostic::quoted;
 use stiction_core::joint::JointType::{Fixed, Revolute, Spherical};
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// Merges closures between the same bodies.
+/// Merges point closures between the same two bodies wherever a hinge or a rigid connection can
+/// replace them.
 pub(super) fn merge(context: &Context<'_>, robot: &mut Description) {
     let size = size_of(robot);
     let mut index = 0;
@@ -35,8 +37,8 @@ pub(super) fn merge(context: &Context<'_>, robot: &mut Description) {
     }
 }
 
-/// Indices of all point closures between the same two bodies as the closure `index`, which is the
-/// first of them.
+/// Indices of the point closure `index` and of all later point closures between the same two
+/// bodies; empty if joint `index` is not a point closure.
 fn same_bodies(robot: &Description, index: usize) -> Vec<usize> {
     let own = &robot.joints[index];
     let is_same = |other: &Joint| {
@@ -51,7 +53,8 @@ fn same_bodies(robot: &Description, index: usize) -> Vec<usize> {
     (index..robot.joints.len()).filter(|&k| is_same(&robot.joints[k])).collect()
 }
 
-/// Joint that replaces a group of closures, with the indices of the closures that it replaces.
+/// Joint that replaces a group of point closures, with the indices of the closures that it
+/// replaces. `None` if the group does not contain two different points.
 fn merged(robot: &Description, group: &[usize], size: f64) -> Option<(Joint, Vec<usize>)> {
     let [first, rest @ ..] = group else { return None };
     let own = &robot.joints[*first];
@@ -69,7 +72,7 @@ fn merged(robot: &Description, group: &[usize], size: f64) -> Option<(Joint, Vec
     let second = *rest.iter().find(|index| far(index))?;
     let axes = from_origin(second).map(|between| between.direction());
     let [Some(one), Some(two)] = axes else { return None };
-    // A third point beside the axis connects both bodies rigidly.
+    // A third point off the axis connects both bodies rigidly.
     let beside = |index: &&usize| from_origin(**index)[0].cross(one).norm() > SAME * size;
     let third = rest.iter().find(beside).copied();
     let frame = |axis: Vec3<f64>, side: Option<Vec3<f64>>| match side {

@@ -1,5 +1,5 @@
-//! Removes links whose only purpose is to mark a joint's frame, and joins the parts of divided bodies; exports of this
-//! program contain both.
+//! Removes links whose only purpose is to mark a joint's frame, and joins the parts of bodies that
+//! an export divided. Files that this program exports contain both.
 
 use super::super::description::{Body, Description, GROUND, Joint};
 use super::super::inertia::Mass;
@@ -8,10 +8,12 @@ use stiction_core::joint::JointType;
 use stiction_core::mechanism::GROUND_NAME;
 use stiction_core::spatial::Pose;
 
-/// Endings of the names of such links: the frame of a joint on its child, and the frames of a closure.
+/// Endings of the names of links that mark a frame: the frame of a joint on its child, and the two
+/// frames of a loop closure.
 const ENDINGS: [&str; 3] = [".frame", ".from", ".to"];
 
-/// Removes links that mark a frame, and moves the frame to the joint itself.
+/// Removes links that mark a frame, and moves the frame to the joint itself. Also replaces a link
+/// named `ground` by the ground, and joins divided bodies.
 pub(in crate::import) fn fold(robot: &mut Description) {
     fold_ground(robot);
     join_parts(robot);
@@ -55,7 +57,8 @@ fn join_parts(robot: &mut Description) {
     }
 }
 
-/// Finds a weld between a body and a part of it; returns the indices of all three.
+/// Finds a weld between a body and a part that an export divided from it. Returns the indices of
+/// the weld, the body and the part.
 fn next_part(robot: &Description) -> Option<(usize, usize, usize)> {
     let is_part = |part: usize, body: usize| {
         let name = robot.bodies[part].name.rsplit_once('@');
@@ -104,8 +107,8 @@ fn fold_ground(robot: &mut Description) -> Option<()> {
     Some(())
 }
 
-/// Finds a link that marks a frame; returns its index, that of its fixed joint, and that of its
-/// other joint.
+/// Finds a link that marks a frame. Returns the indices of the link, of the fixed joint that mounts
+/// it, and of its other joint.
 fn next(robot: &Description) -> Option<(usize, usize, usize)> {
     (GROUND + 1..robot.bodies.len()).find_map(|body| {
         let content = &robot.bodies[body];
@@ -117,7 +120,7 @@ fn next(robot: &Description) -> Option<(usize, usize, usize)> {
         let mut joints = (0..robot.joints.len()).filter(|&k| touching(&&robot.joints[k]));
         let (a, b, None) = (joints.next()?, joints.next()?, joints.next()) else { return None };
         let is_fixed = |k: usize| robot.joints[k].kind == JointType::Fixed;
-        // A mount in the tree rather than a rigid closure.
+        // A fixed joint of the tree takes precedence over a rigid loop closure.
         let is_mount = |k: usize| is_fixed(k) && !robot.joints[k].closes;
         match (is_mount(a), is_mount(b)) {
             (true, _) => Some((body, a, b)),

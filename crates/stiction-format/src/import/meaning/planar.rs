@@ -29,7 +29,7 @@ pub(super) fn hinges(context: &Context<'_>, robot: &mut Description) {
         );
         context.note(message, own.place.clone());
         let mut joint = Joint::new(own.name.clone(), Revolute, (own.from, own.to));
-        // At zero rotation, as the chain at zero coordinates.
+        // The angle of the hinge is zero where the coordinates of the chain are zero.
         let rotation = z_to(normal);
         joint.frame_j = Pose { rotation, position: own.frame_j.position };
         joint.frame_k = Pose {
@@ -43,8 +43,10 @@ pub(super) fn hinges(context: &Context<'_>, robot: &mut Description) {
     }
 }
 
-/// Direction about which the bodies of a closure rotate relative to each other, in the axes of the first body, and
-/// the pose of the second body in the first at zero coordinates of the tree between them.
+/// Finds the direction about which the two bodies of a closure rotate relative to each other.
+/// Returns this direction in the axes of the first body, and the pose of the second body in the
+/// first at zero coordinates of the joints between them. `None` if the chain between the bodies
+/// does not move in a plane.
 fn plane(robot: &Description, closure: &Joint) -> Option<(Vec3<f64>, Pose<f64>)> {
     let path = path(robot, (closure.from, closure.to))?;
     let mut at = Pose::identity();

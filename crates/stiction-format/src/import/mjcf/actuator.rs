@@ -1,4 +1,4 @@
-//! Actuators of MJCF.
+//! Reads the actuators of an MJCF file.
 
 use super::super::description::{JointMotor, Motor};
 use super::super::xml::Element;

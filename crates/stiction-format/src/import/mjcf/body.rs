@@ -1,4 +1,4 @@
-//! Bodies of MJCF with their joints, masses and sites.
+//! Reads the bodies of an MJCF file with their joints, masses and sites.
 
 use super::super::description::{Body, GROUND};
 use super::super::inertia::{Mass, symmetric};
@@ -22,13 +22,14 @@ struct Item<'a> {
 struct Pending<'a> {
     element: &'a Element,
     parent: usize,
-    /// Pose in the parent body of the frame that encloses this body's element.
+    /// Pose, in the parent body, of the `frame` element that encloses the element of this body.
     frame: Pose<f64>,
     class: Option<&'a str>,
 }
 
 impl Reader<'_, '_> {
-    /// Reads all bodies; not recursively, because chains may be long.
+    /// Reads all bodies. The function is not recursive, because chains of nested bodies may be
+    /// long.
     pub(super) fn read_bodies(&mut self, root: &Element) {
         let mut open: Vec<Pending<'_>> = Vec::new();
         for world in root.all("worldbody") {
@@ -53,7 +54,8 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Elements in a body or in the world; nested `frame` elements are replaced by their content.
+    /// Lists the elements in a body or in the world; nested `frame` elements are replaced by their
+    /// content.
     fn items<'e>(&self, element: &'e Element, class: Option<&'e str>) -> Vec<Item<'e>> {
         let mut items = Vec::new();
         let below = |element: &'e Element, frame: Pose<f64>, class: Option<&'e str>| {
@@ -222,7 +224,7 @@ impl Reader<'_, '_> {
     }
 }
 
-/// Tests if nothing in a body has mass.
+/// Tests if no element of a body has mass.
 fn is_bare(items: &[Item<'_>]) -> bool {
     let mass = |item: &Item<'_>| match item.element.tag.as_str() {
         "inertial" => item.element.get("mass") != Some("0"),

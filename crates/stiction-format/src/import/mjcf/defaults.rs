@@ -1,4 +1,4 @@
-//! Default classes, and included files.
+//! Default classes of MJCF, and included files.
 
 use super::super::context::Context;
 use super::super::xml::{self, Attribute, Element};
@@ -6,7 +6,7 @@ use super::settings::ORIENTATIONS;
 use crate::diagnostic::quoted;
 use std::collections::HashMap;
 
-/// Elements of actuators, which share their defaults.
+/// Tags of actuator elements, which all share the same default attributes.
 pub(super) const ACTUATORS: [&str; 11] = [
     "general",
     "motor",
@@ -20,10 +20,10 @@ pub(super) const ACTUATORS: [&str; 11] = [
     "dcmotor",
     "plugin",
 ];
-/// Greatest number of included files.
+/// Maximum number of included files.
 const MOST_INCLUDES: usize = 1000;
 
-/// Replaces elements `include` by the content of their files.
+/// Replaces each `include` element by the content of its file.
 ///
 /// Returns `None` after a message if a file is missing, is defective, or includes itself.
 pub(super) fn include(context: &Context<'_>, root: &mut Element) -> Option<()> {
@@ -97,7 +97,8 @@ pub(super) struct Defaults {
     main: String,
 }
 
-/// Name under which the defaults of an element are kept: actuators share theirs, and so do tendons.
+/// Name under which the default attributes of an element are stored. All actuators share their
+/// defaults, and so do all tendons.
 fn family(tag: &str) -> &str {
     match tag {
         "fixed" | "spatial" => "tendon",
@@ -135,7 +136,8 @@ impl Defaults {
         all
     }
 
-    /// Returns the element completed by the defaults of its class, or else of the class of the enclosing bodies.
+    /// Returns the element completed by the defaults of its class or, if it names no class, by
+    /// those of the class `inherited` from the enclosing bodies.
     pub(super) fn applied(
         &self,
         context: &Context<'_>,
@@ -145,7 +147,8 @@ impl Defaults {
         self.of_family(context, element, (family(&element.tag), inherited))
     }
 
-    /// Returns an equality, whose tag may be `joint` or `tendon`, completed by the defaults of equalities.
+    /// Returns an equality constraint, whose tag may be `joint` or `tendon`, completed by the
+    /// defaults of equality constraints.
     pub(super) fn equality(&self, context: &Context<'_>, element: &Element) -> Element {
         self.of_family(context, element, ("equality", None))
     }

@@ -1,4 +1,4 @@
-//! Equality constraints: closures of loops, and couplings of joints.
+//! Reads the equality constraints of an MJCF file: closures of loops, and couplings of joints.
 
 use super::super::description::{Gearing, Joint};
 use super::super::rotation;
@@ -48,7 +48,8 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Looks up a name and reports an unknown one.
+    /// Looks up the name in the attribute `key` of an element; reports a name that is not in
+    /// `known`. `what` is the kind of the named part in the message.
     fn named<T: Clone>(
         &self,
         element: &Element,
@@ -68,7 +69,8 @@ impl Reader<'_, '_> {
         found
     }
 
-    /// The two bodies of an element, and, if the element names sites, the two sites on them.
+    /// Returns the two bodies that an element connects, and, if the element names sites, the poses
+    /// of the two sites in these bodies.
     #[expect(clippy::type_complexity, reason = "two bodies and, for sites, two poses")]
     fn ends(&self, element: &Element) -> Option<([usize; 2], Option<[Pose<f64>; 2]>)> {
         if element.attribute("site1").is_some() {
@@ -134,7 +136,9 @@ impl Reader<'_, '_> {
         Some(joint)
     }
 
-    /// Coefficients of a linear coupling; nonlinear couplings are reported.
+    /// Constant and linear coefficient of the polynomial of a coupling. `None` for a nonlinear
+    /// coupling, which is reported. `has_second` is false if the coupling contains only one
+    /// coordinate.
     fn linear(&self, element: &Element, has_second: bool) -> Option<[f64; 2]> {
         let mut coefficients = [0.0, 1.0, 0.0, 0.0, 0.0];
         let given = element.list(self.context, "polycoef").unwrap_or_default();
@@ -147,7 +151,8 @@ impl Reader<'_, '_> {
         Some([coefficients[0], coefficients[1]])
     }
 
-    /// Coordinate of a joint in the file's configuration.
+    /// Coordinate of a joint in the file's configuration; `None` unless the joint has exactly one
+    /// coordinate.
     fn reference(&self, joint: usize) -> Option<f64> {
         match self.robot.joints[joint].dofs.as_slice() {
             [dof] => Some(dof.position),
@@ -155,7 +160,8 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Couples the length of a fixed tendon to that of another one by a polynomial.
+    /// Reads a coupling between the lengths of two fixed tendons. Only linear polynomials can be
+    /// converted.
     fn couple_tendons(&mut self, element: &Element, name: &str, tendons: &Tendons) -> Option<()> {
         element.required(self.context, "tendon1")?;
         let place = Some(element.place());
@@ -183,7 +189,8 @@ impl Reader<'_, '_> {
         Some(())
     }
 
-    /// Couples one coordinate to another one by a polynomial.
+    /// Reads a coupling between the coordinates of two joints. Only linear polynomials can be
+    /// converted.
     fn couple(&mut self, element: &Element, name: &str) -> Option<()> {
         element.required(self.context, "joint1")?;
         let first = self.named(element, ("joint1", "joint"), &self.joints)?;

@@ -1,4 +1,4 @@
-//! Masses of geoms.
+//! Masses of the geoms of an MJCF file, and meshes that show bodies.
 
 use super::super::description::VisualMesh;
 use super::super::inertia::Mass;
@@ -13,8 +13,9 @@ use stiction_core::spatial::{Mat3, Pose, Vec3};
 const DENSITY: f64 = 1000.0;
 
 impl Reader<'_, '_> {
-    /// Mass of a geom in the frame of its body, without the poses of the enclosing frames. The mass of a body that is
-    /// fixed to the world does not matter.
+    /// Mass properties of a geom in the frame of the element that encloses it. A mass that cannot
+    /// be computed is reported; if the body is fixed to the world (`is_fixed`), this is no error,
+    /// because the mass does not matter.
     pub(super) fn geom_mass(&mut self, geom: &Element, body: &str, is_fixed: bool) -> Mass {
         let context = self.context;
         let group = geom.number(context, "group").unwrap_or(0.0);
@@ -81,7 +82,8 @@ impl Reader<'_, '_> {
         solid.scaled(factor).placed(self.pose_of(geom))
     }
 
-    /// Computes both ends of a geom that is given by its axis.
+    /// Returns both end points of a geom whose axis is given by the attribute `fromto`; `None` for
+    /// other geoms.
     fn ends_of(&self, geom: &Element) -> Option<[Vec3<f64>; 2]> {
         let [a, b, c, d, e, f] = geom.numbers::<6>(self.context, "fromto")?;
         Some([Vec3::new(a, b, c), Vec3::new(d, e, f)])
@@ -98,7 +100,8 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Half sizes of a geom of simple shape.
+    /// Sizes of a geom of simple shape, as in the attribute `size`: radius and half length, or half
+    /// the edges or axes.
     fn size_of(&self, geom: &Element, word: &str) -> [f64; 3] {
         let mut size = [0.0; 3];
         let given = geom.list(self.context, "size").unwrap_or_default();
@@ -112,7 +115,8 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Mesh of a geom that viewers of MuJoCo show, and whose file exists; missing files are reported.
+    /// Returns the mesh of a geom if MuJoCo's viewers show the geom by default and the file of the
+    /// mesh can be read. Missing files are reported.
     pub(super) fn visual_of(
         &self,
         (element, frame): (&Element, Pose<f64>),
@@ -149,7 +153,8 @@ fn unknown(word: &str) -> Lost {
     Lost { why, cure: "give the body an <inertial>", is_absent: false }
 }
 
-/// Mass of a simple shape with density 1, in kg/m³, or in kg/m² for its surface alone.
+/// Mass properties of a simple shape: of the solid with density 1 kg/m³ or, if `is_shell`, of the
+/// surface alone with 1 kg/m². `None` for an unknown type.
 fn primitive(word: &str, size: [f64; 3], is_shell: bool) -> Option<Mass> {
     let [radius, half, _] = size;
     Some(match (word, is_shell) {

@@ -1,4 +1,5 @@
-//! Joints of one MJCF body: they form a chain from its parent body through massless bodies.
+//! Reads the joints of one MJCF body. The joints form a chain from the parent body to this body,
+//! with massless bodies between them.
 
 use super::super::description::{Body, Coordinate, GROUND, Joint};
 use super::super::rotation::z_to;
@@ -130,8 +131,9 @@ impl Reader<'_, '_> {
         Some(joint)
     }
 
-    /// Reads the first number of an attribute, which newer files may extend to a polynomial; zero
-    /// if the file disables this part of the mechanics.
+    /// Reads the first number of an attribute, which newer files may extend to the coefficients of
+    /// a polynomial. Returns zero if the file disables the part of the mechanics to which the
+    /// attribute belongs.
     fn first(&self, element: &Element, key: &str) -> f64 {
         if !self.settings.has(part_of(key)) {
             return 0.0;

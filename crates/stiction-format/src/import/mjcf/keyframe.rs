@@ -1,4 +1,4 @@
-//! Initial position from a keyframe.
+//! Reads the initial configuration from a keyframe of an MJCF file.
 
 use super::super::rotation;
 use super::super::xml::Element;
@@ -8,7 +8,8 @@ use stiction_core::joint::JointType;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
 impl Reader<'_, '_> {
-    /// Takes the initial coordinates from the keyframe `home`, or else from the first keyframe.
+    /// Sets the initial coordinates to those of the keyframe `home`, or else of the first keyframe
+    /// with coordinates.
     pub(super) fn read_keyframe(&mut self, root: &Element) -> Option<()> {
         let keys = || root.all("keyframe").flat_map(|all| all.all("key"));
         let has_position = |key: &&Element| key.attribute("qpos").is_some();

@@ -1,11 +1,11 @@
-//! Elements and attributes of MJCF that the reader reads, that it reports itself, or that do not matter for rigid bodies
-//! without contact.
+//! Elements and attributes of MJCF that need no remark as unread: the reader reads them, reports
+//! them itself, or they do not matter for rigid bodies without contact.
 
 use super::super::unread::{Known, known};
 
 const IN_BODIES: &str = "body frame joint freejoint inertial geom site camera light";
 
-/// Settings of limits and soft constraints, and those of viewers and controllers.
+/// Known attributes of actuator elements.
 const ACTUATOR: &str = "name class group user nsample interp delay joint jointinparent tendon slidersite cranksite \
     cranklength site refsite body gear ctrlrange ctrllimited forcerange forcelimited actrange actlimited lengthrange \
     actearly actdim input inheritrange armature dyntype dynprm gaintype gainprm biastype biasprm kp kv dampratio \

@@ -1,4 +1,4 @@
-//! Meshes of MJCF: their masses, and the simple shapes that MuJoCo fits to them.
+//! Meshes of an MJCF file: their masses, and the simple shapes that MuJoCo fits to them.
 
 use super::super::inertia::Mass;
 use super::super::mesh::{self, Content};
@@ -10,14 +10,16 @@ use nalgebra::{Matrix3, SymmetricEigen};
 use std::collections::HashMap;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// Meshes by name, each with its mass, or with the reason why it bounds no solid.
+/// Meshes by name: the elements of the file, and for meshes that were read, the mesh or the reason
+/// why its mass is unknown.
 #[derive(Default)]
 pub(super) struct Meshes {
     pub(super) found: HashMap<String, Element>,
     read: HashMap<String, Result<Mesh, Lost>>,
 }
 
-/// Reason why a geom has no mass, as the beginning of a sentence, and what the user can do.
+/// Reason why the mass of a geom is unknown, as the beginning of a sentence, and the remedy for the
+/// user.
 #[derive(Clone, Debug)]
 pub(super) struct Lost {
     pub(super) why: String,
@@ -27,7 +29,8 @@ pub(super) struct Lost {
     pub(super) is_absent: bool,
 }
 
-/// Remedy for a mesh whose convex hull MuJoCo uses, or which MuJoCo generates.
+/// Remedy for a mesh that has no triangles in the file, because MuJoCo generates it or uses the
+/// convex hull of its vertices.
 const SAVE: &str = "write the triangles by `face`, or give the body an <inertial>: MuJoCo computes it and writes it \
                     (<compiler saveinertial=\"true\"/>, mj_saveLastXML)";
 /// Remedy for a mesh that cannot be read.
@@ -40,16 +43,16 @@ pub(super) struct Mesh {
     pub(super) mass: Mass,
     /// Frame of the principal axes at the centre of mass, in the frame of the mesh; the moments decrease from x to z.
     principal: Pose<f64>,
-    /// Half edges of the box with the same inertia.
+    /// Half the edges of the box with the same mass and inertia as the mesh.
     inertia_box: [f64; 3],
-    /// Least and greatest coordinates in the principal frame.
+    /// Least and greatest coordinates of the vertices in the principal frame.
     bounds: [[f64; 3]; 2],
 }
 
-/// Simple shape in place of a mesh.
+/// A simple shape that replaces a mesh.
 pub(super) struct Fitted {
     pub(super) size: [f64; 3],
-    /// Pose in the frame of the mesh.
+    /// Pose of the shape in the frame of the mesh.
     pub(super) pose: Pose<f64>,
 }
 
@@ -77,8 +80,9 @@ impl Mesh {
         Self { mass, principal, inertia_box: [half(0), half(1), half(2)], bounds }
     }
 
-    /// Shape of this type that MuJoCo fits to the mesh: to the box with its inertia, or, by `fitaabb`, to the box around
-    /// it along its principal axes. `None` for an unknown type.
+    /// Returns the shape of type `word` that MuJoCo fits to the mesh. The shape is fitted to the
+    /// box with the same inertia as the mesh or, if `to_bounds` (MuJoCo's `fitaabb`), to the
+    /// bounding box along the principal axes. `None` for an unknown type.
     pub(super) fn fitted(&self, word: &str, to_bounds: bool) -> Option<Fitted> {
         let [least, greatest] = self.bounds;
         let [x, y, z] = match to_bounds {
@@ -104,7 +108,8 @@ impl Mesh {
 }
 
 impl Reader<'_, '_> {
-    /// Records the meshes of the file; their files are read when a mass depends on them.
+    /// Stores the `mesh` elements of the MJCF file. The mesh files are read later, when a mass
+    /// depends on them.
     pub(super) fn read_meshes(&mut self, root: &Element) {
         for element in root.all("asset").flat_map(|asset| asset.all("mesh")) {
             let mesh = self.defaults.applied(self.context, element, None);
@@ -117,7 +122,7 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// The mesh of this name, read at its first use.
+    /// Returns the mesh of this name, which is read at its first use.
     pub(super) fn mesh(&mut self, name: &str) -> Result<Mesh, Lost> {
         if !self.meshes.read.contains_key(name) {
             let mesh = self.read_mesh(name);
@@ -215,7 +220,7 @@ impl Reader<'_, '_> {
     }
 }
 
-/// Rounds to single precision, in which MuJoCo reads the vertices of all meshes.
+/// Rounds a point to single precision, in which MuJoCo reads the vertices of all meshes.
 fn single(point: Vec3<f64>) -> Vec3<f64> {
     Vec3::from(point.to_array().map(|x| f64::from(x as f32)))
 }

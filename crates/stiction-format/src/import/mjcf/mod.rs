@@ -1,4 +1,4 @@
-//! MJCF, the format of MuJoCo: nested bodies, and equality constraints that close loops.
+//! Reader of MJCF, the format of MuJoCo: nested bodies, and equality constraints that close loops.
 
 mod actuator;
 mod body;
@@ -34,13 +34,13 @@ pub(super) struct Reader<'a, 'c> {
     poses: Vec<Pose<f64>>,
     /// Flag for each body, true if it is fixed to the world.
     fixed: Vec<bool>,
-    /// Bodies by their names in the file.
+    /// Indices of the bodies by their names in the file.
     bodies: HashMap<String, usize>,
-    /// Joints by their names in the file.
+    /// Indices of the joints by their names in the file.
     joints: HashMap<String, usize>,
-    /// Joints in the order of the coordinates of the file.
+    /// Indices of the joints in the order in which a keyframe lists their coordinates.
     order: Vec<usize>,
-    /// Body and pose of each site.
+    /// Sites by name: index of the body, and pose of the site in this body.
     sites: HashMap<String, (usize, Pose<f64>)>,
     meshes: mesh::Meshes,
 }

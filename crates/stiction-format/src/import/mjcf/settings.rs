@@ -1,4 +1,5 @@
-//! Settings of the compiler, and units and rotations that depend on them.
+//! Settings of an MJCF file (elements `compiler` and `option`), and the angles, orientations and
+//! paths that depend on these settings.
 
 use super::super::context::Context;
 use super::super::rotation;
@@ -28,7 +29,8 @@ pub(super) struct Settings {
     pub(super) least_inertia: f64,
     pub(super) total_mass: Option<f64>,
     pub(super) mesh_folder: String,
-    /// True if meshes have the mass of the solid that they enclose, unless they state another rule.
+    /// True if a mesh has the mass of the solid that it encloses, unless the mesh specifies another
+    /// rule.
     pub(super) exact_meshes: bool,
     /// True if simple shapes that replace meshes are fitted to the bounding boxes of these meshes.
     pub(super) fit_aabb: bool,
@@ -36,7 +38,7 @@ pub(super) struct Settings {
     pub(super) gravity: Vec3<f64>,
     /// True if the file disables gravity.
     is_weightless: bool,
-    /// Parts of the mechanics that the file disables, by the names of `flag`.
+    /// Parts of the mechanics that the file disables, by the names of the attributes of `flag`.
     disabled: Vec<&'static str>,
 }
 
@@ -49,7 +51,7 @@ const PARTS: [(&str, &[&str]); 5] = [
     ("damper", &["passive"]),
 ];
 
-/// Keys that give an orientation.
+/// Attributes that specify an orientation.
 pub(super) const ORIENTATIONS: [&str; 5] = ["quat", "axisangle", "euler", "xyaxes", "zaxis"];
 
 fn is_true(element: &Element, key: &str) -> Option<bool> {
@@ -151,7 +153,8 @@ impl Settings {
         }
     }
 
-    /// Tests if the file does not disable a part of the mechanics: `equality`, `limit`, `frictionloss`, `spring` or `damper`.
+    /// Tests if a part of the mechanics is enabled in the file: `equality`, `limit`,
+    /// `frictionloss`, `spring` or `damper`.
     pub(super) fn has(&self, part: &str) -> bool {
         !self.disabled.contains(&part)
     }
@@ -161,7 +164,7 @@ impl Settings {
         if self.degrees { value.to_radians() } else { value }
     }
 
-    /// Orientation of an element, given by any of the five keys.
+    /// Orientation of an element, given by any of the attributes in [`ORIENTATIONS`].
     pub(super) fn orientation(&self, context: &Context<'_>, element: &Element) -> Mat3<f64> {
         let identity = Mat3::identity();
         let zero = |key: &str| {
@@ -200,13 +203,13 @@ impl Settings {
         }
     }
 
-    /// Pose of an element by `pos` and its orientation.
+    /// Pose of an element, from its attribute `pos` and its orientation.
     pub(super) fn pose(&self, context: &Context<'_>, element: &Element) -> Pose<f64> {
         let position = element.numbers::<3>(context, "pos").unwrap_or([0.0; 3]);
         Pose { position: Vec3::from(position), rotation: self.orientation(context, element) }
     }
 
-    /// Path of a mesh file, in the folder of meshes that the settings name.
+    /// Path of a mesh file, including the folder of meshes that the settings name.
     pub(super) fn mesh_path(&self, file: &str) -> String {
         let file = match self.strip_path {
             true => file.rsplit(['/', '\\']).next().unwrap_or(file),
@@ -219,7 +222,8 @@ impl Settings {
     }
 }
 
-/// Rotation about a direction; exact about the axes of the frame.
+/// Rotation by `angle`, rad, about the unit vector `axis`. Quarter turns about the coordinate axes
+/// are exact.
 fn turn(axis: Vec3<f64>, angle: f64) -> Mat3<f64> {
     for k in 0..3 {
         if axis == Vec3::unit(k) {

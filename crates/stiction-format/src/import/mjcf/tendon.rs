@@ -1,5 +1,5 @@
-//! Tendons: springs between two points, and linear combinations of joint coordinates that motors
-//! drive.
+//! Reads the tendons of an MJCF file: springs between two points, and linear combinations of joint
+//! coordinates that motors drive.
 
 use super::super::description::Spring;
 use super::super::xml::Element;
@@ -14,10 +14,12 @@ use stiction_core::spatial::Pose;
 pub(super) struct Fixed {
     /// Joints with one degree of freedom, each with its coefficient in the combination.
     pub(super) joints: Vec<(usize, f64)>,
-    /// Inertia, friction and damping in the tendon's coordinate, SI units; they are assigned to the
-    /// motor that drives the tendon.
+    /// Inertia in the tendon's coordinate, SI units. Like the friction and damping of the tendon,
+    /// it is assigned to the motor that drives the tendon.
     pub(super) armature: f64,
+    /// Constant friction in the tendon's coordinate, SI units.
     pub(super) friction: f64,
+    /// Damping in the tendon's coordinate, SI units.
     pub(super) damping: f64,
     pub(super) is_driven: bool,
     place: Place,
@@ -45,7 +47,7 @@ impl Reader<'_, '_> {
         tendons
     }
 
-    /// Reports friction and inertia of fixed tendons that no motor drives.
+    /// Reports the inertia, friction and damping of fixed tendons that no motor drives.
     pub(super) fn note_tendons(&self, tendons: &Tendons) {
         let mut left: Vec<&Fixed> = tendons.values().filter(|fixed| !fixed.is_driven).collect();
         left.sort_by_key(|fixed| fixed.place.line_column());
@@ -62,8 +64,8 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Narrows the range of a joint to that of a tendon with this joint only; returns `false` for several joints, or if no
-    /// range remains.
+    /// Narrows the range of a joint by the range of a tendon that contains only this joint. Returns
+    /// `false` if the tendon contains several joints, or if no range remains.
     fn limit_joint(&mut self, joints: &[(usize, f64)], range: [f64; 2]) -> bool {
         let &[(joint, coefficient)] = joints else { return false };
         let [dof] = self.robot.joints[joint].dofs.as_mut_slice() else { return false };

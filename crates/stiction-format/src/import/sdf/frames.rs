@@ -71,7 +71,7 @@ impl Frames {
         self.frames.entry(name).or_insert(frame);
     }
 
-    /// Computes all poses in the world.
+    /// Computes the poses of all frames in the world.
     ///
     /// Returns `None` after a message if a frame is unknown, or relative to itself.
     pub(super) fn resolve(&mut self, context: &Context<'_>) -> Option<()> {
@@ -84,8 +84,9 @@ impl Frames {
         Some(())
     }
 
-    /// Pose of a frame relative to the frame `above`, from which it is placed directly or through
-    /// other frames; relative to the world if `above` is `None`.
+    /// Pose of the frame `name` relative to the frame `above`, which must be a frame to which
+    /// `name` is relative, directly or through other frames. If `above` is `None`, the pose is
+    /// relative to the world.
     fn chain(&self, context: &Context<'_>, name: &str, above: Option<&str>) -> Option<Pose<f64>> {
         let mut total = Pose::identity();
         let mut at = name.to_owned();
@@ -131,7 +132,8 @@ impl Frames {
         self.resolved.get(name).copied().unwrap_or(Pose::identity())
     }
 
-    /// Full name of the link to which a frame is attached, or `world`.
+    /// Index of the body to which a frame is attached, directly or through other frames. `links`
+    /// contains the indices of all links and of the world by name.
     pub(super) fn body<'a>(
         &'a self,
         name: &'a str,
@@ -149,7 +151,8 @@ impl Frames {
 }
 
 impl Reader<'_, '_> {
-    /// Adds the frames of a model: its own, and those of links, joints and frames.
+    /// Adds the frames of a model: the model's own frame, and the frames of its links, joints and
+    /// `frame` elements.
     pub(super) fn add_frames(&mut self, model: &Model) {
         let context = self.context;
         let element = &model.element;

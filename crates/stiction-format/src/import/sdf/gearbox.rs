@@ -11,8 +11,9 @@ use stiction_core::joint::JointType;
 const PARALLEL: f64 = 1.0 - 1e-9;
 
 impl Reader<'_, '_> {
-    /// Reads a gearbox: theta_2 = -ratio theta_1, with the angle theta_1 from the reference body to the parent about
-    /// `axis`, and theta_2 to the child about `axis2`.
+    /// Reads a gearbox with the equation theta_2 = -ratio theta_1. The angle theta_1 is the
+    /// rotation of the parent relative to the reference body about `axis`, theta_2 that of the
+    /// child about `axis2`.
     pub(super) fn read_gearbox(&mut self, model: &Model, element: &Element) -> Option<()> {
         if element.get("type") != Some("gearbox") {
             return Some(());

@@ -1,4 +1,4 @@
-//! Joints of SDF.
+//! Reads the joints of an SDF file.
 
 use super::super::description::{Body, Coordinate, Gearing, Joint};
 use super::super::rotation::{z_and_x, z_to};
@@ -10,11 +10,11 @@ use std::f64::consts::TAU;
 use stiction_core::joint::JointType;
 use stiction_core::spatial::{Pose, Vec3};
 
-/// Limits of this size and above count as absent.
+/// Range limits of this magnitude or more, rad or m, count as absent.
 const UNLIMITED: f64 = 1e15;
-/// Rates of this size and above, m/s or rad/s, count as absent.
+/// Rate limits of this magnitude or more, m/s or rad/s, count as absent.
 const UNLIMITED_RATE: f64 = 1e9;
-/// Tolerance for perpendicular axes: sine of the deviation from a right angle.
+/// Greatest sine of the deviation from a right angle at which axes count as perpendicular.
 const PERPENDICULAR: f64 = 1e-9;
 
 impl Reader<'_, '_> {
@@ -131,8 +131,8 @@ impl Reader<'_, '_> {
         index
     }
 
-    /// Body at one end of a joint: the link that the child `tag` names, or the link that carries
-    /// the named frame.
+    /// Index of the body at one end of a joint: the link that the child element `tag` names, or the
+    /// link to which the named frame is attached.
     pub(super) fn end(&self, model: &Model, element: &Element, tag: &str) -> Option<usize> {
         let context = self.context;
         let Some(end) = element.child(tag).filter(|end| !end.text.is_empty()) else {
@@ -152,7 +152,7 @@ impl Reader<'_, '_> {
         found
     }
 
-    /// Direction of an axis in the world.
+    /// Direction, in the world, of the axis that the child element `key` of a joint describes.
     pub(super) fn axis(&self, model: &Model, element: &Element, key: &str) -> Option<Vec3<f64>> {
         let context = self.context;
         let joint = model.full(element.get("name")?);
@@ -189,8 +189,8 @@ impl Reader<'_, '_> {
         Some(self.frames.pose(&frame).rotation * direction)
     }
 
-    /// Reads limits, damping, friction and spring of an axis, and its greatest effort, N or N m,
-    /// and rate, m/s or rad/s.
+    /// Reads the range, damping, friction and spring of an axis. Also returns the limits of its
+    /// effort, N or N m, and rate, m/s or rad/s.
     fn coordinate(&self, axis: &Element) -> (Coordinate, [Option<f64>; 2]) {
         let context = self.context;
         let mut coordinate = Coordinate {

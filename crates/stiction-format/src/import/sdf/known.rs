@@ -1,5 +1,5 @@
-//! Elements and attributes of SDF that the reader reads, that it reports itself, or that do not matter for rigid bodies
-//! without contact.
+//! Elements and attributes of SDF that need no remark as unread: the reader reads them, reports
+//! them itself, or they do not matter for rigid bodies without contact.
 
 use super::super::unread::{ANY, Known, known};
 
@@ -12,7 +12,7 @@ pub(super) const ROOT: &[Known] = &[
         "gravity model include joint frame physics scene light gui plugin atmosphere magnetic_field \
          spherical_coordinates audio road wind",
     ),
-    // Models, and joints and frames of the world, are checked on their own.
+    // Models, and joints and frames of the world, are checked separately with `MODEL`.
     known("model", ANY, ANY),
     known("joint", ANY, ANY),
     known("frame", ANY, ANY),
@@ -27,7 +27,7 @@ pub(super) const MODEL: &[Known] = &[
         "name canonical_link placement_frame",
         "link joint frame pose static model include placement_frame self_collide allow_auto_disable enable_wind",
     ),
-    // A model in a model is checked as one of its own.
+    // A model within a model is checked separately.
     known("model/model", ANY, ANY),
     known("include", "merge placement_frame", "uri name pose static placement_frame plugin"),
     known("pose", "relative_to frame degrees rotation_format", ""),

@@ -1,4 +1,4 @@
-//! Links of SDF.
+//! Reads the links of an SDF file.
 
 use super::super::description::{Body, VisualMesh};
 use super::super::inertia::{Mass, symmetric};
@@ -57,7 +57,8 @@ impl Reader<'_, '_> {
         Some(())
     }
 
-    /// Mesh of a `visual` element whose file exists.
+    /// Mesh of a `visual` element; `None` if the element has no mesh, or if the mesh cannot be
+    /// shown.
     fn mesh_of(&self, visual: &Element) -> Option<VisualMesh> {
         let mesh = visual.child("geometry")?.child("mesh")?;
         let uri = mesh.child("uri")?;
@@ -86,7 +87,7 @@ impl Reader<'_, '_> {
         Mass { mass, com: Vec3::zero(), inertia }.placed(pose(context, inertial))
     }
 
-    /// Mass of the collision shapes of a link.
+    /// Mass properties of a link, computed from its collision shapes.
     fn mass_of_shapes(&self, link: &Element, inertial: &Element) -> Mass {
         let context = self.context;
         let density = inertial.child_number(context, "density");
@@ -123,7 +124,8 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Mass of the solid that a mesh encloses, with density 1 kg/m³.
+    /// Mass properties of the solid that a mesh encloses, with density 1 kg/m³. Reports an error if
+    /// they cannot be computed.
     fn mesh_mass(&self, shape: &Element) -> Option<Mass> {
         let context = self.context;
         let file = shape.child("uri")?.text.as_str();

@@ -1,4 +1,4 @@
-//! SDF: links and joints between them, including closed loops.
+//! Reader of SDF: links and joints between them, including closed loops.
 
 mod frames;
 mod gearbox;
@@ -20,7 +20,7 @@ use std::collections::HashMap;
 use stiction_core::joint::JointType;
 use stiction_core::spatial::{Pose, Vec3};
 
-/// Default gravity of a world, m/s².
+/// Default z component of the gravity of a world, m/s².
 const GRAVITY: f64 = -9.8;
 
 /// State of reading an SDF file.
@@ -30,14 +30,13 @@ pub(super) struct Reader<'a, 'c> {
     frames: Frames,
     /// Pose of each body in the world.
     poses: Vec<Pose<f64>>,
-    /// Bodies by their full names in the file.
+    /// Indices of the bodies by their full names in the file.
     bodies: HashMap<String, usize>,
-    /// Joints by their full names in the file.
+    /// Indices of the joints by their full names in the file.
     joints: HashMap<String, usize>,
-    /// Greatest effort of each joint by index, N or N m; without entry for a joint without this
-    /// limit.
+    /// Effort limits by joint index, N or N m; a joint without this limit has no entry.
     efforts: HashMap<usize, f64>,
-    /// Greatest rate of each joint by index, m/s or rad/s.
+    /// Rate limits by joint index, m/s or rad/s; a joint without this limit has no entry.
     rates: HashMap<usize, f64>,
 }
 

@@ -1,10 +1,10 @@
-//! Finds the models of a file, including nested and included ones, as a flat list.
+//! Finds the models of an SDF file, including nested and included ones, as a flat list.
 
 use super::super::context::Context;
 use super::super::xml::{self, Element};
 use crate::diagnostic::quoted;
 
-/// Greatest number of models; it limits files that include each other.
+/// Maximum number of models; it stops the search if files include each other.
 const MOST: usize = 1000;
 
 /// SDF model, or the world with its own joints and frames.
@@ -13,18 +13,19 @@ pub(super) struct Model {
     pub(super) element: Element,
     /// Prefix of the names of the model's parts: `arm::` for parts of a nested model.
     pub(super) prefix: String,
-    /// Prefix of the enclosing model or world.
+    /// Prefix of the names of the parts of the enclosing model or world.
     pub(super) outer: String,
     /// Version of the format: major and minor number.
     pub(super) version: (u32, u32),
     pub(super) is_static: bool,
-    /// True if the parts belong to the enclosing model.
+    /// True if the model is merged into the enclosing model, so that its parts belong to the
+    /// enclosing model.
     pub(super) merged: bool,
     /// True for the world itself, which may have joints and frames of its own.
     pub(super) is_world: bool,
 }
 
-/// Name of the frame of a model within it.
+/// Name by which the parts of a model refer to the model's own frame.
 const MODEL: &str = "__model__";
 
 impl Model {
@@ -110,7 +111,7 @@ pub(super) fn read(context: &Context<'_>, root: &Element) -> Option<Found> {
         1 => name,
         _ => around.get("name").unwrap_or("world").to_owned(),
     };
-    // Joints of the world name the model with its parts.
+    // Joints of the world refer to parts by names that contain the name of the model.
     let alone = top.len() == 1 && !has_own;
     let mut open: Vec<Pending> = Vec::new();
     for element in top {
@@ -154,7 +155,8 @@ type Outer = (String, (u32, u32), bool, bool);
 /// Models of Gazebo's library that are in nearly every world and have no moving part.
 const SCENERY: [&str; 2] = ["model://sun", "model://ground_plane"];
 
-/// Reports an included model that is omitted because it has no moving part.
+/// Tests if an element includes a model of the scenery. Reports that such a model is omitted
+/// because it has no moving part.
 fn is_scenery(context: &Context<'_>, element: &Element) -> bool {
     let uri = element.child("uri").map_or("", |uri| uri.text.trim_end_matches('/'));
     let is_scenery = element.tag == "include" && SCENERY.contains(&uri);
@@ -165,7 +167,7 @@ fn is_scenery(context: &Context<'_>, element: &Element) -> bool {
     is_scenery
 }
 
-/// Creates the entry for a model of the file, or for the model of an included file.
+/// Creates the pending entry for a model of the file, or for the model of an included file.
 fn pending(context: &Context<'_>, element: &Element, outer: Outer) -> Option<Pending> {
     let (outer, version, alone, held) = outer;
     if element.tag == "model" {
@@ -197,7 +199,7 @@ fn pending(context: &Context<'_>, element: &Element, outer: Outer) -> Option<Pen
         return None;
     };
     let mut model = model.clone();
-    // Content of the element `include` takes precedence.
+    // Child elements of `include` take precedence over those of the included model.
     for tag in ["pose", "static", "placement_frame"] {
         if let Some(own) = element.child(tag) {
             model.children.retain(|child| child.tag != tag);

@@ -7,8 +7,9 @@ use super::models::Model;
 /// Effort limits of this size and above, N or N m, count as absent.
 const UNLIMITED: f64 = 1e9;
 
-/// Marks joints as actuated: those that plugins name, or else, in an open chain, those whose effort
-/// limit is not 0, otherwise those with a positive effort limit.
+/// Marks joints as actuated: the joints that plugins name. If plugins name no joint, these are in
+/// an open chain all joints whose effort limit is not 0, and otherwise the joints with a positive
+/// effort limit.
 pub(super) fn guess(reader: &mut Reader<'_, '_>, models: &[Model]) {
     let mut named: Vec<usize> = Vec::new();
     for model in models {
