@@ -51,7 +51,7 @@ pub trait Store: Debug + Send + Sync {
     /// bytes read, which is zero only at the end of the contents.
     ///
     /// # Errors
-    /// A reason that completes the sentence "the file cannot be read: ".
+    /// Returns a reason that completes the sentence "the file cannot be read: ".
     fn read_at(&self, offset: u64, buffer: &mut [u8]) -> Result<usize, String>;
 }
 

@@ -216,7 +216,7 @@ impl Diagnostics {
         render::all(self, coloured)
     }
 
-    /// JSON list of the messages, see [`Diagnostic::to_json`].
+    /// Converts the messages to a JSON array of the objects that [`Diagnostic::to_json`] returns.
     pub fn to_json(&self) -> Value {
         Value::Array(self.list.iter().map(Diagnostic::to_json).collect())
     }

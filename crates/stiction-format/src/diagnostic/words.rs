@@ -1,7 +1,7 @@
 //! Phrases shared by many messages.
 
-/// Longest name, in characters, that a message shows in full and for which similar names are
-/// searched.
+/// Maximum length, in characters, of a name that a message shows in full. No similar names are
+/// searched for a longer name.
 const LONGEST_NAME: usize = 60;
 
 /// Quotes a name from the input with backticks. Long names are shortened, and control characters
@@ -31,7 +31,8 @@ fn similar<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Vec
         .filter_map(|candidate| {
             let known = plain(candidate);
             let distance = strsim::damerau_levenshtein(&plain_name, &known);
-            // A beginning matches, too: `collar` is short for `collar_radius`, `mu_s` for `mu_static`.
+            // The beginning of a name matches, too: `collar` is short for `collar_radius`, `mu_s`
+            // for `mu_static`.
             let begins = known.starts_with(&plain_name) && plain_name.len() >= 3;
             let is_near = distance <= tolerance && distance < candidate.len();
             (is_near || begins).then_some((if is_near { distance } else { tolerance }, candidate))

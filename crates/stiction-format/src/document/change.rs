@@ -89,8 +89,8 @@ fn segments(path: &str) -> Vec<String> {
     parts.iter().map(|part| part.trim().to_owned()).collect()
 }
 
-/// Parses the value of a change as TOML. Text that is not valid TOML is read as a string without
-/// quotes.
+/// Parses the value of a change as TOML. Text that is not valid TOML is read as an unquoted string.
+/// `begin` is the byte offset of `written`.
 fn read_value(written: &str, begin: usize) -> Value {
     const KEY: &str = "v=";
     let text = format!("{KEY}{written}");
@@ -98,7 +98,7 @@ fn read_value(written: &str, begin: usize) -> Value {
         && let Some((_, value)) = table.get_ref().iter().next()
     {
         let mut value = convert(value, &text, 1);
-        // `begin` is the byte offset of the text after the key.
+        // The parsed text begins with `KEY`, which the source does not contain.
         move_by(&mut value, begin.wrapping_sub(KEY.len()));
         return value;
     }
@@ -143,7 +143,7 @@ pub(super) enum Outcome {
     },
 }
 
-/// Change to apply: the new value, and the path of the key that receives it.
+/// A change to apply: the new value, and the path of the key that receives this value.
 #[derive(Clone, Copy)]
 pub(super) struct Target<'a> {
     pub(super) path: &'a [String],

@@ -1,9 +1,10 @@
-//! Changes of a part of a single leg, given by its name in the model: `leg2.rod.mass = 2 kg`.
+//! Changes of values of a part of a single leg. The path contains the name of the part in the
+//! model: `leg2.rod.mass = 2 kg`.
 
 use super::change::{Outcome, Target, table_of};
 use super::{Key, Node, Table, Value};
 
-/// Keys of the tables in a group of legs whose parts can be changed for a single leg.
+/// Keys of the tables, in a group of legs, whose entries can be changed for a single leg.
 const KINDS: [&str; 3] = ["bodies", "joints", "actuators"];
 
 /// Sets a value of a part of a single leg, which may belong to any group of legs; returns `None` if

@@ -20,7 +20,7 @@ const MOST_BYTES: usize = 2 << 20;
 /// Maximum nesting depth; valid model files have five levels.
 const MOST_LEVELS: usize = 32;
 
-/// Parsed text; parts with syntax errors are missing.
+/// Document tree of a text. Parts of the text with syntax errors are missing in the tree.
 #[derive(Clone, Debug)]
 pub(crate) struct Document {
     pub(crate) root: Table,
@@ -80,7 +80,7 @@ fn entries(table: &DeTable<'_>, text: &str, level: usize) -> Vec<(Key, Value)> {
 
 fn convert(value: &toml::Spanned<DeValue<'_>>, text: &str, level: usize) -> Value {
     let span = value.span();
-    // Values below the deepest level have no meaning; the reader of the level above reports them.
+    // Tables and lists that are nested too deeply become `Node::Other`, which the reader reports.
     let inside = level < MOST_LEVELS;
     let node = match value.get_ref() {
         DeValue::String(content) => {

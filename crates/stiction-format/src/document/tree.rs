@@ -3,14 +3,14 @@
 
 use crate::source::Span;
 
-/// A key and its place.
+/// A key, and its byte range in the text.
 #[derive(Clone, Debug)]
 pub(crate) struct Key {
     pub(crate) name: String,
     pub(crate) span: Span,
 }
 
-/// A value and its place.
+/// A value, and its byte range in the text.
 #[derive(Clone, Debug)]
 pub(crate) struct Value {
     pub(crate) span: Span,

@@ -117,7 +117,7 @@ impl Dimension {
         )
     }
 
-    /// SI unit, for example `kg m^2/s^2`.
+    /// SI unit of quantities of this dimension, for example `kg m^2/s^2`. Angle units are omitted.
     pub(crate) fn units(self) -> String {
         let powers =
             [("kg", self.kilogram), ("m", self.metre), ("s", self.second), ("A", self.ampere)];

@@ -48,11 +48,11 @@ pub(crate) enum Measure {
     AngularAcceleration,
     AngularJerk,
     Number,
-    /// Quantity of any dimension; parameters have this measure.
+    /// Quantity of any dimension, such as the value of a parameter.
     Any,
 }
 
-/// Phrases that describe a measure.
+/// Phrases that describe a kind of quantity.
 pub(crate) struct Words {
     /// Noun phrase such as `a length`.
     pub(crate) noun: &'static str,
@@ -63,7 +63,7 @@ pub(crate) struct Words {
 }
 
 impl Measure {
-    /// Dimension of the measure.
+    /// Dimension of quantities of this kind.
     pub(crate) fn dimension(self) -> Dimension {
         match self {
             Self::Length => Dimension::LENGTH,
@@ -98,7 +98,7 @@ impl Measure {
         }
     }
 
-    /// Phrases that describe the measure.
+    /// Phrases that describe this kind of quantity.
     pub(crate) fn words(self) -> Words {
         let (noun, example, unit) = match self {
             Self::Length => ("a length", "128.48 mm", "m"),
@@ -138,7 +138,7 @@ impl Measure {
         Words { noun, example, unit }
     }
 
-    /// Expected value in words, such as `a length such as "128.48 mm" or a bare number in m`.
+    /// Phrase for the expected value, such as `a length such as "128.48 mm" or a bare number in m`.
     pub(crate) fn expected(self) -> String {
         let Words { noun, example, unit } = self.words();
         match self {
@@ -148,8 +148,8 @@ impl Measure {
         }
     }
 
-    /// Advice if the value is a quantity often given by mistake, such as a stiffness instead of a
-    /// compliance.
+    /// Returns advice if the dimension `found` is that of a quantity often given by mistake, such
+    /// as a stiffness instead of a compliance.
     fn advice(self, found: Dimension) -> Option<String> {
         // Data sheets state friction moments per angular rate.
         let turning = self == Self::Viscous && found.same(Dimension::of(2, 1, -1));

@@ -62,7 +62,7 @@ impl Fault {
 pub(crate) trait Scope {
     /// Index of the parameter with this name; `None` if there is no such parameter.
     fn find(&self, name: &str) -> Option<usize>;
-    /// Value of a parameter; `None` if its own definition is invalid.
+    /// Value of a parameter; `None` if the definition of the parameter is invalid.
     fn value(&self, index: usize) -> Option<Quantity>;
     /// Names of all parameters, for suggestions.
     fn names(&self) -> Vec<&str>;

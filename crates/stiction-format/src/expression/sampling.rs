@@ -11,9 +11,9 @@ use super::parse::Op;
 use super::run::Formula;
 use std::f64::consts::FRAC_PI_4;
 
-/// Arguments of `exp` below this are negligible: e^-50 is 2e-22.
+/// Argument below which `exp` is negligible: e^-50 is 2e-22.
 const EXP_NEGLIGIBLE: f64 = -50.0;
-/// Sigmoids count as constant beyond this argument: 1 - tanh 20 is 8e-18.
+/// Magnitude of the argument above which sigmoids count as constant: 1 - tanh 20 is 8e-18.
 const SIGMOID_LIMIT: f64 = 20.0;
 /// Number of samples across a ramp of the function `smooth`.
 const RAMP_SAMPLES: f64 = 4.0;
@@ -136,8 +136,8 @@ mod tests {
         (most, samples)
     }
 
-    /// Checks that pulses of height 1, about 2 ms wide within 10 s, are sampled near their maximum
-    /// with few samples.
+    /// Checks that a pulse of height 1 and a width of about 2 ms within 10 s is sampled near its
+    /// maximum, with few samples.
     #[test]
     fn short_pulses_are_resolved() {
         for text in [
@@ -146,7 +146,7 @@ mod tests {
             "exp(-((t - 7)/0.0003)^2)",
             "0.5*(tanh((t - 7)/0.0001) - tanh((t - 7.001)/0.0001))",
             "1/(1 + ((t - 7)/0.0001)^2)",
-            // 2 ms wide around the peak of a slow wave, which reaches 1 there.
+            // Pulses of 2 ms width at the peak of a slow wave.
             "max(0, cos(0.9*(t - 7)) - cos(0.0009))/(1 - cos(0.0009))",
             "(abs(cos(0.9*(t - 7)) - cos(0.0009)) + cos(0.9*(t - 7)) - cos(0.0009))/(2 - 2*cos(0.0009))",
         ] {

@@ -30,8 +30,8 @@ fn value(text: &str) -> Result<Quantity, Fault> {
     constant(&parse(text, &scope(), false)?, &scope())
 }
 
-/// Checks the values and dimensions of expressions. The values agree with arithmetic, to the last
-/// bit if only one rounding is involved.
+/// Checks the values and dimensions of expressions. The values must agree with directly computed
+/// numbers to two rounding errors.
 #[test]
 fn values() {
     let length = Dimension::LENGTH;

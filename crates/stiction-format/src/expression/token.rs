@@ -15,16 +15,16 @@ pub(crate) struct Token {
 /// Kind of a token.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TokenKind {
-    /// A number; its digits remain in the text.
+    /// A number; its digits are in the text, at the place of the token.
     Number,
-    /// A name, or `%`; its letters remain in the text.
+    /// A name, or `%`; its letters are in the text, at the place of the token.
     Name,
     /// One of `+ - * / ^ ( ) ,`.
     Symbol(char),
     End,
 }
 
-/// Splits `text` into tokens, the last of them [`TokenKind::End`].
+/// Splits `text` into tokens; the last token is [`TokenKind::End`].
 pub(crate) fn tokens(text: &str) -> Result<Vec<Token>, Fault> {
     let mut tokens = Vec::new();
     let mut rest = text.char_indices().peekable();

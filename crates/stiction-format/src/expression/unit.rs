@@ -120,8 +120,9 @@ pub(crate) fn find(name: &str) -> Option<&'static Unit> {
     UNITS.iter().find(|unit| unit.name == name)
 }
 
-/// Tests if a parameter may have the name of this unit and then replaces it: true for the units of
-/// current, whose short names (`A`) are common for amplitudes and areas.
+/// Tests if a parameter may have the name of this unit, so that the name then means the parameter.
+/// This is true for the units of current, whose short names (`A`) are common for amplitudes and
+/// areas.
 pub(crate) fn yields_to_parameters(name: &str) -> bool {
     find(name).is_some_and(|unit| unit.dimension == CURRENT)
 }

@@ -10,7 +10,7 @@ pub use schema::json_schema;
 
 use crate::expression::Measure;
 
-/// A key of a table.
+/// A key of a table of the model file.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Field {
     /// Name of the key in the file.
@@ -37,8 +37,8 @@ pub(crate) enum Shape {
     Choice(&'static [&'static str]),
     /// A number or an expression.
     Quantity(Measure),
-    /// A number or an expression. The first measure applies to a translation, the second to a
-    /// rotation.
+    /// A number or an expression for a quantity that is of the first kind for a translation and of
+    /// the second kind for a rotation.
     LinearOrAngular(Measure, Measure),
     /// A 6 x 6 matrix: its six diagonal entries, or six rows of six quantities.
     SixBySix(Measure),
@@ -54,7 +54,7 @@ pub(crate) enum Shape {
     Rotation,
     /// Inertia: three principal moments or the entries of a tensor.
     Inertia,
-    /// `true`, `false`, or the names of degrees of freedom.
+    /// Actuation of a joint: `true`, `false`, or the names of the actuated degrees of freedom.
     Actuated,
     /// Initial guess of the coordinates of a joint, for the assembly of the mechanism.
     Start,
@@ -113,7 +113,7 @@ impl Field {
     }
 }
 
-/// Returns the field with this key.
+/// Returns the field with this key; `None` if the list does not contain the key.
 pub(crate) fn find(fields: &'static [Field], key: &str) -> Option<&'static Field> {
     fields.iter().find(|field| field.key == key)
 }

@@ -60,7 +60,8 @@ pub(super) struct Context<'a> {
     meshes: RefCell<HashMap<String, bool>>,
     /// Mesh files that cannot be read, with the places that name them.
     missing: RefCell<Vec<(String, Place)>>,
-    /// For each message, the index of its remark in `notes`, to which further places are added.
+    /// For each text of a remark, the index of the remark in `notes`, to which further places are
+    /// added.
     known: RefCell<HashMap<String, usize>>,
 }
 

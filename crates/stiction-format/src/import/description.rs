@@ -9,7 +9,7 @@ use toml::Table;
 /// Index of the ground among the bodies.
 pub(super) const GROUND: usize = 0;
 
-/// Robot: its bodies, joints, springs, gearings and motors.
+/// Description of a robot: bodies, joints, springs, gearings and motors.
 #[derive(Clone, Debug)]
 pub(super) struct Description {
     /// Name of the imported file's format, for comments in the model file.
@@ -202,7 +202,7 @@ pub(super) struct Gearing {
     pub(super) place: Option<Place>,
 }
 
-/// Motor on a coordinate of a joint.
+/// Motor that drives one coordinate of a joint.
 #[derive(Clone, Debug)]
 pub(super) struct Motor {
     pub(super) name: String,

@@ -9,11 +9,11 @@ use nalgebra::Matrix3;
 /// Largest mass of a body that is not reported as unrealistic, kg.
 const HEAVY: f64 = 1e5;
 
-/// Largest ratio of the magnitude of a negative principal moment to the typical moment of inertia
-/// of the robot for which the negative moment is negligible.
+/// A negative principal moment of inertia is negligible if its magnitude is at most this fraction
+/// of the typical moment of inertia of the robot.
 const NEGLIGIBLE: f64 = 1e-8;
-/// Largest ratio of the magnitude of a negative principal moment to the largest moment of its body
-/// for which the negative moment is a rounding error of an exporter: files often have six digits.
+/// A negative principal moment of inertia is attributed to rounding by an exporter if its magnitude
+/// is at most this fraction of the body's largest moment; files often have six digits.
 const ROUNDING: f64 = 1e-5;
 
 /// Reports masses that are unrealistically large, since exporters sometimes confuse units. Replaces

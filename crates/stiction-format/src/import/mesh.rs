@@ -32,7 +32,7 @@ pub(super) fn mass(triangles: &[Triangle], content: Content) -> Mass {
     if is_valid { mass } else { Mass::none() }
 }
 
-/// Mass, first and second moments about an apex.
+/// Mass, and first and second moments of mass, about an apex.
 struct Moments {
     apex: Vec3<f64>,
     mass: f64,
@@ -45,8 +45,9 @@ impl Moments {
         Self { apex, mass: 0.0, first: Vec3::zero(), second: [[0.0; 3]; 3] }
     }
 
-    /// Adds a mass that is uniform over a simplex with `count` corners. `a`, `b` and `c` are
-    /// corners relative to the apex; a fourth corner is at the apex.
+    /// Adds a mass that is uniform over a simplex with `count` corners: a triangle or a pyramid.
+    /// `a`, `b` and `c` are corners relative to the apex; the fourth corner of a pyramid is the
+    /// apex.
     fn add(&mut self, mass: f64, [a, b, c]: Triangle, count: f64) {
         let sum = a + b + c;
         self.mass += mass;
@@ -60,8 +61,8 @@ impl Moments {
         }
     }
 
-    /// Sums the moments of pyramids from the apex to all triangles, with density 1; `sign` maps
-    /// their signed volumes to masses.
+    /// Sums the moments of the pyramids from the apex to all triangles, with density 1 kg/m³.
+    /// `sign` maps the signed volume of a pyramid to its mass.
     fn of_pyramids(triangles: &[Triangle], apex: Vec3<f64>, sign: fn(f64) -> f64) -> Self {
         let mut moments = Self::none(apex);
         for triangle in triangles {
@@ -72,7 +73,7 @@ impl Moments {
         moments
     }
 
-    /// Sums the moments of all triangles, with mass 1 per area.
+    /// Sums the moments of all triangles, with 1 kg/m².
     fn of_surface(triangles: &[Triangle], apex: Vec3<f64>) -> Self {
         let mut moments = Self::none(apex);
         for triangle in triangles {

@@ -209,11 +209,12 @@ fn write(context: &Context<'_>, source: &Source, mut robot: Description) -> Opti
     if !context.literal {
         meaning::simplify(context, &mut robot);
     }
-    // Joints that the file contains in parts have their names only after merging.
+    // Joints that the file describes by several joints get their names only by merging.
     let left = extension::apply(context, &mut robot, left);
     extension::supersede(&mut robot);
     extension::note_left(context, &robot, left);
-    // Extension elements name joints as the file or the merging does.
+    // Extension elements contain the names of joints in the file or after merging. Joints can
+    // therefore be renamed only now.
     names::separate(context, &mut robot);
     masses::check(context, &mut robot);
     if context.has_errors() {

@@ -89,7 +89,8 @@ pub(super) fn tidy(context: &Context<'_>, robot: &mut Description) {
     robot.name = robot.name.chars().filter(|c| !c.is_control()).take(LONGEST).collect();
 }
 
-/// Renames joints with several degrees of freedom that have the name of a body: `ball.x` could be a coordinate of either.
+/// Renames joints with several degrees of freedom that have the name of a body, because a name such
+/// as `ball.x` could be a coordinate of the joint or of the body.
 pub(super) fn separate(context: &Context<'_>, robot: &mut Description) {
     let taken: HashSet<String> = (robot.joints.iter().map(|joint| &joint.name))
         .chain(robot.bodies.iter().map(|body| &body.name))

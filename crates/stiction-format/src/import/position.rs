@@ -12,7 +12,7 @@ use stiction_core::kinematics::{AssemblyError, Coordinate, Target, locks};
 use stiction_core::mechanism::{BodyId, JointId, Mechanism};
 use stiction_core::spatial::Pose;
 
-/// Greatest change of a coordinate, rad or m, that is attributed to rounded numbers.
+/// Greatest change of a coordinate, rad or m, that is attributed to rounded numbers in the file.
 const SAME: f64 = 1e-6;
 
 /// Maximum number of joint coordinates of the robot; for larger robots, loops are not closed.

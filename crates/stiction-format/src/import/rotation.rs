@@ -2,8 +2,8 @@
 
 use stiction_core::spatial::{Mat3, Pose, Quaternion, Vec3};
 
-/// Tolerance, rad, within which an angle counts as an exact multiple of a quarter turn: files write pi/2 with few or
-/// many digits.
+/// Tolerance, rad, within which an angle counts as an exact multiple of a quarter turn. It covers
+/// rounding errors of pi/2 written with all digits.
 const EXACT: f64 = 4e-16;
 
 /// Sine and cosine of an angle, rad; exact at multiples of a quarter turn.
@@ -65,7 +65,7 @@ pub(super) fn pose([x, y, z]: [f64; 3], angles: [f64; 3]) -> Pose<f64> {
     Pose { position: Vec3::new(x, y, z), rotation: roll_pitch_yaw(angles) }
 }
 
-/// Smallest rotation that maps the z axis to `axis`; exact for the axes of the frame.
+/// Smallest rotation that maps the z axis to `axis`; exact if `axis` is a coordinate axis.
 pub(super) fn z_to(axis: Vec3<f64>) -> Mat3<f64> {
     let x = Vec3::unit(0);
     let y = Vec3::unit(1);

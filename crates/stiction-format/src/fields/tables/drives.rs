@@ -6,7 +6,7 @@ use crate::expression::Measure::{
 use crate::fields::Shape::{Choice, Quantity, Text};
 use crate::fields::{Field, field, required};
 
-/// Keys of a table of efforts, besides the names of actuators.
+/// Keys of a table of prescribed actuator efforts, besides the names of actuators.
 pub(crate) const DRIVES: &[Field] = &[field("title", Text, "One-line description.")];
 
 /// Keys of a controller, besides the names of actuators.
@@ -61,8 +61,8 @@ pub(crate) const CHANNEL: &[&str] = &["kp", "kd", "ki", "tracking", "resolution"
 /// Types of controllers.
 const CONTROL_TYPES: &[&str] = &["pd", "pid", "computed-torque"];
 
-/// Friction compensation of a computed-torque controller: none, or the friction of the reference
-/// motion or of the measured motion.
+/// Modes of friction compensation of a computed-torque controller: none, or the friction of the
+/// reference motion or of the measured motion.
 const FEED_MODES: &[&str] = &["off", "reference", "measured"];
 
 /// Sources of the rates that a controller uses: measured rates, or differences of measured

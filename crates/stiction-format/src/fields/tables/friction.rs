@@ -177,7 +177,7 @@ pub(crate) const INTERFACE: &[Field] = &[
     SMOOTHING,
 ];
 
-/// Tables of the separate friction interfaces of U and C joints.
+/// Keys of the tables for separate friction interfaces of U and C joints.
 const PARTS: &[Field] = &[
     field(
         "first",

@@ -111,7 +111,8 @@ const ENDS: &[Field] = &[
 /// Keys of a joint.
 pub(crate) const JOINT: &[Field] = &joined::<15>(ENDS, LEG_JOINT);
 
-/// Keys of a joint of a leg; its type and bodies follow from the chain.
+/// Keys of a joint of a leg. The type and the bodies of this joint follow from the key `chain` of
+/// the leg.
 pub(crate) const LEG_JOINT: &[Field] = &[
     AT,
     TO_AT,

@@ -78,7 +78,7 @@ pub(crate) const LEGS: &[Field] = &[
     LEG_SPRINGS,
 ];
 
-/// Keys of one leg of a group.
+/// Keys of an entry of `place`, which describes a single leg of a group.
 pub(crate) const PLACE: &[Field] = &[
     field("angle", Quantity(Angle), "The leg's angle; by default 0."),
     field("name", Text, "The leg's name; by default leg1, leg2 and so on."),

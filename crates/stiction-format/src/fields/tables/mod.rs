@@ -142,7 +142,8 @@ pub(crate) const VISUAL: &[Field] = &[
     ),
 ];
 
-/// Keys of the table `default`: the settings that a command uses if its arguments name none.
+/// Keys of the table `default`: the motion, load and friction mode that a command uses unless its
+/// arguments specify others.
 pub(crate) const DEFAULT: &[Field] = &[
     field("motion", Name, "Name of the motion."),
     field("load", Name, "Name of the load."),

@@ -110,6 +110,6 @@ pub(crate) const BODY_MOTION: &[Field] = &[
     field("order", Choice(ORDERS), "Order of the intrinsic rotation angles; by default xyz."),
 ];
 
-/// Orders of intrinsic rotations in three-angle sequences.
+/// Permitted orders of the axes of three intrinsic rotations.
 pub(crate) const ORDERS: &[&str] =
     &["xyz", "yzx", "zxy", "xzy", "zyx", "yxz", "xyx", "yzy", "zxz", "xzx", "zyz", "yxy"];

@@ -76,8 +76,8 @@ pub(super) fn find(robot: &Description) -> Vec<Group> {
             by_kinds.entry((walk.from, walk.to, kinds)).or_default().push(walk);
         }
     }
-    // A chain may belong to several classes, because several words of its names may be the leg's
-    // name.
+    // A chain may belong to several classes of equal chains, because several words of its names may
+    // be the leg's name.
     let mut alike: HashMap<_, Vec<(Walk, Pattern)>> = HashMap::new();
     for walk in by_kinds.into_values().filter(|walks| walks.len() > 1).flatten() {
         let joints = walk.joints.iter().map(|&joint| robot.joints[joint].name.as_str());
@@ -92,8 +92,8 @@ pub(super) fn find(robot: &Description) -> Vec<Group> {
     }
     let mut classes: Vec<Vec<(Walk, Pattern)>> =
         alike.into_values().filter(|class| class.len() > 1).collect();
-    // Prefers groups with many parts, then longer names of legs; the first joint makes the order
-    // unique.
+    // Prefer groups with many parts, then groups with longer names of legs; the first joint makes
+    // the order unique.
     classes.sort_by_key(|class| {
         let parts = (class.len() - 1) * class[0].0.joints.len();
         let letters: usize = class.iter().map(|(_, pattern)| pattern.leg.len()).sum();

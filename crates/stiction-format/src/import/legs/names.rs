@@ -7,8 +7,9 @@ pub(super) struct Pattern {
     pub(super) names: Vec<String>,
 }
 
-/// Byte positions at which the words of a name begin and end, in order. Words are separated by
-/// characters other than letters and digits, between letters and digits, and before capitals.
+/// Byte positions at which the words of a name begin and end, in order. Characters other than
+/// letters and digits separate words. Words also end between letters and digits, and before
+/// capitals.
 fn words(name: &str) -> (Vec<usize>, Vec<usize>) {
     let letters: Vec<(usize, char)> = name.char_indices().collect();
     let (mut begins, mut ends) = (Vec::new(), Vec::new());

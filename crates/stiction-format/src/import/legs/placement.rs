@@ -119,9 +119,9 @@ pub(in crate::import) fn unrotated(
     legs
 }
 
-/// Removes the rotations `from` and `to` of the leg from the frames of a joint: these rotations
-/// apply to the bodies `from` and `to` of the joint. The result has the form that a group of legs
-/// in a model file requires.
+/// Expresses the frames of a joint relative to the rotated frames of its bodies, as a group of legs
+/// in the model file requires. `from` and `to` are the rotations of the frames of the joint's
+/// bodies; the identity for bodies within the leg.
 fn unrotated_joint(joint: &Joint, [from, to]: [Pose<f64>; 2]) -> Joint {
     let mut own = joint.clone();
     let (mut j, mut k) = (joint.frame_j.rotation, joint.frame_k.rotation);

@@ -39,7 +39,7 @@ fn indices(own: &[&str], other: &[&str]) -> Option<Vec<usize>> {
     found.filter(|_| own.len() == other.len())
 }
 
-/// Applies `map` to copies of the parts, and sorts them by name.
+/// Applies `map` to copies of the parts, and sorts the copies by name.
 fn mapped<T: Clone>(parts: &[T], map: impl FnMut(&mut T), name: fn(&T) -> &String) -> Vec<T> {
     let mut parts = parts.to_vec();
     parts.iter_mut().for_each(map);
@@ -147,7 +147,7 @@ fn is_near_rotation(a: Mat3<f64>, b: Mat3<f64>) -> bool {
     a.columns.iter().zip(&b.columns).all(|(a, b)| is_near_point(*a, *b))
 }
 
-/// Rotation of the successor in the predecessor at zero coordinates.
+/// Rotation of the successor relative to the predecessor at zero coordinates.
 fn between(joint: &Joint) -> Mat3<f64> {
     joint.frame_j.rotation * joint.frame_k.rotation.transpose()
 }

@@ -40,7 +40,7 @@ pub(in crate::import) fn fold(robot: &mut Description) {
 
 /// Joins bodies that an export divided at a closure: `rocker@D` is a part of `rocker`, welded to it.
 ///
-/// As separate bodies, they would distribute redundant reactions differently from the undivided body.
+/// Separate bodies would distribute redundant reactions differently from the undivided body.
 fn join_parts(robot: &mut Description) {
     while let Some((weld, body, part)) = next_part(robot) {
         let joint = &robot.joints[weld];

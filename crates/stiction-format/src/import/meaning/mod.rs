@@ -1,5 +1,6 @@
-//! Recognises joints that a format can only express indirectly: a hinge written as a closure by
-//! three equations in a plane, a ball written as three hinges, one hinge written as two.
+//! Recognises joints that a format can only express indirectly: a hinge written as a ball joint
+//! that closes a loop in a planar chain, a ball joint written as three hinges, or one hinge written
+//! as two hinges about the same axis.
 //!
 //! The mechanism stays the same: exactly the relative motions that the file allows remain possible.
 

@@ -1,9 +1,10 @@
 //! Replaces point closures in chains that move in a plane by hinges.
 //!
-//! If all hinges between the two bodies along the tree are parallel, and all slides perpendicular
-//! to them, the bodies rotate relative to each other about this direction only, in every
-//! configuration. One of the three equations of the closure is then redundant, and the closure is a
-//! hinge about the same direction.
+//! Consider the path through the tree of bodies between the two bodies of a closure. If all hinges
+//! on this path are parallel, and all slides perpendicular to the hinges, the two bodies rotate
+//! relative to each other only about the direction of the hinges, in every configuration. One of
+//! the three equations of the closure is then redundant, and the closure is a hinge about the same
+//! direction.
 
 use super::super::context::Context;
 use super::super::description::{Description, Joint};

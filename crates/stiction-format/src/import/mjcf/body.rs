@@ -10,8 +10,8 @@ use nalgebra::{Matrix3, SymmetricEigen};
 use stiction_core::mechanism::GROUND_NAME;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// Element in a body, with the pose of its frame in the body and the default class that it
-/// inherits.
+/// Element in a body, with the pose, in the body, of the `frame` elements that enclose it, and the
+/// default class that it inherits.
 struct Item<'a> {
     element: &'a Element,
     frame: Pose<f64>,

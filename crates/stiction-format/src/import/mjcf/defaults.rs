@@ -90,7 +90,7 @@ struct Class {
     attributes: HashMap<String, Vec<Attribute>>,
 }
 
-/// All classes of defaults.
+/// All default classes of an MJCF file.
 #[derive(Debug, Default)]
 pub(super) struct Defaults {
     classes: HashMap<String, Class>,

@@ -37,7 +37,7 @@ const SAVE: &str = "write the triangles by `face`, or give the body an <inertial
 const REPLACE: &str = "put the mesh there (its path is relative to the robot file and to `meshdir`), or give the body \
                        an <inertial>";
 
-/// A mesh with its mass for density 1.
+/// A mesh with its mass properties for density 1.
 #[derive(Clone, Debug)]
 pub(super) struct Mesh {
     pub(super) mass: Mass,
@@ -199,8 +199,9 @@ impl Reader<'_, '_> {
         Ok(Mesh::new(&triangles, mass))
     }
 
-    /// Adds a remark if the mass of a mesh by MuJoCo's default rule differs from that of its
-    /// enclosed volume; `ratio` is the former divided by the latter.
+    /// Adds a remark if the mass of a mesh by MuJoCo's default rule differs from the mass of the
+    /// volume that the mesh encloses. `ratio` is the mass by the default rule divided by the mass
+    /// of the volume.
     fn note_overcount(&self, mesh: &Element, ratio: f64) {
         // Smaller relative differences are below the accuracy of the mesh itself.
         const NOTABLE: f64 = 0.01;

@@ -107,7 +107,7 @@ impl Frames {
             if let Some(placement) = &frame.placement
                 && above != Some(at.as_str())
             {
-                // The pose applies to another frame of the model.
+                // The pose applies to the placement frame of the model.
                 own = own * self.chain(context, placement, Some(&at))?.inverse();
             }
             total = own * total;

@@ -7,7 +7,8 @@ use super::models::Model;
 use crate::diagnostic::quoted;
 use stiction_core::joint::JointType;
 
-/// Minimum cosine of the angle between the axes of a gearbox and of a hinge that count as parallel.
+/// Minimum cosine of the angle between the axis of a gearbox and that of a hinge for which the axes
+/// count as parallel.
 const PARALLEL: f64 = 1.0 - 1e-9;
 
 impl Reader<'_, '_> {

@@ -61,7 +61,8 @@ impl Reader<'_, '_> {
                 let first = self.axis(model, element, "axis")?;
                 let second = self.axis(model, element, "axis2")?;
                 if first.dot(second).abs() > PERPENDICULAR {
-                    // A universal joint: two hinges with a massless body between them.
+                    // A universal joint whose axes are not perpendicular becomes two hinges with a
+                    // massless body between them.
                     let between = self.robot.bodies.len();
                     let body = Body::massless(format!("{name}_between"), Some(element.place()));
                     self.robot.bodies.push(body);

@@ -1,5 +1,5 @@
-//! Elements and attributes of SDF that need no remark as unread: the reader reads them, reports
-//! them itself, or they do not matter for rigid bodies without contact.
+//! Elements and attributes of SDF that the import does not report as unread: those that it reads,
+//! those that it reports itself, and those that do not matter for rigid bodies without contact.
 
 use super::super::unread::{ANY, Known, known};
 

@@ -29,7 +29,8 @@ pub(super) struct Model {
 const MODEL: &str = "__model__";
 
 impl Model {
-    /// Full name of the model's own frame. The parts of a merged model keep the frame of their own model.
+    /// Full name of the model's own frame. A model that is merged into another model keeps a
+    /// separate frame.
     pub(super) fn own_frame(&self) -> String {
         if self.is_world {
             return "world".to_owned();

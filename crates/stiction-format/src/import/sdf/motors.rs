@@ -1,4 +1,5 @@
-//! Motors of SDF: joints that a plugin names, or else joints with an effort limit.
+//! Guesses which joints of an SDF file have motors: the joints that a plugin names, or else joints
+//! that may have an effort according to their limits.
 
 use super::super::description::Motor;
 use super::Reader;
@@ -7,9 +8,9 @@ use super::models::Model;
 /// Effort limits of this size and above, N or N m, count as absent.
 const UNLIMITED: f64 = 1e9;
 
-/// Marks joints as actuated: the joints that plugins name. If plugins name no joint, these are in
-/// an open chain all joints whose effort limit is not 0, and otherwise the joints with a positive
-/// effort limit.
+/// Marks joints as actuated: the joints that plugins name, if any. Otherwise, in an open chain, all
+/// joints whose effort limit is not 0, including joints without a limit; in a mechanism with loops,
+/// the joints with a positive effort limit.
 pub(super) fn guess(reader: &mut Reader<'_, '_>, models: &[Model]) {
     let mut named: Vec<usize> = Vec::new();
     for model in models {
