@@ -90,7 +90,7 @@ fn loads(inverse: &Inverse<f64>) -> Vec<f64> {
 impl Inverse<f64> {
     /// Runs Newton's method on the balance with linearised friction, starting from the present
     /// normal loads. The method takes at most `steps` steps, and fails if a normal load exceeds
-    /// `limit`. Returns true if it converges to round-off.
+    /// `limit`, N. Returns true if the normal loads converge.
     pub(super) fn newton(
         &mut self,
         model: &Model,

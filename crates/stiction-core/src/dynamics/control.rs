@@ -122,7 +122,7 @@ impl Model {
     /// successive configurations must be close to each other; the assembly mode is that of `data`.
     /// The parameters are [`Self::parameters`]. The computation allocates no memory.
     ///
-    /// Unless the status is [`Status::Converged`], the forces in `data` do not belong to this
+    /// Unless the status is [`Status::Converged`], the forces in `data` are not valid for this
     /// motion, and the next call starts from the last closed configuration. The coupling of
     /// friction and reactions yields the solution connected to the frictionless solution;
     /// [`InverseDynamics::coupling`](super::InverseDynamics::coupling) certifies its uniqueness.
@@ -307,9 +307,9 @@ impl Data<f64> {
         }
     }
 
-    /// Returns the actuator forces, N, and torques, N m, of the last [`Model::inverse_dynamics`]
-    /// that converged, in the order of
-    /// [`Mechanism::actuators`](crate::mechanism::Mechanism::actuators).
+    /// Returns the actuator forces, N, and torques, N m, computed by [`Model::inverse_dynamics`],
+    /// in the order of [`Mechanism::actuators`](crate::mechanism::Mechanism::actuators). They are
+    /// valid if the last call returned [`Status::Converged`].
     pub fn efforts(&self) -> &[f64] {
         &self.forces.efforts
     }

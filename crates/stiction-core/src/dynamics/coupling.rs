@@ -25,8 +25,8 @@ use crate::spatial::{Twist, Wrench};
 /// interfaces.
 const DENSE: usize = 64;
 
-/// Error of extrapolated normal loads, relative to the largest load, below which no Newton step is
-/// needed. A fixed-point step reduces the error by the coupling factor.
+/// Largest error of extrapolated normal loads, relative to the largest load, that is accepted
+/// without a Newton step.
 const ERROR: f64 = 1e-13;
 
 /// Friction that acts at one interface.
@@ -47,7 +47,8 @@ impl Acting {
         Self { resistance: state.resistance, sense: state.sense, parts }
     }
 
-    /// Creates the friction of an interface for the opposite motion.
+    /// Creates the friction that acts at an interface in the opposite motion. An interface at rest
+    /// has no friction.
     fn reversed(state: &InterfaceState<f64>, interface: &InterfaceParameters<f64>) -> Self {
         let reversed = state.reversed(interface);
         let parts = if state.sliding > 0.0 { [-1.0, 0.0, 0.0] } else { [0.0; 3] };
@@ -75,8 +76,8 @@ pub(super) enum Start<'a> {
     Opposite(&'a [InterfaceState<f64>]),
 }
 
-/// Responses to unit friction forces and frictionless forces at one configuration, with buffers for
-/// computing friction forces.
+/// Responses to unit friction forces and the forces without friction at one configuration, with
+/// buffers for computing friction forces.
 #[derive(Clone, Debug, Default)]
 pub(super) struct FrictionCoupling {
     responses: Responses,
@@ -120,8 +121,8 @@ pub(super) struct FrictionCoupling {
     gains: Vec<Twist<f64>>,
 }
 
-/// Joint wrenches per newton of normal load, due to the friction of coupled interfaces, from stored
-/// responses.
+/// Change of the joint wrenches per newton of normal load at each coupled interface, due to
+/// friction. It is computed from stored responses.
 struct StoredInfluence<'a> {
     responses: &'a Responses,
     acting: &'a [Acting],
@@ -146,8 +147,9 @@ impl Influence for StoredInfluence<'_> {
     }
 }
 
-/// Joint wrenches per newton of normal load, due to the friction of sliding interfaces. They are
-/// evaluated while the responses are computed, so that the responses need not be stored.
+/// Change of the joint wrenches per newton of normal load at each sliding interface, due to
+/// friction. It is evaluated while the responses are computed, so that the responses need not be
+/// stored.
 struct ComputedInfluence<'a> {
     responses: &'a mut Responses,
     inverse: &'a Inverse<f64>,
@@ -184,7 +186,8 @@ impl FrictionCoupling {
         self.is_current = false;
     }
 
-    /// Copies the forces of `inverse`, a frictionless solution at a new configuration.
+    /// Copies joint wrenches and efforts from `inverse`, a frictionless solution at a new
+    /// configuration, and marks the responses as invalid.
     pub(super) fn start_from(&mut self, inverse: &Inverse<f64>) {
         self.is_current = false;
         self.wrenches.clear();
@@ -259,7 +262,8 @@ impl FrictionCoupling {
         self.accepted = bound;
     }
 
-    /// Sets the friction that acts at each interface.
+    /// Sets the friction that acts at each interface, and sets up the equations for the normal
+    /// loads.
     pub(super) fn act(&mut self, acting: impl Iterator<Item = Acting>, at: Configuration<'_>) {
         let Self { responses, wrenches, start, problem, unknowns, frictions, .. } = self;
         self.acting.clear();
@@ -354,6 +358,7 @@ impl FrictionCoupling {
     }
 
     /// Runs Newton's method from the normal loads extrapolated from previous configurations.
+    /// `history` is 0 for those of the present motion, and 1 for those of the opposite motion.
     fn newton_from_expected(&mut self, at: Configuration<'_>, history: usize) -> bool {
         let Self { history: all, unknowns, loads, strength, .. } = self;
         // The fixed-point map contracts by the factor `strength`, so this residual bounds the error
@@ -374,7 +379,7 @@ impl FrictionCoupling {
         settled
     }
 
-    /// Returns the joint wrenches of the last [`Self::joint_wrenches`].
+    /// Returns the joint wrenches computed by the last [`Self::joint_wrenches`].
     pub(super) fn total_wrenches(&self) -> &[Wrench<f64>] {
         &self.start
     }
@@ -502,7 +507,7 @@ impl FrictionCoupling {
         Some(())
     }
 
-    /// Returns the range of friction components of an interface.
+    /// Returns the index range of the friction components of an interface.
     pub(super) fn components(&self, interface: usize) -> core::ops::Range<usize> {
         self.responses.components(interface)
     }

@@ -3,7 +3,8 @@
 use crate::words::significant;
 use thiserror::Error;
 
-/// Percentage of the friction coefficients below which the message reads "a small fraction".
+/// Percentage of the friction coefficients below which the message of [`InverseError::Locked`] says
+/// "a small fraction".
 pub(crate) const NO_PART: f64 = 0.05;
 
 /// Reason why inverse dynamics has no solution.

@@ -14,7 +14,8 @@ use crate::statics::{AppliedLoad, demand_of_motion};
 use crate::topology::{Link, Topology};
 
 impl<T: Scalar> Balance<T> {
-    /// Computes the wrenches that motion, external loads and springs require, without friction.
+    /// Computes the loads of the balance without friction: the wrench that motion, external loads,
+    /// springs and rotors require at each node, and the unit wrenches at cut joints.
     pub(in crate::dynamics) fn load(
         &mut self,
         plan: &BalancePlan,
@@ -79,9 +80,9 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// Computes the inertia wrenches per unit acceleration of the local degree of freedom `spin`.
-    /// `accelerations` are the accelerations of the spanning tree that result from this unit
-    /// acceleration.
+    /// Computes the inertia wrenches of the nodes, including their descendants, per unit
+    /// acceleration of the local degree of freedom with index `spin`. `accelerations` are the
+    /// accelerations of the DOFs of the spanning tree that result from this unit acceleration.
     pub(in crate::dynamics) fn load_spin(
         &mut self,
         plan: &BalancePlan,
@@ -124,7 +125,7 @@ fn accumulate<T: Scalar>(topology: &Topology, wrenches: &mut [Wrench<T>]) {
 }
 
 /// Returns the acceleration of the body of a node per unit acceleration of a local degree of
-/// freedom.
+/// freedom. `accelerations` are the resulting accelerations of the DOFs of the spanning tree.
 fn spin_twist<T: Scalar>(
     topology: &Topology,
     bodies: &Bodies<T>,
