@@ -17,7 +17,8 @@ use crate::topology::Topology;
 /// resistance.coefficient * load)`, where `load` is the normal force.
 #[derive(Clone, Copy, Debug)]
 pub struct InterfaceState<T> {
-    /// Sliding velocity at the surface, m/s; its magnitude for a ball or plate.
+    /// Sliding velocity at the surface, m/s. For a ball or plate, the magnitude of the sliding
+    /// velocity.
     pub velocity: T,
     /// Slip indicator: one during slip, zero at rest.
     pub sliding: T,
@@ -54,9 +55,10 @@ impl<T: Scalar> InterfaceState<T> {
         self.resistance.force(self.load.value)
     }
 
-    /// Updates the sliding velocity and its direction from the motion of the bodies. The interface
-    /// is at rest if its sliding velocity is at most `rest_speed`, m/s. `held` is the friction of
-    /// an interface at rest, in units of the static friction limit.
+    /// Updates the sliding velocity, the direction of sliding and the friction law from the motion
+    /// of the bodies. The interface is at rest if its sliding speed is at most `rest_speed`, m/s.
+    /// `held` contains the components of the static friction of an interface at rest, as fractions
+    /// of the static friction limit.
     pub(crate) fn update_slip(
         &mut self,
         topology: &Topology,
@@ -94,8 +96,9 @@ impl<T: Scalar> InterfaceState<T> {
         }
     }
 
-    /// Evaluates the friction law if it depends on the speed or direction of sliding, or differs at
-    /// rest. Not inlined, because generic code for dual numbers would become large.
+    /// Evaluates a friction law that depends on the speed or direction of sliding, or that differs
+    /// at rest. `speed` is the sliding speed, m/s. Not inlined, because generic code for dual
+    /// numbers would become large.
     fn evaluate_law(&mut self, interface: &InterfaceParameters<T>, speed: T) {
         let (sliding, sense) = (self.sliding, self.sense);
         let of = |law: &Law<T>| {
@@ -277,7 +280,7 @@ impl<T: Scalar> Interfaces<T> {
 }
 
 impl Interfaces<f64> {
-    /// Computes, for each joint, the sum of the wrenches of the present friction forces.
+    /// Computes, for each joint, the sum of the wrenches that the present friction forces exert.
     pub(crate) fn friction_at_joints(
         &self,
         topology: &Topology,

@@ -47,8 +47,8 @@ impl LoadHistory {
         self.count = 0;
     }
 
-    /// Appends the normal loads at the next configuration. Restarts the history if the interfaces
-    /// differ from the previous ones.
+    /// Adds the normal loads at the next configuration to the history, N. Restarts the history if
+    /// the interfaces differ from those in the history.
     pub(super) fn add(&mut self, unknowns: &[usize], loads: &[f64]) {
         if self.unknowns != unknowns {
             self.unknowns.clear();

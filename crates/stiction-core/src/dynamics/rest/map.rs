@@ -26,8 +26,8 @@ pub(super) struct FrictionMap<'a> {
 }
 
 impl<'a> FrictionMap<'a> {
-    /// Linearises about the solution in `inverse`. `responses` must belong to the configuration of
-    /// this solution.
+    /// Creates a map that is linearised about the solution in `inverse`. `responses` must belong to
+    /// the configuration of this solution.
     pub(super) fn new(
         inverse: &'a Inverse<f64>,
         responses: &'a Responses,
@@ -157,8 +157,9 @@ impl<'a> FrictionMap<'a> {
         self.responses.components(interface).next()
     }
 
-    /// Computes the normal force of an interface for the given joint wrench. For a thread,
-    /// `constant` is the friction force, its only component, which carries a part of the wrench.
+    /// Computes the normal force of an interface, N, for the given joint wrench. `constant` is the
+    /// first friction component of the interface, N. Only a thread depends on it, because the
+    /// friction of a thread carries a part of the wrench.
     fn load_of(
         &self,
         interface: usize,

@@ -15,8 +15,8 @@ impl InverseDynamics {
     }
 
     /// Restores a state saved by [`Self::save`] on a solver of the same mechanism with the same
-    /// prescribed coordinates. Returns `None` if the numbers belong to another mechanism; the state
-    /// is then undefined.
+    /// prescribed coordinates. Returns `None` if a number is not finite, or if the numbers belong
+    /// to another mechanism; the state is then undefined.
     pub fn restore(&mut self, numbers: &[f64]) -> Option<()> {
         if !numbers.iter().all(|number| number.is_finite()) {
             return None;

@@ -124,8 +124,8 @@ pub(super) struct Parts<'a> {
 }
 
 impl InverseDynamics {
-    /// Assembles the mechanism such that the coordinates `coordinates` have the values `targets`,
-    /// one for each. The assembly mode is selected by
+    /// Creates a solver and assembles the mechanism such that each coordinate in `coordinates` has
+    /// the value of the corresponding target in `targets`. The assembly mode is selected by
     /// [`JointSpec::start`](crate::mechanism::JointSpec::start) and by `initial_poses`, initial
     /// guesses of body poses in the ground frame.
     ///
@@ -146,7 +146,8 @@ impl InverseDynamics {
         Self::with_tree(mechanism, rule, initial_poses, coordinates, targets, settings)
     }
 
-    /// Assembles the mechanism like [`Self::new`], with a spanning tree selected by `rule`.
+    /// Creates a solver and assembles the mechanism like [`Self::new`], with a spanning tree
+    /// selected by `rule`.
     ///
     /// # Errors
     /// See [`AssemblyError`].
@@ -272,11 +273,11 @@ impl InverseDynamics {
         Some(Parts { model, inverse, parameters, kinematics, settings })
     }
 
-    /// Returns the sign, up to a constant factor, of the determinant of loop closures and actuators
-    /// with respect to the DOFs of the spanning tree. The sign distinguishes the two sides of an
-    /// actuation (type 2) singularity, at which the determinant vanishes and the mechanism has
-    /// instantaneous mobility with all actuators locked. `None` if the number of actuators differs
-    /// from the number of prescribed coordinates, or is zero.
+    /// Returns the sign of the determinant of loop closures and actuators with respect to the DOFs
+    /// of the spanning tree, up to a sign that is constant along a motion. The result distinguishes
+    /// the two sides of an actuation (type 2) singularity, at which the determinant vanishes and
+    /// the mechanism has instantaneous mobility with all actuators locked. `None` if the number of
+    /// actuators differs from the number of prescribed coordinates, or is zero.
     pub fn side(&mut self) -> Option<f64> {
         let topology = &self.topology;
         let dofs = topology.dofs();
@@ -401,8 +402,8 @@ impl InverseDynamics {
 
     /// Computes the efforts for the opposite motion at the present configuration, with the same
     /// accelerations and loads as in the last [`Self::solve`]. `None` if the solution may not be
-    /// unique, or if the results of the last solution are not sufficient; use [`Self::reversed`] in
-    /// these cases.
+    /// unique, if the mechanism has dampers, or if the last solution did not store the responses to
+    /// unit friction forces; use [`Self::reversed`] in these cases.
     #[doc(hidden)]
     pub fn reversed_efforts(&mut self) -> Option<Vec<f64>> {
         let is_unique = self.forces_by_kernel && self.strength < 1.0;
@@ -433,8 +434,8 @@ impl InverseDynamics {
         copy
     }
 
-    /// Returns the weighting that selects redundant forces; `None` if the configuration is
-    /// singular.
+    /// Returns the weighting that selects redundant forces. `None` if the configuration is
+    /// singular, or if constraints and actuators are both redundant.
     pub fn weighting(&self) -> Option<Weighting> {
         self.compiled.as_ref().ok().map(|compiled| compiled.model.balance.weighting())
     }

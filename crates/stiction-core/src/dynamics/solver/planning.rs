@@ -29,9 +29,9 @@ impl InverseDynamics {
         });
     }
 
-    /// Updates the model with the compiled kinematics of the assembly, which is compiled again
-    /// where a configuration requires it. If the local degrees of freedom have changed, the balance
-    /// is compiled again.
+    /// Copies the compiled kinematics of the assembly to the model, because the assembly compiles
+    /// them again at some configurations. If the local degrees of freedom have changed, also
+    /// compiles the balance again.
     pub(super) fn share_kinematics(&mut self) {
         let Ok(Compiled { model, .. }) = &mut self.compiled else { return };
         let current = self.assembly.model();

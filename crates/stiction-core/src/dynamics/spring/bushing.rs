@@ -23,7 +23,7 @@ pub(crate) struct BushingForce<T> {
 }
 
 impl<T: Scalar> BushingForce<T> {
-    /// Computes the wrench from poses and twists of the bodies.
+    /// Computes the deflection and the wrench from poses and twists of the bodies.
     #[inline(never)]
     pub(super) fn of(bushing: &BushingParameters<T>, bodies: &Bodies<T>) -> Self {
         let [from, to] = bushing.ends;
