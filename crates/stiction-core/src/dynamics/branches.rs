@@ -1,4 +1,5 @@
-//! Search for other solutions of friction forces and reactions, and the friction margin to jamming.
+//! Search for solutions of the friction problem beyond the computed one, and the friction margin to
+//! jamming.
 
 use super::continuation::follow_friction;
 use super::inverse::Inverse;
@@ -66,11 +67,11 @@ impl InverseDynamics {
         })
     }
 
-    /// Searches for solutions for friction and reactions that differ from the result of the last
+    /// Searches for solutions of the friction problem that differ from the result of the last
     /// [`InverseDynamics::solve`], by Newton's method from many random starts. Returns the actuator
     /// efforts of each solution found; the list may be incomplete. Returns an empty list if
-    /// [`InverseDynamics::coupling`] is unknown, or if it is below one, because the solution is
-    /// then unique.
+    /// [`InverseDynamics::coupling`] is `None`, or if it is below one, because the solution is then
+    /// unique.
     pub fn other_solutions(&mut self, loads: &[AppliedLoad<f64>]) -> Vec<Vec<f64>> {
         if self.coupling().is_none_or(|coupling| coupling < 1.0) {
             return Vec::new();

@@ -56,7 +56,7 @@ impl<T: Scalar> Contributions<T> {
         self.values.fill(T::zero());
     }
 
-    /// Sets the contributions of one interface to the effort of each actuator.
+    /// Sets the contributions of one interface to the efforts of all actuators, N or N m.
     pub(super) fn set_interface(&mut self, interface: usize, efforts: &[T]) {
         self.row(interface).copy_from_slice(efforts);
     }

@@ -15,8 +15,8 @@ use crate::statics::AppliedLoad;
 
 /// Largest number of Newton steps to close the loops.
 const CLOSURE_STEPS: usize = 12;
-/// If the closure error is below this value, one more Newton step closes the loops to round-off.
-/// Lengths are divided by the characteristic length, angles are in rad.
+/// Closure error below which one more Newton step closes the loops to round-off: lengths divided by
+/// the characteristic length, angles in rad.
 const NEAR: f64 = 1e-7;
 /// Loops count as open if the closure error exceeds this value: lengths divided by the
 /// characteristic length, angles in rad.
@@ -236,7 +236,8 @@ impl Model {
         Ok(())
     }
 
-    /// Solves for reactions, friction and efforts at the motion in `data`, and checks them.
+    /// Solves for reactions, friction and efforts at the motion in `data`, and checks that the
+    /// results are valid.
     fn solve_for_forces(
         &self,
         parameters: &Parameters<f64>,
@@ -327,8 +328,8 @@ impl Data<f64> {
         self.forces.reactions[joint]
     }
 
-    /// Returns sliding velocity, normal force and friction of each friction interface, in the order
-    /// of [`Parameters::interfaces`].
+    /// Returns sliding velocity, normal force and friction force of each friction interface, in the
+    /// order of [`Parameters::interfaces`].
     pub fn friction(&self) -> &[InterfaceForce] {
         &self.forces.interfaces
     }

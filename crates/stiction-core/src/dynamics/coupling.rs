@@ -34,7 +34,9 @@ const ERROR: f64 = 1e-13;
 pub(super) struct Acting {
     pub(super) resistance: Resistance<f64>,
     pub(super) sense: f64,
-    /// Components of the friction at the interface, as fractions of the friction force.
+    /// Components of the friction along the DOFs of an interface at rest, as fractions of the
+    /// friction force. The first component is 1 for a sliding interface, and -1 for one in the
+    /// opposite motion.
     pub(super) parts: [f64; 3],
 }
 
@@ -71,8 +73,8 @@ pub(super) enum Start<'a> {
     /// Normal loads extrapolated from previous configurations of the present motion.
     Expected,
     /// Normal loads extrapolated from previous configurations of the opposite motion. Without such
-    /// configurations, Newton's method starts from the normal loads in the given states (of the
-    /// present motion), reflected about the frictionless normal loads.
+    /// configurations, Newton's method starts from reflected normal loads: the frictionless load
+    /// plus its difference from the load in the given states, which belong to the present motion.
     Opposite(&'a [InterfaceState<f64>]),
 }
 
@@ -249,15 +251,16 @@ impl FrictionCoupling {
         strength
     }
 
-    /// Computes the bound on the coupling of the acting friction with the normal loads.
+    /// Computes the bound on the coupling between normal loads and the friction set by
+    /// [`Self::act`].
     fn coupling_bound(&mut self, at: Configuration<'_>) -> f64 {
         let Self { problem, workspace, keeps_history, accepted, .. } = self;
         let start = if *keeps_history { BoundStart::Last } else { BoundStart::New };
         problem.coupling_bound(at, (start, *accepted), workspace)
     }
 
-    /// Makes [`Self::begin`] accept any coupling bound up to this value instead of refining it to
-    /// the smallest bound.
+    /// Makes [`Self::begin`] accept any coupling bound up to `bound` instead of refining it to the
+    /// smallest bound.
     pub(super) fn accept_up_to(&mut self, bound: f64) {
         self.accepted = bound;
     }
@@ -308,8 +311,8 @@ impl FrictionCoupling {
         problem.set_influence(&mut StoredInfluence { responses, acting, unknowns, parameters });
     }
 
-    /// Computes normal loads that are consistent with the acting friction by Newton's method.
-    /// Returns false if the method does not converge.
+    /// Computes the normal loads that are consistent with the friction set by [`Self::act`], by
+    /// Newton's method from `start`. Returns false if the method does not converge.
     pub(super) fn settle(&mut self, at: Configuration<'_>, start: Start<'_>) -> bool {
         let found = match start {
             Start::Last if self.loads.len() == self.unknowns.len() => {
@@ -347,12 +350,13 @@ impl FrictionCoupling {
         true
     }
 
-    /// Enables the history: normal loads at previous configurations are used as starting values.
+    /// Enables the use of normal loads at previous configurations as starting values.
     pub(super) fn keep_history(&mut self) {
         self.keeps_history = true;
     }
 
-    /// Clears the history, so that the next solution does not depend on previous configurations.
+    /// Discards the normal loads of previous configurations, so that the next solution does not
+    /// depend on them.
     pub(super) fn forget(&mut self) {
         self.history.iter_mut().for_each(LoadHistory::forget);
     }
@@ -367,8 +371,8 @@ impl FrictionCoupling {
         all[history].predict(unknowns, loads) && self.newton(at, residual)
     }
 
-    /// Solves for the present motion after [`Self::begin`], if the coupling bound proves the
-    /// solution unique. The results are [`Self::total_wrenches`] and [`Self::present_loads`].
+    /// Solves for the present motion after [`Self::begin`], which must have returned a coupling
+    /// bound below one. The results are [`Self::total_wrenches`] and [`Self::present_loads`].
     /// Returns false if Newton's method fails, or if there are too many interfaces for a dense
     /// problem.
     pub(super) fn solve_present(&mut self, at: Configuration<'_>) -> bool {
@@ -415,7 +419,7 @@ impl FrictionCoupling {
         self.newton(at, 0.0)
     }
 
-    /// Runs Newton's method from the present normal loads. `residual` is [`Accepted::residual`].
+    /// Runs Newton's method from the normal loads in `loads`. `residual` is [`Accepted::residual`].
     fn newton(&mut self, at: Configuration<'_>, residual: f64) -> bool {
         let Self { problem, loads, workspace, .. } = self;
         let most = UNBOUNDED * largest(loads).max(f64::MIN_POSITIVE);
@@ -437,9 +441,9 @@ impl FrictionCoupling {
         self.efforts[actuator] + change.sum::<f64>()
     }
 
-    /// Computes the efforts in the opposite motion at the same configuration, with the same
-    /// accelerations and loads. `None` if the efforts may not be unique, if Newton's method fails,
-    /// or if no responses are stored.
+    /// Computes the efforts in the opposite motion, N or N m, at the configuration, accelerations
+    /// and loads of the present motion. `None` if the efforts may not be unique, if Newton's method
+    /// fails, or if no responses are stored.
     pub(super) fn reversed_efforts(
         &mut self,
         states: &[InterfaceState<f64>],

@@ -95,7 +95,7 @@ pub enum InverseError {
         percent_of(*.residual)
     )]
     Inaccurate {
-        /// Relative power residual; infinite where forces are not finite.
+        /// Relative power residual; infinite if the forces are not finite.
         residual: f64,
     },
     /// Friction at a singular configuration requires forces that cannot be balanced.

@@ -21,7 +21,7 @@ pub struct InterfaceForce {
     pub velocity: f64,
     /// True if the interface slides.
     pub slides: bool,
-    /// Normal force on the surface, N.
+    /// Normal force at the friction surface, N.
     pub load: f64,
     /// Friction force with the sign of the sliding velocity, N. Zero at rest, where static friction
     /// is not a single force but a set of forces.
@@ -32,17 +32,18 @@ pub struct InterfaceForce {
     pub power: f64,
 }
 
-/// Reliability of the computed intervals of the efforts under static friction.
+/// Reliability of the effort intervals under static friction, see [`Forces::effort_bounds`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bounds {
-    /// The interval is exact: both ends are attained, and no admissible effort lies outside.
+    /// The effort intervals are exact: both ends are attained, and no admissible effort lies
+    /// outside.
     Exact,
     /// The outer bounds are guaranteed, but may not be attained.
     Certified,
-    /// Both ends of the interval are attained. No outer bounds exist, because friction and
+    /// Both ends of each effort interval are attained. No outer bounds exist, because friction and
     /// reactions are coupled too strongly.
     Attained,
-    /// No bounds were computed.
+    /// No effort intervals were computed.
     Unknown,
 }
 
@@ -176,8 +177,8 @@ impl Forces {
         self.bounds = Bounds::Exact;
     }
 
-    /// Sets the outer bounds of the efforts from bounds of their changes due to static friction. If
-    /// `changes` is `None`, no outer bounds exist.
+    /// Sets the outer bounds of the efforts. `changes` contains bounds of the change of each effort
+    /// due to static friction; `None` if no outer bounds exist.
     pub(super) fn certify_bounds(&mut self, changes: Option<Vec<(f64, f64)>>) {
         let finite =
             self.effort_bounds.iter().all(|(low, high)| low.is_finite() && high.is_finite());

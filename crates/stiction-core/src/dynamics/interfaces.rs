@@ -25,11 +25,12 @@ pub struct InterfaceState<T> {
     /// Generalised force on each DOF of the interface per newton of friction at the surface. The
     /// force opposes the motion and includes the lever arm.
     pub(crate) against: [T; 3],
-    /// Sense of the slip of an interface with one DOF: 1 for forward, -1 for backward slip. At
-    /// rest, the static friction as a signed fraction of its limit.
+    /// Sense of slip of an interface with one DOF: 1 for forward, -1 for backward slip. At rest,
+    /// the signed ratio of the static friction to its limit.
     pub(crate) sense: T,
     pub(crate) resistance: Resistance<T>,
-    /// Normal force at the last update, and its gradient with respect to the joint wrench.
+    /// Normal force at the last update, N, and the gradient of the normal force with respect to the
+    /// joint wrench.
     pub(crate) load: Load<T>,
 }
 
@@ -122,7 +123,8 @@ impl<T: Scalar> InterfaceState<T> {
         }
     }
 
-    /// Returns the state for the opposite motion, with the normal force of the present motion.
+    /// Returns the state for the opposite motion. The normal force remains that of the present
+    /// motion.
     pub(crate) fn reversed(&self, interface: &InterfaceParameters<T>) -> Self {
         let mut reversed =
             Self { against: self.against.map(|against| -against), sense: -self.sense, ..*self };
@@ -202,7 +204,7 @@ impl<T: Scalar> InterfaceState<T> {
     }
 }
 
-/// Form of the friction in the linear system of the balance.
+/// Form of the friction forces in the linear equations of the balance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Coupling {
     /// No friction.

@@ -22,17 +22,17 @@ pub(super) struct Responses {
     workspace: LaneWorkspace,
     /// Numbers of joints, actuators and local degrees of freedom.
     counts: [usize; 3],
-    /// Changes of the joint wrenches for all components, in blocks of four components; empty unless
-    /// stored.
+    /// Changes of the joint wrenches per newton of each friction component, in blocks of four
+    /// components. Empty unless [`Self::update`] stores them.
     wrenches: Vec<Wrench<Four>>,
-    /// Changes of the efforts and of the accelerations of local degrees of freedom, in the same
-    /// blocks of four components.
+    /// Changes of the efforts, and of the accelerations of local degrees of freedom, per newton of
+    /// each friction component, in blocks of four components.
     efforts: Vec<Four>,
     spins: Vec<Four>,
 }
 
 impl Responses {
-    /// Lists the friction components for the sliding directions in `inverse`, and factorises the
+    /// Lists the friction components for the sliding directions in `inverse`. Factorises the
     /// frictionless balance at the configuration of `inverse`.
     fn begin(
         &mut self,

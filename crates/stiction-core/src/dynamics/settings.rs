@@ -3,7 +3,7 @@
 /// Method of coupling friction and reactions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum FrictionMode {
-    /// Friction and reactions are solved for together, to round-off.
+    /// Friction and reactions are solved simultaneously, to round-off.
     #[default]
     Converged,
     /// Friction is computed once, from the frictionless reactions (decoupled, as in Zhang et al.

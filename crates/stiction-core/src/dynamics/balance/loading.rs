@@ -1,4 +1,5 @@
-//! Wrenches due to motion, external loads and springs, and unit wrenches of cut joints.
+//! Wrenches that motion, external loads, springs and rotors require, and unit wrenches at cut
+//! joints.
 //!
 //! Equation (B4) of the book's theory.
 
@@ -51,7 +52,7 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// Subtracts the forces of springs and bushings from the required wrenches.
+    /// Subtracts the wrenches of springs and bushings from the wrenches that the nodes require.
     fn load_springs(
         &mut self,
         topology: &Topology,
@@ -69,7 +70,8 @@ impl<T: Scalar> Balance<T> {
         });
     }
 
-    /// Adds the gyroscopic and inertial moments of spinning rotors to the required wrenches.
+    /// Adds the gyroscopic and inertial moments of spinning rotors to the wrenches that the nodes
+    /// require.
     #[inline(never)]
     fn load_rotors(&mut self, topology: &Topology, parameters: &Parameters<T>, bodies: &Bodies<T>) {
         for rotor in &parameters.rotors {

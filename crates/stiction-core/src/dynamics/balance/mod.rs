@@ -23,8 +23,8 @@ use crate::topology::{Link, Role, Topology};
 /// Force and moment balance of all bodies at one instant, with the buffers for its solution.
 #[derive(Clone, Debug)]
 pub(crate) struct Balance<T> {
-    /// Inverse-dynamics wrench of each node: the sum over the body of the node and all its
-    /// descendants in the spanning tree.
+    /// Wrench that motion, external loads and springs require at each node: the sum over the body
+    /// of the node and all its descendants in the spanning tree.
     demand: Vec<Wrench<T>>,
     /// Inertia wrench per unit acceleration of each local degree of freedom, for each node in
     /// [`BalanceStructure::spin_nodes`]. The wrench of a node includes the descendants of its body.
@@ -156,8 +156,8 @@ impl<T: Scalar> Balance<T> {
         self.collect(topology);
     }
 
-    /// Sets the generalised friction forces on the DOFs of the spanning tree, which are part of the
-    /// residual.
+    /// Sets the generalised friction force on each DOF of the spanning tree. The residual of the
+    /// balance includes these forces.
     pub(super) fn set_constants(&mut self, constants: &[T]) {
         self.constants.copy_from_slice(constants);
     }

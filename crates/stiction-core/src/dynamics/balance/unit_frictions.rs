@@ -26,7 +26,7 @@ pub(in crate::dynamics) struct UnitFriction {
     pub(in crate::dynamics) against: [f64; 3],
 }
 
-/// Changes of all forces due to up to four [`UnitFriction`]s, one per SIMD lane.
+/// Changes of all wrenches and efforts due to up to four [`UnitFriction`]s, one per SIMD lane.
 #[derive(Clone, Debug, Default)]
 pub(in crate::dynamics) struct UnitResponses {
     /// Change of the complete wrench of each joint, exerted by the predecessor on the successor,
@@ -48,7 +48,7 @@ pub(in crate::dynamics) struct LaneWorkspace {
     cut_wrenches: Vec<Wrench<Four>>,
     node_wrenches: Vec<Wrench<Four>>,
     responses: UnitResponses,
-    /// Actuator efforts due to a single friction force.
+    /// Actuator efforts, N or N m, due to a friction force of 1 N at a single interface.
     alone: Vec<f64>,
 }
 

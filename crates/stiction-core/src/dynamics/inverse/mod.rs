@@ -122,7 +122,8 @@ impl<T: Scalar> Inverse<T> {
         self.complete(model, parameters, kinematics, settings);
     }
 
-    /// Solves with friction after [`Self::begin`], starting from the present normal forces.
+    /// Solves for all forces with friction after [`Self::begin`], starting from the present normal
+    /// forces.
     pub(super) fn complete(
         &mut self,
         model: &Model,
@@ -259,7 +260,7 @@ impl<T: Scalar> Inverse<T> {
         self.balance.solve(plan, parameters, bodies)
     }
 
-    /// Computes the efforts, including the friction for the present normal forces.
+    /// Computes the actuator efforts, including the friction forces for the present normal forces.
     pub(super) fn finish_friction(
         &mut self,
         model: &Model,

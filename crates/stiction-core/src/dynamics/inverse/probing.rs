@@ -65,7 +65,7 @@ impl<T: Scalar> Inverse<T> {
             && self.is_balanced(model, parameters)
     }
 
-    /// Updates the slip and the friction laws, with all friction coefficients multiplied by `part`.
+    /// Updates slip and friction laws for friction coefficients multiplied by `part`.
     pub(in crate::dynamics) fn apply_friction_at(
         &mut self,
         topology: &Topology,

@@ -11,9 +11,10 @@ use crate::scalar::Scalar;
 const STAGNATED: f64 = 1e-9;
 
 impl<T: Scalar> Inverse<T> {
-    /// Returns true if the iteration between friction and reactions has converged, or if none is
-    /// required. The determinants of the balance with and without friction must have the same sign.
-    /// If they differ, the solution is not connected to the frictionless solution.
+    /// Returns true if the iteration between friction and reactions has converged, and if the
+    /// determinants of the balance with and without friction have the same sign. Also returns true
+    /// if no iteration is required. If the signs differ, the solution is not connected to the
+    /// frictionless solution.
     pub fn friction_settled(&self, settings: &Settings) -> bool {
         if self.mode != FrictionMode::Converged || self.interfaces.states.is_empty() {
             return true;

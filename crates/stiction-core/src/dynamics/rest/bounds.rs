@@ -28,7 +28,8 @@ const ROUNDS: usize = 4;
 /// component.
 const SAME: f64 = 1e-6;
 
-/// Configuration of a mechanism with all data needed to solve the balance again.
+/// Configuration of a mechanism, with everything needed to solve the balance for different static
+/// friction.
 pub(in crate::dynamics) struct Position<'a> {
     pub(in crate::dynamics) model: &'a Model,
     pub(in crate::dynamics) parameters: &'a Parameters<f64>,
@@ -141,7 +142,7 @@ pub(in crate::dynamics) fn bound_efforts(
     forces.certify_bounds(changes);
 }
 
-/// Smallest and largest value of an effort found in the search for an extreme value.
+/// Smallest and largest value of an effort found during a search.
 pub(super) struct Extreme {
     pub(super) least: f64,
     pub(super) greatest: f64,

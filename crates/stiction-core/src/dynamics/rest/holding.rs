@@ -8,8 +8,8 @@ use crate::linalg::Svd;
 use core::cell::OnceCell;
 use nalgebra::{DMatrix, DVector};
 
-/// Result of the self-locking test: whether static friction holds a configuration while some
-/// actuators exert no effort.
+/// Result of the self-locking test, which decides whether static friction holds a configuration
+/// while some actuators exert no effort.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Holding {
     /// Verdict of the test. [`Verdict::Holds`] and [`Verdict::Slips`] are proven.
@@ -39,7 +39,7 @@ pub enum Verdict {
 const ROUNDS: usize = 60;
 /// Largest number of iterations of the iteratively reweighted least squares.
 const STEPS: usize = 200;
-/// Factor by which each iteration reduces the smoothing of the norms at zero.
+/// Factor by which each iteration reduces the smoothing of the norms near zero.
 const SHARPEN: f64 = 0.8;
 /// Number of iterative refinements of each solution for the friction forces.
 const REFINEMENTS: usize = 3;
@@ -57,8 +57,8 @@ const NOTHING: f64 = 1e-10;
 /// Bounds count as equal if they differ by less than this fraction.
 const SAME: f64 = 1e-9;
 
-/// Linear equations for the friction forces, `slopes * frictions = missing`. They require that
-/// certain efforts and accelerations vanish.
+/// Linear equations for the friction forces, `slopes * frictions = missing`. They require that the
+/// efforts of unpowered actuators and the accelerations of local degrees of freedom vanish.
 pub(super) struct Demand {
     slopes: DMatrix<f64>,
     missing: DVector<f64>,
@@ -71,7 +71,8 @@ pub(super) struct LoadBounds {
     couplings: OnceCell<DMatrix<f64>>,
 }
 
-/// Distribution of friction over the interfaces, with a lower bound that certifies its optimality.
+/// Distribution of friction over the interfaces, with a lower bound that shows how close it is to
+/// the optimum.
 struct Share {
     frictions: Vec<f64>,
     /// Lower bound, over all distributions, of the largest ratio of friction to weight.
@@ -123,8 +124,9 @@ impl Demand {
             .then(|| Self { slopes: &inside * &self.slopes, missing: inside * &self.missing })
     }
 
-    /// Returns the friction that satisfies linearly independent equations, if this friction is
-    /// unique, that is, if there are as many equations as friction components.
+    /// Returns the friction that satisfies linearly independent equations. `None` if this friction
+    /// is not unique, that is, if there are fewer equations than friction components, or if it
+    /// cannot be computed accurately.
     fn unique(&self) -> Option<Vec<f64>> {
         if self.slopes.nrows() != self.slopes.ncols() {
             return None;
@@ -224,7 +226,7 @@ impl Demand {
 fn of_sign(map: &FrictionMap<'_>, frictions: &[f64], numbers: &[[f64; 2]]) -> Vec<f64> {
     let mut chosen: Vec<f64> = numbers.iter().map(|[forward, _]| *forward).collect();
     for (owner, friction) in map.owners().zip(frictions) {
-        // If both values are equal, as for balls, the sign does not matter.
+        // If both values are equal, as for ball joints, the sign does not matter.
         if *friction < 0.0 {
             chosen[owner] = numbers[owner][1];
         }

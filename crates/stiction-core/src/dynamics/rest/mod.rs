@@ -56,8 +56,9 @@ impl Rest {
     }
 
     /// Changes the verdict from undecided to [`Verdict::Holds`] where the effort interval of an
-    /// actuator contains zero. If the solution is unique for every static friction, the effort
-    /// depends continuously on the static friction, so some static friction makes the effort zero.
+    /// actuator contains zero. Applies only if the solution is unique for every static friction:
+    /// the effort then depends continuously on the static friction, so some static friction makes
+    /// it zero.
     pub(super) fn take_intervals(&mut self, forces: &Forces) {
         if !matches!(forces.bounds, Bounds::Exact | Bounds::Certified) {
             return;

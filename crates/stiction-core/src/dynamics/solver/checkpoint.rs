@@ -1,4 +1,4 @@
-//! Saving and restoring the state of a solver, so that it continues with bitwise identical results.
+//! Saves and restores the state of a solver, which then continues with bitwise identical results.
 
 use super::InverseDynamics;
 

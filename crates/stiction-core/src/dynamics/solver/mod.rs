@@ -256,7 +256,7 @@ impl InverseDynamics {
         strength.is_finite().then_some(strength)
     }
 
-    /// Makes [`Self::coupling`] accept bounds up to this value without refinement to the smallest
+    /// Makes [`Self::coupling`] accept bounds up to `bound` without refinement to the smallest
     /// bound, which saves time. Bounds of one or more are always refined.
     #[doc(hidden)]
     pub fn accept_coupling_up_to(&mut self, bound: f64) {
@@ -342,7 +342,8 @@ impl InverseDynamics {
         }
     }
 
-    /// Returns one of [`Self::joint_coordinates`]; zero if the joint has no such coordinate.
+    /// Returns the coordinate of one DOF of a joint, m or rad; zero for joints without scalar
+    /// coordinates.
     fn joint_coordinate(&self, joint: JointId, dof: usize) -> f64 {
         let content = &self.mechanism.joints()[joint.0];
         if !content.joint_type.has_scalar_coordinates() {
@@ -369,7 +370,8 @@ impl InverseDynamics {
     }
 
     /// Returns the forces of the last successful [`Self::solve`], even if the mechanism has moved
-    /// since; zero before the first solution. Prefer the return value of [`Self::solve`].
+    /// since then. All forces are zero before the first solution. Prefer the return value of
+    /// [`Self::solve`].
     pub fn forces(&self) -> &Forces {
         &self.forces
     }
@@ -490,9 +492,9 @@ impl InverseDynamics {
     }
 
     /// Returns to a configuration that the solver has visited before. `known` contains the
-    /// coordinates, rates and accelerations of the spanning tree from [`Self::state`] at that
-    /// visit, and `targets` the targets of that visit. Returns false, and keeps the present
-    /// configuration, if state and targets are inconsistent.
+    /// coordinates, rates and accelerations that [`Self::state`] had there, and `targets` the
+    /// prescribed targets there. Returns false, and keeps the present configuration, if state and
+    /// targets are inconsistent.
     #[doc(hidden)]
     #[must_use = "it may have stayed where it was"]
     pub fn return_to(&mut self, known: [&[f64]; 3], targets: &[Target<f64>]) -> bool {
@@ -535,8 +537,8 @@ impl InverseDynamics {
     }
 }
 
-/// Returns the sign of the permutation from `coordinates` to the actuators; `None` if coordinates
-/// and actuators are not the same set.
+/// Returns the sign of the permutation that maps `coordinates` to the actuators; `None` if the
+/// coordinates are not exactly the actuated DOFs.
 fn order_of_actuators(topology: &Topology, coordinates: &[Coordinate]) -> Option<f64> {
     let place = |coordinate: &Coordinate| {
         let &Coordinate::Joint { joint: JointId(joint), dof } = coordinate else { return None };

@@ -1,4 +1,4 @@
-//! Compilation of the model at the present configuration.
+//! Compilation of the model for inverse dynamics at the present configuration.
 
 use super::{Compiled, InverseDynamics};
 use crate::dynamics::inverse::Inverse;
@@ -8,7 +8,7 @@ use crate::spatial::Mat3;
 use std::sync::Arc;
 
 impl InverseDynamics {
-    /// Compiles the model at the present configuration.
+    /// Compiles the model for inverse dynamics at the present configuration.
     pub(super) fn replan(&mut self) {
         self.plans += 1;
         self.compiled_at.clear();

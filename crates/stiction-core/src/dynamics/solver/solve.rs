@@ -99,8 +99,8 @@ impl InverseDynamics {
         balanced
     }
 
-    /// Solves with the compiled model. Returns false if no model is compiled, or if the results are
-    /// not reliable.
+    /// Solves for all forces with the compiled model. Returns false if no model is compiled, or if
+    /// the results are not reliable.
     fn by_kernel(&mut self, loads: &[AppliedLoad<f64>]) -> bool {
         self.share_kinematics();
         let Ok(Compiled { model, inverse }) = &mut self.compiled else { return false };

@@ -18,7 +18,7 @@ pub(crate) struct BushingForce<T> {
     /// Angular velocity of the second bushing frame relative to the first, in the axes of the
     /// first, rad/s.
     pub(super) angular: Vec3<T>,
-    /// Wrench on the body of the second bushing frame about the reference point, world axes.
+    /// Wrench on the body of the second bushing frame, about the reference point in world axes.
     pub(super) wrench: Wrench<T>,
 }
 

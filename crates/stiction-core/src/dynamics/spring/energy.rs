@@ -10,7 +10,7 @@ use crate::spatial::{Twist, Vec3, Wrench};
 /// Energy and power of one spring or bushing.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SpringPower {
-    /// Stored energy, J. With a preload, the energy is relative to the rest position of the spring.
+    /// Stored energy, J; zero at the rest position of the spring, also with a preload.
     pub(crate) energy: f64,
     /// Rate of change of the stored energy, W.
     pub(crate) energy_rate: f64,
