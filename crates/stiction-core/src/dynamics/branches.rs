@@ -1,4 +1,5 @@
-//! Other solutions for friction and reactions, and the friction margin to jamming.
+//! Search for solutions of the friction problem beyond the computed one, and the friction margin to
+//! jamming.
 
 use super::continuation::follow_friction;
 use super::inverse::Inverse;
@@ -11,14 +12,15 @@ use crate::spatial::Wrench;
 use crate::statics::AppliedLoad;
 
 /// Friction margin to jamming: the largest common factor by which all friction coefficients can be
-/// multiplied.
+/// multiplied before friction locks the mechanism.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrictionMargin {
     /// Factor at which friction locks the mechanism: the solution branch connected to the
     /// frictionless solution ends there. `None` if this branch exists up to the largest requested
     /// factor.
     pub locks_at: Option<f64>,
-    /// Joint whose normal load grows without bound as the factor approaches `locks_at`.
+    /// Joint whose normal load grows without bound as the factor approaches `locks_at`. `None` if
+    /// `locks_at` is `None`.
     pub joint: Option<JointId>,
 }
 
@@ -33,9 +35,10 @@ const SAME: f64 = 1e-6;
 const UNBOUNDED: f64 = 1e6;
 
 impl InverseDynamics {
-    /// Computes the friction margin, up to the factor `most`. Interfaces at rest have no friction.
-    /// Returns `None` if the configuration is singular, if friction is off, or if no interface
-    /// slides. Does not change the forces of the last [`InverseDynamics::solve`].
+    /// Computes the friction margin, up to the factor `most`. Interfaces at rest are regarded as
+    /// frictionless. Returns `None` if the configuration is singular, if friction is off, or if
+    /// there are interfaces but none of them slides. Does not change the forces of the last
+    /// [`InverseDynamics::solve`].
     pub fn friction_margin(
         &mut self,
         loads: &[AppliedLoad<f64>],
@@ -64,11 +67,11 @@ impl InverseDynamics {
         })
     }
 
-    /// Searches for solutions for friction and reactions that differ from the result of the last
+    /// Searches for solutions of the friction problem that differ from the result of the last
     /// [`InverseDynamics::solve`], by Newton's method from many random starts. Returns the actuator
     /// efforts of each solution found; the list may be incomplete. Returns an empty list if
-    /// [`InverseDynamics::coupling`] is unknown, or if it is below one, because the solution is
-    /// then unique.
+    /// [`InverseDynamics::coupling`] is `None`, or if it is below one, because the solution is then
+    /// unique.
     pub fn other_solutions(&mut self, loads: &[AppliedLoad<f64>]) -> Vec<Vec<f64>> {
         if self.coupling().is_none_or(|coupling| coupling < 1.0) {
             return Vec::new();

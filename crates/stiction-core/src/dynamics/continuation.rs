@@ -18,8 +18,8 @@ use crate::statics::AppliedLoad;
 const STEPS: StepPolicy =
     StepPolicy { first: 0.01, growth: 2.0, longest: 0.02, shortest: 1e-5, most: usize::MAX };
 
-/// Solution branch parametrised by the common factor on all friction coefficients; `inverse`
-/// contains the present solution.
+/// Solution branch parametrised by the common factor on all friction coefficients. `inverse`
+/// contains the solution at the present factor.
 struct BalanceBranch<'a> {
     inverse: &'a mut Inverse<f64>,
     accepted: Inverse<f64>,
@@ -53,8 +53,8 @@ impl Branch for BalanceBranch<'_> {
     }
 }
 
-/// Follows the solution branch from zero friction to `until` times the given friction coefficients,
-/// with a common factor on all coefficients. On success `inverse` contains the solution.
+/// Follows the solution branch from zero friction to `until` times the given friction coefficients.
+/// On success `inverse` contains the solution with the coefficients multiplied by `until`.
 ///
 /// # Errors
 /// Returns the point at which friction locks the mechanism: the determinant of the coupled balance
@@ -90,7 +90,7 @@ fn loads(inverse: &Inverse<f64>) -> Vec<f64> {
 impl Inverse<f64> {
     /// Runs Newton's method on the balance with linearised friction, starting from the present
     /// normal loads. The method takes at most `steps` steps, and fails if a normal load exceeds
-    /// `limit`. Returns true if it converges to round-off.
+    /// `limit`, N. Returns true if the normal loads converge.
     pub(super) fn newton(
         &mut self,
         model: &Model,

@@ -28,7 +28,8 @@ use crate::spatial::Wrench;
 pub struct Contributions<T> {
     actuators: usize,
     interfaces: usize,
-    /// Contributions to the efforts of all actuators, concatenated for all interfaces.
+    /// Contributions to the efforts of all actuators for the first interface, then for the second,
+    /// and so on.
     values: Vec<T>,
 }
 
@@ -55,7 +56,7 @@ impl<T: Scalar> Contributions<T> {
         self.values.fill(T::zero());
     }
 
-    /// Sets the contributions of one interface to the effort of each actuator.
+    /// Sets the contributions of one interface to the efforts of all actuators, N or N m.
     pub(super) fn set_interface(&mut self, interface: usize, efforts: &[T]) {
         self.row(interface).copy_from_slice(efforts);
     }
@@ -115,8 +116,8 @@ impl<T: Scalar> Sharing<T> {
     }
 
     /// Computes the contributions of the friction forces in `inverse`, for the motion in `bodies`.
-    /// Statically indeterminate forces are selected by the same weighting, so their contributions
-    /// add up as well.
+    /// Statically indeterminate forces are selected by the same weighting as in the inverse
+    /// dynamics, so their contributions add up as well.
     pub fn run(
         &mut self,
         model: &Model,

@@ -15,8 +15,8 @@ use crate::statics::AppliedLoad;
 
 /// Largest number of Newton steps to close the loops.
 const CLOSURE_STEPS: usize = 12;
-/// If the closure error is below this value, one more Newton step closes the loops to round-off.
-/// Lengths are divided by the characteristic length, angles are in rad.
+/// Closure error below which one more Newton step closes the loops to round-off: lengths divided by
+/// the characteristic length, angles in rad.
 const NEAR: f64 = 1e-7;
 /// Loops count as open if the closure error exceeds this value: lengths divided by the
 /// characteristic length, angles in rad.
@@ -122,7 +122,7 @@ impl Model {
     /// successive configurations must be close to each other; the assembly mode is that of `data`.
     /// The parameters are [`Self::parameters`]. The computation allocates no memory.
     ///
-    /// Unless the status is [`Status::Converged`], the forces in `data` do not belong to this
+    /// Unless the status is [`Status::Converged`], the forces in `data` are not valid for this
     /// motion, and the next call starts from the last closed configuration. The coupling of
     /// friction and reactions yields the solution connected to the frictionless solution;
     /// [`InverseDynamics::coupling`](super::InverseDynamics::coupling) certifies its uniqueness.
@@ -236,7 +236,8 @@ impl Model {
         Ok(())
     }
 
-    /// Solves for reactions, friction and efforts at the motion in `data`, and checks them.
+    /// Solves for reactions, friction and efforts at the motion in `data`, and checks that the
+    /// results are valid.
     fn solve_for_forces(
         &self,
         parameters: &Parameters<f64>,
@@ -307,9 +308,9 @@ impl Data<f64> {
         }
     }
 
-    /// Returns the actuator forces, N, and torques, N m, of the last [`Model::inverse_dynamics`]
-    /// that converged, in the order of
-    /// [`Mechanism::actuators`](crate::mechanism::Mechanism::actuators).
+    /// Returns the actuator forces, N, and torques, N m, computed by [`Model::inverse_dynamics`],
+    /// in the order of [`Mechanism::actuators`](crate::mechanism::Mechanism::actuators). They are
+    /// valid if the last call returned [`Status::Converged`].
     pub fn efforts(&self) -> &[f64] {
         &self.forces.efforts
     }
@@ -327,8 +328,8 @@ impl Data<f64> {
         self.forces.reactions[joint]
     }
 
-    /// Returns sliding velocity, normal force and friction of each friction interface, in the order
-    /// of [`Parameters::interfaces`].
+    /// Returns sliding velocity, normal force and friction force of each friction interface, in the
+    /// order of [`Parameters::interfaces`].
     pub fn friction(&self) -> &[InterfaceForce] {
         &self.forces.interfaces
     }

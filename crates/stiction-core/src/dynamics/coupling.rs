@@ -25,8 +25,8 @@ use crate::spatial::{Twist, Wrench};
 /// interfaces.
 const DENSE: usize = 64;
 
-/// Error of extrapolated normal loads, relative to the largest load, below which no Newton step is
-/// needed. A fixed-point step reduces the error by the coupling factor.
+/// Largest error of extrapolated normal loads, relative to the largest load, that is accepted
+/// without a Newton step.
 const ERROR: f64 = 1e-13;
 
 /// Friction that acts at one interface.
@@ -34,7 +34,9 @@ const ERROR: f64 = 1e-13;
 pub(super) struct Acting {
     pub(super) resistance: Resistance<f64>,
     pub(super) sense: f64,
-    /// Components of the friction at the interface, as fractions of the friction force.
+    /// Components of the friction along the DOFs of an interface at rest, as fractions of the
+    /// friction force. The first component is 1 for a sliding interface, and -1 for one in the
+    /// opposite motion.
     pub(super) parts: [f64; 3],
 }
 
@@ -47,7 +49,8 @@ impl Acting {
         Self { resistance: state.resistance, sense: state.sense, parts }
     }
 
-    /// Creates the friction of an interface for the opposite motion.
+    /// Creates the friction that acts at an interface in the opposite motion. An interface at rest
+    /// has no friction.
     fn reversed(state: &InterfaceState<f64>, interface: &InterfaceParameters<f64>) -> Self {
         let reversed = state.reversed(interface);
         let parts = if state.sliding > 0.0 { [-1.0, 0.0, 0.0] } else { [0.0; 3] };
@@ -70,13 +73,13 @@ pub(super) enum Start<'a> {
     /// Normal loads extrapolated from previous configurations of the present motion.
     Expected,
     /// Normal loads extrapolated from previous configurations of the opposite motion. Without such
-    /// configurations, Newton's method starts from the normal loads in the given states (of the
-    /// present motion), reflected about the frictionless normal loads.
+    /// configurations, Newton's method starts from reflected normal loads: the frictionless load
+    /// plus its difference from the load in the given states, which belong to the present motion.
     Opposite(&'a [InterfaceState<f64>]),
 }
 
-/// Responses to unit friction forces and frictionless forces at one configuration, with buffers for
-/// computing friction forces.
+/// Responses to unit friction forces and the forces without friction at one configuration, with
+/// buffers for computing friction forces.
 #[derive(Clone, Debug, Default)]
 pub(super) struct FrictionCoupling {
     responses: Responses,
@@ -120,8 +123,8 @@ pub(super) struct FrictionCoupling {
     gains: Vec<Twist<f64>>,
 }
 
-/// Joint wrenches per newton of normal load, due to the friction of coupled interfaces, from stored
-/// responses.
+/// Change of the joint wrenches per newton of normal load at each coupled interface, due to
+/// friction. It is computed from stored responses.
 struct StoredInfluence<'a> {
     responses: &'a Responses,
     acting: &'a [Acting],
@@ -146,8 +149,9 @@ impl Influence for StoredInfluence<'_> {
     }
 }
 
-/// Joint wrenches per newton of normal load, due to the friction of sliding interfaces. They are
-/// evaluated while the responses are computed, so that the responses need not be stored.
+/// Change of the joint wrenches per newton of normal load at each sliding interface, due to
+/// friction. It is evaluated while the responses are computed, so that the responses need not be
+/// stored.
 struct ComputedInfluence<'a> {
     responses: &'a mut Responses,
     inverse: &'a Inverse<f64>,
@@ -184,7 +188,8 @@ impl FrictionCoupling {
         self.is_current = false;
     }
 
-    /// Copies the forces of `inverse`, a frictionless solution at a new configuration.
+    /// Copies joint wrenches and efforts from `inverse`, a frictionless solution at a new
+    /// configuration, and marks the responses as invalid.
     pub(super) fn start_from(&mut self, inverse: &Inverse<f64>) {
         self.is_current = false;
         self.wrenches.clear();
@@ -246,20 +251,22 @@ impl FrictionCoupling {
         strength
     }
 
-    /// Computes the bound on the coupling of the acting friction with the normal loads.
+    /// Computes the bound on the coupling between normal loads and the friction set by
+    /// [`Self::act`].
     fn coupling_bound(&mut self, at: Configuration<'_>) -> f64 {
         let Self { problem, workspace, keeps_history, accepted, .. } = self;
         let start = if *keeps_history { BoundStart::Last } else { BoundStart::New };
         problem.coupling_bound(at, (start, *accepted), workspace)
     }
 
-    /// Makes [`Self::begin`] accept any coupling bound up to this value instead of refining it to
-    /// the smallest bound.
+    /// Makes [`Self::begin`] accept any coupling bound up to `bound` instead of refining it to the
+    /// smallest bound.
     pub(super) fn accept_up_to(&mut self, bound: f64) {
         self.accepted = bound;
     }
 
-    /// Sets the friction that acts at each interface.
+    /// Sets the friction that acts at each interface, and sets up the equations for the normal
+    /// loads.
     pub(super) fn act(&mut self, acting: impl Iterator<Item = Acting>, at: Configuration<'_>) {
         let Self { responses, wrenches, start, problem, unknowns, frictions, .. } = self;
         self.acting.clear();
@@ -304,8 +311,8 @@ impl FrictionCoupling {
         problem.set_influence(&mut StoredInfluence { responses, acting, unknowns, parameters });
     }
 
-    /// Computes normal loads that are consistent with the acting friction by Newton's method.
-    /// Returns false if the method does not converge.
+    /// Computes the normal loads that are consistent with the friction set by [`Self::act`], by
+    /// Newton's method from `start`. Returns false if the method does not converge.
     pub(super) fn settle(&mut self, at: Configuration<'_>, start: Start<'_>) -> bool {
         let found = match start {
             Start::Last if self.loads.len() == self.unknowns.len() => {
@@ -343,17 +350,19 @@ impl FrictionCoupling {
         true
     }
 
-    /// Enables the history: normal loads at previous configurations are used as starting values.
+    /// Enables the use of normal loads at previous configurations as starting values.
     pub(super) fn keep_history(&mut self) {
         self.keeps_history = true;
     }
 
-    /// Clears the history, so that the next solution does not depend on previous configurations.
+    /// Discards the normal loads of previous configurations, so that the next solution does not
+    /// depend on them.
     pub(super) fn forget(&mut self) {
         self.history.iter_mut().for_each(LoadHistory::forget);
     }
 
     /// Runs Newton's method from the normal loads extrapolated from previous configurations.
+    /// `history` is 0 for those of the present motion, and 1 for those of the opposite motion.
     fn newton_from_expected(&mut self, at: Configuration<'_>, history: usize) -> bool {
         let Self { history: all, unknowns, loads, strength, .. } = self;
         // The fixed-point map contracts by the factor `strength`, so this residual bounds the error
@@ -362,8 +371,8 @@ impl FrictionCoupling {
         all[history].predict(unknowns, loads) && self.newton(at, residual)
     }
 
-    /// Solves for the present motion after [`Self::begin`], if the coupling bound proves the
-    /// solution unique. The results are [`Self::total_wrenches`] and [`Self::present_loads`].
+    /// Solves for the present motion after [`Self::begin`], which must have returned a coupling
+    /// bound below one. The results are [`Self::total_wrenches`] and [`Self::present_loads`].
     /// Returns false if Newton's method fails, or if there are too many interfaces for a dense
     /// problem.
     pub(super) fn solve_present(&mut self, at: Configuration<'_>) -> bool {
@@ -374,7 +383,7 @@ impl FrictionCoupling {
         settled
     }
 
-    /// Returns the joint wrenches of the last [`Self::joint_wrenches`].
+    /// Returns the joint wrenches computed by the last [`Self::joint_wrenches`].
     pub(super) fn total_wrenches(&self) -> &[Wrench<f64>] {
         &self.start
     }
@@ -410,7 +419,7 @@ impl FrictionCoupling {
         self.newton(at, 0.0)
     }
 
-    /// Runs Newton's method from the present normal loads. `residual` is [`Accepted::residual`].
+    /// Runs Newton's method from the normal loads in `loads`. `residual` is [`Accepted::residual`].
     fn newton(&mut self, at: Configuration<'_>, residual: f64) -> bool {
         let Self { problem, loads, workspace, .. } = self;
         let most = UNBOUNDED * largest(loads).max(f64::MIN_POSITIVE);
@@ -432,9 +441,9 @@ impl FrictionCoupling {
         self.efforts[actuator] + change.sum::<f64>()
     }
 
-    /// Computes the efforts in the opposite motion at the same configuration, with the same
-    /// accelerations and loads. `None` if the efforts may not be unique, if Newton's method fails,
-    /// or if no responses are stored.
+    /// Computes the efforts in the opposite motion, N or N m, at the configuration, accelerations
+    /// and loads of the present motion. `None` if the efforts may not be unique, if Newton's method
+    /// fails, or if no responses are stored.
     pub(super) fn reversed_efforts(
         &mut self,
         states: &[InterfaceState<f64>],
@@ -502,7 +511,7 @@ impl FrictionCoupling {
         Some(())
     }
 
-    /// Returns the range of friction components of an interface.
+    /// Returns the index range of the friction components of an interface.
     pub(super) fn components(&self, interface: usize) -> core::ops::Range<usize> {
         self.responses.components(interface)
     }

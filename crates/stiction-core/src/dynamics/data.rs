@@ -18,7 +18,7 @@ pub struct Data<T> {
     pub state: State<T>,
     /// Motion of all bodies.
     pub kinematics: Kinematics<T>,
-    /// Efforts, reactions and friction.
+    /// Efforts, reactions and friction forces of the last computation.
     pub inverse: Inverse<T>,
     /// Friction mode, tolerances and iteration limits.
     pub settings: Settings,

@@ -1,6 +1,6 @@
 //! Dense fallback: inverse dynamics by dense decompositions of the Newton-Euler equations, for
 //! configurations and mechanisms that the sparse balance cannot solve. Tests compare the sparse
-//! balance with it.
+//! balance with this fallback.
 
 use super::contributions::Contributions;
 use super::interfaces::{InterfaceState, Interfaces};
@@ -18,8 +18,8 @@ use crate::statics::{AppliedLoad, InfeasibleLoad, Statics};
 use crate::topology::Topology;
 use nalgebra::DVector;
 
-/// Largest number of fixed-point steps between friction and reactions. If more steps are needed,
-/// Newton's method is faster.
+/// Largest number of steps of the fixed-point iteration between friction and reactions. If more
+/// steps are needed, Newton's method is faster.
 const FIXED_POINT_STEPS: usize = 200;
 
 /// Step sizes of the continuation from zero friction to the given friction coefficients.
@@ -38,7 +38,8 @@ struct Reactions<'a> {
     responses: &'a [Vec<Wrench<f64>>],
 }
 
-/// Joint wrenches due to the friction of coupled interfaces, per newton of normal load.
+/// Change of the joint wrenches per newton of normal load at each coupled interface, due to
+/// friction.
 struct DenseInfluence<'a> {
     at: Configuration<'a>,
     /// Index and friction coefficient of each coupled interface (whose friction depends on its

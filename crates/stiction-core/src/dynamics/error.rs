@@ -3,7 +3,8 @@
 use crate::words::significant;
 use thiserror::Error;
 
-/// Percentage of the friction coefficients below which the message reads "a small fraction".
+/// Percentage of the friction coefficients below which the message of [`InverseError::Locked`] says
+/// "a small fraction".
 pub(crate) const NO_PART: f64 = 0.05;
 
 /// Reason why inverse dynamics has no solution.
@@ -94,7 +95,7 @@ pub enum InverseError {
         percent_of(*.residual)
     )]
     Inaccurate {
-        /// Relative power residual; infinite where forces are not finite.
+        /// Relative power residual; infinite if the forces are not finite.
         residual: f64,
     },
     /// Friction at a singular configuration requires forces that cannot be balanced.

@@ -16,11 +16,12 @@ pub(super) const BALANCED: f64 = 1e-9;
 /// Forces at one friction interface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InterfaceForce {
-    /// Sliding velocity at the surface, m/s; its magnitude for a ball or plate.
+    /// Sliding velocity at the surface, m/s. For a ball or plate, the magnitude of the sliding
+    /// velocity.
     pub velocity: f64,
     /// True if the interface slides.
     pub slides: bool,
-    /// Normal force on the surface, N.
+    /// Normal force at the friction surface, N.
     pub load: f64,
     /// Friction force with the sign of the sliding velocity, N. Zero at rest, where static friction
     /// is not a single force but a set of forces.
@@ -31,17 +32,18 @@ pub struct InterfaceForce {
     pub power: f64,
 }
 
-/// Reliability of the computed interval of an effort under static friction.
+/// Reliability of the effort intervals under static friction, see [`Forces::effort_bounds`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bounds {
-    /// The interval is exact: both ends are attained, and no admissible effort lies outside.
+    /// The effort intervals are exact: both ends are attained, and no admissible effort lies
+    /// outside.
     Exact,
     /// The outer bounds are guaranteed, but may not be attained.
     Certified,
-    /// Both ends of the interval are attained. No outer bounds exist, because friction and
+    /// Both ends of each effort interval are attained. No outer bounds exist, because friction and
     /// reactions are coupled too strongly.
     Attained,
-    /// No bounds were computed.
+    /// No effort intervals were computed.
     Unknown,
 }
 
@@ -53,8 +55,8 @@ pub struct Forces {
     pub efforts: Vec<f64>,
     /// Effort of each actuator without friction, N or N m, in the order of `efforts`.
     pub efforts_frictionless: Vec<f64>,
-    /// Smallest and largest effort of each actuator over all admissible static frictions of the
-    /// interfaces at rest. Both equal the effort if all interfaces slide.
+    /// Smallest and largest effort of each actuator, N or N m, over all admissible static friction
+    /// forces of the interfaces at rest. Both equal the effort if all interfaces slide.
     pub effort_bounds: Vec<(f64, f64)>,
     /// Guaranteed outer bounds of `effort_bounds`; infinite if `bounds` is [`Bounds::Attained`].
     pub effort_outer_bounds: Vec<(f64, f64)>,
@@ -141,8 +143,9 @@ impl Forces {
         }
     }
 
-    /// Returns the relative power residual: the residual divided by [`Power::turnover`]. The result
-    /// is infinite if a force is not finite. `length` is the characteristic length, m.
+    /// Returns the relative power residual: the residual divided by [`Power::turnover`] plus a
+    /// small power that exceeds round-off at rest. The result is infinite if a force is not finite.
+    /// `length` is the characteristic length, m.
     pub fn imbalance(&self, length: f64) -> f64 {
         let numbers = self.efforts.iter().chain(&self.efforts_frictionless).copied();
         let reactions = self.reactions.iter().map(|(force, moment)| {
@@ -164,7 +167,8 @@ impl Forces {
         self.power.residual().abs() / (self.power.turnover + at_rest).max(f64::MIN_POSITIVE)
     }
 
-    /// Collapses each effort interval to the effort, for a motion in which all interfaces slide.
+    /// Sets both ends of each effort interval to the effort, for a motion in which all interfaces
+    /// slide.
     pub(super) fn close_bounds(&mut self) {
         for (bounds, &drive) in self.effort_bounds.iter_mut().zip(&self.efforts) {
             *bounds = (drive, drive);
@@ -173,8 +177,8 @@ impl Forces {
         self.bounds = Bounds::Exact;
     }
 
-    /// Sets the outer bounds of the efforts from bounds of their changes due to static friction. If
-    /// `changes` is `None`, no outer bounds exist.
+    /// Sets the outer bounds of the efforts. `changes` contains bounds of the change of each effort
+    /// due to static friction; `None` if no outer bounds exist.
     pub(super) fn certify_bounds(&mut self, changes: Option<Vec<(f64, f64)>>) {
         let finite =
             self.effort_bounds.iter().all(|(low, high)| low.is_finite() && high.is_finite());

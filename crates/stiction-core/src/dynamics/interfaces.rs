@@ -17,18 +17,20 @@ use crate::topology::Topology;
 /// resistance.coefficient * load)`, where `load` is the normal force.
 #[derive(Clone, Copy, Debug)]
 pub struct InterfaceState<T> {
-    /// Sliding velocity at the surface, m/s; its magnitude for a ball or plate.
+    /// Sliding velocity at the surface, m/s. For a ball or plate, the magnitude of the sliding
+    /// velocity.
     pub velocity: T,
     /// Slip indicator: one during slip, zero at rest.
     pub sliding: T,
     /// Generalised force on each DOF of the interface per newton of friction at the surface. The
     /// force opposes the motion and includes the lever arm.
     pub(crate) against: [T; 3],
-    /// Sense of the slip of an interface with one DOF: 1 for forward, -1 for backward slip. At
-    /// rest, the static friction as a signed fraction of its limit.
+    /// Sense of slip of an interface with one DOF: 1 for forward, -1 for backward slip. At rest,
+    /// the signed ratio of the static friction to its limit.
     pub(crate) sense: T,
     pub(crate) resistance: Resistance<T>,
-    /// Normal force at the last update, and its gradient with respect to the joint wrench.
+    /// Normal force at the last update, N, and the gradient of the normal force with respect to the
+    /// joint wrench.
     pub(crate) load: Load<T>,
 }
 
@@ -54,9 +56,10 @@ impl<T: Scalar> InterfaceState<T> {
         self.resistance.force(self.load.value)
     }
 
-    /// Updates the sliding velocity and its direction from the motion of the bodies. The interface
-    /// is at rest if its sliding velocity is at most `rest_speed`, m/s. `held` is the friction of
-    /// an interface at rest, in units of the static friction limit.
+    /// Updates the sliding velocity, the direction of sliding and the friction law from the motion
+    /// of the bodies. The interface is at rest if its sliding speed is at most `rest_speed`, m/s.
+    /// `held` contains the components of the static friction of an interface at rest, as fractions
+    /// of the static friction limit.
     pub(crate) fn update_slip(
         &mut self,
         topology: &Topology,
@@ -94,8 +97,9 @@ impl<T: Scalar> InterfaceState<T> {
         }
     }
 
-    /// Evaluates the friction law if it depends on the speed or direction of sliding, or differs at
-    /// rest. Not inlined, because generic code for dual numbers would become large.
+    /// Evaluates a friction law that depends on the speed or direction of sliding, or that differs
+    /// at rest. `speed` is the sliding speed, m/s. Not inlined, because generic code for dual
+    /// numbers would become large.
     fn evaluate_law(&mut self, interface: &InterfaceParameters<T>, speed: T) {
         let (sliding, sense) = (self.sliding, self.sense);
         let of = |law: &Law<T>| {
@@ -119,7 +123,8 @@ impl<T: Scalar> InterfaceState<T> {
         }
     }
 
-    /// Returns the state for the opposite motion, with the normal force of the present motion.
+    /// Returns the state for the opposite motion. The normal force remains that of the present
+    /// motion.
     pub(crate) fn reversed(&self, interface: &InterfaceParameters<T>) -> Self {
         let mut reversed =
             Self { against: self.against.map(|against| -against), sense: -self.sense, ..*self };
@@ -199,7 +204,7 @@ impl<T: Scalar> InterfaceState<T> {
     }
 }
 
-/// Form of the friction in the linear system of the balance.
+/// Form of the friction forces in the linear equations of the balance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Coupling {
     /// No friction.
@@ -277,7 +282,7 @@ impl<T: Scalar> Interfaces<T> {
 }
 
 impl Interfaces<f64> {
-    /// Computes, for each joint, the sum of the wrenches of the present friction forces.
+    /// Computes, for each joint, the sum of the wrenches that the present friction forces exert.
     pub(crate) fn friction_at_joints(
         &self,
         topology: &Topology,

@@ -1,4 +1,4 @@
-//! Normal loads at the last configurations of a motion, and their extrapolation to the next
+//! Normal loads at previous configurations of a motion, and their extrapolation to the next
 //! configuration.
 
 /// Number of stored configurations. The extrapolation uses a fourth-degree polynomial; higher
@@ -15,19 +15,19 @@ const COEFFICIENTS: [&[f64]; KEPT] = [
     &[5.0, -10.0, 10.0, -5.0, 1.0],
 ];
 
-/// Normal loads at the last configurations of a motion.
+/// Normal loads at up to five previous configurations of a motion.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LoadHistory {
     /// Indices of the interfaces whose normal loads are stored.
     unknowns: Vec<usize>,
-    /// Normal loads at the last configurations, N, newest first.
+    /// Normal loads at previous configurations, N, newest first.
     loads: [Vec<f64>; KEPT],
     count: usize,
 }
 
 impl LoadHistory {
     /// Extrapolates the normal loads of the interfaces `unknowns` to the next configuration.
-    /// Returns `false` if the history is empty or contains other interfaces.
+    /// Returns `false` if the history is empty or belongs to a different set of interfaces.
     pub(super) fn predict(&self, unknowns: &[usize], loads: &mut Vec<f64>) -> bool {
         if self.count == 0 || self.unknowns != unknowns {
             return false;
@@ -47,8 +47,8 @@ impl LoadHistory {
         self.count = 0;
     }
 
-    /// Appends the normal loads at the next configuration. Restarts the history if the interfaces
-    /// differ from the previous ones.
+    /// Adds the normal loads at the next configuration to the history, N. Restarts the history if
+    /// the interfaces differ from those in the history.
     pub(super) fn add(&mut self, unknowns: &[usize], loads: &[f64]) {
         if self.unknowns != unknowns {
             self.unknowns.clear();

@@ -83,7 +83,8 @@ impl BalancePlan {
         if bordered && !self.structure.spin_nodes.is_empty() { 3 } else { 2 }
     }
 
-    /// Returns true if the factorised matrix alone determines all unknowns.
+    /// Returns true if the factorised matrix contains all terms of the equations, so that one solve
+    /// yields all unknowns up to round-off.
     pub(super) fn is_one_matrix(&self) -> bool {
         self.passes() == 2
     }
@@ -123,7 +124,8 @@ impl Sample<'_> {
     }
 }
 
-/// Returns the indices of the bodies that the given accelerations of the spanning tree accelerate.
+/// Returns the indices of the bodies that accelerate if the DOFs of the spanning tree have the
+/// accelerations `response`.
 fn accelerated_bodies(
     topology: &Topology,
     parameters: &Parameters<f64>,
@@ -141,7 +143,8 @@ fn accelerated_bodies(
     (1..bodies.pose.len()).filter(|&body| size(body) > NEGLIGIBLE).collect()
 }
 
-/// Computes scaling factors that make rows and columns of the balance comparable in size.
+/// Computes scaling factors for the rows and for the columns of the balance matrix, which make its
+/// entries comparable in size.
 fn scales(
     topology: &Topology,
     parameters: &Parameters<f64>,
@@ -186,7 +189,8 @@ fn scales(
     }
 }
 
-/// Selects the weighting for the redundancy of the balance at this configuration, if any.
+/// Selects the weighting that the redundancy of the balance at this configuration requires. Returns
+/// [`Weighting::Determined`] if the balance is not redundant.
 fn weighting(
     sample: &Sample<'_>,
     structure: &BalanceStructure,

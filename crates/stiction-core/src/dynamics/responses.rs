@@ -22,17 +22,17 @@ pub(super) struct Responses {
     workspace: LaneWorkspace,
     /// Numbers of joints, actuators and local degrees of freedom.
     counts: [usize; 3],
-    /// Changes of the joint wrenches for all components, in blocks of four components; empty unless
-    /// stored.
+    /// Changes of the joint wrenches per newton of each friction component, in blocks of four
+    /// components. Empty unless [`Self::update`] stores them.
     wrenches: Vec<Wrench<Four>>,
-    /// Changes of the efforts and of the accelerations of local degrees of freedom, in the same
-    /// blocks of four components.
+    /// Changes of the efforts, and of the accelerations of local degrees of freedom, per newton of
+    /// each friction component, in blocks of four components.
     efforts: Vec<Four>,
     spins: Vec<Four>,
 }
 
 impl Responses {
-    /// Lists the friction components for the sliding directions in `inverse`, and factorises the
+    /// Lists the friction components for the sliding directions in `inverse`. Factorises the
     /// frictionless balance at the configuration of `inverse`.
     fn begin(
         &mut self,
@@ -75,9 +75,9 @@ impl Responses {
         balance.factor_frictionless(inverse.balance(), &model.balance, parameters, bodies);
     }
 
-    /// Computes the changes of all forces for all components. Calls `take` with the index of each
-    /// block of four components, the components and the changes. If `store`, also stores the
-    /// changes of the joint wrenches.
+    /// Computes the changes of all forces per newton of each friction component. Calls `take` for
+    /// each block of four components, with the index of the block, the components and the changes.
+    /// If `store` is true, also stores the changes of the joint wrenches.
     pub(super) fn update(
         &mut self,
         inverse: &Inverse<f64>,
@@ -109,12 +109,12 @@ impl Responses {
         self.units.len()
     }
 
-    /// Returns the range of friction components of an interface.
+    /// Returns the index range of the friction components of an interface.
     pub(super) fn components(&self, interface: usize) -> Range<usize> {
         self.of[interface].clone()
     }
 
-    /// Returns the interface to which a friction component belongs.
+    /// Returns the index of the interface to which a friction component belongs.
     pub(super) fn interface(&self, component: usize) -> usize {
         self.units[component].interface
     }
@@ -150,9 +150,9 @@ impl Responses {
         }
     }
 
-    /// Computes, for each component, the power of the joint wrenches per newton of the component,
-    /// for the given twist of each joint, summed over all joints. The results are in blocks of four
-    /// components. Requires stored wrenches.
+    /// Computes, for each friction component, the power of the change of the joint wrenches per
+    /// newton of this component, summed over all joints. `twists` contains the twist of each joint.
+    /// The results are in blocks of four components. Requires stored wrenches.
     pub(super) fn powers(&self, twists: &[Twist<f64>], powers: &mut Vec<Four>) {
         powers.clear();
         let blocks = self.wrenches.chunks_exact(twists.len().max(1));

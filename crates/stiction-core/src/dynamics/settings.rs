@@ -3,7 +3,7 @@
 /// Method of coupling friction and reactions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum FrictionMode {
-    /// Friction and reactions are solved for together, to round-off.
+    /// Friction and reactions are solved simultaneously, to round-off.
     #[default]
     Converged,
     /// Friction is computed once, from the frictionless reactions (decoupled, as in Zhang et al.
@@ -20,7 +20,7 @@ pub struct Settings {
     pub friction: FrictionMode,
     /// Sliding speed at the surface, m/s, up to which a friction interface counts as at rest.
     pub rest_speed: f64,
-    /// Largest number of Newton steps between friction and reactions.
+    /// Largest number of Newton steps of the iteration between friction and reactions.
     pub friction_steps: usize,
     /// Relative tolerance of the coupled solution: the largest change of a normal force in one
     /// Newton step, divided by the largest normal force.

@@ -1,4 +1,5 @@
-//! Linearised friction in the rows and columns of the balance equations.
+//! Linearised joint friction in the balance equations: changes to their rows, columns and
+//! constants.
 //!
 //! Equation (F5) of the book's theory.
 
@@ -12,8 +13,9 @@ use crate::spatial::{Twist, Wrench};
 use crate::topology::{Link, Role, Topology};
 
 impl<T: Scalar> Balance<T> {
-    /// Adds the linearised friction to the rows and columns of the balance equations.
-    /// `joint_wrenches` must contain the wrenches for which the normal forces were last updated.
+    /// Adds the linearised friction to the rows and columns of the balance equations. Friction is
+    /// linearised about the wrenches in `joint_wrenches`, which must be those for which the normal
+    /// forces were last updated.
     pub(in crate::dynamics) fn apply_friction(
         &mut self,
         plan: &BalancePlan,
@@ -27,7 +29,7 @@ impl<T: Scalar> Balance<T> {
         self.tilted.copy_from_slice(&self.columns);
         self.constants.fill(T::zero());
         self.cut_constants.fill(Wrench::zero());
-        // The caller factorises the matrix next.
+        // Describes the matrix that the caller factorises next.
         self.is_frictionless = coupling == Coupling::None;
         if coupling == Coupling::None {
             return;
@@ -54,9 +56,10 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// Computes, with linearised friction, the columns and the constant part of the wrench of a cut
-    /// joint. Solves `wrench = columns + sum of q (constant + slope.power(wrench))`, where `q` is
-    /// the wrench of each interface per newton of friction.
+    /// Computes the columns and the constant part of the wrench at a cut joint, including
+    /// linearised friction. Each of them solves `wrench = u + sum of q slope.power(wrench)`, summed
+    /// over the interfaces of the joint. Here `u` is a frictionless column or the constant part of
+    /// the friction, and `q` is the wrench of an interface per newton of friction.
     fn apply_friction_at_cut(
         &mut self,
         topology: &Topology,
@@ -99,10 +102,10 @@ impl<T: Scalar> Balance<T> {
         self.cut_constants[cut] = absorb(constant);
     }
 
-    /// Solves the frictionless balance, factorised by [`Self::factor_frictionless`], for the
-    /// friction of a single interface. `friction` contains the generalised forces per newton of
-    /// friction, and the friction force in N. Writes the actuator efforts that overcome this
-    /// friction.
+    /// Solves the balance for the friction of a single interface as the only load, using the
+    /// frictionless matrix factorised by [`Self::factor_frictionless`]. `friction` contains the
+    /// generalised force on each DOF of the interface per newton of friction, and the friction
+    /// force, N. Writes the actuator efforts that overcome this friction.
     pub(in crate::dynamics) fn apply_friction_alone(
         &mut self,
         plan: &BalancePlan,
@@ -118,8 +121,9 @@ impl<T: Scalar> Balance<T> {
         self.read_efforts(plan, parameters, bodies, &self.constants, efforts);
     }
 
-    /// Sets the right-hand-side constants of the balance equations to the friction of a single
-    /// interface.
+    /// Sets the constants of the balance equations to the friction of a single interface. `against`
+    /// contains the generalised force on each DOF of the interface per newton of friction, and
+    /// `friction` is the friction force, N.
     pub(super) fn set_friction_alone(
         &mut self,
         topology: &Topology,

@@ -1,4 +1,5 @@
-//! Wrenches due to motion, external loads and springs, and unit wrenches of cut joints.
+//! Wrenches that motion, external loads, springs and rotors require, and unit wrenches at cut
+//! joints.
 //!
 //! Equation (B4) of the book's theory.
 
@@ -14,7 +15,8 @@ use crate::statics::{AppliedLoad, demand_of_motion};
 use crate::topology::{Link, Topology};
 
 impl<T: Scalar> Balance<T> {
-    /// Computes the wrenches that motion, external loads and springs require, without friction.
+    /// Computes the loads of the balance without friction: the wrench that motion, external loads,
+    /// springs and rotors require at each node, and the unit wrenches at cut joints.
     pub(in crate::dynamics) fn load(
         &mut self,
         plan: &BalancePlan,
@@ -50,7 +52,7 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// Subtracts the forces of springs and bushings from the required wrenches.
+    /// Subtracts the wrenches of springs and bushings from the wrenches that the nodes require.
     fn load_springs(
         &mut self,
         topology: &Topology,
@@ -68,7 +70,8 @@ impl<T: Scalar> Balance<T> {
         });
     }
 
-    /// Adds the gyroscopic and inertial moments of spinning rotors to the required wrenches.
+    /// Adds the gyroscopic and inertial moments of spinning rotors to the wrenches that the nodes
+    /// require.
     #[inline(never)]
     fn load_rotors(&mut self, topology: &Topology, parameters: &Parameters<T>, bodies: &Bodies<T>) {
         for rotor in &parameters.rotors {
@@ -79,9 +82,9 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// Computes the inertia wrenches per unit acceleration of the local degree of freedom `spin`.
-    /// `accelerations` are the accelerations of the spanning tree that result from this unit
-    /// acceleration.
+    /// Computes the inertia wrenches of the nodes, including their descendants, per unit
+    /// acceleration of the local degree of freedom with index `spin`. `accelerations` are the
+    /// accelerations of the DOFs of the spanning tree that result from this unit acceleration.
     pub(in crate::dynamics) fn load_spin(
         &mut self,
         plan: &BalancePlan,
@@ -124,7 +127,7 @@ fn accumulate<T: Scalar>(topology: &Topology, wrenches: &mut [Wrench<T>]) {
 }
 
 /// Returns the acceleration of the body of a node per unit acceleration of a local degree of
-/// freedom.
+/// freedom. `accelerations` are the resulting accelerations of the DOFs of the spanning tree.
 fn spin_twist<T: Scalar>(
     topology: &Topology,
     bodies: &Bodies<T>,

@@ -23,23 +23,24 @@ use crate::topology::{Link, Role, Topology};
 /// Force and moment balance of all bodies at one instant, with the buffers for its solution.
 #[derive(Clone, Debug)]
 pub(crate) struct Balance<T> {
-    /// Inverse-dynamics wrench of each node: the sum over the body of the node and all its
-    /// descendants in the spanning tree.
+    /// Wrench that motion, external loads and springs require at each node: the sum over the body
+    /// of the node and all its descendants in the spanning tree.
     demand: Vec<Wrench<T>>,
-    /// Inertia wrench per unit acceleration of each local degree of freedom, for each node that
-    /// this degree of freedom accelerates.
+    /// Inertia wrench per unit acceleration of each local degree of freedom, for each node in
+    /// [`BalanceStructure::spin_nodes`]. The wrench of a node includes the descendants of its body.
     spin_demand: Vec<Vec<Wrench<T>>>,
-    /// Wrench at the cut joint of each wrench unknown (column), per unit of this unknown, without
-    /// friction.
+    /// Wrench per unit of each wrench unknown (matrix column), acting at the cut joint of this
+    /// unknown, without friction.
     columns: Vec<Wrench<T>>,
-    /// Wrench at the cut joint of each wrench unknown, per unit of this unknown, with the
-    /// linearised friction of the joint.
+    /// Wrench per unit of each wrench unknown, acting at the cut joint of this unknown, including
+    /// the linearised friction of the joint.
     tilted: Vec<Wrench<T>>,
-    /// Equation of each DOF of the spanning tree, `row.power(wrench) = constant`, where `wrench` is
-    /// transmitted by the joint of the DOF.
+    /// Row of the balance equation of each DOF of the spanning tree, `row.power(wrench) =
+    /// constant`, where the joint of the DOF transmits `wrench`.
     rows: Vec<Twist<T>>,
     constants: Vec<T>,
-    /// Constant part of the wrench at each cut joint, due to friction.
+    /// Part of the wrench at each cut joint that is due to friction and does not depend on the
+    /// unknowns.
     cut_constants: Vec<Wrench<T>>,
     /// Wrench that the joint of each node transmits, exerted by the parent on the child.
     node_wrenches: Vec<Wrench<T>>,
@@ -139,7 +140,8 @@ impl<T: Scalar> Balance<T> {
         self.collect(topology);
     }
 
-    /// Computes all wrenches from the wrenches at the cut joints, without local degrees of freedom.
+    /// Computes all wrenches from the wrenches at the cut joints, for a mechanism without local
+    /// degrees of freedom.
     pub(super) fn carry_plainly(
         &mut self,
         plan: &BalancePlan,
@@ -154,8 +156,8 @@ impl<T: Scalar> Balance<T> {
         self.collect(topology);
     }
 
-    /// Sets the generalised friction forces on the DOFs of the spanning tree, which are part of the
-    /// residual.
+    /// Sets the generalised friction force on each DOF of the spanning tree. The residual of the
+    /// balance includes these forces.
     pub(super) fn set_constants(&mut self, constants: &[T]) {
         self.constants.copy_from_slice(constants);
     }
@@ -170,7 +172,8 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// Solves the balance with the last factorisation.
+    /// Solves the balance with the last factorisation in [`BalancePlan::passes`] passes (the first
+    /// solve and the iterative refinements), and computes all joint wrenches.
     fn solve_factored(
         &mut self,
         plan: &BalancePlan,
@@ -193,7 +196,8 @@ impl<T: Scalar> Balance<T> {
         self.collect(topology);
     }
 
-    /// Factorises the frictionless balance at the configuration of `other`, without loads.
+    /// Factorises the frictionless balance at the configuration of `other`, and sets the wrenches
+    /// due to motion and external loads to zero.
     pub(super) fn factor_frictionless(
         &mut self,
         other: &Self,
@@ -217,8 +221,9 @@ impl<T: Scalar> Balance<T> {
         plan.program.factor(&self.entries, &mut self.factors);
     }
 
-    /// Computes the actuator efforts: for each actuated DOF the effort that the joint transmits,
-    /// minus the efforts of friction and gearings.
+    /// Computes the actuator efforts, N or N m: for each actuated DOF the effort that the joint
+    /// transmits, minus the efforts of friction and gearings. `friction_efforts` contains the
+    /// generalised friction force on each DOF of the spanning tree.
     pub(super) fn read_efforts(
         &self,
         plan: &BalancePlan,
@@ -257,7 +262,8 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// Adds the last correction to the unknowns and to all wrenches.
+    /// Adds the correction from the last linear solve to the unknowns, and its effect to all
+    /// wrenches.
     fn correct(&mut self, topology: &Topology, structure: &BalanceStructure) {
         for (unknown, correction) in self.unknowns.iter_mut().zip(&self.correction) {
             *unknown += *correction;
@@ -297,7 +303,8 @@ impl Balance<f64> {
         self.entries
     }
 
-    /// Computes the actuator efforts for given unknowns, without external loads and friction.
+    /// Computes the actuator efforts, N or N m, due to the given unknowns alone: without inertia
+    /// forces, external loads and friction.
     pub(super) fn efforts_of(
         &mut self,
         plan: &BalancePlan,

@@ -176,9 +176,10 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// Returns three magnitudes: the largest residual in the equations of the unactuated tree DOFs,
-    /// the largest inverse-dynamics wrench of a body including all its descendants in the spanning
-    /// tree, and the largest joint wrench. Moments are divided by the characteristic length.
+    /// Returns three magnitudes, N: the largest residual in the equations of the unactuated tree
+    /// DOFs, the largest inverse-dynamics wrench of a body including all its descendants in the
+    /// spanning tree, and the largest joint wrench. Moments are divided by the characteristic
+    /// length.
     pub(in crate::dynamics) fn size_of_residual(
         &self,
         plan: &BalancePlan,

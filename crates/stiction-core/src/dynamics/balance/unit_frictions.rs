@@ -1,5 +1,5 @@
-//! Changes of all forces due to unit friction forces in the frictionless balance, computed four at
-//! a time.
+//! Response of the frictionless balance to unit friction forces: the changes of all wrenches and
+//! efforts, computed for four friction forces at a time.
 //!
 //! Equation (B6) of the book's theory.
 
@@ -18,14 +18,15 @@ pub(in crate::dynamics) const WIDTH: usize = 4;
 const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
 pub(in crate::dynamics) type Four = Lanes<f64, WIDTH>;
 
-/// Unit friction force of one interface, expressed as a generalised force on each of its DOFs.
+/// Friction force of 1 N at one interface, expressed as the generalised force on each DOF of the
+/// interface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::dynamics) struct UnitFriction {
     pub(in crate::dynamics) interface: usize,
     pub(in crate::dynamics) against: [f64; 3],
 }
 
-/// Changes of all forces due to up to four [`UnitFriction`]s, one per SIMD lane.
+/// Changes of all wrenches and efforts due to up to four [`UnitFriction`]s, one per SIMD lane.
 #[derive(Clone, Debug, Default)]
 pub(in crate::dynamics) struct UnitResponses {
     /// Change of the complete wrench of each joint, exerted by the predecessor on the successor,
@@ -47,7 +48,7 @@ pub(in crate::dynamics) struct LaneWorkspace {
     cut_wrenches: Vec<Wrench<Four>>,
     node_wrenches: Vec<Wrench<Four>>,
     responses: UnitResponses,
-    /// Actuator efforts due to a single friction force.
+    /// Actuator efforts, N or N m, due to a friction force of 1 N at a single interface.
     alone: Vec<f64>,
 }
 
@@ -98,7 +99,7 @@ impl Balance<f64> {
         }
     }
 
-    /// Solves for up to four friction forces, one at a time.
+    /// Computes the responses to up to four unit friction forces, one after another.
     fn respond_one_by_one(
         &mut self,
         plan: &BalancePlan,
@@ -127,8 +128,8 @@ impl Balance<f64> {
         }
     }
 
-    /// Solves for the unknowns and for the wrenches of nodes and cut joints, for up to four
-    /// friction forces, one per SIMD lane.
+    /// Computes the unknowns and the wrenches of nodes and cut joints in response to up to four
+    /// unit friction forces simultaneously, one per SIMD lane.
     fn respond_side_by_side(
         &mut self,
         plan: &BalancePlan,
@@ -228,8 +229,8 @@ impl Balance<f64> {
         }
     }
 
-    /// Computes the changes of all forces from the unknowns and the wrenches of nodes and cut
-    /// joints.
+    /// Computes the [`UnitResponses`] from the unknowns and the wrenches of nodes and cut joints in
+    /// `workspace`.
     fn read_lanes(
         &self,
         plan: &BalancePlan,
@@ -289,7 +290,7 @@ fn is_round_off(residual: &[Four], right: &[Four]) -> bool {
     residual.0.iter().zip(right.0).all(|(residual, right)| *residual <= ROUND_OFF * right)
 }
 
-/// Returns the wrench in one SIMD lane.
+/// Returns the wrench in SIMD lane `lane` of `wrench`.
 pub(in crate::dynamics) fn lane_of(wrench: &Wrench<Four>, lane: usize) -> Wrench<f64> {
     let of = |vector: crate::spatial::Vec3<Four>| {
         crate::spatial::Vec3::new(vector.x.0[lane], vector.y.0[lane], vector.z.0[lane])

@@ -32,7 +32,7 @@ pub struct Inverse<T> {
 }
 
 impl<T: Scalar> Inverse<T> {
-    /// Allocates the results for a compiled model, all zero.
+    /// Allocates results and buffers for a compiled model. All results are zero.
     pub(super) fn new(model: &Model) -> Self {
         let topology = model.topology();
         let actuators = topology.actuators.len();
@@ -95,13 +95,13 @@ impl<T: Scalar> Inverse<T> {
         self.mode != FrictionMode::Off && !self.interfaces.states.is_empty()
     }
 
-    /// Returns the largest change of a normal force in the last Newton step between friction and
-    /// reactions, N.
+    /// Returns the largest change of a normal force, N, in the last Newton step of the iteration
+    /// between friction and reactions.
     pub fn friction_change(&self) -> T {
         self.friction_change
     }
 
-    /// Returns the number of Newton steps between friction and reactions in the last solution.
+    /// Returns the number of Newton steps that the last solution for friction and reactions took.
     pub fn friction_steps(&self) -> usize {
         self.friction_steps
     }
@@ -122,7 +122,8 @@ impl<T: Scalar> Inverse<T> {
         self.complete(model, parameters, kinematics, settings);
     }
 
-    /// Solves with friction after [`Self::begin`], starting from the present normal forces.
+    /// Solves for all forces with friction after [`Self::begin`], starting from the present normal
+    /// forces.
     pub(super) fn complete(
         &mut self,
         model: &Model,
@@ -185,8 +186,8 @@ impl<T: Scalar> Inverse<T> {
         self.friction_steps = 0;
     }
 
-    /// Takes one Newton step between friction and reactions. Returns the largest change of a normal
-    /// force and the largest normal force, N.
+    /// Takes one Newton step of the iteration between friction and reactions. Returns the largest
+    /// change of a normal force and the largest normal force, N.
     pub(super) fn step(
         &mut self,
         model: &Model,
@@ -259,7 +260,7 @@ impl<T: Scalar> Inverse<T> {
         self.balance.solve(plan, parameters, bodies)
     }
 
-    /// Computes the efforts, including the friction for the present normal forces.
+    /// Computes the actuator efforts, including the friction forces for the present normal forces.
     pub(super) fn finish_friction(
         &mut self,
         model: &Model,
@@ -287,7 +288,8 @@ impl<T: Scalar> Inverse<T> {
         self.balance.read_efforts(plan, parameters, bodies, frictions, &mut self.efforts);
     }
 
-    /// Returns the effort of each gearing, N m or N, in the order of the gearings of the mechanism.
+    /// Returns the effort of each gearing, N m; N if the gearing sums lengths. The order is that of
+    /// the gearings of the mechanism.
     pub fn gearing_efforts<'a>(
         &'a self,
         model: &'a Model,

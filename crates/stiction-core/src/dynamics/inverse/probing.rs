@@ -1,4 +1,4 @@
-//! Solutions for the same motion with other friction forces.
+//! Further solutions for a given motion: with other friction forces or from other starting values.
 
 use super::Inverse;
 use crate::dynamics::interfaces::Coupling;
@@ -24,14 +24,16 @@ impl<T: Scalar> Inverse<T> {
         self.interfaces.update_normal_forces(parameters, bodies, wrenches);
     }
 
-    /// Adopts a solution of the coupled problem of friction and reactions: the wrenches of all
-    /// joints, and the normal forces of the interfaces whose friction depends on the normal force.
+    /// Adopts a solution of the coupled problem of friction and reactions. `wrenches` are the
+    /// wrenches of all joints. `loads` contains the index and the normal force, N, of each
+    /// interface whose friction depends on the normal force.
+    ///
     /// Returns false if the solution does not satisfy the balance to round-off. Also returns false
     /// if the model is not plain (see
     /// [`BalanceStructure::is_plain`](crate::dynamics::structure::BalanceStructure)), after calling
-    /// [`Self::restart_from`] with these wrenches. Requires a previous [`Self::begin`] for this
-    /// motion, no friction at any other interface, and a coupling bound below one, which implies
-    /// that the determinant has the same sign as without friction.
+    /// [`Self::restart_from`] with `wrenches`. Requires a previous [`Self::begin`] for this motion,
+    /// no static friction at interfaces at rest, and a coupling bound below one, which implies that
+    /// the determinant has the same sign as without friction.
     pub(in crate::dynamics) fn adopt(
         &mut self,
         model: &Model,
@@ -63,7 +65,7 @@ impl<T: Scalar> Inverse<T> {
             && self.is_balanced(model, parameters)
     }
 
-    /// Updates the slip and the friction laws, with all friction coefficients multiplied by `part`.
+    /// Updates slip and friction laws for friction coefficients multiplied by `part`.
     pub(in crate::dynamics) fn apply_friction_at(
         &mut self,
         topology: &Topology,
@@ -79,8 +81,8 @@ impl<T: Scalar> Inverse<T> {
         }
     }
 
-    /// Solves again for the same motion after a change of static friction. The solution is
-    /// linearised in the change.
+    /// Solves again for the present motion after the static friction of interfaces at rest has
+    /// changed. The effect of the change is linearised.
     pub(in crate::dynamics) fn update_static_friction(
         &mut self,
         model: &Model,

@@ -7,14 +7,14 @@ use crate::dynamics::settings::{FrictionMode, Settings};
 use crate::parameters::{InterfaceParameters, Parameters};
 use crate::scalar::Scalar;
 
-/// Fraction of the largest normal force below which a change of the normal forces that no longer
-/// decreases counts as round-off.
+/// Changes of the normal forces below this fraction of the largest normal force count as round-off.
 const STAGNATED: f64 = 1e-9;
 
 impl<T: Scalar> Inverse<T> {
-    /// Returns true if the iteration between friction and reactions has converged, and if the sign
-    /// of the determinant does not exclude that the solution is connected to the frictionless
-    /// solution.
+    /// Returns true if the iteration between friction and reactions has converged, and if the
+    /// determinants of the balance with and without friction have the same sign. Also returns true
+    /// if no iteration is required. If the signs differ, the solution is not connected to the
+    /// frictionless solution.
     pub fn friction_settled(&self, settings: &Settings) -> bool {
         if self.mode != FrictionMode::Converged || self.interfaces.states.is_empty() {
             return true;
@@ -26,7 +26,7 @@ impl<T: Scalar> Inverse<T> {
     }
 
     /// Returns true if the iteration between friction and reactions has converged as far as
-    /// round-off permits. Near a lock by friction the normal forces are large, and the Newton
+    /// round-off permits. Near friction locking the normal forces are large, and the Newton
     /// corrections stop decreasing above the round-off of a single solution.
     pub(in crate::dynamics) fn friction_stagnated(&self) -> bool {
         let loads = self.interfaces.states.iter().map(|c| c.load.value.largest());

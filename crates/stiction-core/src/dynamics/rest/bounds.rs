@@ -1,4 +1,5 @@
-//! Effort intervals: bounds of the efforts over all static frictions of interfaces at rest.
+//! Effort intervals: bounds of the efforts over all admissible static friction forces of interfaces
+//! at rest.
 //!
 //! Equation (R1) of the book's theory.
 
@@ -23,10 +24,12 @@ const PROBE: f64 = 1e-3;
 /// Largest number of updates of the directions of static friction in the search for an extreme
 /// effort.
 const ROUNDS: usize = 4;
-/// Two unit vectors of direction count as equal if they differ by less than this value.
+/// Two directions count as equal if their unit vectors differ by less than this value in each
+/// component.
 const SAME: f64 = 1e-6;
 
-/// Configuration of a mechanism with all data needed to solve the balance again.
+/// Configuration of a mechanism, with everything needed to solve the balance for different static
+/// friction.
 pub(in crate::dynamics) struct Position<'a> {
     pub(in crate::dynamics) model: &'a Model,
     pub(in crate::dynamics) parameters: &'a Parameters<f64>,
@@ -66,8 +69,8 @@ impl StaticFriction {
     }
 }
 
-/// Computes the interval of each effort over all static frictions of interfaces at rest. The
-/// efforts in `forces` do not change.
+/// Computes the interval of each effort over all admissible static friction forces of the
+/// interfaces at rest. The efforts in `forces` do not change.
 ///
 /// Static friction is any force up to the limit for the normal force of the same interface, in any
 /// direction. For each effort, the friction of every interface at rest is set to its limit in the
@@ -139,7 +142,7 @@ pub(in crate::dynamics) fn bound_efforts(
     forces.certify_bounds(changes);
 }
 
-/// Smallest and largest value of an effort found in the search for an extreme value.
+/// Smallest and largest value of an effort found during a search.
 pub(super) struct Extreme {
     pub(super) least: f64,
     pub(super) greatest: f64,
@@ -155,8 +158,8 @@ pub(super) struct Goal {
 }
 
 /// Finds the largest (smallest) effort that static friction can cause, starting from the static
-/// frictions `start` with the derivatives `slopes` of the efforts. Prescribed directions do not
-/// change.
+/// friction `start`. `slopes` are the effort changes for `start`, as computed by [`probe`].
+/// Prescribed directions do not change.
 pub(super) fn extreme(
     inverse: &mut Inverse<f64>,
     position: &mut Position<'_>,
@@ -197,8 +200,8 @@ pub(super) fn set_static_frictions(inverse: &mut Inverse<f64>, frictions: &[Stat
     }
 }
 
-/// Solves with the present static friction. Returns false if the forces diverge; `inverse` then
-/// contains the forces at which the continuation ended.
+/// Solves for all forces with the static friction set in `inverse`. Returns false if the forces
+/// diverge; `inverse` then contains the forces at which the continuation ended.
 pub(super) fn resolve(inverse: &mut Inverse<f64>, position: &mut Position<'_>) -> bool {
     let Position { model, parameters, kinematics, loads, settings } = position;
     inverse.solve(model, parameters, kinematics, loads, settings);
@@ -213,8 +216,9 @@ pub(super) fn resolve(inverse: &mut Inverse<f64>, position: &mut Position<'_>) -
     outcome.is_ok()
 }
 
-/// Computes the derivative of each effort with respect to each component of the static friction of
-/// each interface, as `slopes[interface][component][actuator]`.
+/// Computes the sensitivity of each effort to each component of the static friction of each
+/// interface, as `slopes[interface][component][actuator]`. The values are central differences for a
+/// change of the component by a fixed fraction of the friction limit, not divided by this change.
 pub(super) fn probe(
     inverse: &mut Inverse<f64>,
     position: &Position<'_>,
@@ -241,7 +245,8 @@ pub(super) fn probe(
     slopes
 }
 
-/// Returns the directions of static friction that increase (decrease) one effort most.
+/// Returns, for each interface, the direction of static friction that increases (`sense` 1) or
+/// decreases (`sense` -1) the effort of `actuator` most.
 fn steepest(
     frictions: &[StaticFriction],
     slopes: &[Vec<Vec<f64>>],

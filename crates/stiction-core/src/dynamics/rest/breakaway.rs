@@ -20,17 +20,17 @@ use nalgebra::{DMatrix, DVector};
 /// values are infinite if friction locks the mechanism against the impending motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Breakaway {
-    /// Efforts at which forward motion may begin, and has certainly begun.
+    /// Efforts at which forward motion may begin and at which it has certainly begun, N or N m.
     pub forward: (f64, f64),
-    /// Efforts at which backward motion may begin, and has certainly begun.
+    /// Efforts at which backward motion may begin and at which it has certainly begun, N or N m.
     pub backward: (f64, f64),
 }
 
-/// Fraction of the largest sliding velocity below which an interface counts as not sliding.
+/// Interfaces count as not sliding if their sliding speed is below this fraction of the largest.
 const STILL: f64 = 1e-9;
 
-/// Computes, for each actuator, the sliding velocities of all interfaces for a unit rate of this
-/// actuator and zero rates of the other actuators. `None` if the actuators do not determine the
+/// Computes, for each actuator, the sliding velocities of all interfaces per unit rate of this
+/// actuator, with zero rates of all other actuators. `None` if the actuators do not determine the
 /// motion.
 pub(super) fn impending(position: &mut Position<'_>) -> Vec<Option<Vec<[f64; 3]>>> {
     let Position { model, parameters, kinematics, .. } = position;

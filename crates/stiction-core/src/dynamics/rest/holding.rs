@@ -8,8 +8,8 @@ use crate::linalg::Svd;
 use core::cell::OnceCell;
 use nalgebra::{DMatrix, DVector};
 
-/// Result of the self-locking test: whether static friction holds a configuration while some
-/// actuators exert no effort.
+/// Result of the self-locking test, which decides whether static friction holds a configuration
+/// while some actuators exert no effort.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Holding {
     /// Verdict of the test. [`Verdict::Holds`] and [`Verdict::Slips`] are proven.
@@ -19,8 +19,8 @@ pub struct Holding {
     /// factor was found.
     pub needed: (f64, f64),
     /// Friction forces that hold the configuration, N: for each interface, the components along its
-    /// DOFs, with the sign of the sliding that they oppose. Empty if the verdict follows from an
-    /// effort interval that contains zero.
+    /// DOFs, with the sign of the sliding that they oppose. Empty if the verdict is not
+    /// [`Verdict::Holds`], or if it follows from an effort interval that contains zero.
     pub frictions: Vec<Vec<f64>>,
 }
 
@@ -35,15 +35,15 @@ pub enum Verdict {
     Undecided,
 }
 
-/// Largest number of iterations between normal forces and friction distribution.
+/// Largest number of iterations that alternate between normal forces and friction distribution.
 const ROUNDS: usize = 60;
 /// Largest number of iterations of the iteratively reweighted least squares.
 const STEPS: usize = 200;
-/// Factor by which each iteration reduces the smoothing of the norms at zero.
+/// Factor by which each iteration reduces the smoothing of the norms near zero.
 const SHARPEN: f64 = 0.8;
 /// Number of iterative refinements of each solution for the friction forces.
 const REFINEMENTS: usize = 3;
-/// Fraction of the right-hand side below which the residual of satisfied equations must lie.
+/// Equations count as satisfied if their residual is at most this fraction of the right-hand side.
 const MET: f64 = 1e-12;
 /// Number of bisections in the search for the largest insufficient factor on the friction
 /// coefficients.
@@ -57,21 +57,22 @@ const NOTHING: f64 = 1e-10;
 /// Bounds count as equal if they differ by less than this fraction.
 const SAME: f64 = 1e-9;
 
-/// Linear equations for the friction forces, `slopes * frictions = missing`. They require that
-/// certain efforts and accelerations vanish.
+/// Linear equations for the friction forces, `slopes * frictions = missing`. They require that the
+/// efforts of unpowered actuators and the accelerations of local degrees of freedom vanish.
 pub(super) struct Demand {
     slopes: DMatrix<f64>,
     missing: DVector<f64>,
 }
 
-/// Bounds of the normal forces relative to the frictionless normal forces, shared by all
-/// [`Demand`]s at a configuration.
+/// Bounds of the influence of friction on normal forces, see [`FrictionMap::couplings`]. They are
+/// computed once and shared by all [`Demand`]s at a configuration.
 #[derive(Default)]
 pub(super) struct LoadBounds {
     couplings: OnceCell<DMatrix<f64>>,
 }
 
-/// Distribution of friction over the interfaces, with a lower bound that certifies its optimality.
+/// Distribution of friction over the interfaces, with a lower bound that shows how close it is to
+/// the optimum.
 struct Share {
     frictions: Vec<f64>,
     /// Lower bound, over all distributions, of the largest ratio of friction to weight.
@@ -79,8 +80,10 @@ struct Share {
 }
 
 impl Demand {
-    /// Sets up the equations for the efforts that must vanish, given with their frictionless
-    /// values, and for the accelerations of local degrees of freedom, which must vanish as well.
+    /// Sets up the equations. `efforts` lists the efforts that must vanish: the index of the
+    /// actuator, the frictionless effort, and a factor that scales the equation. The accelerations
+    /// of all `spins` local degrees of freedom must vanish as well. Scaled efforts that are
+    /// negligible compared with `largest` count as zero.
     pub(super) fn new(
         map: &FrictionMap<'_>,
         efforts: &[(usize, f64, f64)],
@@ -121,8 +124,9 @@ impl Demand {
             .then(|| Self { slopes: &inside * &self.slopes, missing: inside * &self.missing })
     }
 
-    /// Returns the friction that satisfies linearly independent equations, if this friction is
-    /// unique, that is, if there are as many equations as friction components.
+    /// Returns the friction that satisfies linearly independent equations. `None` if this friction
+    /// is not unique, that is, if there are fewer equations than friction components, or if it
+    /// cannot be computed accurately.
     fn unique(&self) -> Option<Vec<f64>> {
         if self.slopes.nrows() != self.slopes.ncols() {
             return None;
@@ -155,8 +159,8 @@ impl Demand {
     /// Distributes friction such that the largest ratio of the friction of an interface to its
     /// weight is minimal: `min max |f_c| / w_c` subject to the equations. The dual problem
     /// minimises the power that friction equal to the weights dissipates, over all motions in which
-    /// the required wrench has unit power. This sum of norms is minimised by iteratively reweighted
-    /// least squares; each iteration yields a distribution and a motion.
+    /// `missing` has unit power. This sum of norms is minimised by iteratively reweighted least
+    /// squares; each iteration yields a distribution and a motion.
     ///
     /// Each interface has a weight for forward and one for backward friction.
     fn share(&self, map: &FrictionMap<'_>, weights: &[[f64; 2]]) -> Option<Share> {
@@ -222,7 +226,7 @@ impl Demand {
 fn of_sign(map: &FrictionMap<'_>, frictions: &[f64], numbers: &[[f64; 2]]) -> Vec<f64> {
     let mut chosen: Vec<f64> = numbers.iter().map(|[forward, _]| *forward).collect();
     for (owner, friction) in map.owners().zip(frictions) {
-        // If both values are equal, as for balls, the sign does not matter.
+        // If both values are equal, as for ball joints, the sign does not matter.
         if *friction < 0.0 {
             chosen[owner] = numbers[owner][1];
         }
@@ -247,7 +251,7 @@ fn limits(map: &FrictionMap<'_>, loads: &[f64]) -> Vec<[f64; 2]> {
     loads.iter().enumerate().map(limit).collect()
 }
 
-/// Decides whether friction forces within their limits satisfy the equations.
+/// Decides whether friction forces within their limits satisfy the equations in `demand`.
 pub(super) fn hold(map: &FrictionMap<'_>, bounds: &LoadBounds, demand: &Demand) -> Holding {
     let nothing = vec![0.0; map.len()];
     if demand.missing.norm() == 0.0 {

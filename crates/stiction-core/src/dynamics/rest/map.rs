@@ -14,7 +14,7 @@ use nalgebra::DMatrix;
 /// friction. A friction component has the sign of the sliding velocity that it opposes.
 ///
 /// An interface at rest has one component for each of its DOFs. A sliding interface has a single
-/// component, the change of its friction.
+/// component: the change of its friction relative to that solution.
 #[derive(Clone, Debug)]
 pub(super) struct FrictionMap<'a> {
     parameters: &'a Parameters<f64>,
@@ -26,8 +26,8 @@ pub(super) struct FrictionMap<'a> {
 }
 
 impl<'a> FrictionMap<'a> {
-    /// Linearises about the solution in `inverse`. `responses` must belong to the configuration of
-    /// this solution.
+    /// Creates a map that is linearised about the solution in `inverse`. `responses` must belong to
+    /// the configuration of this solution.
     pub(super) fn new(
         inverse: &'a Inverse<f64>,
         responses: &'a Responses,
@@ -49,7 +49,7 @@ impl<'a> FrictionMap<'a> {
         self.parameters.interfaces.len()
     }
 
-    /// Iterates over all friction components and returns the interface of each.
+    /// Returns an iterator over the interface indices of all friction components.
     pub(super) fn owners(&self) -> impl Iterator<Item = usize> {
         (0..self.len()).map(|component| self.responses.interface(component))
     }
@@ -112,8 +112,8 @@ impl<'a> FrictionMap<'a> {
             .collect()
     }
 
-    /// Returns a matrix of bounds of the influence of friction on normal forces. Entry (i, j) is
-    /// the largest change of the normal force at interface i due to a friction of one newton at
+    /// Returns a matrix of bounds of the influence of friction on normal forces. Entry (i, j)
+    /// bounds the change of the normal force at interface i due to a friction of one newton at
     /// interface j in any direction, excluding the component of this friction in the span of the
     /// orthonormal vectors `without`. The bound does not depend on the initial friction, because
     /// normal forces are norms of the reaction, up to constants.
@@ -157,8 +157,9 @@ impl<'a> FrictionMap<'a> {
         self.responses.components(interface).next()
     }
 
-    /// Computes the normal force of an interface for the given joint wrench. For a thread,
-    /// `constant` is the friction force, its only component, which carries a part of the wrench.
+    /// Computes the normal force of an interface, N, for the given joint wrench. `constant` is the
+    /// first friction component of the interface, N. Only a thread depends on it, because the
+    /// friction of a thread carries a part of the wrench.
     fn load_of(
         &self,
         interface: usize,

@@ -1,9 +1,9 @@
 //! Static friction at rest: effort intervals, breakaway efforts, and self-locking.
 //!
 //! Joint wrenches and efforts are affine in the friction forces ([`FrictionMap`]), but the limit of
-//! each friction force grows with a normal force. Each result therefore has inner bounds, which
-//! friction forces attain that satisfy all friction laws together, and guaranteed outer bounds,
-//! which follow from upper bounds of the normal forces.
+//! each friction force grows with a normal force. Each result therefore has inner bounds, which are
+//! attained by friction forces that satisfy all friction laws simultaneously, and guaranteed outer
+//! bounds, which follow from upper bounds of the normal forces.
 
 pub(super) mod bounds;
 mod breakaway;
@@ -37,9 +37,10 @@ pub struct Rest {
 }
 
 impl Rest {
-    /// Extends the effort intervals to include the breakaway efforts, at which all friction forces
-    /// are within their limits. With strong coupling the computed interval may not contain the
-    /// breakaway efforts, since the search does not try all combinations of static friction.
+    /// Extends effort intervals without guaranteed outer bounds ([`Bounds::Attained`]) to include
+    /// the breakaway efforts, at which all friction forces are within their limits. With strong
+    /// coupling the computed interval may not contain the breakaway efforts, since the search does
+    /// not try all combinations of static friction.
     pub(super) fn extend_intervals(&self, forces: &mut Forces) {
         if forces.bounds != Bounds::Attained {
             return;
@@ -54,10 +55,10 @@ impl Rest {
         }
     }
 
-    /// Resolves undecided verdicts by means of the effort intervals. If the solution is unique for
-    /// every static friction, the effort depends continuously on the static friction. If the
-    /// interval of this effort contains zero, the effort is therefore zero for some static
-    /// friction.
+    /// Changes the verdict from undecided to [`Verdict::Holds`] where the effort interval of an
+    /// actuator contains zero. Applies only if the solution is unique for every static friction:
+    /// the effort then depends continuously on the static friction, so some static friction makes
+    /// it zero.
     pub(super) fn take_intervals(&mut self, forces: &Forces) {
         if !matches!(forces.bounds, Bounds::Exact | Bounds::Certified) {
             return;

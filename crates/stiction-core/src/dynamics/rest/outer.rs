@@ -1,4 +1,4 @@
-//! Guaranteed bounds of static friction.
+//! Guaranteed bounds of static friction forces and of the changes of the efforts that they cause.
 //!
 //! Equations (R2) and (R3) of the book's theory.
 
@@ -9,11 +9,12 @@ use nalgebra::{DMatrix, DVector};
 /// Computes an upper bound of the friction force of each interface, N, for forward and backward
 /// sliding (positive and negative friction). The bound is valid for all solutions of the friction
 /// laws with all coefficients multiplied by `part`. For a sliding interface, it is a bound of the
-/// change of its friction. `loads` and `couplings` bound the normal forces: `N <= loads + couplings
-/// |friction|`. Returns `None` if the spectral radius of the coupling is one or more.
+/// change of the friction force. `loads` and `couplings` must bound the normal forces `N <= loads +
+/// couplings |friction|`.
 ///
-/// With `M = mu couplings` and a spectral radius of `M` below one, `|f| <= mu loads + M |f|`
-/// implies `|f| <= (I - M)^-1 mu loads`, because `(I - M)^-1` has no negative entries.
+/// Let `mu` be the friction coefficients times `part`, and `M = mu couplings`. If the spectral
+/// radius of `M` is below one, `|f| <= mu loads + M |f|` implies `|f| <= (I - M)^-1 mu loads`,
+/// because `(I - M)^-1` has no negative entries. Otherwise returns `None`.
 pub(super) fn greatest_frictions(
     map: &FrictionMap<'_>,
     loads: &[f64],
@@ -65,8 +66,8 @@ fn fixed_point(coupled: DMatrix<f64>, constants: &DVector<f64>) -> Option<DVecto
     (DMatrix::identity(coupled.nrows(), coupled.ncols()) - coupled).lu().solve(constants)
 }
 
-/// Computes guaranteed bounds of the change of each effort due to static friction. Returns `None`
-/// if the coupling of friction and reactions is too strong.
+/// Computes a guaranteed lower and upper bound of the change of each effort due to static friction,
+/// N or N m. Returns `None` if the coupling of friction and reactions is too strong.
 pub(super) fn outer_changes(map: &FrictionMap<'_>, efforts: usize) -> Option<Vec<(f64, f64)>> {
     let loads: Vec<f64> =
         (0..map.interfaces()).map(|interface| map.load_without(interface)).collect();

@@ -1,5 +1,6 @@
-//! Search for the extreme efforts over all static frictions, based on the effects of unit friction
-//! forces. The coupling must be so weak that the solution is unique for each static friction.
+//! Search for the extreme efforts over all admissible static friction forces, based on the effects
+//! of unit friction forces. The coupling must be so weak that the solution is unique for each
+//! static friction.
 //!
 //! Equation (R1) of the book's theory.
 
@@ -10,18 +11,18 @@ use crate::dynamics::settings::Settings;
 use crate::friction_problem::normal_load::Configuration;
 use crate::topology::Topology;
 
-/// Largest number of updates of the directions of static friction. It is larger than in the search
-/// by complete solutions, because each update is cheap.
+/// Largest number of updates of the directions of static friction. The limit is larger than that in
+/// `rest::bounds`, because an update here is cheaper than a complete solution there.
 const ROUNDS: usize = 16;
 
-/// Search for extreme efforts over the static frictions of the interfaces at rest.
+/// Search for extreme efforts over the static friction forces of the interfaces at rest.
 pub(super) struct Search<'a> {
     pub(super) coupling: &'a mut FrictionCoupling,
     pub(super) inverse: &'a Inverse<f64>,
     pub(super) topology: &'a Topology,
     pub(super) at: Configuration<'a>,
     pub(super) settings: &'a Settings,
-    /// Static frictions of the interfaces at rest at the start of the search, all zero.
+    /// Interfaces at rest, with zero static friction, from which each search starts.
     pub(super) released: &'a [StaticFriction],
 }
 
@@ -40,7 +41,7 @@ impl Search<'_> {
     }
 
     /// Finds the largest (smallest) value of an effort. `released` contains the derivatives of the
-    /// effort without static friction.
+    /// effort with respect to the static friction, at zero static friction.
     fn extreme(&mut self, goal: Goal, released: &[f64]) -> Option<Extreme> {
         let mut found = Extreme { least: f64::INFINITY, greatest: f64::NEG_INFINITY };
         let mut frictions = self.released.to_vec();
@@ -70,7 +71,8 @@ impl Search<'_> {
         Some(found)
     }
 
-    /// Solves the coupled problem with the given static frictions; `None` if Newton's method fails.
+    /// Solves the coupled problem with the static friction in `frictions`; `None` if Newton's
+    /// method fails.
     fn settle(&mut self, frictions: &[StaticFriction], start: Start<'_>) -> Option<()> {
         let Self { inverse, topology, at, settings, .. } = self;
         let mut next = frictions.iter().peekable();

@@ -1,4 +1,4 @@
-//! Saving and restoring the state of a solver, so that it continues with bitwise identical results.
+//! Saves and restores the state of a solver, which then continues with bitwise identical results.
 
 use super::InverseDynamics;
 
@@ -15,8 +15,8 @@ impl InverseDynamics {
     }
 
     /// Restores a state saved by [`Self::save`] on a solver of the same mechanism with the same
-    /// prescribed coordinates. Returns `None` if the numbers belong to another mechanism; the state
-    /// is then undefined.
+    /// prescribed coordinates. Returns `None` if a number is not finite, or if the numbers belong
+    /// to another mechanism; the state is then undefined.
     pub fn restore(&mut self, numbers: &[f64]) -> Option<()> {
         if !numbers.iter().all(|number| number.is_finite()) {
             return None;

@@ -124,8 +124,8 @@ pub(super) struct Parts<'a> {
 }
 
 impl InverseDynamics {
-    /// Assembles the mechanism such that the coordinates `coordinates` have the values `targets`,
-    /// one for each. The assembly mode is selected by
+    /// Creates a solver and assembles the mechanism such that each coordinate in `coordinates` has
+    /// the value of the corresponding target in `targets`. The assembly mode is selected by
     /// [`JointSpec::start`](crate::mechanism::JointSpec::start) and by `initial_poses`, initial
     /// guesses of body poses in the ground frame.
     ///
@@ -146,7 +146,8 @@ impl InverseDynamics {
         Self::with_tree(mechanism, rule, initial_poses, coordinates, targets, settings)
     }
 
-    /// Assembles the mechanism like [`Self::new`], with a spanning tree selected by `rule`.
+    /// Creates a solver and assembles the mechanism like [`Self::new`], with a spanning tree
+    /// selected by `rule`.
     ///
     /// # Errors
     /// See [`AssemblyError`].
@@ -255,7 +256,7 @@ impl InverseDynamics {
         strength.is_finite().then_some(strength)
     }
 
-    /// Makes [`Self::coupling`] accept bounds up to this value without refinement to the smallest
+    /// Makes [`Self::coupling`] accept bounds up to `bound` without refinement to the smallest
     /// bound, which saves time. Bounds of one or more are always refined.
     #[doc(hidden)]
     pub fn accept_coupling_up_to(&mut self, bound: f64) {
@@ -272,11 +273,11 @@ impl InverseDynamics {
         Some(Parts { model, inverse, parameters, kinematics, settings })
     }
 
-    /// Returns the sign, up to a constant factor, of the determinant of loop closures and actuators
-    /// with respect to the DOFs of the spanning tree. The sign distinguishes the two sides of an
-    /// actuation (type 2) singularity, at which the determinant vanishes and the mechanism has
-    /// instantaneous mobility with all actuators locked. `None` if the number of actuators differs
-    /// from the number of prescribed coordinates, or is zero.
+    /// Returns the sign of the determinant of loop closures and actuators with respect to the DOFs
+    /// of the spanning tree, up to a sign that is constant along a motion. The result distinguishes
+    /// the two sides of an actuation (type 2) singularity, at which the determinant vanishes and
+    /// the mechanism has instantaneous mobility with all actuators locked. `None` if the number of
+    /// actuators differs from the number of prescribed coordinates, or is zero.
     pub fn side(&mut self) -> Option<f64> {
         let topology = &self.topology;
         let dofs = topology.dofs();
@@ -341,7 +342,8 @@ impl InverseDynamics {
         }
     }
 
-    /// Returns one of [`Self::joint_coordinates`]; zero if the joint has no such coordinate.
+    /// Returns the coordinate of one DOF of a joint, m or rad; zero for joints without scalar
+    /// coordinates.
     fn joint_coordinate(&self, joint: JointId, dof: usize) -> f64 {
         let content = &self.mechanism.joints()[joint.0];
         if !content.joint_type.has_scalar_coordinates() {
@@ -368,7 +370,8 @@ impl InverseDynamics {
     }
 
     /// Returns the forces of the last successful [`Self::solve`], even if the mechanism has moved
-    /// since; zero before the first solution. Prefer the return value of [`Self::solve`].
+    /// since then. All forces are zero before the first solution. Prefer the return value of
+    /// [`Self::solve`].
     pub fn forces(&self) -> &Forces {
         &self.forces
     }
@@ -401,8 +404,8 @@ impl InverseDynamics {
 
     /// Computes the efforts for the opposite motion at the present configuration, with the same
     /// accelerations and loads as in the last [`Self::solve`]. `None` if the solution may not be
-    /// unique, or if the results of the last solution are not sufficient; use [`Self::reversed`] in
-    /// these cases.
+    /// unique, if the mechanism has dampers, or if the last solution did not store the responses to
+    /// unit friction forces; use [`Self::reversed`] in these cases.
     #[doc(hidden)]
     pub fn reversed_efforts(&mut self) -> Option<Vec<f64>> {
         let is_unique = self.forces_by_kernel && self.strength < 1.0;
@@ -433,8 +436,8 @@ impl InverseDynamics {
         copy
     }
 
-    /// Returns the weighting that selects redundant forces; `None` if the configuration is
-    /// singular.
+    /// Returns the weighting that selects redundant forces. `None` if the configuration is
+    /// singular, or if constraints and actuators are both redundant.
     pub fn weighting(&self) -> Option<Weighting> {
         self.compiled.as_ref().ok().map(|compiled| compiled.model.balance.weighting())
     }
@@ -489,9 +492,9 @@ impl InverseDynamics {
     }
 
     /// Returns to a configuration that the solver has visited before. `known` contains the
-    /// coordinates, rates and accelerations of the spanning tree from [`Self::state`] at that
-    /// visit, and `targets` the targets of that visit. Returns false, and keeps the present
-    /// configuration, if state and targets are inconsistent.
+    /// coordinates, rates and accelerations that [`Self::state`] had there, and `targets` the
+    /// prescribed targets there. Returns false, and keeps the present configuration, if state and
+    /// targets are inconsistent.
     #[doc(hidden)]
     #[must_use = "it may have stayed where it was"]
     pub fn return_to(&mut self, known: [&[f64]; 3], targets: &[Target<f64>]) -> bool {
@@ -534,8 +537,8 @@ impl InverseDynamics {
     }
 }
 
-/// Returns the sign of the permutation from `coordinates` to the actuators; `None` if coordinates
-/// and actuators are not the same set.
+/// Returns the sign of the permutation that maps `coordinates` to the actuators; `None` if the
+/// coordinates are not exactly the actuated DOFs.
 fn order_of_actuators(topology: &Topology, coordinates: &[Coordinate]) -> Option<f64> {
     let place = |coordinate: &Coordinate| {
         let &Coordinate::Joint { joint: JointId(joint), dof } = coordinate else { return None };

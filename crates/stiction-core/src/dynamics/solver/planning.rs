@@ -1,4 +1,4 @@
-//! Compilation of the model at the present configuration.
+//! Compilation of the model for inverse dynamics at the present configuration.
 
 use super::{Compiled, InverseDynamics};
 use crate::dynamics::inverse::Inverse;
@@ -8,7 +8,7 @@ use crate::spatial::Mat3;
 use std::sync::Arc;
 
 impl InverseDynamics {
-    /// Compiles the model at the present configuration.
+    /// Compiles the model for inverse dynamics at the present configuration.
     pub(super) fn replan(&mut self) {
         self.plans += 1;
         self.compiled_at.clear();
@@ -29,9 +29,9 @@ impl InverseDynamics {
         });
     }
 
-    /// Updates the model with the compiled kinematics of the assembly, which is compiled again
-    /// where a configuration requires it. If the local degrees of freedom have changed, the balance
-    /// is compiled again.
+    /// Copies the compiled kinematics of the assembly to the model, because the assembly compiles
+    /// them again at some configurations. If the local degrees of freedom have changed, also
+    /// compiles the balance again.
     pub(super) fn share_kinematics(&mut self) {
         let Ok(Compiled { model, .. }) = &mut self.compiled else { return };
         let current = self.assembly.model();

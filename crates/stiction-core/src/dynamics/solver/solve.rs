@@ -34,8 +34,8 @@ impl InverseDynamics {
         self.check_overlaps()?;
         let mut balanced = self.by_kernel(loads);
         if !balanced {
-            // The elimination order belongs to another configuration, or this configuration is
-            // special.
+            // The elimination order may be unsuited to this configuration, so the model is compiled
+            // here.
             self.replan();
             balanced = self.by_kernel(loads);
             if !balanced && !self.is_balanced_without_friction(loads) {
@@ -99,8 +99,8 @@ impl InverseDynamics {
         balanced
     }
 
-    /// Solves with the compiled model. Returns false if no model is compiled, or if the results are
-    /// not reliable.
+    /// Solves for all forces with the compiled model. Returns false if no model is compiled, or if
+    /// the results are not reliable.
     fn by_kernel(&mut self, loads: &[AppliedLoad<f64>]) -> bool {
         self.share_kinematics();
         let Ok(Compiled { model, inverse }) = &mut self.compiled else { return false };
@@ -127,13 +127,14 @@ impl InverseDynamics {
                 }
             }
         }
-        // The compiled model takes one Newton step from these normal loads.
+        // Newton's method starts from the present normal loads.
         inverse.complete(model, parameters, kinematics, settings);
         inverse.is_balanced(model, parameters)
     }
 
-    /// Checks the friction solution and copies the results of the compiled model. `balanced` is
-    /// true if these results satisfy the balance.
+    /// Checks the friction solution, copies the results of the compiled model, and computes effort
+    /// intervals and the power balance. `balanced` is true if the results of the compiled model
+    /// satisfy the balance.
     fn finish(&mut self, loads: &[AppliedLoad<f64>], balanced: bool) -> Result<(), InverseError> {
         let Ok(Compiled { model, inverse }) = &mut self.compiled else {
             return Err(InverseError::Unsettled);
@@ -152,9 +153,9 @@ impl InverseDynamics {
                 inverse, model, parameters, kinematics, loads, settings, 1.0,
             );
             if let Err(lock) = followed {
-                // A solution exists, so the failure is only a lack of accuracy. (The normal force
-                // of a thread depends on the friction of the thread itself and is unbounded if the
-                // thread locks.)
+                // If a solution certainly exists, the failure is only a lack of accuracy. (The
+                // normal force of a thread depends on the friction of the thread itself and is
+                // unbounded if the thread locks.)
                 let is_thread = |interface: &InterfaceParameters<f64>| {
                     interface.shape == InterfaceShape::Thread
                 };
@@ -177,8 +178,8 @@ impl InverseDynamics {
     }
 
     /// Computes all forces by dense decompositions, which is slow. Used for configurations that the
-    /// compiled model cannot solve, and as a reference in tests. Effort intervals of interfaces at
-    /// rest have zero width; see [`Forces::bounds`].
+    /// compiled model cannot solve, and as a reference in tests. Does not compute effort intervals:
+    /// their width is zero, and [`Forces::bounds`] is [`Bounds::Unknown`] if static friction acts.
     ///
     /// # Errors
     /// See [`InverseError`].

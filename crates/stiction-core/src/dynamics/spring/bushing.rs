@@ -18,12 +18,12 @@ pub(crate) struct BushingForce<T> {
     /// Angular velocity of the second bushing frame relative to the first, in the axes of the
     /// first, rad/s.
     pub(super) angular: Vec3<T>,
-    /// Wrench on the body of the second bushing frame about the reference point, world axes.
+    /// Wrench on the body of the second bushing frame, about the reference point in world axes.
     pub(super) wrench: Wrench<T>,
 }
 
 impl<T: Scalar> BushingForce<T> {
-    /// Computes the wrench from poses and twists of the bodies.
+    /// Computes the deflection and the wrench from poses and twists of the bodies.
     #[inline(never)]
     pub(super) fn of(bushing: &BushingParameters<T>, bodies: &Bodies<T>) -> Self {
         let [from, to] = bushing.ends;

@@ -10,7 +10,7 @@ use crate::spatial::{Twist, Vec3, Wrench};
 /// Energy and power of one spring or bushing.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SpringPower {
-    /// Stored energy, J. With a preload, the energy is relative to the rest position of the spring.
+    /// Stored energy, J; zero at the rest position of the spring, also with a preload.
     pub(crate) energy: f64,
     /// Rate of change of the stored energy, W.
     pub(crate) energy_rate: f64,
@@ -77,7 +77,7 @@ fn of_bushing(bushing: &BushingParameters<f64>, bodies: &Bodies<f64>) -> SpringP
 }
 
 /// Returns the magnitude of velocity times force plus the magnitude of angular velocity times
-/// moment, W, all about `point`.
+/// moment, W. Velocity and moment refer to `point`.
 fn size(twist: Twist<f64>, wrench: Wrench<f64>, point: Vec3<f64>) -> f64 {
     twist.velocity_at(point).norm() * wrench.force.norm()
         + twist.angular.norm() * wrench.moment_about(point).norm()
