@@ -1,4 +1,4 @@
-//! Writer of XML text.
+//! Writer of XML text, for exported files.
 
 use std::fmt::Write;
 use stiction_draw::xml::escape;
@@ -14,7 +14,7 @@ pub(in crate::exchange) struct Xml {
 }
 
 impl Xml {
-    /// Number of open elements.
+    /// Returns the number of open elements.
     pub(in crate::exchange) fn depth(&self) -> usize {
         self.open.len()
     }
@@ -41,7 +41,7 @@ impl Xml {
         self.text.push_str("/>\n");
     }
 
-    /// Writes an element with a text.
+    /// Writes an element that contains only text.
     pub(in crate::exchange) fn text(
         &mut self,
         tag: &'static str,
@@ -83,7 +83,8 @@ impl Xml {
     }
 }
 
-/// Makes text safe for an XML comment, which must not contain two hyphens.
+/// Makes text safe for an XML comment: separates successive hyphens by spaces and removes control
+/// characters.
 fn harmless(text: &str) -> String {
     let mut harmless = String::with_capacity(text.len());
     for c in text.chars().filter(|c| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}')) {

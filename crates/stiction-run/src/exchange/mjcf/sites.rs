@@ -1,6 +1,6 @@
-//! Sites: frames fixed to bodies, at the ends of springs and at loop closures. A constraint between
-//! two sites depends neither on the configuration in which another program reads the file, nor on
-//! the locations of the joints.
+//! MJCF sites, which are frames fixed to bodies: at the ends of springs and at loop closures. A
+//! constraint between two sites depends neither on the configuration in which another program reads
+//! the file, nor on the locations of the joints.
 
 use super::tree::{Closing, Part, Tree};
 use crate::exchange::names::Names;
@@ -12,8 +12,8 @@ use stiction_core::spatial::Pose;
 pub(super) struct Site {
     pub(super) name: String,
     pub(super) pose: Pose<f64>,
-    /// Joint that carries the part of a split body to which the site is fixed; `None` for the first
-    /// part of the body.
+    /// Index of the joint that carries the part of a split body to which the site is fixed; `None`
+    /// for the first part of the body.
     pub(super) part: Option<usize>,
 }
 
@@ -24,7 +24,8 @@ pub(super) struct Sites {
     pub(super) of_body: Vec<Vec<Site>>,
     /// Names of the two sites of each spring.
     pub(super) of_spring: Vec<[String; 2]>,
-    /// Names of the two sites that the loop closure of each joint outside the tree makes coincide.
+    /// For each joint outside the spanning tree, the names of the two sites that its loop closure
+    /// makes coincide.
     pub(super) of_closing: Vec<[String; 2]>,
 }
 
