@@ -83,8 +83,8 @@ impl BodyRow {
         Self { last: vec![first; mechanism.bodies().len() - 1], row: Vec::new() }
     }
 
-    /// Sets the previous orientations from `row`, the last row of an interrupted run without the
-    /// time column. The quaternions of the resumed run then keep their signs.
+    /// Sets the previous orientations from `row`, which is the last row of an interrupted run, but
+    /// without the time column. The quaternions of the resumed run then keep their signs.
     pub(crate) fn follow(&mut self, row: &[f64]) {
         for (last, numbers) in self.last.iter_mut().zip(row.chunks_exact(COLUMNS.len())) {
             *last = Quaternion::from_coordinates(&numbers[3..7]);

@@ -27,7 +27,7 @@ pub struct Missing {
     pub of: usize,
 }
 
-/// Error of a run.
+/// Error of a computation along a motion, in a simulation, or at rest.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum Error {

@@ -45,7 +45,7 @@ impl<'a> Follower<'a> {
         Ok(())
     }
 
-    /// Returns the time of the motion at which the mechanism is, s.
+    /// Returns the instant of the motion at which the mechanism is at present, s.
     pub fn time(&self) -> f64 {
         self.time
     }

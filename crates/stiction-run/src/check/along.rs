@@ -37,11 +37,12 @@ impl Kind {
 /// mechanism cannot carry there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weakness {
-    /// Name of the moving body.
+    /// Name of the body that moves in the gained motion.
     pub body: String,
-    /// Motion of the moving body in words.
+    /// Description of the motion of this body.
     pub motion: String,
-    /// Load in words that does work on the gained motion, so that the mechanism cannot carry it.
+    /// Description of a load that does work on the gained motion. The mechanism cannot carry this
+    /// load.
     pub load: String,
     /// Description of the motions that the body with the most joints can still perform at a leg
     /// singularity; `None` for other kinds of singularities.
@@ -69,8 +70,8 @@ pub struct Nearness {
 /// Largest number of close approaches of one kind that are examined. Each examination takes about
 /// fifty matrix decompositions.
 const REFINED: usize = 100;
-/// Singularity index above which a local minimum is not examined, unless it is the least minimum so
-/// far.
+/// Singularity index above which a local minimum along the motion is not examined, unless it is the
+/// least minimum found so far.
 const NEAR: f64 = 0.05;
 /// Singularity index below which a local minimum counts as a passage through a singular pose. The
 /// search stops before the singular pose itself, because the motion may be undetermined there.

@@ -52,9 +52,9 @@ pub struct Findings {
     pub constraint: Nearness,
     /// Closest approach of the motion to leg singularities; `None` if the mechanism has no legs.
     pub leg: Option<Nearness>,
-    /// Least and greatest singularity index of the actuation of the finite motions, and the time of
-    /// the least index, s. `None` if all instantaneous motions of the mechanism are finite, or if
-    /// branches of motion meet at the first pose.
+    /// Least and greatest singularity index of the actuation, restricted to finite motions, and the
+    /// time of the least index, s. `None` if all instantaneous motions of the mechanism are finite,
+    /// or if branches of motion meet at the first pose.
     pub actuation_of_motion: Option<(f64, f64, f64)>,
     /// Pairs of times, s, of neighbouring samples between which the motion passes an actuation singularity.
     pub passed: Vec<(f64, f64)>,

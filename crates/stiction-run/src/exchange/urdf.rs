@@ -338,8 +338,8 @@ impl Writer<'_> {
         entries.extend(extension::reversed(mechanism, self.reversed.iter().copied()));
         entries.extend(extension::coordinates(self.home));
         for Entry { kind, name, text } in entries {
-            // Coordinates in URDF equal those of the model, so the home coordinates are start
-            // coordinates.
+            // Coordinates in URDF equal those of the model, so the home coordinates are written as
+            // start coordinates of the joints.
             let kind = if kind == "coordinates" { "start" } else { kind };
             self.xml.text(extension::tag(kind), &[("name", name)], &text);
         }

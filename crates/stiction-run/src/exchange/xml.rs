@@ -19,14 +19,14 @@ impl Xml {
         self.open.len()
     }
 
-    /// Opens an element with content.
+    /// Writes the opening tag of an element that has content.
     pub(in crate::exchange) fn open(&mut self, tag: &'static str, attributes: Attributes<'_>) {
         self.begin(tag, attributes);
         self.text.push_str(">\n");
         self.open.push(tag);
     }
 
-    /// Closes the innermost open element.
+    /// Writes the closing tag of the innermost open element.
     pub(in crate::exchange) fn close(&mut self) {
         if let Some(tag) = self.open.pop() {
             self.indent();

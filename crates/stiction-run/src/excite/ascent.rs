@@ -26,7 +26,7 @@ const FIRST: f64 = 0.1;
 
 /// Number of random trials after an ascent.
 const TRIALS: usize = 24;
-/// Number of search steps that the random trials after one ascent are counted as, all together.
+/// Number of search steps that are counted for all random trials after one ascent together.
 const TRIALS_AS_STEPS: usize = 3;
 /// Size of the first random trial, as a fraction of the root mean square of the coefficients.
 const TRIED: f64 = 0.1;

@@ -84,7 +84,7 @@ impl Grid {
 /// weighted barrier at the limits.
 pub(super) struct Objective {
     probe: Probe,
-    /// Evaluator of the robot at the first position, a copy of which replaces `probe` after a failed
+    /// Evaluator of the robot at the first position. A copy of it replaces `probe` after a failed
     /// evaluation.
     home: Probe,
     poses: Vec<Pose<f64>>,

@@ -111,8 +111,8 @@ pub(super) fn noise_of(
     each.collect()
 }
 
-/// Sets the scale of each friction parameter whose value in the model is zero. A parameter with the
-/// value of its scale would explain a tenth of the efforts.
+/// Sets the scale of each friction parameter whose value in the model is zero. A parameter whose
+/// value equals this scale would explain a tenth of the efforts.
 pub(super) fn scale_unknown(objective: &mut Objective, sweep: &Sweep) {
     let efforts: f64 = sweep.rms.iter().map(|rms| rms * rms).sum();
     let samples = objective.grid.len() as f64;

@@ -53,8 +53,7 @@ pub struct Excitation {
     pub expected: Vec<Expected>,
     /// Names of the chosen parameters that have no effect on the efforts.
     pub without_effect: Vec<String>,
-    /// Pairs of friction parameters, each of the same bearing, with the correlations of their
-    /// errors.
+    /// Pairs of friction parameters of the same bearing, with the correlation of their errors.
     pub pairs: Vec<Confounded>,
     /// Cautions that the user should read before using the motion.
     pub cautions: Vec<String>,

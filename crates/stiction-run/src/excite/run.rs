@@ -19,10 +19,10 @@ use stiction_core::random::Random;
 use stiction_format::ModelFile;
 use stiction_identify::{Choice, Kind, Parameter, Regressor};
 
-/// Number of instants per period of the highest harmonic at which the search evaluates the robot.
+/// Number of instants at which the search evaluates the robot, per period of the highest harmonic.
 const PER_PERIOD: usize = 16;
-/// Number of instants per period of the highest harmonic at which the singularity index is
-/// evaluated, if the evaluation of the index is slow.
+/// Number of instants at which the singularity index is evaluated, per period of the highest
+/// harmonic, if its evaluation is slow.
 const INDICES: usize = 4;
 /// Factor by which the time grid of the final check is finer than that of the search.
 const FINER: usize = 10;

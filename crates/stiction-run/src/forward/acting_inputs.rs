@@ -568,7 +568,7 @@ impl Inputs for Acting<'_> {
     fn next_change(&self, time: f64) -> Option<f64> {
         let sample = self.next_sample().filter(|next| *next > time);
         let recorded = match (self.job.drives, self.period) {
-            // If there is a sampling period, recorded efforts are evaluated only at its samples.
+            // With a sampling period, recorded efforts are evaluated only at the samples.
             (Feed::Given(drives), None) => {
                 drives.samples.as_ref().and_then(|samples| samples.after(time))
             }

@@ -96,8 +96,8 @@ impl<'a> Writer<'a> {
             .collect()
     }
 
-    /// Finds the MJCF joint that represents a degree of freedom; `None` if the joint of the
-    /// mechanism is outside the spanning tree or has no MJCF joint for this degree of freedom.
+    /// Finds the MJCF joint that represents a degree of freedom. `None` if the file has no such
+    /// MJCF joint, as for a spherical joint that closes a loop.
     pub(super) fn step_of(&self, joint: JointId, dof: usize) -> Option<&NamedStep> {
         let steps = self.tree.parts.iter().zip(&self.parts);
         let own = steps.filter(|(part, _)| part.joint == joint.0).flat_map(|(_, own)| &own.steps);

@@ -89,7 +89,8 @@ impl Writer<'_> {
 
     /// Returns the name of a gearing of two joints, the names of its MJCF joints, and its ratio.
     /// The ratio is the change of the first coordinate per unit change of the second. `None` for
-    /// gearings of more than two joints, and for gearings with a joint that closes a loop.
+    /// gearings of more than two joints, and for gearings with a degree of freedom that has no MJCF
+    /// joint.
     pub(super) fn geared(&self, gearing: &Gearing) -> Option<(String, [String; 2], f64)> {
         let [first, second] = &gearing.dofs[..] else { return None };
         let joint = |dof: &GearedDof| Some(self.step_of(dof.joint, dof.dof)?.name.clone());

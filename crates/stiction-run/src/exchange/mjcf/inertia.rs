@@ -1,4 +1,4 @@
-//! Inertia tensors that MuJoCo accepts; it rejects tensors that no mass distribution can have.
+//! Inertia tensors that MuJoCo accepts. MuJoCo rejects tensors that no mass distribution can have.
 
 use nalgebra::{Matrix3, SymmetricEigen};
 use stiction_core::mechanism::Body;

@@ -74,7 +74,7 @@ impl Unfit {
 ///
 /// # Errors
 /// Returns [`Unfit::Massless`] if a moving body has no mass, which MuJoCo rejects, and
-/// [`Unfit::CannotClose`] if a loop would have to be closed at a body without mass.
+/// [`Unfit::CannotClose`] if a joint that closes a loop connects two bodies without mass.
 pub fn mjcf(home: &Home<'_>) -> Result<Mjcf, Unfit> {
     let tree = Tree::new(&home.model.mechanism)?;
     check_masses(home, &tree)?;

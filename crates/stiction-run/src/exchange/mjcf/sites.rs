@@ -7,7 +7,7 @@ use crate::exchange::names::Names;
 use stiction_core::mechanism::Mechanism;
 use stiction_core::spatial::Pose;
 
-/// Frame fixed to a body.
+/// MJCF site: a frame fixed to a body.
 #[derive(Clone, Debug)]
 pub(super) struct Site {
     pub(super) name: String,
@@ -17,12 +17,12 @@ pub(super) struct Site {
     pub(super) part: Option<usize>,
 }
 
-/// All sites of the exported model.
+/// All MJCF sites of the exported model.
 #[derive(Clone, Debug)]
 pub(super) struct Sites {
-    /// Sites of each body of the mechanism.
+    /// MJCF sites of each body of the mechanism.
     pub(super) of_body: Vec<Vec<Site>>,
-    /// Names of the two sites of each spring.
+    /// Names of the two sites at the ends of each spring.
     pub(super) of_spring: Vec<[String; 2]>,
     /// For each joint outside the spanning tree, the names of the two sites that its loop closure
     /// makes coincide.

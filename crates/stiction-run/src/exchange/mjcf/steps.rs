@@ -110,7 +110,7 @@ pub(super) fn steps(home: &Home<'_>, index: usize, reversed: bool) -> Vec<Step> 
     steps
 }
 
-/// Returns the frame of a joint that is fixed in its child body.
+/// Returns the joint frame that is fixed in the child body of a joint.
 fn child_frame(joint: &Joint, reversed: bool) -> Pose<f64> {
     if reversed { joint.frame_j } else { joint.frame_k }
 }

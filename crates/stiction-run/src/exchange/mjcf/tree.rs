@@ -65,8 +65,8 @@ impl Tree {
     pub(super) fn new(mechanism: &Mechanism) -> Result<Self, Unfit> {
         let joints = mechanism.joints();
         let mut order: Vec<usize> = (0..joints.len()).collect();
-        // MJCF can express a gearing only between joints of the tree, so geared joints enter the
-        // tree first.
+        // Geared joints enter the tree first, because the file expresses a gearing as an equation
+        // between MJCF joints.
         let geared = mechanism.gearings().iter().flat_map(|gearing| &gearing.dofs);
         let geared: Vec<usize> = geared.map(|dof| dof.joint.0).collect();
         order.sort_by_key(|&index| (!geared.contains(&index), rank(mechanism, &joints[index])));

@@ -22,8 +22,8 @@ pub(in crate::exchange) fn tables(mechanism: &Mechanism) -> Vec<(String, Table)>
             ("damping", spring.damping.into()),
         ]);
         own.extend(match spring.lengths {
-            // A spring with a range of lengths is a gas spring, with the stiffness extension force
-            // * (progression - 1) / stroke.
+            // A spring with a range of lengths is a gas spring. Its stiffness is
+            // `extension_force * (progression - 1) / stroke`.
             Some((shortest, extended)) => {
                 let (stroke, force) = (extended - shortest, spring.preload);
                 let progression =
