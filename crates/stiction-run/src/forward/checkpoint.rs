@@ -93,9 +93,9 @@ impl RunCheckpoint {
 }
 
 impl Job<'_> {
-    /// Returns a hash of the inputs of the simulation: model, motion, load, efforts, controller,
-    /// prescribed and locked actuators, stop conditions, start, sampling and settings. The hash
-    /// does not contain [`Self::until`], [`Self::law`] and [`Self::friction`].
+    /// Returns a hash of the inputs of the simulation: model (without friction if friction is off),
+    /// motion, load, efforts, controller, prescribed and locked actuators, stop conditions, start,
+    /// sampling and settings. The hash contains neither [`Self::until`] nor [`Self::law`].
     pub fn fingerprint(&self) -> u64 {
         let drives = match self.drives {
             Feed::Given(drives) => Some(drives),
