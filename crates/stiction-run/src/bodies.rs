@@ -6,8 +6,8 @@ use stiction_core::kinematics::Bodies;
 use stiction_core::mechanism::Mechanism;
 use stiction_core::spatial::{Pose, Quaternion, Vec3, Wrench};
 
-/// Poses of all bodies in the world, the ground first; `origin` is the position in the world, m, of the reference point
-/// of `bodies`.
+/// Returns the poses of all bodies in the world, the ground first. `origin` is the position in the
+/// world, m, of the reference point of `bodies`.
 pub(crate) fn poses_in_world(
     bodies: &Bodies<f64>,
     origin: Vec3<f64>,
@@ -47,8 +47,9 @@ const COLUMNS: [&str; 25] = [
 /// Writer of the rows of `bodies.csv`, without the time column.
 #[derive(Clone, Debug)]
 pub(crate) struct BodyRow {
-    /// Orientation of each body in the previous row. The quaternions `q` and `-q` are the same
-    /// orientation; the one closer to the previous row is written, so that columns do not jump.
+    /// Orientation of each moving body in the previous row. The quaternions `q` and `-q` represent
+    /// the same orientation; the row contains the one closer to the previous row, so that the
+    /// columns do not jump.
     last: Vec<Quaternion<f64>>,
     row: Vec<f64>,
 }
@@ -65,7 +66,8 @@ impl BodyRow {
         }
     }
 
-    /// External load on each moving body: force, N, then moment about the origin of the body's frame, N m.
+    /// Returns six numbers for the external load on each moving body, in world axes: the force, N,
+    /// then the moment about the origin of the body's frame, N m.
     pub(crate) fn loads(
         bodies: &Bodies<f64>,
         loads: &[AppliedLoad<f64>],
@@ -75,13 +77,14 @@ impl BodyRow {
     }
 
     pub(crate) fn new(mechanism: &Mechanism) -> Self {
-        // The first orientation is compared with the identity, so its real part is not negative.
+        // The first row is compared with the identity, so the real part of its quaternions is not
+        // negative.
         let first = Quaternion::from_coordinates(&[1.0, 0.0, 0.0, 0.0]);
         Self { last: vec![first; mechanism.bodies().len() - 1], row: Vec::new() }
     }
 
-    /// Sets the previous orientations from `row`, the last row of an interrupted run, so that the
-    /// signs of the quaternions continue from it.
+    /// Sets the previous orientations from `row`, which is the last row of an interrupted run, but
+    /// without the time column. The quaternions of the resumed run then keep their signs.
     pub(crate) fn follow(&mut self, row: &[f64]) {
         for (last, numbers) in self.last.iter_mut().zip(row.chunks_exact(COLUMNS.len())) {
             *last = Quaternion::from_coordinates(&numbers[3..7]);
@@ -94,8 +97,8 @@ impl BodyRow {
         bodies.iter().flat_map(|body| COLUMNS.map(|column| format!("{}.{column}", body.name)))
     }
 
-    /// Computes the row from the motions of the bodies and the loads; `origin` is the position of
-    /// the reference point in the world, m.
+    /// Computes the row for one instant from the motions of the bodies and the external loads on
+    /// them. `origin` is the position in the world, m, of the reference point of `bodies`.
     pub(crate) fn of(
         &mut self,
         bodies: &Bodies<f64>,
@@ -109,8 +112,9 @@ impl BodyRow {
             let change = bodies.acceleration[body];
             let at = pose.position;
             let velocity = twist.velocity_at(at);
-            // The material point of the body that lies at the fixed point O changes with time,
-            // hence the second term.
+            // `change.velocity_at(at)` is the rate of change of the velocity at a fixed point in
+            // space. The second term turns it into the acceleration of the body's point that passes
+            // there.
             let acceleration = change.velocity_at(at) + twist.angular.cross(velocity);
             let load = load_on(bodies, body, loads);
             *last = nearer(Quaternion::from_rotation(pose.rotation), *last);
@@ -125,8 +129,8 @@ impl BodyRow {
     }
 }
 
-/// Sum of all external loads on a body: force, N, and moment about the origin of the body's frame,
-/// N m.
+/// Returns the sum of all external loads on a body: the force, N, and the moment about the origin
+/// of the body's frame, N m.
 fn load_on(bodies: &Bodies<f64>, body: usize, loads: &[AppliedLoad<f64>]) -> [Vec3<f64>; 2] {
     let mut load = Wrench::zero();
     for applied in loads.iter().filter(|load| load.body.0 == body) {

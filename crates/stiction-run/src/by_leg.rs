@@ -1,12 +1,13 @@
-//! Curves of friction interfaces: one panel for each leg, and one panel for all joints outside the legs.
+//! Plots of a quantity at all friction interfaces, such as the friction force. Each leg has its own
+//! panel, and all joints outside the legs share one panel.
 
 use crate::names::Names;
 use stiction_core::mechanism::JointId;
 use stiction_draw::figure::{JumpTrace, Panel, reversal};
 use stiction_format::ModelFile;
 
-/// Curves of all friction interfaces, grouped into one panel for each leg and one for the other
-/// joints.
+/// Curves of a quantity over time, one for each friction interface. The curves of a leg share a
+/// panel, as do those of all joints outside the legs.
 #[derive(Clone, Debug)]
 pub(crate) struct ByLeg {
     panel_names: Vec<String>,
@@ -20,7 +21,7 @@ pub(crate) struct ByLeg {
 }
 
 impl ByLeg {
-    /// Creates empty curves with room for `count` points.
+    /// Creates empty curves for `count` points.
     pub(crate) fn new(model: &ModelFile, names: &Names, count: usize) -> Self {
         let mut panel_names: Vec<String> = Vec::new();
         let panel_of_interface = names
@@ -57,7 +58,8 @@ impl ByLeg {
         // When the sliding direction of one interface reverses, its friction jumps. Normal loads,
         // and with them the friction of the other interfaces, may jump at the same time.
         let first = crossings.iter().flatten().copied().reduce(f64::min);
-        // Unknown friction of an interface that comes to rest makes all others unknown at this instant.
+        // An interface that comes to rest has unknown friction, which makes the values of all other
+        // interfaces unknown at this instant.
         let mut comes_to_rest = false;
         for (rested, (_, _, rests)) in self.rested.iter_mut().zip(&values) {
             comes_to_rest |= *rests && !*rested && self.count > 1;
@@ -75,7 +77,8 @@ impl ByLeg {
         self.traces.is_empty()
     }
 
-    /// Index of the colour of each interface: the number of the interface within its panel.
+    /// Returns the colour index of each interface: the number of the interface within its panel,
+    /// counted from 0.
     pub(crate) fn colours(&self) -> Vec<usize> {
         let mut counts = vec![0; self.panel_names.len()];
         let next = |panel: &usize| {
@@ -85,7 +88,7 @@ impl ByLeg {
         self.panel_of_interface.iter().map(next).collect()
     }
 
-    /// Creates the panels of the curves; `unit` is the unit of the plotted values.
+    /// Converts the curves to panels for plotting; `unit` is the unit of the plotted values.
     pub(crate) fn panels(self, names: &Names, unit: &str) -> Vec<Panel> {
         let panel =
             |name: &String| Panel { y_label: format!("{name} [{unit}]"), ..Panel::default() };

@@ -1,4 +1,5 @@
-//! Comparison of runs: their headline figures side by side, and their efforts in one plot.
+//! Comparison of runs: headline figures, which are single numbers such as the peak of an effort,
+//! side by side, and the efforts of all runs in one plot.
 
 use crate::motor_load::MotorLoad;
 use crate::names::{Names, legs_of_actuators};
@@ -11,27 +12,29 @@ use stiction_draw::figure::meaning::{OF_LEG, REFERENCE};
 use stiction_draw::figure::{Figure, Panel, Trace};
 use stiction_draw::numbers::{exact, number, percent};
 
-/// Headline figure of a run, such as the peak of an effort.
+/// Headline figure of a run: a single number, such as the peak of an effort.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Headline {
-    /// Name of the figure, which is the same in all runs.
+    /// Name of the headline figure. Figures of different runs are compared if their names and units
+    /// are the same.
     pub name: String,
     /// SI unit of the figure.
     pub unit: &'static str,
     /// Value of the figure in SI units.
     pub value: f64,
-    /// Time at which the value occurs, s; `None` for a figure of the whole run.
+    /// Time at which the value occurs, s; `None` for a value that belongs to the whole run.
     pub time: Option<f64>,
     /// Magnitude of the terms whose sum is `value`. A value far smaller than `scale` is a rounding
     /// error.
     pub scale: f64,
-    /// True if the least value is the worst, as for singularity indices; false if the greatest value is.
+    /// True if the least value is the worst, as for singularity indices; false if the greatest
+    /// value is the worst.
     pub least_is_worst: bool,
 }
 
 impl Headline {
-    /// Creates a figure whose greatest value is the worst; `scale` is the magnitude of the terms whose sum is the
-    /// value.
+    /// Creates a headline figure whose greatest value is the worst. The last argument contains the
+    /// time at which the value occurs, s, and the magnitude of the terms whose sum is the value.
     pub(crate) fn new(
         name: String,
         unit: &'static str,
@@ -43,14 +46,14 @@ impl Headline {
 
     /// Returns the value as shown to readers: zero if the value is smaller than its rounding error.
     fn shown(&self) -> f64 {
-        // Relative error after several thousand roundings of the terms.
+        // Relative error of a sum after several thousand roundings of its terms.
         const ROUNDING: f64 = 1e-12;
         if self.value.abs() < ROUNDING * self.scale { 0.0 } else { self.value }
     }
 }
 
-/// Returns the headline figures of each motor: torque, speed, power, and the used percentage of its
-/// limits.
+/// Returns the headline figures of each motor: torque, speed and power, and how much of each of its
+/// limits the motor uses, in percent.
 pub(crate) fn motor_headlines<'a>(
     motors: impl Iterator<Item = (&'a DriveTrain, &'a MotorLoad)>,
 ) -> impl Iterator<Item = Headline> {
@@ -88,7 +91,8 @@ pub struct Comparison {
     rows: Vec<Row>,
 }
 
-/// Headline figure with its values in several runs; `None` for runs that do not have this figure.
+/// Headline figure with its values in several runs. The value is `None` for each run that does not
+/// have this figure.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Row {
     headline: Headline,
@@ -106,7 +110,7 @@ impl Row {
         self.values.iter().map(|value| Some(value.as_ref()?.shown()))
     }
 
-    /// Returns the worst value and the index of its run.
+    /// Returns the worst value of all runs and the index of the run in which it occurs.
     pub(super) fn worst(&self) -> Option<(usize, &Headline)> {
         let known = self.values.iter().enumerate().filter_map(|(k, v)| Some((k, v.as_ref()?)));
         let sign = if self.headline.least_is_worst { -1.0 } else { 1.0 };
@@ -114,10 +118,10 @@ impl Row {
     }
 
     /// Returns the value of the second run minus that of the first: the absolute difference, and
-    /// the difference relative to the first run. The relative difference is `None` if the value of
-    /// the first run is a rounding error.
+    /// the difference relative to the first run. `None` if there are not exactly two runs with this
+    /// figure. The relative difference is `None` if the value of the first run is a rounding error.
     pub(crate) fn difference(&self) -> Option<(f64, Option<f64>)> {
-        // Fraction of the largest terms below which a value is a rounding error.
+        // Fraction of the largest term or value below which a value is a rounding error.
         const ROUNDING: f64 = 1e-9;
         let [Some(a), Some(b)] = self.values.as_slice() else { return None };
         let scale = [a, b].iter().fold(0.0_f64, |max, x| max.max(x.value.abs()).max(x.scale));
@@ -128,12 +132,12 @@ impl Row {
 }
 
 impl Comparison {
-    /// Labels of the compared runs.
+    /// Returns the labels of the compared runs.
     pub(super) fn labels(&self) -> &[String] {
         &self.labels
     }
 
-    /// Headline figures with their values in all runs.
+    /// Returns the headline figures with their values in all runs.
     pub(super) fn rows(&self) -> impl Iterator<Item = &Row> {
         self.rows.iter()
     }
@@ -164,7 +168,7 @@ impl Comparison {
         Self { labels, rows }
     }
 
-    /// Returns whether at least one effort has a figure in all runs.
+    /// Returns true if all runs have at least one headline figure of an actuator effort in common.
     pub fn has_common_effort(&self) -> bool {
         let mut efforts = self.rows.iter().filter(|row| row.headline.name.contains(" effort, "));
         efforts.any(|row| row.values.iter().all(Option::is_some))
@@ -173,7 +177,7 @@ impl Comparison {
     /// Writes the headline values of two runs and their differences as text.
     ///
     /// # Errors
-    /// Fails if the receiver of the text fails.
+    /// Returns an error if writing to `out` fails.
     pub fn write_differences(&self, out: &mut impl Write) -> fmt::Result {
         let wide = self.width();
         write!(out, "{:wide$}", "")?;
@@ -194,10 +198,10 @@ impl Comparison {
         Ok(())
     }
 
-    /// Writes the worst value of each figure, and the run in which it occurs, as text.
+    /// Writes the worst value of each headline figure, and the run in which it occurs, as text.
     ///
     /// # Errors
-    /// Fails if the receiver of the text fails.
+    /// Returns an error if writing to `out` fails.
     pub fn write_envelope(&self, out: &mut impl Write) -> fmt::Result {
         let wide = self.width();
         writeln!(out, "{:wide$}  {:>13}       in the run", "envelope", "worst")?;
@@ -216,8 +220,9 @@ impl Comparison {
         widths.max().unwrap_or(0)
     }
 
-    /// Returns all figures as a JSON object: `runs` lists the labels, and `figures` has for each figure its values in
-    /// the order of the runs, the worst value, and for two runs the difference.
+    /// Returns all headline figures as a JSON object. `runs` lists the labels of the runs.
+    /// `figures` contains, for each figure, its values in the order of the runs, the worst value,
+    /// and for two runs the difference.
     pub fn json(&self) -> Value {
         let figures = self.rows.iter().map(|row| {
             let values: Vec<Option<f64>> =
@@ -240,7 +245,7 @@ impl Comparison {
         json!({ "runs": self.labels, "figures": figures.collect::<Vec<_>>() })
     }
 
-    /// Returns all figures as CSV: a row for each figure, a column for each run.
+    /// Returns all headline figures as CSV, with a row for each figure and a column for each run.
     pub fn csv(&self) -> Vec<u8> {
         let mut table = csv::Writer::from_writer(Vec::new());
         let header = ["figure", "unit"].into_iter().chain(self.labels.iter().map(String::as_str));
@@ -270,7 +275,7 @@ pub struct EffortCurves {
 }
 
 impl EffortCurves {
-    /// Creates empty curves with room for `count` samples of a mechanism.
+    /// Creates empty curves for `count` samples of a mechanism.
     pub fn new(mechanism: &Mechanism, count: usize) -> Self {
         let names = Names::new(mechanism).drives;
         Self {
@@ -280,7 +285,7 @@ impl EffortCurves {
         }
     }
 
-    /// Adds the efforts of all actuators at a time, s.
+    /// Adds the efforts of all actuators at `time`, s.
     pub(crate) fn push(&mut self, time: f64, efforts: impl Iterator<Item = f64>) {
         for (trace, effort) in self.traces.iter_mut().zip(efforts) {
             trace.push(time, effort);
@@ -288,9 +293,9 @@ impl EffortCurves {
     }
 }
 
-/// Draws the efforts of several runs in one figure, with a panel for each actuator. As in pictures
-/// of two robots, the first of two runs has the colours of the legs, and the second one is grey and
-/// dashed. If there are more than two runs, each run has one colour in all panels.
+/// Draws the efforts of several runs in one figure, with a panel for each actuator. Of two runs,
+/// the first is drawn in the colours of the legs, and the second in grey and dashed. If there are
+/// more than two runs, each run has one colour in all panels.
 pub fn overlay(title: String, runs: Vec<(String, EffortCurves)>) -> Figure {
     let mut panels: Vec<Panel> = Vec::new();
     let is_pair = runs.len() <= 2;
@@ -329,8 +334,8 @@ mod tests {
         }
     }
 
-    /// Tests that no relative difference is computed if the reference value is only a rounding
-    /// error.
+    /// Checks that a value that is only a rounding error is shown as zero, and that no relative
+    /// difference to it is computed.
     #[test]
     fn rounding_errors_are_no_reference() {
         let work = |value: f64, scale: f64| {

@@ -1,4 +1,4 @@
-//! Report that compares several runs, as an HTML page.
+//! HTML report that compares several runs.
 
 use crate::comparison::{Comparison, Reel};
 use crate::report::animation::{MOST_RUNS, together};
@@ -9,10 +9,10 @@ use stiction_draw::numbers::{number, percent};
 use stiction_draw::xml::escape;
 
 impl Comparison {
-    /// Returns the HTML report of a comparison or an envelope. The report contains the figures of
-    /// all runs, the moving robots of `reels` drawn over each other, the efforts of all runs in one
-    /// plot, and links to the reports of the runs. The report of a run is in a folder with the
-    /// label of the run.
+    /// Returns the HTML report that compares two runs, or that shows the worst values of several
+    /// runs. The report contains the headline figures of all runs, the moving robots of `reels`
+    /// drawn over each other, the efforts of all runs in one plot, and links to the reports of the
+    /// runs. The report of a run is in a folder with the label of the run.
     pub fn report(
         &self,
         (title, about): (&str, &str),
@@ -71,7 +71,8 @@ impl Comparison {
                 let values: Vec<Option<f64>> = row.shown_values().collect();
                 cells.extend(values.iter().map(|v| text(&v.map_or("-".to_owned(), number))));
                 if pair {
-                    // Differences of the shown values, because exact values may differ by rounding errors.
+                    // The difference is computed from the shown values, because exact values may
+                    // differ by rounding errors.
                     let (difference, relative) = match (&values[..], row.difference()) {
                         ([Some(a), Some(b)], Some((_, relative))) => {
                             (number(b - a), percent(relative))

@@ -1,4 +1,4 @@
-//! Report of controllers with and without compensation of friction.
+//! Report that compares controllers with and without friction compensation.
 
 use crate::in_space::{Followed, Path, SpacePoint, Tracked, errors_of, paths, title_of};
 use crate::report::html::{self, Column, card, note, section, text};
@@ -16,42 +16,42 @@ pub struct Tracking {
     pub label: String,
     /// True if the report plots the tracking errors of this controller over time.
     pub is_drawn: bool,
-    /// Figures of each actuator: rms error, peak error, largest effort, largest change of the
-    /// effort between two samples.
+    /// Four numbers for each actuator: rms and peak of the tracking error, m or rad; the largest
+    /// effort and the largest change of the effort between two samples, N or N m.
     pub figures: Vec<[f64; 4]>,
-    /// Work of all actuators, J.
+    /// Sum of the work of all actuators, J.
     pub work: f64,
     /// Number of stick onsets of friction interfaces.
     pub sticks: usize,
-    /// Number of reversals of the actuators' velocities in addition to those of the reference.
+    /// Number of velocity reversals of the actuators in addition to the reversals of the reference.
     pub reversals: usize,
-    /// Reason why the simulation ended early, if it did.
+    /// Reason why the simulation ended early; `None` if it did not.
     pub ended: Option<String>,
-    /// Times, s, with the tracking errors of all actuators, m or rad.
+    /// Times, s, each with the tracking errors of all actuators, m or rad.
     pub errors: Vec<(f64, Vec<f64>)>,
-    /// Times, s, with the positions and tracking errors of the tracked bodies.
+    /// Times, s, each with the positions and tracking errors of the tracked bodies in space.
     pub space: Vec<(f64, Vec<SpacePoint>)>,
 }
 
-/// Results of several controllers along the same motion.
+/// Tracking results of several controllers along the same motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Controllers {
-    /// Motion, load and conditions in a sentence.
+    /// Sentence that states the motion, the load and the conditions of the comparison.
     pub about: String,
-    /// Headline figures as pairs of value and explanation.
+    /// Headline numbers, each as a text with its value and a text that explains it.
     pub headlines: Vec<(String, String)>,
     /// Name of each actuator with the units of its position and effort.
     pub actuators: Vec<(String, &'static str, &'static str)>,
     /// Bodies whose tracking errors in space are computed.
     pub tracked: Vec<Tracked>,
-    /// Result of each controller.
+    /// Tracking result of each controller.
     pub tracking: Vec<Tracking>,
-    /// Options of the comparison.
+    /// Options of the comparison, as JSON.
     pub options: Value,
 }
 
-/// Returns the report as HTML: errors over time, headline values, verdicts. `command` is the
-/// command line that produced the results, if any.
+/// Returns the report as HTML: headline numbers, plots of the tracking errors, tables, and
+/// verdicts. `command` is the command line that produced the results, if any.
 pub fn draw_report(model: &ModelFile, found: &Controllers, command: Option<&str>) -> String {
     let cards: Vec<String> =
         found.headlines.iter().map(|(big, small)| card(big, small, false)).collect();
@@ -76,10 +76,10 @@ fn thousandths(value: f64) -> f64 {
     1e3 * value
 }
 
-/// Plots of the errors of the drawn controllers. Controllers whose errors are too small to be
-/// legible beside the largest ones are plotted a second time, without the others.
+/// Returns plots of the tracking errors of all controllers with [`Tracking::is_drawn`]. Controllers
+/// whose errors are too small to be legible beside the largest errors are also plotted separately.
 fn errors(found: &Controllers) -> String {
-    // A plot can be read to about this fraction of its largest value.
+    // Fraction of the largest value in a plot below which a curve is not legible.
     const LEGIBLE: f64 = 0.1;
     let drawn = || found.tracking.iter().filter(|own| own.is_drawn);
     let figure = |title: &str, is_shown: &dyn Fn(&Tracking) -> bool| {
@@ -114,8 +114,8 @@ fn errors(found: &Controllers) -> String {
     more + &plots
 }
 
-/// Returns plots of the paths of the tracked bodies with each drawn controller and in the
-/// reference, and plots of the tracking errors over time.
+/// Returns plots of the paths of the tracked bodies, with each drawn controller and in the
+/// reference motion, and plots of their tracking errors over time.
 fn in_space(found: &Controllers) -> String {
     let drawn = || found.tracking.iter().filter(|own| own.is_drawn).enumerate();
     let (mut bodies, mut followed) = (Vec::new(), Vec::new());
@@ -177,8 +177,8 @@ fn figures(found: &Controllers) -> String {
     html::table_of(&head, &rows) + &totals(found)
 }
 
-/// HTML table with the work of all actuators, the stick onsets and the extra reversals of each
-/// controller.
+/// Returns an HTML table with the work of all actuators, the stick onsets and the extra reversals
+/// of each controller.
 fn totals(found: &Controllers) -> String {
     let row = |own: &Tracking| {
         let cells = [

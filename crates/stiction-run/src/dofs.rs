@@ -1,12 +1,11 @@
-//! Scalar degrees of freedom of joints, with the names that tables use.
+//! Scalar degrees of freedom of joints, with the names that result tables use.
 
 use stiction_core::mechanism::{JointId, Mechanism};
 
 /// A scalar degree of freedom of a joint.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Dof {
-    /// Name of the joint. If the joint has several degrees of freedom, the name of the degree of
-    /// freedom follows.
+    /// Name of the joint, followed by the name of the degree of freedom if the joint has several.
     pub(crate) name: String,
     pub(crate) joint: JointId,
     /// Index of the degree of freedom in its joint.
@@ -18,7 +17,7 @@ pub(crate) struct Dof {
 }
 
 /// Lists all scalar degrees of freedom of a mechanism's joints. Joints without scalar coordinates,
-/// such as ball joints, contribute none.
+/// such as ball joints, are omitted.
 pub(crate) fn dofs_of(mechanism: &Mechanism) -> Vec<Dof> {
     let actuators: Vec<_> = mechanism.actuators().collect();
     let joints = mechanism.joints().iter().enumerate();

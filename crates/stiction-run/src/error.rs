@@ -1,4 +1,4 @@
-//! Errors of runs: along a motion, through time, or at rest.
+//! Errors of all computations: along a motion, in a simulation, or at rest.
 
 use crate::InstantsError;
 use stiction_core::dynamics::InverseError;
@@ -27,7 +27,7 @@ pub struct Missing {
     pub of: usize,
 }
 
-/// Error of a run.
+/// Error of a computation along a motion, in a simulation, or at rest.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -221,10 +221,10 @@ impl Error {
     }
 }
 
-/// Checks that signals have finite values at an instant, s.
+/// Checks that signals have finite values at the instant `time`, s.
 ///
 /// # Errors
-/// [`Error::NotFinite`].
+/// Returns [`Error::NotFinite`] for the first signal without a finite value.
 pub(crate) fn check_finite<'s>(
     signals: impl IntoIterator<Item = &'s Signal>,
     time: f64,

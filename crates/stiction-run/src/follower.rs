@@ -1,4 +1,4 @@
-//! Mechanism that follows a prescribed motion.
+//! Mechanism that follows a prescribed motion from instant to instant.
 
 use crate::error::{Error, check_finite};
 use stiction_core::dynamics::{InverseDynamics, Settings};
@@ -17,10 +17,11 @@ pub struct Follower<'a> {
 }
 
 impl<'a> Follower<'a> {
-    /// Assembles the mechanism at the position that the motion prescribes at an instant, s.
+    /// Assembles the mechanism at the position that the motion prescribes at `time`, s.
     ///
     /// # Errors
-    /// [`Error::Assembly`] if the loops cannot be closed there, [`Error::NotFinite`] if the motion has no value.
+    /// Returns [`Error::Assembly`] if the loops cannot be closed at this instant, and
+    /// [`Error::NotFinite`] if the motion has no finite value there.
     pub fn new(model: &ModelFile, motion: &'a Motion, time: f64) -> Result<Self, Error> {
         check_finite(motion.signals(), time)?;
         let coordinates: Vec<Coordinate> =
@@ -34,7 +35,7 @@ impl<'a> Follower<'a> {
         Ok(Self { motion, solver, time, ahead: targets })
     }
 
-    /// Reads the values of the motion at a time, s, into [`Self::ahead`].
+    /// Evaluates the motion at `time`, s, and stores the values in [`Self::ahead`].
     fn read(&mut self, time: f64) -> Result<(), Error> {
         self.ahead.clear();
         for signal in self.motion.signals() {
@@ -44,12 +45,12 @@ impl<'a> Follower<'a> {
         Ok(())
     }
 
-    /// Returns the present time, s.
+    /// Returns the instant of the motion at which the mechanism is at present, s.
     pub fn time(&self) -> f64 {
         self.time
     }
 
-    /// Moves the mechanism along the motion to another instant, s.
+    /// Moves the mechanism along the motion to `time`, s.
     ///
     /// # Errors
     /// See [`Follower::new`].
@@ -62,7 +63,7 @@ impl<'a> Follower<'a> {
         };
         let followed = self.solver.follow(self.time, time, targets_at);
         followed.or_else(|error| {
-            // Reading a recording may fail during the step.
+            // Reading a recorded motion may fail during the step.
             check_finite(self.motion.signals(), time)?;
             Err(Error::Assembly { time, error })
         })?;
@@ -70,9 +71,9 @@ impl<'a> Follower<'a> {
         Ok(())
     }
 
-    /// Moves the mechanism to another instant, s, at which the coordinates, rates and accelerations
-    /// of the spanning tree are known from an earlier visit. Returns false, without a move, if
-    /// these values do not satisfy the constraints.
+    /// Moves the mechanism to the instant `time`, s, from coordinates, rates and accelerations of
+    /// the spanning tree that are known from an earlier visit. Returns false and does not move the
+    /// mechanism if these values do not satisfy the constraints.
     pub(crate) fn return_to(&mut self, time: f64, known: [&[f64]; 3]) -> bool {
         let finite = self.read(time).is_ok();
         let arrived = finite && self.solver.return_to(known, &self.ahead);
@@ -82,8 +83,8 @@ impl<'a> Follower<'a> {
         arrived
     }
 
-    /// Moves the mechanism to another instant, s, in a single step. Returns false if the step is
-    /// too long.
+    /// Moves the mechanism to the instant `time`, s, in a single step. Returns false and does not
+    /// move the mechanism if the step is too long.
     pub(crate) fn step_to(&mut self, time: f64) -> bool {
         self.ahead.clear();
         self.ahead.extend(self.motion.at(time));
@@ -94,7 +95,7 @@ impl<'a> Follower<'a> {
         arrived
     }
 
-    /// Appends the time and the position of the mechanism to `numbers`.
+    /// Appends the time and the configuration of the mechanism to `numbers`.
     pub(crate) fn save(&self, numbers: &mut Vec<f64>) {
         let position = self.solver.save();
         numbers.extend([self.time, position.len() as f64]);
@@ -102,7 +103,7 @@ impl<'a> Follower<'a> {
     }
 
     /// Restores the state written by [`Self::save`] from the start of `numbers` and returns the
-    /// rest; `None` if the numbers belong to another motion.
+    /// remaining numbers. `None` if the numbers belong to another motion.
     pub(crate) fn restore<'n>(&mut self, numbers: &'n [f64]) -> Option<&'n [f64]> {
         let (&[time, length], rest) = numbers.split_first_chunk()?;
         let (position, rest) = rest.split_at_checked(length as usize)?;

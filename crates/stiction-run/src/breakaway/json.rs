@@ -1,4 +1,4 @@
-//! Breakaway results as JSON.
+//! JSON output of the static-friction results for a mechanism at rest.
 
 use super::Findings;
 use crate::Job;
@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 use stiction_core::dynamics::{Bounds, Breakaway, Holding, Verdict};
 
 impl Findings {
-    /// Returns all results as a JSON object; infinite numbers become `null`.
+    /// Returns all results as a JSON object, in which infinite numbers become `null`.
     pub fn json(&self, job: &Job<'_>) -> Value {
         let names = Names::new(&job.model.mechanism);
         let mut drives = Map::new();

@@ -13,14 +13,14 @@ use stiction_core::spatial::Pose;
 pub use page::draw_report;
 pub use terminal::write_report;
 
-/// Results for a mechanism at rest in one pose.
+/// Static-friction results for a mechanism at rest in one pose.
 #[derive(Clone, Debug)]
 pub struct Findings {
-    /// Time of the pose in the motion, s.
+    /// Time at which the motion reaches the pose, s.
     pub time: f64,
-    /// Efforts, effort intervals and reactions at rest.
+    /// Actuator efforts, intervals of these efforts, and joint reactions, all at rest.
     pub forces: Forces,
-    /// Breakaway efforts and verdict on self-locking.
+    /// Breakaway effort of each actuator, and verdicts on self-locking.
     pub rest: Rest,
     /// Indices of the friction interfaces whose normal loads are statically indeterminate.
     pub undetermined_loads: Vec<usize>,
@@ -30,12 +30,14 @@ pub struct Findings {
     /// Poses of all bodies, the ground first, with positions relative to the reference point of the
     /// inverse dynamics.
     poses: Vec<Pose<f64>>,
-    /// State of the motor of each drive train, and what keeps the motor at rest with power off.
+    /// For each drive train: the state of its motor, and the cause that holds the motor at rest
+    /// with power off.
     motors: Vec<(Motor, PowerOff)>,
 }
 
-/// Computes the results at each sample of a motion, as if the mechanism were at rest there, and passes them to
-/// `receive`. Friction always acts; the friction mode of the job is ignored.
+/// Computes the static-friction results at each sample of a motion, as if the mechanism were at
+/// rest there, and passes them to `receive`. Friction always acts; the friction mode of the job is
+/// ignored.
 ///
 /// # Errors
 /// See [`enum@Error`].
@@ -52,7 +54,8 @@ pub fn run(
     Ok(())
 }
 
-/// Computes the results for a mechanism at rest at one instant of its motion; `time`, s, defaults to the first instant.
+/// Computes the static-friction results for one pose of the motion, as if the mechanism were at
+/// rest there. The pose is the one at `time`, s, or at the first instant of the motion by default.
 ///
 /// # Errors
 /// See [`enum@Error`].
@@ -74,7 +77,7 @@ pub fn evaluate(job: &Job<'_>, time: Option<f64>) -> Result<Findings, Error> {
     rest_at(job, &mut follower)
 }
 
-/// Computes the results for the pose that `follower` has reached.
+/// Computes the static-friction results for the pose that `follower` has reached.
 fn rest_at(job: &Job<'_>, follower: &mut Follower<'_>) -> Result<Findings, Error> {
     let (time, solver) = (follower.time(), &mut follower.solver);
     *solver.settings_mut() = Settings { friction: FrictionMode::Converged, ..Settings::default() };

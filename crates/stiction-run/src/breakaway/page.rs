@@ -12,9 +12,9 @@ use stiction_draw::figure::meaning::{LIMIT, OF_LEG};
 use stiction_draw::figure::{Bar, Bars};
 use stiction_draw::numbers::number;
 
-/// Returns the report on a mechanism at rest as HTML: efforts that hold the mechanism, efforts that
-/// move it, and whether it holds its pose without actuators. `command` is the command line that
-/// produced the results, if any.
+/// Returns the report on a mechanism at rest as HTML: the efforts that hold the mechanism, the
+/// efforts that move it, and whether it holds its pose without actuators. `command` is the command
+/// line that produced the results, if any.
 pub fn draw_report(job: &Job<'_>, found: &Findings, command: Option<&str>) -> String {
     let names = Names::new(&job.model.mechanism);
     let legs = legs_of_actuators(&job.model.mechanism);

@@ -10,16 +10,16 @@ use stiction_draw::numbers::number;
 
 /// Largest number of friction interfaces that the text lists.
 const LISTED: usize = 6;
-/// Relative difference below which two numbers are printed as one.
+/// Relative difference below which the two bounds of a factor are printed as one number.
 const SAME: f64 = 1e-6;
-/// Largest printed factor on the friction coefficients. Larger factors are dominated by rounding
-/// errors.
+/// Largest factor on the static friction coefficients that is printed. Larger factors are dominated
+/// by rounding errors.
 const BEYOND: f64 = 1e6;
 
-/// Writes the results as plain text.
+/// Writes the static-friction results as plain text.
 ///
 /// # Errors
-/// Fails if the receiver of the text fails.
+/// Returns an error if writing to `out` fails.
 pub fn write_report(out: &mut impl Write, job: &Job<'_>, found: &Findings) -> fmt::Result {
     let names = Names::new(&job.model.mechanism);
     writeln!(out, "{}", heading(job.model))?;
@@ -42,7 +42,8 @@ pub fn write_report(out: &mut impl Write, job: &Job<'_>, found: &Findings) -> fm
     write_motors(out, trains, found)
 }
 
-/// Writes the motor torques that hold the pose, and for each motor what holds it with power off.
+/// Writes the motor torques that hold the pose, and the cause that holds each motor at rest with
+/// power off.
 fn write_motors(out: &mut impl Write, trains: &[DriveTrain], found: &Findings) -> fmt::Result {
     if trains.is_empty() {
         return Ok(());
@@ -66,7 +67,7 @@ fn write_motors(out: &mut impl Write, trains: &[DriveTrain], found: &Findings) -
     power_off::write(out, trains, &power_off)
 }
 
-/// Text on the certainty of the effort intervals, with one line for each statement.
+/// Returns text that states how certain the effort intervals are, with one line for each statement.
 pub(super) fn certainty_text(names: &Names, found: &Findings) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
@@ -74,7 +75,7 @@ pub(super) fn certainty_text(names: &Names, found: &Findings) -> String {
     text
 }
 
-/// Text that says whether the mechanism keeps its pose without actuators.
+/// Returns text that states whether the mechanism keeps its pose without actuator efforts.
 pub(super) fn unpowered_text(holding: &Holding) -> String {
     let mut text = String::new();
     let _ = write_unpowered(&mut text, holding);

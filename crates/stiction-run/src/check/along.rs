@@ -33,18 +33,19 @@ impl Kind {
     }
 }
 
-/// Description of the motion that a mechanism gains at a singular pose, and of the load that it
-/// cannot carry there.
+/// Description of the motion that a mechanism gains at a singular pose, and of the load that the
+/// mechanism cannot carry there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weakness {
-    /// Name of the moving body.
+    /// Name of the body that moves in the gained motion.
     pub body: String,
-    /// Motion of the moving body in words.
+    /// Description of the motion of this body.
     pub motion: String,
-    /// Load in words that does work on the gained motion, so that the mechanism cannot carry it.
+    /// Description of a load that does work on the gained motion. The mechanism cannot carry this
+    /// load.
     pub load: String,
-    /// Motions that the body with the most joints can still perform at a singularity of a leg;
-    /// `None` for other kinds of singularities.
+    /// Description of the motions that the body with the most joints can still perform at a leg
+    /// singularity; `None` for other kinds of singularities.
     pub left: Option<String>,
 }
 
@@ -69,8 +70,8 @@ pub struct Nearness {
 /// Largest number of close approaches of one kind that are examined. Each examination takes about
 /// fifty matrix decompositions.
 const REFINED: usize = 100;
-/// Singularity index above which a local minimum is not examined, unless it is the least minimum so
-/// far.
+/// Singularity index above which a local minimum along the motion is not examined, unless it is the
+/// least minimum found so far.
 const NEAR: f64 = 0.05;
 /// Singularity index below which a local minimum counts as a passage through a singular pose. The
 /// search stops before the singular pose itself, because the motion may be undetermined there.
@@ -85,7 +86,7 @@ struct Sample<'a> {
     distances: [Option<f64>; 3],
 }
 
-/// Result of a search: the instant of the least index between samples.
+/// Result of a search for the least singularity index between samples.
 struct Found<'a> {
     follower: Follower<'a>,
     distance: f64,
@@ -119,8 +120,9 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Adds a sample. `passed` is true if the determinant of the loop constraints with locked actuators changed its
-    /// sign since the last sample. Returns true if the sign change is a passage rather than rounding.
+    /// Adds a sample. `passed` is true if the determinant of the loop constraints with locked
+    /// actuators has changed its sign since the previous sample. Returns true if this sign change
+    /// is a passage through a singular pose rather than a rounding error.
     pub(super) fn observe(&mut self, follower: &Follower<'a>, passed: bool) -> bool {
         let statics = follower.solver.statics();
         let distances = Kind::ALL.map(|kind| self.distance(&statics, kind));
@@ -157,8 +159,9 @@ impl<'a> Watch<'a> {
         self.found
     }
 
-    /// Examines the sample before `now` if its index is a local minimum: locates the minimum
-    /// between samples, and records a passage if the index vanishes there.
+    /// Examines the sample before `now` if its singularity index is a local minimum. Locates the
+    /// minimum between samples, and records a passage through a singular pose if the index vanishes
+    /// there.
     fn examine_minimum(&mut self, kind: Kind, now: &Sample<'a>) {
         let k = kind as usize;
         let (Some(before), Some(last)) = (&self.before_last, &self.last) else { return };
@@ -168,8 +171,8 @@ impl<'a> Watch<'a> {
             return;
         }
         if least < SINGULAR {
-            // A single singular sample is a passage. In a sequence of singular samples, the motion
-            // stays singular.
+            // A single singular sample is a passage through a singular pose. In a sequence of
+            // singular samples, the motion stays at singular poses.
             if before_it >= SINGULAR {
                 let (time, weakness) =
                     (last.follower.time(), self.weakness(&last.follower.solver, kind));
@@ -201,8 +204,8 @@ impl<'a> Watch<'a> {
     }
 
     /// Locates a passage through a singular pose between the last two samples by bisection on the
-    /// sign of the determinant. The sign remains reliable where rounding prevents the index from
-    /// reaching zero.
+    /// sign of the determinant. The sign remains reliable where rounding prevents the singularity
+    /// index from reaching zero.
     fn pass(&mut self, now: &Sample<'a>) {
         let Some(Sample { follower: last, .. }) = &self.last else { return };
         let mut at_last = last.solver.clone();
@@ -249,8 +252,9 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Records a passage, unless it lies within `apart`, s, of one of the last two recorded
-    /// passages and therefore counts as the same passage.
+    /// Records a passage through a singular pose at `time`, s. If one of the last two recorded
+    /// passages is at most `apart`, s, away, both count as the same passage, and nothing is
+    /// recorded.
     fn cross(&mut self, kind: Kind, time: f64, apart: f64, weakness: Option<Weakness>) {
         if let (Some(found), Some(weakness)) = (&mut self.found[kind as usize], weakness)
             && found.crossings.iter().rev().take(2).all(|(known, _)| (time - known).abs() > apart)
@@ -259,7 +263,9 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Locates the least index between the time of `from` and `to`, s, by golden-section search.
+    /// Locates the least singularity index between the time of `from` and the time `to`, s, by
+    /// golden-section search. Returns `None` if the index cannot be computed at the first points of
+    /// the search.
     fn search(&self, kind: Kind, from: &Follower<'a>, to: f64) -> Option<Found<'a>> {
         let at = |time: f64| -> Option<(f64, Follower<'a>, f64)> {
             let mut follower = from.clone();
@@ -333,9 +339,9 @@ impl<'a> Watch<'a> {
         Some(Weakness { body, motion, load, left: None })
     }
 
-    /// Describes the motion that the mechanism gains at a constraint singularity. This motion is
-    /// blocked at second order only. Where branches of motion meet, the gained motion is not
-    /// unique, and all branches are named.
+    /// Describes the motion that the mechanism gains at a constraint singularity. Either the
+    /// constraints block this motion at second order, or branches of motion meet. In the second
+    /// case the gained motion is not unique, and the description names the motions of all branches.
     fn constraint_weakness(&self, solver: &InverseDynamics) -> Option<Weakness> {
         let mechanism = solver.mechanism();
         let length = mechanism.characteristic_length();

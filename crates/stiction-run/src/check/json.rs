@@ -1,4 +1,4 @@
-//! Results of a check as JSON.
+//! JSON output of the results of a check.
 
 use super::{Findings, Kind, Nearness, Range, Weakness};
 use crate::Job;

@@ -1,4 +1,5 @@
-//! Check of a mechanism: mobility, redundancy, uniqueness and singularities.
+//! Check of a mechanism along a motion: mobility, redundant constraints, uniqueness of efforts and
+//! reactions, and singularities.
 
 mod along;
 mod json;
@@ -35,10 +36,10 @@ pub struct Findings {
     pub idle_spins: Vec<String>,
     /// Number of actuated degrees of freedom.
     pub drives: usize,
-    /// Ranks and singularities at random poses.
+    /// Generic ranks of the constraints and actuators, computed at random poses.
     pub architecture: Architecture,
-    /// Reactions of the participating joints in each self-stress of the constraints at the first
-    /// pose, in arbitrary scale.
+    /// Self-stresses of the constraints at the first pose. Each self-stress lists the reactions of
+    /// the joints that take part, up to a common factor.
     pub self_stresses: Vec<Vec<JointLoad>>,
     /// Joints with reactions that are statically indeterminate somewhere along the motion, each
     /// with the names of the indeterminate components.
@@ -51,8 +52,9 @@ pub struct Findings {
     pub constraint: Nearness,
     /// Closest approach of the motion to leg singularities; `None` if the mechanism has no legs.
     pub leg: Option<Nearness>,
-    /// Least and greatest actuation index of the finite motions, and the time of the least index,
-    /// s. `None` if all instantaneous motions of the mechanism are finite.
+    /// Least and greatest singularity index of the actuation, restricted to finite motions, and the
+    /// time of the least index, s. `None` if all instantaneous motions of the mechanism are finite,
+    /// or if branches of motion meet at the first pose.
     pub actuation_of_motion: Option<(f64, f64, f64)>,
     /// Pairs of times, s, of neighbouring samples between which the motion passes an actuation singularity.
     pub passed: Vec<(f64, f64)>,
@@ -60,9 +62,9 @@ pub struct Findings {
     pub samples: usize,
     /// Time of the first sample, s.
     pub start: f64,
-    /// Masses, joint ranges and reach.
+    /// Masses of the bodies, and the ranges of joints, legs and bodies along the motion.
     pub sizes: Sizes,
-    /// Warnings in words.
+    /// Warnings about the mechanism and its motion, as sentences for the user.
     pub warnings: Vec<String>,
     /// Doubts about the data of a recorded motion, and excursions of joints beyond their ranges, in words.
     pub cautions: Vec<String>,
@@ -70,7 +72,8 @@ pub struct Findings {
 }
 
 impl Findings {
-    /// Kinds of singularities with the closest approach to each; legs are included only if the mechanism has any.
+    /// Returns each kind of singularity with the closest approach of the motion to it. Leg
+    /// singularities are included only if the mechanism has legs.
     pub fn singularities(&self) -> impl Iterator<Item = (Kind, &Nearness)> {
         let all = [Some(&self.actuation), Some(&self.constraint), self.leg.as_ref()];
         Kind::ALL.into_iter().zip(all).filter_map(|(kind, nearness)| Some((kind, nearness?)))
@@ -78,8 +81,8 @@ impl Findings {
 
     /// Returns true if every pose has a singularity of this kind, judged by random poses. `None` if
     /// the random poses are inconclusive: unclear singular values, undecided finite mobility, or a
-    /// mechanism that cannot move to other poses. `None` also for singularities of legs, which are
-    /// not examined.
+    /// mechanism that cannot move to other poses. Also `None` for leg singularities, which are not
+    /// examined at random poses.
     pub fn everywhere(&self, kind: Kind) -> Option<bool> {
         let Architecture { constraints, actuated, reach, .. } = &self.architecture;
         if *reach == 0.0 {
@@ -95,19 +98,20 @@ impl Findings {
         }
     }
 
-    /// Returns whether the motion reaches singular poses of this kind.
+    /// Returns true if the motion reaches a singular pose of this kind.
     pub fn is_singular(&self, kind: Kind) -> bool {
         let met = |n: &Nearness| n.singular_samples > 0 || !n.crossings.is_empty();
         self.singularities().any(|(known, nearness)| known == kind && met(nearness))
     }
 
-    /// Number of independent motions that the actuators must control, not counting passive
-    /// rotations of bodies about their own axes.
+    /// Returns the number of independent motions that the actuators must control, without the
+    /// passive rotations of bodies about their own axes.
     pub fn to_be_driven(&self) -> usize {
         meant(&self.mobility, &self.architecture).saturating_sub(self.idle_spins.len())
     }
 
-    /// Play due to joint clearance, for each motion that is blocked at second order only.
+    /// Returns the play due to joint clearance, for each motion that is blocked at second order
+    /// only.
     pub fn play(&self) -> &[Play] {
         &self.mobility.play
     }
@@ -119,12 +123,13 @@ fn meant(mobility: &Mobility, architecture: &Architecture) -> usize {
     mobility.finite.decided().unwrap_or(architecture.constraints.open)
 }
 
-/// Checks the mechanism of a job along its motion, without loads and friction. `progress` receives the phase, the
-/// number of completed samples and the total number; if it returns false, the check stops.
+/// Checks the mechanism of a job along its motion, without loads and friction. `progress` receives
+/// the phase, the number of completed samples and the total number of samples; if it returns false,
+/// the check stops.
 ///
 /// # Errors
-/// [`Error::Assembly`] and others if the mechanism cannot follow the motion; [`Error::Interrupted`] if `progress` stops
-/// the check.
+/// Returns [`Error::Assembly`] or another error if the mechanism cannot follow the motion, and
+/// [`Error::Interrupted`] if `progress` stops the check.
 pub fn examine(
     job: &Job<'_>,
     progress: impl FnMut(Phase, usize, usize) -> bool,
@@ -141,7 +146,7 @@ pub fn examine(
     Ok(findings)
 }
 
-/// Checks the mechanism along a motion that determines all positions.
+/// Checks the mechanism along a motion that determines all joint coordinates.
 fn examine_motion(
     job: &Job<'_>,
     mut progress: impl FnMut(Phase, usize, usize) -> bool,
@@ -200,7 +205,8 @@ fn examine_motion(
             return Err(Error::Interrupted);
         }
     }
-    // The search between samples may fail to read a recording.
+    // If the search between samples has failed to read a recorded motion, the error is returned
+    // here.
     check_finite(job.motion.signals(), follower.time())?;
     let undetermined = determined
         .iter()
@@ -214,7 +220,8 @@ fn examine_motion(
             weakness.left = along::left_at(&at_start, *time)?;
         }
     }
-    // Fallback for a motion without samples. Every motion has at least one, so it is never used.
+    // Placeholder for a motion without samples. Every motion has at least one sample, so the
+    // placeholder is never used.
     let never = Nearness {
         least: f64::INFINITY,
         time: start,
@@ -224,7 +231,7 @@ fn examine_motion(
         not_searched: 0,
     };
     let actuation = actuation.unwrap_or_else(|| never.clone());
-    // At a singular pose the efforts are undetermined even without redundancy.
+    // At a singular pose the actuator efforts are undetermined even without redundant actuators.
     drives_unique &= actuation.singular_samples == 0;
     let mut findings = Findings {
         mobility,

@@ -12,10 +12,10 @@ use stiction_draw::numbers::number;
 /// Largest number of bodies, joints and ranges that the text lists.
 const LISTED: usize = 12;
 
-/// Writes the results as plain text.
+/// Writes the results of a check as plain text.
 ///
 /// # Errors
-/// Fails if the receiver of the text fails.
+/// Returns an error if writing to `out` fails.
 pub fn write_report(out: &mut impl Write, job: &Job<'_>, findings: &Findings) -> fmt::Result {
     writeln!(out, "{}", heading(job.model))?;
     writeln!(
@@ -73,7 +73,8 @@ fn write_mobility(out: &mut impl Write, job: &Job<'_>, findings: &Findings) -> f
     if findings.mobility.branches_meet {
         writeln!(out, "  not all of them at once: branches of motion meet at this position")?;
     }
-    // The bodies with the most joints come first, because the tool is usually on one of them.
+    // The bodies with the most independent motions come first, because the tool is usually on one
+    // of them.
     let mut bodies: Vec<_> = mobility.bodies.iter().collect();
     bodies.sort_by_key(|body| std::cmp::Reverse(body.motions.len() + body.first_order_only.len()));
     for body in bodies.iter().take(LISTED) {

@@ -1,4 +1,5 @@
-//! Masses, ranges of joints, lengths of legs and the reach of bodies along a motion.
+//! Masses of bodies, and the ranges of joint coordinates, leg lengths and body positions along a
+//! motion.
 
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
@@ -45,14 +46,15 @@ pub struct Sizes {
     pub mass: f64,
     /// Common centre of mass of all bodies at the first pose, in world coordinates, m.
     pub centre: Vec3<f64>,
-    /// Range of each scalar degree of freedom of the joints; angles count full turns.
+    /// Range of each scalar degree of freedom of the joints. Angles are continuous and may exceed a
+    /// full turn.
     pub joints: Vec<Range>,
-    /// Distance between the origins of the first and the last joint of each leg, m.
+    /// Range of the distance, m, between the origins of the first and the last joint of each leg.
     pub legs: Vec<Range>,
     /// Reach of each body at which legs end, or of all bodies if the mechanism has no legs. An
     /// entry contains the name of the body and two opposite corners, m, of a box parallel to the
     /// world axes. The box is the smallest one that contains the centre of mass of the body along
-    /// the motion.
+    /// the whole motion.
     pub reach: Vec<(String, Vec3<f64>, Vec3<f64>)>,
 }
 
@@ -109,7 +111,7 @@ impl Measuring {
         Self { sizes, joints, legs, bodies }
     }
 
-    /// Adds a sample.
+    /// Extends the ranges by the current configuration of `solver`.
     pub(super) fn observe(&mut self, solver: &InverseDynamics) {
         for ((joint, dof, last), range) in self.joints.iter_mut().zip(&mut self.sizes.joints) {
             let value = solver.joint_coordinates(JointId(*joint))[*dof];
@@ -133,8 +135,9 @@ impl Measuring {
         }
     }
 
-    /// Returns the coordinate of a degree of freedom at the last sample, m or rad; angles count
-    /// full turns.
+    /// Returns the coordinate of a degree of freedom at the last sample, m or rad. Angles are
+    /// continuous and may exceed a full turn. Returns `None` if the joint has no such degree of
+    /// freedom.
     pub(super) fn coordinate(&self, joint: JointId, dof: usize) -> Option<f64> {
         let own =
             self.joints.iter().find(|(known, index, _)| (*known, *index) == (joint.0, dof))?;
@@ -146,8 +149,8 @@ impl Measuring {
     }
 }
 
-/// Formats a number with three decimals, or with four significant digits if three decimals would
-/// show fewer.
+/// Formats a number with three decimals, or with four significant digits if its magnitude lies
+/// between [`ROUNDING`] and 0.1.
 fn decimals(x: f64) -> String {
     if x.abs() > ROUNDING && x.abs() < 0.1 { number(x) } else { fixed(x, 3) }
 }
@@ -203,7 +206,8 @@ impl Sizes {
     }
 }
 
-/// Returns the mass properties of all moving bodies, their total mass, and their common centre of mass.
+/// Returns the mass properties of all moving bodies, their total mass, kg, and their common centre
+/// of mass in world coordinates, m.
 fn masses(solver: &InverseDynamics) -> (Vec<BodyMass>, f64, Vec3<f64>) {
     let origin = solver.parameters().origin;
     let bodies = solver.mechanism().bodies().iter().zip(&solver.bodies().pose).skip(1);

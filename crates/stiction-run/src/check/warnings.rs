@@ -1,16 +1,17 @@
-//! Warnings of a check.
+//! Warnings that a check of a mechanism gives to the user.
 
 use super::{Findings, Kind};
 use crate::Job;
 use stiction_draw::numbers::number;
 
-/// Singularity index below which the forces can be a hundred or more times as large as the load.
+/// Singularity index below which a warning is given. At smaller indices, forces can be a hundred or
+/// more times as large as the load.
 const NEAR: f64 = 0.01;
-/// Ratio of a singular value of the loop constraints to the largest one, below which a rank
-/// decision is doubtful.
+/// Limit below which a rank decision is doubtful: the ratio of the smallest nonzero singular value
+/// of the loop constraints to the largest one.
 const DOUBTFUL: f64 = 1e-6;
 
-/// Composes all warnings of a check.
+/// Returns all warnings of a check as sentences.
 pub(super) fn warnings(findings: &Findings, job: &Job<'_>) -> Vec<String> {
     let mut warnings = Vec::new();
     let drives = findings.drives;
@@ -111,7 +112,7 @@ pub(super) fn warnings(findings: &Findings, job: &Job<'_>) -> Vec<String> {
     warnings
 }
 
-/// Returns a count with its noun: `one actuator`, `3 actuators`.
+/// Returns a count with its noun: `1 actuator`, `3 actuators`, `2 degrees of freedom`.
 fn several(count: usize, what: &str) -> String {
     let plural = if count == 1 { "" } else { "s" };
     let of = if what == "degree" { " of freedom" } else { "" };

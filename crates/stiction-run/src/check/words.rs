@@ -1,4 +1,4 @@
-//! Results of a check in sentences, for the terminal and the page.
+//! Sentences that describe the results of a check, for the terminal and the HTML report.
 
 use super::json::CLEARANCE;
 use super::{Findings, Kind, Weakness};
@@ -21,7 +21,7 @@ pub(super) fn gained(kind: Kind, weakness: &Weakness) -> String {
     format!("{can_move}: {motion}; nothing balances {load}{left}")
 }
 
-/// Describes the singularities that every pose has, judged by random poses.
+/// Returns sentences that state whether every pose is singular, judged by random poses.
 pub(super) fn in_general(findings: &Findings) -> Vec<String> {
     let Architecture { positions, constraints, actuated, .. } = &findings.architecture;
     let values = |rank: &GenericRank| {
@@ -54,7 +54,8 @@ pub(super) fn in_general(findings: &Findings) -> Vec<String> {
     kinds.into_iter().filter_map(sentence).collect()
 }
 
-/// Returns a note for a finite mobility that is decided to second order only; empty otherwise.
+/// Returns a note if the finite mobility is decided to second order only, and an empty text
+/// otherwise.
 pub(super) fn undecided(findings: &Findings) -> &'static str {
     match findings.mobility.finite.decided() {
         Some(_) => "",
@@ -62,7 +63,8 @@ pub(super) fn undecided(findings: &Findings) -> &'static str {
     }
 }
 
-/// Describes a finite motion of the mechanism.
+/// Describes a finite motion of the mechanism: the distance and the angle by which a body moves,
+/// and the closure error of the loops.
 pub(super) fn finite_motion(motion: &FiniteMotion) -> String {
     let FiniteMotion { body, moved, turned, closure } = motion;
     format!(
@@ -73,13 +75,14 @@ pub(super) fn finite_motion(motion: &FiniteMotion) -> String {
     )
 }
 
-/// Returns words for the axes of passive rotations: `an axis of its own`, `axes of their own`.
+/// Returns words for the axes about which bodies rotate passively: `an axis of its own` for one
+/// body, `axes of their own` for several.
 pub(super) fn own_axes(count: usize) -> &'static str {
     if count == 1 { "an axis of its own" } else { "axes of their own" }
 }
 
-/// Returns a statement on the control of the finite motions by the actuators, if the mechanism has
-/// other motions that are possible to first order only.
+/// Returns a statement on how well the actuators control the finite motions. `None` if this was not
+/// computed, for example because all instantaneous motions are finite.
 pub(super) fn actuation_of_motion(findings: &Findings) -> Option<String> {
     let (least, greatest, time) = findings.actuation_of_motion?;
     let zero = |x: f64| number(if x < 1e-9 { 0.0 } else { x });
@@ -100,7 +103,8 @@ pub(super) fn actuation_of_motion(findings: &Findings) -> Option<String> {
     })
 }
 
-/// Describes the play due to joint clearance in motions that are blocked at second order.
+/// Describes the play that joint clearance causes, in one sentence for each motion that is blocked
+/// at second order.
 pub(super) fn play(job: &Job<'_>, findings: &Findings) -> Vec<String> {
     let mechanism = &job.model.mechanism;
     let each = findings.play().iter().map(|play| {

@@ -1,4 +1,5 @@
-//! Extension elements: properties of a mechanism for which another format has no element. Only this program reads them.
+//! Extension elements of exported files. They contain properties of a mechanism that the target
+//! format cannot express, and only this program reads them.
 
 use super::model_file::{actuator, friction, gearing_table, joint, spring};
 use crate::job::friction_word;
@@ -6,8 +7,8 @@ use stiction_core::mechanism::Mechanism;
 use stiction_core::spatial::{Pose, Vec3};
 use stiction_format::ModelFile;
 
-/// Content of an extension element: kind of property, name of the joint, spring or other element
-/// with this property, and the property as text.
+/// Content of an extension element: the kind of a property, the name of the joint, spring or other
+/// element that has this property, and the property as text.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Entry {
     pub(super) kind: &'static str,
@@ -15,8 +16,8 @@ pub(super) struct Entry {
     pub(super) text: String,
 }
 
-/// Lists the friction of all joints, as far as a model file can express the friction, in the syntax
-/// of a model file.
+/// Lists the friction of all joints in the syntax of a model file. Joints with friction that a
+/// model file cannot express are omitted.
 pub(super) fn frictions(mechanism: &Mechanism) -> Vec<Entry> {
     let table = |joint: &stiction_core::mechanism::Joint| {
         let table = friction::table(joint).ok().flatten()?;
@@ -26,13 +27,13 @@ pub(super) fn frictions(mechanism: &Mechanism) -> Vec<Entry> {
     mechanism.joints().iter().filter_map(table).collect()
 }
 
-/// Returns the friction mode that the model selects by default.
+/// Returns the friction mode that the model selects by default, if any.
 pub(super) fn default_friction(model: &ModelFile) -> Option<Entry> {
     let text = friction_word(model.default_friction?).to_owned();
     Some(Entry { kind: "default", name: "friction".to_owned(), text })
 }
 
-/// Lists the springs in the syntax of a model file.
+/// Lists all springs in the syntax of a model file.
 pub(super) fn springs(mechanism: &Mechanism) -> Vec<Entry> {
     let entry = |(name, table): (String, toml::Table)| Entry {
         kind: "spring",
@@ -42,8 +43,8 @@ pub(super) fn springs(mechanism: &Mechanism) -> Vec<Entry> {
     spring::tables(mechanism).into_iter().map(entry).collect()
 }
 
-/// Lists the springs that MJCF cannot express, or can express only without preload or without a
-/// range of lengths.
+/// Lists the springs that an MJCF file contains as extension elements: all springs on joints, and
+/// each spring between points that has a preload or a range of lengths.
 pub(super) fn own_springs(mechanism: &Mechanism) -> Vec<Entry> {
     let plain = |name: &str| {
         let mut springs = mechanism.springs().iter();
@@ -79,7 +80,7 @@ pub(super) fn others(mechanism: &Mechanism) -> Vec<Entry> {
         .collect()
 }
 
-/// Name of the XML element for a kind of property in URDF and SDF.
+/// Returns the name of the XML element for a kind of property in URDF and SDF.
 pub(super) fn tag(kind: &str) -> &'static str {
     match kind {
         "friction" => "stiction:friction",
@@ -106,8 +107,8 @@ pub(super) fn reversed(mechanism: &Mechanism, joints: impl Iterator<Item = usize
     joints.map(entry).collect()
 }
 
-/// Lists the coordinates of all joints at the home position, as the model defines them: for balls a quaternion, for
-/// free joints a position and a quaternion.
+/// Lists the coordinates of all joints at the home position, as the model defines them: a
+/// quaternion for spherical joints, a position and a quaternion for free joints.
 pub(super) fn coordinates(home: &super::Home<'_>) -> Vec<Entry> {
     let joints = home.mechanism.joints().iter();
     let entry = |joint: &stiction_core::mechanism::Joint| {
@@ -171,7 +172,7 @@ pub(super) fn six(pose: Pose<f64>) -> [f64; 6] {
     [x, y, z, roll, pitch, yaw]
 }
 
-/// Names and values of the six different entries of a body's inertia tensor, kg m^2.
+/// Returns the names and values of the six independent entries of a body's inertia tensor, kg m^2.
 pub(super) fn tensor(body: &stiction_core::mechanism::Body) -> [(&'static str, f64); 6] {
     let entry = |i: usize, j: usize| body.inertia.at(i, j);
     [
@@ -184,7 +185,7 @@ pub(super) fn tensor(body: &stiction_core::mechanism::Body) -> [(&'static str, f
     ]
 }
 
-/// Returns whether a pose is the identity.
+/// Returns true if a pose is the identity.
 pub(super) fn is_identity(pose: Pose<f64>) -> bool {
     pose == Pose::at(Vec3::zero())
 }

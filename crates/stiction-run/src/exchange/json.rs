@@ -1,4 +1,4 @@
-//! Neutral JSON description of a mechanism in SI units, for other programs that build the mechanism from it.
+//! JSON description of a mechanism in SI units, from which other programs can build the mechanism.
 
 use super::Home;
 use serde_json::{Value, json};
@@ -15,9 +15,9 @@ use stiction_core::spatial::{Mat3, Pose};
 /// Version of the JSON format; it is increased when the meaning of a key changes.
 const VERSION: u32 = 1;
 
-/// Describes the assembled mechanism as a JSON object. A pose of two frames is the pose of the
-/// second frame in the first. A rotation is a list of rows; its columns are the axes of the second
-/// frame.
+/// Describes the assembled mechanism as a JSON object. The relative pose of two frames is the pose
+/// of the second frame in the first. A rotation is a list of matrix rows; the columns of the matrix
+/// are the axes of the second frame.
 pub fn json(home: &Home<'_>) -> Value {
     let mechanism = &home.model.mechanism;
     let name_of = |body: BodyId| mechanism.bodies()[body.0].name.as_str();
@@ -155,7 +155,7 @@ fn drive_train_json(mechanism: &Mechanism, train: &DriveTrain) -> Value {
     value
 }
 
-/// Serialises the description with each vector and matrix on one line.
+/// Returns the description of the mechanism as JSON text, with each vector and matrix on one line.
 pub fn json_text(home: &Home<'_>) -> String {
     let mut text = String::new();
     // Writing to a string does not fail.
@@ -188,7 +188,7 @@ fn write_value(out: &mut String, value: &Value, depth: usize) -> fmt::Result {
     write!(out, "\n{:1$}{close}", "", 2 * depth)
 }
 
-/// Returns whether a value is a number or a nested list of numbers.
+/// Returns true if a value is a number or a nested list of numbers.
 fn is_numeric(value: &Value) -> bool {
     match value {
         Value::Number(_) => true,

@@ -1,4 +1,5 @@
-//! Results as MCAP logs: joint states and a moving skeleton of the robot, in Foxglove's schemas, encoded as JSON.
+//! Results of a run as MCAP logs: joint states and a moving skeleton of the robot, in Foxglove's
+//! schemas, encoded as JSON.
 
 use crate::bodies::BodyRow;
 use ::mcap::WriteOptions;
@@ -27,11 +28,11 @@ const LINE_LIST: u8 = 2;
 
 /// Writes a run as an MCAP log.
 ///
-/// Each row of the tables becomes two messages. The message on `/joint_states`
-/// (`foxglove.JointStates`) contains position, velocity, acceleration and, for actuators, effort,
-/// in m, rad, s, N and N m, with the names of the columns. The message on `/scene`
-/// (`foxglove.SceneUpdate`) contains a line from the middle of each body to each of its joints, in
-/// the frame `world`. Times are those of the tables, from zero.
+/// Each row of the tables becomes two messages, whose time stamps equal the time in the row. The
+/// message on `/joint_states` (`foxglove.JointStates`) contains position, velocity, acceleration
+/// and, for actuators, effort, in m, rad, s, N and N m, with the names of the columns. The message
+/// on `/scene` (`foxglove.SceneUpdate`) contains a line from the middle of each body to each of its
+/// joints, in the frame `world`.
 ///
 /// The table `joints` contains the coordinates of joints (`joints.csv` or `forward.csv`), `efforts`
 /// the actuator efforts (`inverse.csv` or `forward.csv`), and `bodies` the motion of the bodies
@@ -86,7 +87,7 @@ pub fn mcap_of_csv(
     writer.into_inner().flush()
 }
 
-/// Converts the time of a row, s, to whole nanoseconds.
+/// Converts the time of a row, s, to whole nanoseconds. Returns an error if the time is negative.
 fn nanoseconds(time: f64) -> io::Result<u64> {
     // Times of tables are below 1e9 s, so the product is far below the largest integer.
     let nanoseconds = (time * 1e9).round();
@@ -112,9 +113,10 @@ fn without_unit(header: &str) -> &str {
     header.split_once(" [").map_or(header, |(name, _)| name)
 }
 
-/// Columns of the tables that contain the state of each joint coordinate.
+/// Columns of the tables that contain the states of the joint coordinates.
 struct JointStates {
-    /// Name of each joint coordinate, and the indices of the columns with its [`FIELDS`].
+    /// Name of each joint coordinate, and the indices of the columns with its position, velocity
+    /// and acceleration, in the order of [`FIELDS`].
     coordinates: Vec<(String, [Option<usize>; 3])>,
     /// Index of the column with the effort of each joint coordinate; `None` without an actuator.
     efforts: Vec<Option<usize>>,
@@ -173,7 +175,8 @@ impl JointStates {
     }
 }
 
-/// Skeleton of the robot: a line from the middle of each body to each of its joints, and a ball at each joint.
+/// Skeleton of the robot: a ball at each joint, and a line from the middle of each body to each of
+/// its joints. The middle of a body is the mean of its joint positions.
 struct Scene {
     /// Name of each body, the ground first, and the origins of the joints of the body in its frame,
     /// m.

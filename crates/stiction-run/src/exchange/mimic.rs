@@ -1,5 +1,5 @@
-//! Gearings of two joints as mimic joints of URDF and SDF: the coordinate of one joint follows that
-//! of another joint.
+//! Gearings of two joints as mimic joints of URDF and SDF. The coordinate of a mimic joint follows
+//! the coordinate of another joint, its leader.
 
 use stiction_core::joint::JointType;
 use stiction_core::mechanism::{GearedDof, JointRange, Mechanism, RangeOf};
@@ -18,8 +18,9 @@ pub(super) struct Mimic {
     pub(super) offset: f64,
 }
 
-/// Finds the gearings of two revolute or prismatic joints that the formats can express. A joint follows at most one
-/// leader, and never itself through a chain of leaders.
+/// Finds the gearings that URDF and SDF can express as mimic joints: those of two revolute or
+/// prismatic joints. A joint follows at most one leader, and never itself through a chain of
+/// leaders.
 pub(super) fn all(mechanism: &Mechanism) -> Vec<Mimic> {
     let is_simple = |dof: &GearedDof| {
         let kind = mechanism.joints()[dof.joint.0].joint_type;
@@ -55,8 +56,8 @@ pub(super) fn all(mechanism: &Mechanism) -> Vec<Mimic> {
     found
 }
 
-/// Returns range, largest effort and largest rate of a joint with one coordinate, in SI units;
-/// `None` for each limit that the model does not define.
+/// Returns the range, the largest effort and the largest rate of a joint with one coordinate, in SI
+/// units. A limit that the model does not define is `None`.
 pub(super) fn limits(
     mechanism: &Mechanism,
     joint: usize,
@@ -69,7 +70,8 @@ pub(super) fn limits(
         .iter()
         .filter(|train| train.only_dof().is_some_and(|(own, dof)| (own.0, dof) == (joint, 0)))
         .collect();
-    // The efforts of all motors of the joint add up. If one motor has no limit, the joint has none.
+    // The efforts of all motors of the joint add up. If one motor has no limit, the effort of the
+    // joint has no limit.
     let effort = trains
         .iter()
         .try_fold(0.0, |sum, train| Some(sum + train.limits.peak? * train.transmission().abs()));

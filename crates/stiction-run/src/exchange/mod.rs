@@ -39,12 +39,12 @@ pub struct Home<'a> {
     pub model: &'a ModelFile,
     /// Pose of each body in the world, with all loops closed.
     pub poses: Vec<Pose<f64>>,
-    /// Pose of frame K in frame J for each joint, `X_JK`.
+    /// Pose of frame K in frame J of each joint, `X_JK`.
     pub across: Vec<Pose<f64>>,
-    /// Coordinates of each joint's degrees of freedom, m or rad, with angles within half a turn;
-    /// `None` for the degrees of freedom of joints without scalar coordinates.
+    /// Coordinates of each joint's degrees of freedom, m or rad, with angles within half a turn.
+    /// `None` for the rotations of spherical and free joints, which have no scalar coordinates.
     pub coordinates: Vec<Vec<Option<f64>>>,
-    /// Mechanism whose joints start at the home position.
+    /// Mechanism with the home position as the initial guess of each joint for the assembly.
     pub mechanism: Mechanism,
     /// Prescribed coordinates at the first instant of the motion, with their values, rates and accelerations.
     pub motion: Vec<(Coordinate, Target<f64>)>,
@@ -54,7 +54,8 @@ impl<'a> Home<'a> {
     /// Assembles the mechanism at the first instant of the job's motion.
     ///
     /// # Errors
-    /// [`Error::Assembly`] if the loops cannot be closed there, [`Error::NotFinite`] if the motion has no value.
+    /// Returns [`Error::Assembly`] if the loops cannot be closed at this instant, and
+    /// [`Error::NotFinite`] if the motion has no finite value there.
     pub fn of(job: &Job<'a>) -> Result<Self, Error> {
         let solver = job.assemble(job.motion.start)?.solver;
         let origin = solver.parameters().origin;

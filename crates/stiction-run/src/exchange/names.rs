@@ -1,4 +1,4 @@
-//! Unique names of the elements of a file.
+//! Unique names for the elements of an exported file.
 
 use std::collections::HashSet;
 
@@ -12,8 +12,8 @@ impl Names {
         self.0.insert(name.to_owned());
     }
 
-    /// Returns a unique name and marks it as used: `name` itself, or if that is in use the first unused one of
-    /// `name_2`, `name_3` and so on.
+    /// Returns a unique name and marks it as used. The name is `name` itself or, if that is in use,
+    /// the first unused name of `name_2`, `name_3` and so on.
     pub(in crate::exchange) fn take(&mut self, name: &str) -> String {
         let mut own = name.to_owned();
         for number in 2.. {

@@ -4,18 +4,18 @@ use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
-/// Memory, bytes, for the columns that are converted in one pass over the table. A single column
-/// that needs more memory is still converted as a whole.
+/// Memory, bytes, for the columns that are converted in one pass over the table. If a single column
+/// needs more memory, it is still converted in one pass.
 const MEMORY: usize = 64 << 20;
 
 /// Converts a table of numbers, a CSV file with all digits, to an NPZ archive.
 ///
 /// The arrays are uncompressed and in the order of the columns. The memory use does not grow with
 /// the number of columns, because the table is read once for each group of columns that fits into
-/// the memory.
+/// 64 MiB.
 ///
 /// # Errors
-/// Fails if a file cannot be read or written, or if a cell is not a number.
+/// Returns an error if a file cannot be read or written, or if a cell is not a number.
 pub fn npz_of_csv(mut table: impl Read + Seek, archive: impl Write + Seek) -> io::Result<()> {
     let mut rows = 0;
     let header = each_row(&mut table, |_| {

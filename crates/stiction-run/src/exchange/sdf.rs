@@ -1,5 +1,4 @@
-//! Export to SDF: links in the home position, and all joints, including the joints that close
-//! loops.
+//! Export to SDF: the links in the home position and all joints, including those that close loops.
 
 use super::extension::{self, Entry, six, tensor};
 use super::mimic::{self, Mimic};
@@ -16,11 +15,11 @@ use stiction_format::NAMESPACE;
 pub struct Sdf {
     /// Text of the SDF file.
     pub text: String,
-    /// Notes on omitted or changed properties, one per line.
+    /// Notes on properties that the file omits or changes, one per entry.
     pub notes: Vec<String>,
 }
 
-/// Name of a joint type in SDF; `None` if SDF has no such joint.
+/// Returns the name of a joint type in SDF; `None` if SDF has no such joint.
 fn word(joint_type: JointType) -> Option<&'static str> {
     match joint_type {
         JointType::Revolute => Some("revolute"),
@@ -36,7 +35,7 @@ fn word(joint_type: JointType) -> Option<&'static str> {
 /// Converts an assembled mechanism to SDF.
 ///
 /// # Errors
-/// [`Unfit`] if SDF has no joint of a required type.
+/// Returns [`Unfit::NoSuchJoint`] if SDF has no joint of a required type.
 pub fn sdf(home: &Home<'_>) -> Result<Sdf, Unfit> {
     let mechanism = &home.model.mechanism;
     let lacks =
@@ -131,7 +130,7 @@ fn write_joint(xml: &mut Xml, home: &Home<'_>, index: usize, bodies: &[String], 
     let angle = home.coordinates[index].first().copied().flatten().unwrap_or(0.0);
     let axes: &[(&str, [f64; 3])] = match joint.joint_type {
         JointType::Spherical | JointType::Fixed => &[],
-        // Second axis of a universal joint in the home position.
+        // The second axis of a universal joint is the one in the home position.
         JointType::Universal => {
             &[("axis", [0.0, 0.0, 1.0]), ("axis2", [angle.cos(), angle.sin(), 0.0])]
         }
@@ -148,7 +147,7 @@ fn write_joint(xml: &mut Xml, home: &Home<'_>, index: usize, bodies: &[String], 
         };
         let effort = if joint.actuated[dof] { effort.unwrap_or(1e9) } else { 0.0 };
         xml.open("limit", &[]);
-        // The limits are measured from the home position, which is the zero of the file.
+        // The limits are relative to the home position, where the coordinates of the file are zero.
         if let Some((lower, upper)) = range {
             xml.text("lower", &[], &numbers(&[lower - angle]));
             xml.text("upper", &[], &numbers(&[upper - angle]));

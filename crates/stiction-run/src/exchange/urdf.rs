@@ -1,8 +1,9 @@
-//! Export to URDF, which describes a tree of links, and to a YAML file that lists the loop closures and motors, by the
-//! convention of *example-parallel-robots*.
+//! Export to URDF, which describes a tree of links, and to a YAML file that lists the loop closures
+//! and motors, in the convention of *example-parallel-robots*.
 //!
-//! The frame of a link is that of its body. If the frame of a joint on its child differs from it, the file inserts a
-//! link without mass between them, named after the joint.
+//! The frame of a link is the frame of its body. If the frame of a joint on its child body differs
+//! from the frame of the child link, the file inserts a link without mass between them, named after
+//! the joint.
 
 use super::extension::{self, Entry, angles, is_identity, tensor};
 use super::mimic::{self, Mimic};
@@ -14,7 +15,7 @@ use stiction_core::mechanism::{BodyId, Joint, Mechanism};
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 use stiction_format::NAMESPACE;
 
-/// URDF model and its YAML file as text, with notes on properties that they cannot express.
+/// URDF model and its YAML file as text, with notes on properties that neither of them can express.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Urdf {
     /// Text of the URDF.
@@ -22,7 +23,7 @@ pub struct Urdf {
     /// Text of the accompanying YAML file; `None` if the mechanism has neither loops nor motors, nor joints of special
     /// types.
     pub yaml: Option<String>,
-    /// Notes on omitted or changed properties, one per line.
+    /// Notes on properties that the files omit or change, one per entry.
     pub notes: Vec<String>,
 }
 
@@ -34,7 +35,7 @@ struct Convention {
     types: Vec<(String, &'static str)>,
 }
 
-/// Limit, in SI units, written for a quantity without a limit.
+/// Limit, in SI units, that the file contains for a quantity without a limit.
 const WIDE: f64 = 1e9;
 
 struct Writer<'a> {
@@ -51,7 +52,8 @@ struct Writer<'a> {
 /// Converts an assembled mechanism to URDF and YAML.
 ///
 /// # Errors
-/// [`Unfit`] if neither URDF nor the YAML convention has a joint of a required type.
+/// Returns [`Unfit::NoSuchJoint`] if neither URDF nor the YAML convention has a joint of a required
+/// type.
 pub fn urdf(home: &Home<'_>) -> Result<Urdf, Unfit> {
     let mechanism = &home.model.mechanism;
     let lacks = |joint: &&Joint| match joint.joint_type {
@@ -82,9 +84,9 @@ pub fn urdf(home: &Home<'_>) -> Result<Urdf, Unfit> {
     Ok(Urdf { yaml: writer.convention.text(), text: writer.xml.finish(), notes })
 }
 
-/// Chooses the joints of the spanning tree, from the ground outwards. Returns their indices, each
-/// with a flag: true if the joint leads from its predecessor to its successor, false if it is
-/// reversed.
+/// Chooses the joints of the spanning tree, from the ground outwards. Returns the index of each
+/// joint with a flag, which is true if the joint leads from its predecessor to its successor, and
+/// false if the joint is reversed.
 fn tree(mechanism: &Mechanism) -> Vec<(usize, bool)> {
     let joints = mechanism.joints();
     // Loops are preferably closed at spherical and fixed joints, and not at joints with motors.
@@ -132,8 +134,8 @@ fn flipped() -> Pose<f64> {
     }
 }
 
-/// Returns the rotation to a frame whose x and y axes are the previous z and x axes, as in a CARDAN
-/// joint.
+/// Returns the rotation to a frame whose x and y axes are the previous z and x axes, as the YAML
+/// convention requires for `CARDAN` joints.
 fn cardan() -> Pose<f64> {
     Pose {
         rotation: Mat3::from_columns(Vec3::unit(2), Vec3::unit(0), Vec3::unit(1)),
@@ -218,7 +220,7 @@ impl Writer<'_> {
             self.xml.empty("axis", &[("xyz", "0 0 1".into())]);
         }
         if matches!(word, "prismatic" | "revolute") {
-            // The format requires limits. A missing limit becomes a very wide one.
+            // The format requires limits. Very wide limits replace missing ones.
             let (lower, upper) = range.unwrap_or((-WIDE, WIDE));
             let [effort, rate] = [effort, rate].map(|limit| limit.unwrap_or(WIDE));
             let limits =
@@ -336,8 +338,8 @@ impl Writer<'_> {
         entries.extend(extension::reversed(mechanism, self.reversed.iter().copied()));
         entries.extend(extension::coordinates(self.home));
         for Entry { kind, name, text } in entries {
-            // Coordinates in URDF equal those of the model, so the home coordinates are start
-            // coordinates.
+            // Coordinates in URDF equal those of the model, so the home coordinates are written as
+            // start coordinates of the joints.
             let kind = if kind == "coordinates" { "start" } else { kind };
             self.xml.text(extension::tag(kind), &[("name", name)], &text);
         }

@@ -1,4 +1,4 @@
-//! Writer of XML text.
+//! Writer of XML text, for exported files.
 
 use std::fmt::Write;
 use stiction_draw::xml::escape;
@@ -14,19 +14,19 @@ pub(in crate::exchange) struct Xml {
 }
 
 impl Xml {
-    /// Number of open elements.
+    /// Returns the number of open elements.
     pub(in crate::exchange) fn depth(&self) -> usize {
         self.open.len()
     }
 
-    /// Opens an element with content.
+    /// Writes the opening tag of an element that has content.
     pub(in crate::exchange) fn open(&mut self, tag: &'static str, attributes: Attributes<'_>) {
         self.begin(tag, attributes);
         self.text.push_str(">\n");
         self.open.push(tag);
     }
 
-    /// Closes the innermost open element.
+    /// Writes the closing tag of the innermost open element.
     pub(in crate::exchange) fn close(&mut self) {
         if let Some(tag) = self.open.pop() {
             self.indent();
@@ -41,7 +41,7 @@ impl Xml {
         self.text.push_str("/>\n");
     }
 
-    /// Writes an element with a text.
+    /// Writes an element that contains only text.
     pub(in crate::exchange) fn text(
         &mut self,
         tag: &'static str,
@@ -83,7 +83,8 @@ impl Xml {
     }
 }
 
-/// Makes text safe for an XML comment, which must not contain two hyphens.
+/// Makes text safe for an XML comment: separates successive hyphens by spaces and removes control
+/// characters.
 fn harmless(text: &str) -> String {
     let mut harmless = String::with_capacity(text.len());
     for c in text.chars().filter(|c| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}')) {

@@ -1,10 +1,10 @@
-//! Search for the motion with the most information: quasi-Newton ascents (BFGS) that stay within
-//! the limits, and random trials between the ascents.
+//! Search for the motion with the most information about the parameters: quasi-Newton ascents
+//! (BFGS) that stay within the limits, and random trials between the ascents.
 //!
 //! Beyond a limit the objective is undefined, so a step across a limit is halved. Dry friction
-//! changes its sign between samples of the grid, so the objective jumps, and an ascent may stop at
-//! a jump. Random trials continue from the point where an ascent stops; their size adapts to their
-//! success.
+//! changes its sign between samples of the time grid, so the objective jumps, and an ascent may
+//! stop at a jump. Random trials continue from the point where an ascent stops. Their size
+//! increases after a success and decreases after a failure.
 //!
 //! Sources: Nocedal and Wright, *Numerical Optimization* (2006), algorithm 6.1 with backtracking;
 //! Rechenberg, *Evolutionsstrategie* (1973), the one-fifth rule.
@@ -16,7 +16,7 @@ use stiction_core::random::Random;
 /// Smallest gain for which a step is accepted, as a fraction of the gain that the slope predicts
 /// (Armijo's rule).
 const SUFFICIENT: f64 = 1e-4;
-/// Number of halvings of a step after which the ascent ends.
+/// Number of times that a step is halved before the ascent ends.
 const HALVINGS: usize = 25;
 /// Increase of the objective, divided by the number of base parameters, below which the ascent
 /// ends.
@@ -26,9 +26,9 @@ const FIRST: f64 = 0.1;
 
 /// Number of random trials after an ascent.
 const TRIALS: usize = 24;
-/// Number of search steps that all random trials after an ascent together count as.
+/// Number of search steps that are counted for all random trials after one ascent together.
 const TRIALS_AS_STEPS: usize = 3;
-/// Size of the first random trial, as a fraction of the coefficients.
+/// Size of the first random trial, as a fraction of the root mean square of the coefficients.
 const TRIED: f64 = 0.1;
 /// Factor on the size of the random trials after a successful trial.
 const LARGER: f64 = 1.5;
@@ -36,15 +36,16 @@ const LARGER: f64 = 1.5;
 /// trial in five succeeds.
 const SMALLER: f64 = 0.9;
 
-/// Coefficients of a motion, and the sums over one period of this motion.
+/// Free Fourier coefficients of a motion, and the quantities accumulated over one period of the
+/// motion.
 pub(super) struct Point {
     pub(super) x: DVector<f64>,
     pub(super) sweep: Sweep,
 }
 
 /// Searches for a maximum of the objective from a point inside the limits; `mu` is the weight of
-/// the barrier. The search calls `go_on` before each of at most `steps` steps, and ends if `go_on`
-/// returns false.
+/// the barrier at the limits. The search calls `go_on` before each of at most `steps` steps, and
+/// ends if `go_on` returns false.
 pub(super) fn search(
     objective: &mut Objective,
     from: Point,
@@ -76,7 +77,8 @@ pub(super) fn search(
     now
 }
 
-/// Tries random points near `from` and returns the best one.
+/// Evaluates random points near `from` and returns the best point found, or `from` if none is
+/// better.
 fn try_at_random(objective: &mut Objective, from: Point, mu: f64, random: &mut Random) -> Point {
     let mut now = from;
     let Some((mut value, _)) = objective.value(&now.x, mu) else { return now };
@@ -96,7 +98,8 @@ fn try_at_random(objective: &mut Objective, from: Point, mu: f64, random: &mut R
     now
 }
 
-/// Maximises the objective from a point inside the limits by a quasi-Newton method.
+/// Maximises the objective from a point inside the limits by a quasi-Newton method with at most
+/// `steps` steps.
 fn ascend(
     objective: &mut Objective,
     from: Point,
@@ -137,8 +140,8 @@ fn ascend(
             length *= 0.5;
         }
         let Some((x, better, sweep)) = found else {
-            // Restarts once along the gradient. If that also fails, the point is a maximum within
-            // the accuracy of finite differences.
+            // The search restarts once along the gradient. If that also fails, the point is a
+            // maximum within the accuracy of finite differences.
             if inverse.take().is_some() {
                 continue;
             }

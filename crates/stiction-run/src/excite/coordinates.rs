@@ -1,4 +1,4 @@
-//! Coordinates of the designed motion, their names, and the first position of the motion.
+//! Coordinates of the designed motion, their names, and the position at which the motion begins.
 
 use super::{ExciteError, ExciteSettings};
 use stiction_core::dynamics::{InverseDynamics, Settings};
@@ -8,7 +8,7 @@ use stiction_core::mechanism::{JointId, Mechanism};
 use stiction_format::{ModelFile, did_you_mean};
 
 /// Coordinates of the designed motion, and their values (`centre`) at the beginning and end of each
-/// period.
+/// period of the motion.
 pub(super) struct Chosen {
     pub(super) coordinates: Vec<Coordinate>,
     pub(super) names: Vec<String>,
@@ -24,8 +24,8 @@ impl Chosen {
     }
 }
 
-/// Chooses the coordinates: those of the selected motion of the model, or those of its actuators.
-/// Assembles the mechanism at the first instant of the selected motion.
+/// Chooses the coordinates of the designed motion: those of the selected motion of the model, or
+/// those of the actuators. Assembles the mechanism at the first instant of the selected motion.
 pub(super) fn choose(model: &ModelFile, settings: &ExciteSettings) -> Result<Chosen, ExciteError> {
     let mechanism = &model.mechanism;
     let actuated: Vec<Coordinate> =
@@ -122,8 +122,8 @@ fn assembled(
     )
 }
 
-/// Assembles the mechanism with other prescribed coordinates near the configuration of `solver`,
-/// and therefore in the same assembly mode.
+/// Assembles the mechanism with other prescribed coordinates, starting from the configuration of
+/// `near`, so that the mechanism stays in the same assembly mode.
 fn assembled_near(
     model: &ModelFile,
     coordinates: &[Coordinate],
@@ -137,7 +137,7 @@ fn assembled_near(
     assembled(&model, coordinates, values)
 }
 
-/// Returns the name of a coordinate as in the columns of recorded motions.
+/// Returns the name that a coordinate has in the columns of recorded motions.
 fn name(mechanism: &Mechanism, coordinate: Coordinate) -> Result<String, ExciteError> {
     const AXES: [char; 3] = ['x', 'y', 'z'];
     let body = |body: stiction_core::mechanism::BodyId| &mechanism.bodies()[body.0].name;
@@ -160,7 +160,8 @@ fn name(mechanism: &Mechanism, coordinate: Coordinate) -> Result<String, ExciteE
     })
 }
 
-/// Returns the coordinate of a joint's degree of freedom, m or rad; angles are within half a turn.
+/// Returns the coordinate of a joint's degree of freedom, m or rad, with angles within half a turn.
+/// Returns NaN if the joint has no scalar coordinates.
 pub(super) fn dof_value(
     mechanism: &Mechanism,
     bodies: &Bodies<f64>,

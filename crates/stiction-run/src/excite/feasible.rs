@@ -1,5 +1,5 @@
 //! Motions within the limits: the random motion from which the search starts, and the final check
-//! between the samples.
+//! between the samples of the search.
 
 use super::ExciteError;
 use super::ascent::Point;
@@ -11,15 +11,16 @@ use stiction_core::random::Random;
 
 /// Size of the initial random motion, as a fraction of the largest size within all limits.
 const START: f64 = 0.95;
-/// Smallest size of a random motion, as a fraction of the reach of the coordinates.
+/// Smallest factor on the initial random motion. If even this motion exceeds a limit, no motion
+/// counts as feasible.
 const LEAST: f64 = 1e-3;
 /// Factor by which a motion is reduced if it exceeds a limit between the samples of the search.
 const SHRINK: f64 = 0.99;
-/// Largest number of reductions by [`SHRINK`].
+/// Largest number of times that a motion is reduced by [`SHRINK`].
 const SHRINKS: usize = 100;
 
-/// Returns an error if the robot at rest in the first position has no finite forces, or exceeds a
-/// limit.
+/// Returns an error if the robot has no finite forces, or exceeds a limit, while it rests at the
+/// position where the motion begins.
 pub(super) fn refuse_at_rest(probe: &mut Probe, chosen: &Chosen) -> Result<(), ExciteError> {
     let rest = vec![0.0; chosen.centre.len()];
     let Some(reading) = probe.at([&chosen.centre, &rest, &rest], None) else {
@@ -46,7 +47,7 @@ pub(super) fn refuse_at_rest(probe: &mut Probe, chosen: &Chosen) -> Result<(), E
     }
 }
 
-/// Returns a random motion, scaled until it nearly reaches a limit.
+/// Returns a random motion that is scaled so that it nearly reaches a limit.
 pub(super) fn random_start(
     objective: &mut Objective,
     random: &mut Random,
@@ -60,7 +61,8 @@ pub(super) fn random_start(
         sweep.greatest.iter().all(|part| *part < 1.0).then_some(sweep)
     };
     let mut high = 1.0;
-    // Halving finds the order of magnitude; bisection then refines the value.
+    // Halving finds the order of magnitude of the largest factor; bisection then refines the
+    // factor.
     while high >= LEAST && feasible(objective, high).is_none() {
         high *= 0.5;
     }
@@ -91,8 +93,8 @@ pub(super) fn random_start(
     resumed(objective, &(&x * (START * low)))
 }
 
-/// Computes information, used fractions of limits, efforts and barrier over one period of a motion
-/// that is known to satisfy the limits.
+/// Evaluates one period of a motion that is known to satisfy the limits: information, used
+/// fractions of the limits, efforts and barrier.
 pub(super) fn resumed(objective: &mut Objective, x: &DVector<f64>) -> Result<Point, ExciteError> {
     let sweep = objective.sweep(x).ok_or_else(|| {
         ExciteError::no_answer(
@@ -103,7 +105,7 @@ pub(super) fn resumed(objective: &mut Objective, x: &DVector<f64>) -> Result<Poi
     Ok(Point { x: x.clone(), sweep })
 }
 
-/// Scales a motion down until all limits also hold on a finer time grid.
+/// Scales a motion down until it also satisfies all limits on the finer time grid `fine`.
 pub(super) fn held_between(
     objective: &mut Objective,
     fine: &Grid,

@@ -1,19 +1,20 @@
-//! Files of a designed motion: the reference as a recorded motion, and the options for logs of this
-//! motion.
+//! Files of a designed motion: the reference motion in the format of recorded motions, and the
+//! options for logs of this motion.
 
 use super::result::Excitation;
 use std::fmt::Write as _;
 use stiction_draw::numbers::exact;
 
-/// Cut-off frequency of the filter as a multiple of the frequency of the highest harmonic. Efforts
-/// of friction and of squared rates contain higher harmonics than the motion itself.
+/// Cut-off frequency of the filter for the logs, as a multiple of the frequency of the highest
+/// harmonic. Efforts of friction and of squared rates contain higher harmonics than the motion
+/// itself.
 const CUTOFF: f64 = 5.0;
-/// Largest cut-off frequency, as a fraction of the sampling rate.
+/// Largest cut-off frequency of the filter, as a fraction of the sampling rate.
 const SAMPLED: f64 = 0.1;
 
 impl Excitation {
-    /// Returns the reference as CSV: time, then position, rate and acceleration of each coordinate, in the format of
-    /// `stiction inverse --motion`.
+    /// Returns the reference motion as CSV: time, then position, rate and acceleration of each
+    /// coordinate, in the format of `stiction inverse --motion`.
     pub fn reference_csv(&self) -> String {
         table(&self.coordinates, self.reference.iter().map(|(time, motion)| (*time, motion)))
     }
@@ -67,8 +68,8 @@ impl Excitation {
         text
     }
 
-    /// Returns the names of the logs to record, each with the name of the load that the robot
-    /// carries, if any.
+    /// Returns the names of the log files to record. Each name is paired with the load that the
+    /// robot carries; `None` for the robot alone.
     pub fn logs(&self) -> Vec<(String, Option<&str>)> {
         match self.payloads.as_slice() {
             [] => vec![("log.csv".to_owned(), None)],

@@ -1,4 +1,5 @@
-//! Limits set by options, which select quantities by names and patterns.
+//! Limits on the designed motion that the options set. An option selects quantities by a name or a
+//! pattern.
 
 use super::ExciteError;
 use super::coordinates::{Chosen, dof_value};
@@ -9,7 +10,7 @@ use stiction_core::mechanism::{JointId, Mechanism};
 use stiction_format::{Amount, did_you_mean, fits};
 
 /// Returns all moving quantities with their names: first the coordinates of the motion, then the
-/// other degrees of freedom of joints. The flag is true for angles.
+/// other degrees of freedom of joints. The flag is true if the quantity is an angle.
 fn moving(mechanism: &Mechanism, chosen: &Chosen) -> Vec<(String, Moving, bool)> {
     let mut all: Vec<(String, Moving, bool)> = (0..chosen.names.len())
         .map(|k| (chosen.names[k].clone(), Moving::Coordinate(k), chosen.is_angle[k]))
@@ -28,7 +29,8 @@ fn moving(mechanism: &Mechanism, chosen: &Chosen) -> Vec<(String, Moving, bool)>
     all
 }
 
-/// Adds the limits that an option sets. Adds none if no name matches the pattern of the option.
+/// Adds the limits that an option sets to `all`. Adds none if no name matches the pattern of the
+/// option.
 pub(super) fn add_setting(
     mechanism: &Mechanism,
     chosen: &Chosen,
@@ -58,8 +60,8 @@ pub(super) fn add_setting(
         }
         return Ok(());
     }
-    // A pattern such as `leg*` may match angles and lengths; the unit of the limit selects among
-    // them.
+    // A pattern such as `leg*` may match both angles and lengths. The limit applies only to the
+    // quantities that fit its unit.
     let candidates = moving(mechanism, chosen);
     let named = candidates.iter().filter(|(name, ..)| fits(&setting.name, name));
     let mut misfit = None;
@@ -117,7 +119,7 @@ pub(super) fn add_setting(
     Ok(())
 }
 
-/// Returns the error for an option whose pattern matches no name.
+/// Returns the error for an option whose pattern matches no name, with a suggestion.
 pub(super) fn unknown(
     mechanism: &Mechanism,
     chosen: &Chosen,

@@ -1,5 +1,5 @@
-//! Limits of a motion: travel, speed, acceleration and effort of coordinates, joints and motors, and the distance to
-//! singular positions.
+//! Limits of a designed motion: travel, speed, acceleration and effort of coordinates, joints and
+//! motors, and the distance to singular positions.
 
 use super::coordinates::{Chosen, dof_value};
 use super::limit_settings::{add_setting, unknown};
@@ -12,7 +12,7 @@ use stiction_core::mechanism::{JointId, Mechanism, MotorMap, RangeOf};
 use stiction_core::parameters::Parameters;
 use stiction_core::topology::Topology;
 
-/// Moving quantity: a coordinate of the motion, or a degree of freedom of a joint.
+/// Moving quantity: a coordinate of the designed motion, or a degree of freedom of a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Moving {
     Coordinate(usize),
@@ -32,18 +32,19 @@ pub(super) enum Of {
     /// Tilt of a joint or length of a spring, relative to the middle of its range. The number is
     /// the middle of the range, rad or m.
     Measured(Measured, f64),
-    /// Speed of the motor of a drive train.
+    /// Speed of the motor of the drive train with this index.
     MotorSpeed(usize),
-    /// Torque of the motor of a drive train, limited at every instant.
+    /// Torque of the motor of the drive train with this index, limited at every instant.
     MotorTorque(usize),
-    /// Torque of the motor of a drive train, whose root mean square over a period is limited to the
-    /// rated torque.
+    /// Torque of the motor of the drive train with this index. The root mean square of the torque
+    /// over a period is limited to the rated torque.
     MotorRated(usize),
-    /// Actuation singularity index, for which the limit is the least allowed value.
+    /// Singularity index of the actuation, for which the limit is the least allowed value.
     Singularity,
 }
 
-/// Limit on the magnitude of a quantity, in SI units.
+/// Limit on the magnitude of a quantity. `bound` is the largest allowed magnitude in the SI unit
+/// `unit`.
 #[derive(Clone, Debug)]
 pub(super) struct Limit {
     pub(super) name: String,
@@ -52,7 +53,7 @@ pub(super) struct Limit {
     pub(super) of: Of,
 }
 
-/// Degree to which a motion uses a limit.
+/// Utilisation of a limit by a motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Used {
     /// Name of the limited quantity, such as `leg1.P.speed`.
@@ -62,12 +63,12 @@ pub struct Used {
     pub bound: f64,
     /// Unit of `bound`; empty for a singularity index.
     pub unit: &'static str,
-    /// Largest value of the quantity as a fraction of the limit. The motion satisfies the limit if
-    /// the fraction is at most one.
+    /// Largest magnitude of the quantity along the motion, as a fraction of the limit. The motion
+    /// satisfies the limit if the fraction is at most one.
     pub part: f64,
 }
 
-/// All limits of a motion.
+/// All limits of a designed motion.
 #[derive(Clone, Debug)]
 pub(super) struct Limits {
     all: Vec<Limit>,
@@ -109,8 +110,8 @@ impl Limits {
                 let (low, high) = range.limits;
                 let (joint_id, middle) = (JointId(index), 0.5 * (low + high));
                 let own = Coordinate::Joint { joint: joint_id, dof };
-                // Coordinates count full turns, so the range is shifted by full turns to contain
-                // the first position.
+                // Coordinates of the motion are not reduced to one turn, so the range is shifted by
+                // full turns until it contains the first position.
                 let of = match chosen.coordinates.iter().position(|known| *known == own) {
                     Some(k) => {
                         let turns = match chosen.is_angle[k] {
@@ -146,8 +147,8 @@ impl Limits {
         Ok(limits)
     }
 
-    /// Adds a limit on the singularity index, whose least allowed value is `least`; adds none if
-    /// `least` is not positive.
+    /// Adds a limit on the singularity index. The least allowed index is `least`; if it is not
+    /// positive, no limit is added.
     pub(super) fn keep_from_singular(&mut self, least: f64) {
         if least > 0.0 {
             let name = "singularity index".to_owned();
@@ -155,7 +156,7 @@ impl Limits {
         }
     }
 
-    /// Returns a copy of these limits for another number of payloads.
+    /// Returns a copy of these limits for `cases` payloads.
     pub(super) fn with_payloads(&self, cases: usize) -> Self {
         Self { cases, ..self.clone() }
     }
@@ -167,8 +168,8 @@ impl Limits {
         })
     }
 
-    /// Returns an error if a coordinate has no range. Without a range, the information would
-    /// increase without bound with the amplitude.
+    /// Returns an error if a coordinate of the motion has no range. Without a range, the
+    /// information would increase without bound with the amplitude.
     fn refuse_unbounded(&self, mechanism: &Mechanism, chosen: &Chosen) -> Result<(), ExciteError> {
         let bounded = |moving: Moving| self.travel_of(moving).next().is_some();
         let actuators = mechanism.actuators().all(|(joint, dof)| bounded(Moving::Dof(joint, dof)));
@@ -196,8 +197,9 @@ impl Limits {
         ))
     }
 
-    /// Largest displacement of a coordinate from its first position that its own limits allow, m or
-    /// rad; at most 1 rad, or `length` for a displacement in m.
+    /// Returns the largest displacement of a coordinate from its first position, m or rad, that the
+    /// ranges of this coordinate allow. The result is at most 1 rad for an angle, and at most
+    /// `length` for a displacement in m.
     pub(super) fn reach(&self, chosen: &Chosen, index: usize, length: f64) -> f64 {
         let own = match chosen.coordinates[index] {
             Coordinate::Joint { joint, dof } => Some(Moving::Dof(joint, dof)),
@@ -211,8 +213,9 @@ impl Limits {
         reach.fold(usual, f64::min)
     }
 
-    /// Writes the used fraction of each limit at an instant to `out`, with the sign of the
-    /// quantity. A limit on an effort or on a motor torque has one fraction for each payload.
+    /// Writes the used fraction of each limit at an instant to `out`. Each fraction has the sign of
+    /// the limited quantity. A limit on an effort or on a motor torque has one fraction for each
+    /// payload.
     pub(super) fn parts(&self, mechanism: &Mechanism, at: &Snapshot<'_>, out: &mut Vec<f64>) {
         out.clear();
         let motors = self.motors_at(mechanism, at);
@@ -244,7 +247,7 @@ impl Limits {
         }
     }
 
-    /// Returns the torques of every motor with each payload, N m, and its speed, rad/s.
+    /// Returns, for every motor, its torque with each payload, N m, and its speed, rad/s.
     fn motors_at(&self, mechanism: &Mechanism, at: &Snapshot<'_>) -> Vec<(Vec<f64>, f64)> {
         let actuators: Vec<(JointId, usize)> = mechanism.actuators().collect();
         let motion = |actuator: usize| {
@@ -265,8 +268,9 @@ impl Limits {
         each.collect()
     }
 
-    /// Returns the layout of the used fractions that [`Self::parts`] writes: the index of the limit
-    /// of each fraction, and true if only the root mean square of the fraction is limited.
+    /// Returns the layout of the used fractions that [`Self::parts`] writes. For each fraction it
+    /// contains the index of the limit, and a flag that is true if only the root mean square of the
+    /// fraction is limited.
     fn layout(&self) -> Vec<(usize, bool)> {
         let mut out = Vec::new();
         for (index, limit) in self.all.iter().enumerate() {
@@ -279,14 +283,14 @@ impl Limits {
         out
     }
 
-    /// Returns, for each used fraction of [`Self::parts`], true if only its root mean square is
-    /// limited.
+    /// Returns a flag for each used fraction that [`Self::parts`] writes. The flag is true if only
+    /// the root mean square of the fraction is limited.
     pub(super) fn rated(&self) -> Vec<bool> {
         self.layout().into_iter().map(|(_, rated)| rated).collect()
     }
 
-    /// Returns the utilisation of every limit; `greatest` contains the largest magnitude of each
-    /// used fraction of [`Self::parts`].
+    /// Returns the utilisation of every limit. `greatest` contains the largest magnitude of each
+    /// used fraction that [`Self::parts`] writes.
     pub(super) fn used(&self, greatest: &[f64]) -> Vec<Used> {
         let mut all: Vec<Used> = self
             .all
@@ -305,7 +309,7 @@ impl Limits {
     }
 
     /// Returns true if any limit applies to a quantity other than positions and the singularity
-    /// index.
+    /// index, such as a speed or an effort.
     pub(super) fn has_dynamic(&self) -> bool {
         let is_dynamic = |limit: &Limit| {
             !matches!(limit.of, Of::Travel(..) | Of::Measured(..) | Of::Singularity)
@@ -314,7 +318,7 @@ impl Limits {
     }
 }
 
-/// Returns the rate and the acceleration of a quantity, in SI units.
+/// Returns the rate and the acceleration of a moving quantity, in SI units.
 fn rate(moving: Moving, at: &Snapshot<'_>) -> [f64; 2] {
     match moving {
         Moving::Coordinate(k) => [at.motion[1][k], at.motion[2][k]],

@@ -1,9 +1,9 @@
-//! Motions that excite parameters: periodic Fourier series within the limits of the robot, with the
-//! largest information about chosen parameters (D-optimal).
+//! Design of motions that excite parameters: periodic Fourier series within the limits of the
+//! robot, with the largest information about chosen parameters (D-optimal).
 //!
 //! [`ExciteSettings`] contains the options, and [`excite`] computes an [`Excitation`]. The
-//! excitation provides the reference motion, the options for [`crate::identify`], the summary and
-//! the JSON object.
+//! excitation provides the reference motion, the options for [`crate::identify`], a summary as
+//! text, and all results as a JSON object.
 //!
 //! The theory is in equations (X1) to (X4) of the book.
 
@@ -37,9 +37,9 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{message}")]
 pub struct ExciteError {
-    /// Mistake in the options, or limit that no motion satisfies.
+    /// Text that describes the mistake in the options, or the limit that no motion satisfies.
     pub message: String,
-    /// Suggested remedy.
+    /// Text that suggests a remedy.
     pub help: String,
     /// True if the options are valid, but no motion satisfies them.
     pub no_answer: bool,

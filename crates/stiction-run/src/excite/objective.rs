@@ -1,5 +1,5 @@
-//! Objective of the search: the information of a motion and a barrier at its limits, with
-//! derivatives.
+//! Objective of the search, with its derivatives: the information of a motion about the parameters,
+//! plus a barrier at the limits.
 //!
 //! The theory is in equations (X2) and (X3) of the book.
 
@@ -11,21 +11,22 @@ use stiction_core::kinematics::Target;
 use stiction_core::mechanism::{JointId, Mechanism};
 use stiction_core::spatial::Pose;
 
-/// Used fraction of the limit on the singularity index above which the barrier acts.
+/// Used fraction of the limit on the singularity index above which the barrier acts for this limit.
 const NEAR: f64 = 0.5;
-/// Relative step of finite differences.
+/// Relative step of the finite differences.
 const STEP: f64 = 1e-6;
-/// Largest distance of a body from its initial position, in characteristic lengths, at which the
+/// Largest distance of a body from its initial position, in characteristic lengths, for which the
 /// body counts as having returned at the end of a period.
 const RETURNED: f64 = 1e-6;
 
-/// Information, used fractions of limits, efforts and barrier of a motion, accumulated over the
-/// instants of one period.
+/// Information about the parameters, used fractions of limits, efforts and barrier of a motion,
+/// accumulated over the instants of one period.
 #[derive(Clone, Debug)]
 pub(super) struct Sweep {
     /// Information matrix of the parameters from the samples of one period, in units of the parameters' scales.
     pub(super) information: DMatrix<f64>,
-    /// Largest used fraction of each limit over the period; for rated torques the root mean square.
+    /// Largest used fraction of each limit over the period; for limits on rated torques, the root
+    /// mean square of the used fraction.
     pub(super) greatest: Vec<f64>,
     /// Root mean square of the effort of each actuator over the period and all payloads.
     pub(super) rms: Vec<f64>,
@@ -33,7 +34,8 @@ pub(super) struct Sweep {
     barrier: f64,
 }
 
-/// Time grid: the factors of the Fourier series at each instant, and the positions to which the series is added.
+/// Time grid of one period: the factors of the Fourier series at each instant, and the positions to
+/// which the series is added.
 #[derive(Clone, Debug)]
 pub(super) struct Grid {
     factors: Vec<Factors>,
@@ -47,7 +49,7 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// Creates a grid of `count` instants over a period, s.
+    /// Creates a grid of `count` instants over a period of `period` seconds.
     pub(super) fn new(
         series: &Series,
         period: f64,
@@ -63,8 +65,8 @@ impl Grid {
         self.factors.len()
     }
 
-    /// Returns the positions, rates and accelerations of all coordinates at instant `k`. `x`
-    /// contains the free coefficients of the Fourier series, coordinate by coordinate.
+    /// Returns the positions, rates and accelerations of all coordinates at instant `k` of the
+    /// grid. `x` contains the free coefficients of the Fourier series, coordinate by coordinate.
     pub(super) fn motion(&self, k: usize, x: &DVector<f64>) -> [Vec<f64>; 3] {
         let size = x.len() / self.centre.len();
         [0, 1, 2].map(|order| {
@@ -82,7 +84,8 @@ impl Grid {
 /// weighted barrier at the limits.
 pub(super) struct Objective {
     probe: Probe,
-    /// Robot at the first position, from which evaluations restart after a failure.
+    /// Evaluator of the robot at the first position. A copy of it replaces `probe` after a failed
+    /// evaluation.
     home: Probe,
     poses: Vec<Pose<f64>>,
     pub(super) grid: Grid,
@@ -114,7 +117,8 @@ impl Objective {
         }
     }
 
-    /// Returns the same objective with other payloads; `None` if the robot has no finite forces with one of them.
+    /// Returns the same objective for the mechanism with each payload in `loaded`; `None` if the
+    /// robot has no finite forces with one of them.
     pub(super) fn with_payloads(&self, loaded: &[Mechanism]) -> Option<Self> {
         let mut home = self.home.with_payloads(loaded);
         let rest = vec![0.0; self.grid.centre.len()];
@@ -131,7 +135,7 @@ impl Objective {
         })
     }
 
-    /// Returns the evaluation of the robot at the most recent instant.
+    /// Returns the evaluator of the robot, with the state of the most recently evaluated instant.
     pub(super) fn probe(&self) -> &Probe {
         &self.probe
     }
@@ -168,8 +172,9 @@ impl Objective {
         outcome
     }
 
-    /// Computes positions, rates and accelerations of the degrees of freedom `dofs`, in a motion
-    /// near that of the previous evaluation.
+    /// Computes positions, rates and accelerations of the degrees of freedom `dofs` at an instant
+    /// of the motion near the most recently evaluated instant. `None` if the robot cannot follow
+    /// the motion.
     pub(super) fn actuators_at(
         &mut self,
         motion: [&[f64]; 3],
@@ -186,7 +191,7 @@ impl Objective {
     }
 
     /// Returns the regressor rows at an instant for the chosen columns, scaled and weighted. The
-    /// rows are zero for actuators on which friction at rest acts.
+    /// row of an actuator is zero if friction at rest acts on the actuator.
     fn rows(weights: &[f64], columns: &[(usize, f64)], reading: &Reading) -> DMatrix<f64> {
         let actuators = weights.len();
         DMatrix::from_fn(reading.rows.nrows(), columns.len(), |row, column| {
@@ -198,8 +203,8 @@ impl Objective {
         })
     }
 
-    /// Computes information, used fractions of limits, efforts and barrier over a period on another
-    /// time grid. `None` if the robot cannot follow the motion.
+    /// Computes information, used fractions of limits, efforts and barrier over a period on the
+    /// time grid `grid`. `None` if the robot cannot follow the motion.
     pub(super) fn sweep_on(&mut self, grid: &Grid, x: &DVector<f64>) -> Option<Sweep> {
         let (weights, columns) = (self.weights.clone(), self.columns.clone());
         let size = columns.len();
@@ -251,8 +256,8 @@ impl Objective {
         Some(2.0 * own.cholesky()?.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>())
     }
 
-    /// Returns the objective with the weight `mu` of the barrier, and the sums over the period;
-    /// `None` if a limit is exceeded.
+    /// Returns the objective with the weight `mu` of the barrier, and the quantities accumulated
+    /// over the period; `None` if a limit is exceeded.
     pub(super) fn value(&mut self, x: &DVector<f64>, mu: f64) -> Option<(f64, Sweep)> {
         let sweep = self.sweep(x)?;
         if sweep.greatest.iter().any(|part| *part >= 1.0) {
@@ -262,9 +267,10 @@ impl Objective {
         value.is_finite().then_some((value, sweep))
     }
 
-    /// Gradient of [`Self::value`]: finite differences with respect to positions, rates and accelerations at each
-    /// instant, followed by the linear map from the coefficients. The derivative of the log-determinant of `M` equals
-    /// that of `sum phi^T M^-1 phi` with constant `M`.
+    /// Computes the gradient of [`Self::value`]. It consists of finite differences with respect to
+    /// positions, rates and accelerations at each instant, followed by the linear map from the
+    /// coefficients. The derivative of the log-determinant of `M` equals that of
+    /// `sum phi^T M^-1 phi` with constant `M`.
     pub(super) fn gradient(
         &mut self,
         x: &DVector<f64>,
@@ -299,8 +305,8 @@ impl Objective {
                     let step = STEP * grid.reach[i] * omega.powi(order as i32);
                     let mut moved = motion.clone();
                     moved[order][i] += step;
-                    // The singularity index depends on positions only, and the barrier contains it
-                    // near its limit only.
+                    // The singularity index depends on positions only, and contributes to the
+                    // barrier only near its limit.
                     let is_near = reading.parts.last().is_some_and(|part| part.abs() > NEAR);
                     let is_kept = k % grid.stride > 0;
                     let known = (order > 0 || !is_near || is_kept).then_some(reading.index);
@@ -342,9 +348,10 @@ pub(super) fn leading(information: &DMatrix<f64>, leaders: &[usize]) -> DMatrix<
     information.select_rows(leaders).select_columns(leaders)
 }
 
-/// Returns the sum of `ln(1 - part^2)` over the limits that must hold at every instant, for used
-/// fractions `part`; minus infinity if a limit is exceeded. The last fraction is that of the
-/// singularity index, which contributes to the sum only near its limit.
+/// Returns the sum of `ln(1 - part^2)` over the limits that must hold at every instant, where
+/// `part` is the used fraction of a limit. The sum is minus infinity if a limit is exceeded. The
+/// last fraction is that of the singularity index, which contributes to the sum only near its
+/// limit.
 fn barrier(reading: &Reading, rated: &[bool]) -> f64 {
     let last = reading.parts.len().saturating_sub(1);
     let each = reading.parts.iter().zip(rated).enumerate().filter(|(_, (_, rated))| !**rated);

@@ -1,5 +1,5 @@
-//! Plan of the logs: payloads, chosen parameters, noise, and suggestions of further payloads that
-//! would separate friction parameters.
+//! Plan of the logs to record: payloads, chosen parameters, noise, and suggestions of further
+//! payloads that would separate friction parameters.
 
 use super::objective::{Objective, Sweep};
 use super::precision::{Confounded, pairs};
@@ -11,11 +11,12 @@ use stiction_core::mechanism::Mechanism;
 use stiction_format::{ModelFile, did_you_mean, fits};
 use stiction_identify::Parameter;
 
-/// Assumed standard deviation of a measured effort if `noise` is not set, as a fraction of the root
-/// mean square of the effort.
+/// Standard deviation of a measured effort if the option `noise` is not set, as a fraction of the
+/// root mean square of the effort.
 const NOISE: f64 = 0.02;
 
-/// Returns the mechanism with each payload of the plan; a plan without payloads yields the mechanism alone.
+/// Returns the mechanism with each payload of the plan. A plan without payloads yields the
+/// mechanism alone.
 pub(super) fn loaded(
     model: &ModelFile,
     settings: &ExciteSettings,
@@ -62,7 +63,7 @@ pub(super) fn carrying(mechanism: &Mechanism, payloads: &[stiction_format::Paylo
     })
 }
 
-/// Finds the indices of the parameters that the options choose.
+/// Returns the indices of the parameters that the options choose.
 pub(super) fn columns(
     parameters: &[Parameter],
     settings: &ExciteSettings,
@@ -83,7 +84,7 @@ pub(super) fn columns(
     Ok((0..parameters.len()).filter(|&k| is_wanted(&parameters[k])).collect())
 }
 
-/// Returns the standard deviation of the measured effort of each actuator, N or N m.
+/// Returns the standard deviation of the measurement noise of each actuator effort, N or N m.
 pub(super) fn noise_of(
     names: &Names,
     settings: &ExciteSettings,
@@ -92,8 +93,8 @@ pub(super) fn noise_of(
     let largest = sweep.rms.iter().copied().fold(0.0, f64::max);
     let each = names.drives.iter().zip(&sweep.rms).map(|((name, unit), rms)| {
         if settings.noise.is_empty() {
-            // For an actuator without effort, the noise is that of a small fraction of the largest
-            // effort.
+            // An actuator without effort gets a small positive noise, which follows from the
+            // largest effort.
             return Ok(NOISE * rms.max(1e-3 * largest).max(1e-12));
         }
         let found = settings.noise.iter().find_map(|amount| match amount.unit.as_str() {
@@ -110,8 +111,8 @@ pub(super) fn noise_of(
     each.collect()
 }
 
-/// Sets the scale of each friction parameter whose value in the model is zero. With this value, the
-/// parameter would explain a tenth of the efforts.
+/// Sets the scale of each friction parameter whose value in the model is zero. A parameter whose
+/// value equals this scale would explain a tenth of the efforts.
 pub(super) fn scale_unknown(objective: &mut Objective, sweep: &Sweep) {
     let efforts: f64 = sweep.rms.iter().map(|rms| rms * rms).sum();
     let samples = objective.grid.len() as f64;
@@ -125,8 +126,8 @@ pub(super) fn scale_unknown(objective: &mut Objective, sweep: &Sweep) {
     }
 }
 
-/// Tries every payload of the model that is not in the plan, and records for each confounded pair
-/// the payload that separates it best.
+/// Tries every payload of the model that is not in the plan. For each pair of confounded
+/// parameters, records the payload that separates the two parameters best.
 pub(super) fn suggest_payloads(
     model: &ModelFile,
     settings: &ExciteSettings,

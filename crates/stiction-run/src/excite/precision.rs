@@ -1,4 +1,5 @@
-//! Expected precision of parameters from logs of a motion, and parameters that these logs confound.
+//! Expected precision of parameters that are identified from logs of a motion, and pairs of
+//! parameters that these logs confound.
 //!
 //! The theory is in equation (X4) of the book.
 
@@ -6,8 +7,8 @@ use super::objective::leading;
 use nalgebra::DMatrix;
 use stiction_identify::{BaseParameters, Kind, Parameter};
 
-/// Correlation of the errors of two parameters above which they count as confounded, as in
-/// identification.
+/// Correlation of the errors of two parameters above which the parameters count as confounded.
+/// Identification uses the same limit.
 const CONFOUNDED: f64 = 0.95;
 
 /// Parameter or linear combination of parameters, with its expected standard deviation.
@@ -42,12 +43,12 @@ pub struct Confounded {
 }
 
 impl Confounded {
-    /// Returns whether logs of the plan confound the two parameters.
+    /// Returns true if the planned logs confound the two parameters.
     pub fn needs_payload(&self) -> bool {
         self.correlation.abs() > CONFOUNDED
     }
 
-    /// Returns whether repeating the motion with the suggested payload separates the two
+    /// Returns true if repeating the motion with the suggested payload separates the two
     /// parameters.
     pub fn is_cured(&self) -> bool {
         self.with.as_ref().is_some_and(|(_, correlation)| correlation.abs() <= CONFOUNDED)
@@ -55,12 +56,14 @@ impl Confounded {
 }
 
 /// Returns the covariance matrix of the base parameters in units of their scales. `samples` is the
-/// number of log samples for each sample in the information matrix.
+/// number of log samples per sample in the information matrix. `None` if the information matrix is
+/// singular.
 fn covariance(information: &DMatrix<f64>, leaders: &[usize], samples: f64) -> Option<DMatrix<f64>> {
     Some(leading(information, leaders).cholesky()?.inverse() / samples)
 }
 
-/// Returns the expected standard deviations of all base parameters.
+/// Returns the expected standard deviations of all base parameters. `None` if the information
+/// matrix is singular.
 pub(super) fn expected(
     information: &DMatrix<f64>,
     base: &BaseParameters,
@@ -86,13 +89,13 @@ pub(super) fn expected(
             (combination.leader, expected)
         })
         .collect();
-    // Sorts by the order of the parameter catalogue.
+    // The result is sorted by the order of the parameter catalogue.
     all.sort_by_key(|(leader, _)| *leader);
     Some(all.into_iter().map(|(_, expected)| expected).collect())
 }
 
-/// Returns, for each bearing, the correlation of the coefficient of friction with the
-/// load-independent friction.
+/// Returns, for each bearing, the correlation between the errors of its two friction parameters:
+/// the coefficient of friction and the load-independent friction.
 pub(super) fn pairs(
     information: &DMatrix<f64>,
     base: &BaseParameters,
@@ -123,8 +126,9 @@ pub(super) fn pairs(
     all
 }
 
-/// Condition number of the weighted base regressor: the square root of the ratio between the
-/// largest and the smallest eigenvalue of the information matrix of the base parameters.
+/// Returns the condition number of the weighted base regressor: the square root of the ratio
+/// between the largest and the smallest eigenvalue of the information matrix of the base
+/// parameters.
 pub(super) fn condition(information: &DMatrix<f64>, leaders: &[usize]) -> f64 {
     let values = leading(information, leaders).symmetric_eigenvalues();
     (values.max() / values.min().max(0.0)).sqrt()

@@ -12,7 +12,7 @@ use stiction_core::statics::newton_euler::NewtonEuler;
 use stiction_core::statics::{SingularityDistances, Statics};
 use stiction_identify::{Kind, Parameter, Regressor, Rest};
 
-/// Evaluation of the actuation singularity index.
+/// Evaluator of the singularity index of the actuation.
 #[derive(Clone, Debug)]
 pub(super) struct Index {
     fast: Option<SingularityDistances>,
@@ -27,8 +27,7 @@ impl Index {
         Self { fast, spins }
     }
 
-    /// Returns true if the evaluation of the singularity index takes no longer than the computation
-    /// of the efforts.
+    /// Returns true if evaluating the singularity index takes no longer than computing the efforts.
     pub(super) fn is_fast(&self) -> bool {
         self.fast.is_some()
     }
@@ -57,14 +56,15 @@ struct Case {
     data: Data<f64>,
 }
 
-/// Evaluation of the robot at successive instants of a motion.
+/// Evaluator of the robot at successive instants of a motion.
 #[derive(Clone, Debug)]
 pub(super) struct Probe {
     regressor: Regressor,
     cases: Vec<Case>,
     /// Regressor column and friction interface of each coefficient of friction.
     mu: Vec<(usize, usize)>,
-    /// Parameters of the mechanism without payload, for positions and joints.
+    /// Parameters of the mechanism without payload, from which positions, joint motions and the
+    /// singularity index are computed.
     nominal: Parameters<f64>,
     pub(super) limits: Limits,
     index: Index,
@@ -73,22 +73,22 @@ pub(super) struct Probe {
 /// Result of an evaluation of the robot at one instant.
 #[derive(Clone, Debug)]
 pub(super) struct Reading {
-    /// Regressor matrix: effort per unit of each parameter. There is one row for each actuator,
+    /// Regressor matrix: effort per unit of each parameter. It has one row for each actuator,
     /// payload by payload.
     pub(super) rows: DMatrix<f64>,
-    /// True for each regressor row on which friction at rest acts, so that the row carries no
-    /// information.
+    /// Flag for each regressor row. It is true if friction at rest acts on the actuator, so that
+    /// the row carries no information.
     pub(super) resting: Vec<bool>,
     /// Efforts of all actuators, N or N m, for each payload.
     pub(super) efforts: Vec<Vec<f64>>,
     /// Used fractions of all limits, see [`Limits::parts`].
     pub(super) parts: Vec<f64>,
-    /// Singularity index of actuation.
+    /// Singularity index of the actuation.
     pub(super) index: f64,
 }
 
 impl Probe {
-    /// Creates the evaluation; `loaded` contains the mechanism with each payload.
+    /// Creates the evaluator. `loaded` contains the mechanism with each payload.
     pub(super) fn new(
         regressor: Regressor,
         loaded: &[Mechanism],
@@ -112,7 +112,7 @@ impl Probe {
         Self { cases, mu, nominal, limits, index, regressor }
     }
 
-    /// Returns a copy of this evaluation for other payloads.
+    /// Returns a copy of this evaluator for the mechanism with each payload in `loaded`.
     pub(super) fn with_payloads(&self, loaded: &[Mechanism]) -> Self {
         let limits = self.limits.with_payloads(loaded.len());
         Self::new(self.regressor.clone(), loaded, limits, self.index.clone())
@@ -126,12 +126,12 @@ impl Probe {
         self.regressor.mechanism()
     }
 
-    /// Returns the motion of all bodies at the instant evaluated last.
+    /// Returns the motion of all bodies at the most recently evaluated instant.
     pub(super) fn bodies(&self) -> &Bodies<f64> {
         self.regressor.bodies()
     }
 
-    /// Returns the motion of a joint's degree of freedom at the instant evaluated last.
+    /// Returns the motion of a joint's degree of freedom at the most recently evaluated instant.
     pub(super) fn dof_at(&self, joint: JointId, dof: usize) -> Target<f64> {
         let bodies = self.bodies();
         let value = dof_value(self.mechanism(), bodies, joint, dof);
@@ -144,9 +144,10 @@ impl Probe {
         (self.cases.len(), self.mechanism().actuators().count())
     }
 
-    /// Evaluates the robot in a motion near that of the previous evaluation; `None` if a force is
-    /// not finite. If `known_index` is given, it replaces the evaluation of the singularity index,
-    /// which depends on positions only.
+    /// Evaluates the robot at positions, rates and accelerations near those of the previous
+    /// evaluation. `None` if the evaluation fails or a result is not finite. If `known_index` is
+    /// given, it is used as the singularity index, which depends on positions only, instead of a
+    /// new evaluation.
     pub(super) fn at(&mut self, motion: [&[f64]; 3], known_index: Option<f64>) -> Option<Reading> {
         let [q, v, a] = motion;
         let columns = self.regressor.at(q, v, a).ok()?;

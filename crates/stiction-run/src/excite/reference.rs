@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 use stiction_core::kinematics::Coordinate;
 use stiction_core::mechanism::JointId;
 
-/// Evaluation of the designed motion at any time.
+/// Evaluator of the designed motion at any time.
 pub(super) struct Sampled<'a> {
     pub(super) series: &'a Series,
     pub(super) x: &'a DVector<f64>,
@@ -21,11 +21,11 @@ impl Sampled<'_> {
     pub(super) fn at(&self, time: f64, period: f64) -> (f64, [Vec<f64>; 3]) {
         let turns = time / period;
         if (turns - turns.round()).abs() < 1e-9 {
-            // Between two periods the motion is at rest, without rounding errors.
+            // Between two periods, the robot is exactly at rest, without rounding errors.
             let rest = vec![0.0; self.grid.centre.len()];
             return (time, [self.grid.centre.clone(), rest.clone(), rest]);
         }
-        // The phase refers to the first period, so that all periods have the same numbers up to the
+        // The phase refers to the first period, so that all periods have equal numbers up to the
         // rounding of the time.
         let phase = time - period * turns.floor();
         let factors = self.series.factors(phase);
@@ -41,7 +41,8 @@ impl Sampled<'_> {
     }
 }
 
-/// Converts the reference to the coordinates of the actuators; angles do not jump by full turns.
+/// Converts the reference motion to the coordinates of the actuators, with angles that do not jump
+/// by full turns. `None` if the motion is designed in these coordinates.
 pub(super) fn actuators(
     objective: &mut Objective,
     chosen: &Chosen,

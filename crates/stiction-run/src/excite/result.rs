@@ -3,11 +3,11 @@
 use super::limits::Used;
 use super::precision::{Confounded, Expected};
 
-/// Measures of the information about the parameters in a motion.
+/// Measures of how much information a motion contains about the parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quality {
-    /// Natural logarithm of the determinant of the information matrix. The base parameters are in
-    /// units of their sizes in the model.
+    /// Natural logarithm of the determinant of the information matrix, for base parameters in units
+    /// of their sizes in the model.
     pub log_det: f64,
     /// Condition number of the weighted base regressor, for base parameters in units of their sizes in the model.
     pub condition: f64,
@@ -17,46 +17,48 @@ pub struct Quality {
 /// identified from its logs.
 #[derive(Clone, Debug)]
 pub struct Excitation {
-    /// Names and units of the coordinates.
+    /// Names and units of the coordinates of the motion.
     pub coordinates: Vec<(String, &'static str)>,
-    /// Position at which every period begins and ends at rest, rad or m.
+    /// Position of each coordinate, rad or m, at which every period begins and ends at rest.
     pub centre: Vec<f64>,
-    /// Coefficients of the sines and of the cosines for each coordinate, first harmonic first.
+    /// Coefficients of the sines and of the cosines of each coordinate, rad or m, beginning with
+    /// the first harmonic.
     pub coefficients: Vec<[Vec<f64>; 2]>,
     /// Frequency of the first harmonic, Hz.
     pub frequency: f64,
-    /// Number of periods.
+    /// Number of periods of the motion.
     pub periods: usize,
     /// Duration of the motion, s.
     pub duration: f64,
     /// Time between samples of the reference motion, s.
     pub step: f64,
-    /// Seed of the random start.
+    /// Seed of the random motion from which the search starts.
     pub seed: u64,
     /// Names of the loads with which the motion is repeated; empty for the robot alone.
     pub payloads: Vec<String>,
-    /// Quality of the random motion from which the search starts.
+    /// Information of the random motion from which the search starts.
     pub start: Quality,
-    /// Quality of the designed motion.
+    /// Information of the designed motion.
     pub quality: Quality,
     /// Number of steps of the search.
     pub steps: usize,
     /// Utilisation of all limits by the motion, evaluated on the fine time grid of the final check.
     pub limits: Vec<Used>,
-    /// Standard deviation of the measured effort of each actuator: name, value, unit.
+    /// Standard deviation of the measurement noise of each actuator effort: name of the actuator,
+    /// value, unit.
     pub noise: Vec<(String, f64, &'static str)>,
-    /// True if the noise is assumed, false if it is given.
+    /// True if the values in `noise` are assumed, false if the options set them.
     pub is_noise_assumed: bool,
     /// Expected standard deviations of the base parameters.
     pub expected: Vec<Expected>,
     /// Names of the chosen parameters that have no effect on the efforts.
     pub without_effect: Vec<String>,
-    /// Pairs of friction parameters of one bearing, with the correlations of their errors.
+    /// Pairs of friction parameters of the same bearing, with the correlation of their errors.
     pub pairs: Vec<Confounded>,
-    /// Cautions to be read before the motion is used.
+    /// Cautions that the user should read before using the motion.
     pub cautions: Vec<String>,
-    /// Names of the parameters that were not chosen. Identification must hold them at the values of
-    /// the model.
+    /// Names of the parameters that were not chosen. The identification must hold them at their
+    /// values in the model.
     pub held: Vec<String>,
     /// True if `held` contains all inertial parameters.
     pub holds_inertia: bool,

@@ -1,4 +1,5 @@
-//! Design of a motion: random motions within the limits, their improvement, and the check between the samples.
+//! Design of a motion: random motions within the limits, their improvement by a search, and the
+//! final check between the samples of the search.
 
 use super::ascent::{Point, search};
 use super::coordinates::choose;
@@ -18,10 +19,10 @@ use stiction_core::random::Random;
 use stiction_format::ModelFile;
 use stiction_identify::{Choice, Kind, Parameter, Regressor};
 
-/// Number of instants per period of the highest harmonic during the search.
+/// Number of instants at which the search evaluates the robot, per period of the highest harmonic.
 const PER_PERIOD: usize = 16;
-/// Number of instants per period of the highest harmonic at which the singularity index is
-/// evaluated, if the evaluation of the index is slow.
+/// Number of instants at which the singularity index is evaluated, per period of the highest
+/// harmonic, if its evaluation is slow.
 const INDICES: usize = 4;
 /// Factor by which the time grid of the final check is finer than that of the search.
 const FINER: usize = 10;
@@ -31,12 +32,12 @@ const STARTS: usize = 5;
 /// each weight in turn.
 const BARRIER: [f64; 3] = [0.3, 0.03, 0.003];
 
-/// Designs a motion. `progress` receives the number of completed steps and the largest number of
-/// steps; if it returns false, the search stops.
+/// Designs a motion that excites the chosen parameters. `progress` receives the number of completed
+/// search steps and the largest number of search steps; if it returns false, the search stops.
 ///
 /// # Errors
-/// [`ExciteError`] for options that do not suit the model, a limit that no motion satisfies, or parameters without
-/// effect.
+/// Returns [`ExciteError`] for options that do not suit the model, a limit that no motion
+/// satisfies, or parameters without effect, and if `progress` stops the search.
 pub fn excite(
     model: &ModelFile,
     settings: &ExciteSettings,
@@ -120,7 +121,8 @@ pub fn excite(
         done += usize::from(!is_stopped);
         !is_stopped
     };
-    // Short searches compare several random motions; long searches continue from the best result.
+    // Short searches compare several random motions; longer searches continue from the best of
+    // their results.
     let each = settings.iterations.div_ceil(BARRIER.len());
     let weight = |k: usize| BARRIER[k] * base.rank() as f64;
     let mut now = Point { x: begun.x.clone(), sweep: begun.sweep.clone() };

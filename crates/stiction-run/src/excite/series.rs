@@ -22,7 +22,8 @@ pub(super) struct Series {
     cosines: DMatrix<f64>,
 }
 
-/// Factors of the free coefficients in the position, rate and acceleration at one time.
+/// Factors of the free coefficients in the position, the rate and the acceleration of a coordinate
+/// at one time.
 pub(super) type Factors = [DVector<f64>; 3];
 
 impl Series {
@@ -38,12 +39,12 @@ impl Series {
         }
     }
 
-    /// Number of free coefficients.
+    /// Returns the number of free coefficients of one coordinate.
     pub(super) fn free(&self) -> usize {
         self.sines.ncols() + self.cosines.ncols()
     }
 
-    /// Returns the factors of the free coefficients at a time, s.
+    /// Returns the factors of the free coefficients at `time`, s.
     pub(super) fn factors(&self, time: f64) -> Factors {
         let count = self.sines.nrows();
         let derivative = |order: i32| {
@@ -63,7 +64,8 @@ impl Series {
         [derivative(0), derivative(1), derivative(2)]
     }
 
-    /// Returns the coefficients of the sines and of the cosines for given free coefficients.
+    /// Returns the coefficients of the sines and of the cosines that follow from the free
+    /// coefficients.
     pub(super) fn coefficients(&self, free: &[f64]) -> [Vec<f64>; 2] {
         let (first, second) = free.split_at(self.sines.ncols());
         let of = |basis: &DMatrix<f64>, part: &[f64]| {
@@ -73,7 +75,8 @@ impl Series {
     }
 }
 
-/// Orthonormal basis of all vectors orthogonal to a unit vector, by a Householder reflection.
+/// Returns an orthonormal basis of all vectors orthogonal to a unit vector, by a Householder
+/// reflection.
 fn orthogonal_to(unit: &DVector<f64>) -> DMatrix<f64> {
     let count = unit.len();
     let mut normal = unit.clone();
@@ -89,8 +92,8 @@ fn orthogonal_to(unit: &DVector<f64>) -> DMatrix<f64> {
 mod tests {
     use super::*;
 
-    /// Tests that every period begins and ends at rest at the centre for any free coefficients, and
-    /// that rates and accelerations are the derivatives of the positions.
+    /// Checks that every period begins and ends at rest at the centre for any free coefficients,
+    /// and that rates and accelerations are the derivatives of the positions.
     #[test]
     fn periods_begin_and_end_at_rest() {
         let series = Series::new(0.4, 5);
@@ -112,7 +115,7 @@ mod tests {
                 assert!((slope - now[k + 1]).abs() < 1e-4 * (1.0 + now[k + 1].abs()), "{t} {k}");
             }
         }
-        // The sum of sines and cosines has the same value.
+        // The sum of sines and cosines equals the position from the free coefficients.
         let [a, b] = series.coefficients(free.as_slice());
         let w = |k: usize| TAU * 0.4 * (k + 1) as f64 * 1.1;
         let sum: f64 = (0..5).map(|k| a[k] * w(k).sin() + b[k] * (w(k).cos() - 1.0)).sum();

@@ -6,31 +6,34 @@ use stiction_format::Amount;
 /// Options for the design of a motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExciteSettings {
-    /// Motion of the model whose coordinates and first position are used; `None` for its default.
+    /// Motion of the model whose coordinates and first position are used; `None` for the default
+    /// motion of the model.
     pub motion: Option<String>,
-    /// True to design the motion in the coordinates of the actuators, false in those of the model's
-    /// motion.
+    /// True to design the motion in the coordinates of the actuators; false to design it in the
+    /// coordinates of the model's motion.
     pub by_actuators: bool,
-    /// Patterns of the parameters that the logs must determine; empty for all parameters.
+    /// Patterns of the names of the parameters that the logs must determine; empty for all
+    /// parameters.
     pub parameters: Vec<String>,
-    /// Duration of the motion, s: a whole number of periods.
+    /// Duration of the motion, s, which must be a whole number of periods.
     pub duration: f64,
-    /// Frequency of the first harmonic, Hz; `None` for one period.
+    /// Frequency of the first harmonic, Hz; `None` if the motion consists of a single period.
     pub base_frequency: Option<f64>,
     /// Number of harmonics, at least two.
     pub harmonics: usize,
-    /// Limits in addition to those of the model.
+    /// Limits on the motion in addition to those of the model.
     pub limits: Vec<LimitSetting>,
-    /// Least singularity index, as a fraction of the index at the first position.
+    /// Least allowed singularity index, as a fraction of the index at the first position.
     pub margin: f64,
-    /// Seed of the random start.
+    /// Seed of the random motion from which the search starts.
     pub seed: u64,
     /// Names of the loads with which the motion is repeated; empty for the robot alone.
     pub payloads: Vec<String>,
-    /// Standard deviations of the measured efforts, one for each unit; empty for two percent of the
-    /// efforts.
+    /// Standard deviations of the measured efforts, one for each unit (N and N m). If empty, they
+    /// are assumed as two percent of the root mean square of each effort.
     pub noise: Vec<Amount>,
-    /// Time between samples, s; `None` for a hundredth of the period of the highest harmonic.
+    /// Time between samples of the motion, s; `None` for about a hundredth of the period of the
+    /// highest harmonic.
     pub step: Option<f64>,
     /// True if efforts are measured at the motors, so that they contain the effort of the rotors.
     pub at_motors: bool,
@@ -59,8 +62,8 @@ impl Default for ExciteSettings {
     }
 }
 
-/// Limit in the text of an option: `NAME = 60 mm`, `NAME = 0 mm..120 mm`, `NAME.speed = 0.5 m/s`, `NAME.acceleration =
-/// …` or `NAME.effort = 20 N`. A `*` in the name stands for any text.
+/// Limit as written in an option: `NAME = 60 mm`, `NAME = 0 mm..120 mm`, `NAME.speed = 0.5 m/s`,
+/// `NAME.acceleration = …` or `NAME.effort = 20 N`. A `*` in the name stands for any text.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LimitSetting {
     /// Pattern that selects the limited quantities by name.
@@ -87,10 +90,10 @@ pub enum Quantity {
 }
 
 impl LimitSetting {
-    /// Parses `NAME = VALUE`.
+    /// Parses a limit in the form `NAME = VALUE`.
     ///
     /// # Errors
-    /// A message of one line if the text is not a limit.
+    /// Returns a message of one line if the text is not a limit.
     pub fn parse(text: &str) -> Result<Self, String> {
         let (key, value) =
             text.split_once('=').ok_or("expected NAME=VALUE, such as `tool.x = 60 mm`")?;
@@ -169,7 +172,7 @@ impl ExciteSettings {
     }
 }
 
-/// Rounds down to 1, 2 or 5 times a power of ten.
+/// Rounds a positive number down to 1, 2 or 5 times a power of ten.
 fn round_step(step: f64) -> f64 {
     let power = 10f64.powi(step.log10().floor() as i32);
     let digit = step / power;
@@ -212,7 +215,7 @@ mod tests {
         let error = settings(5.0, Some(0.5)).periods().unwrap_err();
         assert!(error.help.contains("4.0") && error.help.contains("6.0"), "{error:?}");
         assert!(settings(0.0, None).periods().is_err());
-        // 0.1 Hz times 5 harmonics: 20 ms are a hundredth of the shortest period.
+        // At 0.1 Hz and 5 harmonics, 20 ms are a hundredth of the period of the highest harmonic.
         assert!((settings(10.0, None).sample_step(0.1).unwrap() - 0.02).abs() < 1e-12);
     }
 }

@@ -1,12 +1,12 @@
-//! Combinations of the chosen parameters that the efforts determine.
+//! Combinations of the chosen parameters that measured efforts determine.
 
 use super::objective::Objective;
 use nalgebra::{DMatrix, DVector, RowDVector};
 use stiction_core::random::Random;
 use stiction_identify::{BaseParameters, Parameter};
 
-/// Computes the combinations of parameters that the efforts determine, at positions of the motion
-/// with random rates.
+/// Computes the combinations of parameters that the efforts determine. The regressor is evaluated
+/// at the positions of the motion, with random rates and accelerations.
 pub(super) fn structure(
     objective: &mut Objective,
     x: &DVector<f64>,
@@ -24,7 +24,8 @@ pub(super) fn structure(
         }
     }
     let mut rows: Vec<RowDVector<f64>> = Vec::new();
-    // Two passes over the grid yield enough rows for every parameter of a robot with few actuators.
+    // Two passes over the time grid yield enough rows for every parameter of a robot with few
+    // actuators.
     for _ in 0..2 {
         let _ = objective.read(&grid, x, |probe, k, reading| {
             let [q, ..] = grid.motion(k, x);

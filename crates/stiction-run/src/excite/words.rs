@@ -1,4 +1,4 @@
-//! Result of a design as text and JSON.
+//! Results of the motion design as text and JSON.
 
 use super::precision::Confounded;
 use super::result::Excitation;
@@ -8,14 +8,15 @@ use std::fmt::Write as _;
 use stiction_draw::numbers::number;
 
 impl Excitation {
-    /// Returns the factor by which the search reduced the standard deviations, as the geometric
-    /// mean over all base parameters, compared with the random start.
+    /// Returns the factor by which the search reduced the standard deviations of the base
+    /// parameters, compared with the random start. The factor is the geometric mean over all base
+    /// parameters.
     pub fn gain(&self) -> f64 {
         let count = self.expected.len().max(1) as f64;
         (0.5 * (self.quality.log_det - self.start.log_det) / count).exp()
     }
 
-    /// Returns the content of `excite.json`.
+    /// Returns the results as a JSON object, the content of `excite.json`.
     pub fn to_json(&self) -> Value {
         let coordinates = self.coordinates.iter().enumerate().map(|(k, (name, unit))| {
             let [sines, cosines] = &self.coefficients[k];
@@ -75,7 +76,7 @@ impl Excitation {
         })
     }
 
-    /// Returns the summary for the terminal.
+    /// Returns a summary of the results for the terminal.
     pub fn to_text(&self) -> String {
         let mut text = String::new();
         // Writing to a string cannot fail.

@@ -1,4 +1,5 @@
-//! Inputs of a simulation: loads, actuator efforts, controllers and prescribed motions.
+//! Inputs of a simulation: loads, actuator efforts, controllers and prescribed motions, evaluated
+//! at the times and states that the simulation requests.
 
 use super::control_law::{Measured, actuator_motion};
 use super::controller::{Controller, ControllerInput};
@@ -19,37 +20,39 @@ use stiction_format::{Law, Signal};
 /// Update interval of inverse-dynamics efforts if there is no controller, s.
 const UPDATE: f64 = 1e-3;
 
-/// Distance between two instants, as a fraction of a sampling period, below which they count as
-/// one.
+/// Time between two instants, as a fraction of a sampling period, below which they count as the
+/// same instant.
 const SAME: f64 = 1e-6;
 
 /// Source of the motion of a prescribed actuator.
 #[derive(Clone, Debug)]
 enum MotionSource<'a> {
-    /// A signal of the actuator itself in the motion.
+    /// Signal that the motion defines for this actuator.
     Signal(&'a Signal),
-    /// Inverse kinematics of the motion of the whole mechanism, for the actuator with this index.
+    /// Inverse kinematics of the whole mechanism along the motion, for the actuator with this
+    /// index.
     Guide(usize),
     /// Constant position, rad or m: the actuator is locked.
     Stays(f64),
 }
 
-/// Largest valid number of samples; larger numbers show that a checkpoint is invalid.
+/// Largest valid number of controller samples in a checkpoint. A larger number shows that the
+/// checkpoint is invalid.
 const COUNTABLE: f64 = 1e15;
 
-/// Inputs of a simulation.
+/// Inputs of a simulation, and their state between samples of the controller.
 pub(super) struct Acting<'a> {
     forward: &'a Forward,
     job: &'a Job<'a>,
     sources: Vec<MotionSource<'a>>,
-    /// Motion of the whole mechanism, for prescribed actuators without their own signal in the
+    /// Mechanism that follows the motion, for prescribed actuators without their own signal in the
     /// motion.
     leader: Option<Guide<'a>>,
-    /// Reference motions of the actuators that follow the motion.
+    /// Reference motions of all actuators that follow the motion.
     references: References<'a>,
-    /// Motion of the whole mechanism at the samples of the results, for reference poses of bodies.
-    /// `None` if [`Self::references`] already computes this motion, if the mechanism cannot follow
-    /// the motion, or if not all actuators follow it.
+    /// Mechanism that follows the motion at the samples of the results, for reference poses of
+    /// bodies. `None` if [`Self::references`] already computes this motion, if the mechanism cannot
+    /// follow the motion, or if not all actuators follow the motion.
     in_space: Option<Guide<'a>>,
     controller: Option<Controller<'a>>,
     motors: Motors,
@@ -59,7 +62,7 @@ pub(super) struct Acting<'a> {
     samples: usize,
     /// Sample times of the results, s.
     instants: Instants,
-    /// State of [`Self::leader`] at the start of the present step.
+    /// State of [`Self::leader`] at the start of the current step.
     leader_from: Vec<f64>,
     period: Option<f64>,
     /// Time of the next change of a payload, s; infinite if no payload is picked up or placed
@@ -72,11 +75,11 @@ pub(super) struct Acting<'a> {
     integrating: Vec<usize>,
     /// Indices of the actuators whose effort the continuous controller limits.
     limited: Vec<usize>,
-    /// State of [`Self::references`] at the start of the present step, for a continuous controller.
+    /// State of [`Self::references`] at the start of the current step, for a continuous controller.
     reference_from: Vec<f64>,
     /// Function that returns true once the user has asked to stop the simulation.
     stopped: &'a dyn Fn() -> bool,
-    /// True once the user has asked to stop.
+    /// True once the user has asked to stop the simulation.
     pub(super) is_stopped: bool,
     /// First error in the evaluation of the inputs.
     pub(super) failed: Option<Error>,
@@ -91,8 +94,8 @@ fn unknown() -> Pose<f64> {
     Pose { rotation: Mat3 { columns: [nan; 3] }, position: nan }
 }
 
-/// Returns the indices of the actuators with a prescribed motion or a lock, in the order of the
-/// targets of [`Acting`].
+/// Returns the indices of the actuators with a prescribed motion, followed by those of the locked
+/// actuators. The targets of [`Acting`] have the same order.
 pub(super) fn prescribed(job: &Job<'_>) -> Vec<usize> {
     let moved = job.prescribed.iter().filter(|a| !job.locked.contains(a));
     moved.chain(&job.locked).copied().collect()
@@ -153,7 +156,7 @@ impl<'a> Acting<'a> {
             .iter()
             .map(|(joint, dof)| forward.joint_coordinate(state, &bodies, *joint, *dof));
         let references = References::new(job, forward, &starts.collect::<Vec<_>>())?;
-        // Without this reference, the results lack only the tracking error in space.
+        // If this reference cannot be computed, the results lack only the tracking error in space.
         let in_space = match job.follows_in_space() && !references.is_guided() {
             true => Guide::new(job).ok().flatten(),
             false => None,
@@ -184,8 +187,9 @@ impl<'a> Acting<'a> {
         })
     }
 
-    /// Returns the time of the next sample of the controller, s. If it differs from the time of a
-    /// result row by rounding only, the time of the row is returned.
+    /// Returns the time of the next sample of the controller, s; `None` without a sampling period.
+    /// If the time differs from that of a result row by rounding only, the time of the row is
+    /// returned.
     fn next_sample(&self) -> Option<f64> {
         let period = self.period?;
         let time = self.job.from + self.samples as f64 * period;
@@ -194,7 +198,7 @@ impl<'a> Acting<'a> {
         Some(if (time - row).abs() < SAME * period { row } else { time })
     }
 
-    /// Returns the state of the inputs between samples as numbers.
+    /// Returns the state of the inputs between two samples, as numbers for a checkpoint.
     pub(super) fn save(&self) -> Vec<f64> {
         let mut numbers = vec![self.samples as f64];
         numbers.extend_from_slice(&self.kept);
@@ -242,11 +246,11 @@ impl<'a> Acting<'a> {
         }
     }
 
-    /// Returns the reference motions of all actuators at a time, s; zeros for actuators that follow
-    /// no motion.
+    /// Returns the reference motions of all actuators at `time`, s, with zeros for actuators that
+    /// follow no motion.
     pub(super) fn references_at(&mut self, time: f64) -> Result<&[Target<f64>], Error> {
         // A continuous controller evaluates references at times in any order, so each evaluation
-        // starts from the state at the start of the step.
+        // restarts from the state at the start of the step.
         if !self.reference_from.is_empty()
             && self.references.restore(&self.reference_from).is_none()
         {
@@ -255,10 +259,10 @@ impl<'a> Acting<'a> {
         self.references.at(time)
     }
 
-    /// Replaces `poses` by the reference poses of `bodies` in the world at a sample, s. The
-    /// references of the actuators at this sample must be computed by [`Self::references_at`]
-    /// first. The poses are NaN from the first sample at which the mechanism cannot follow the
-    /// motion.
+    /// Replaces `poses` by the reference poses of `bodies` in the world at a sample of the results
+    /// at `time`, s. The references of the actuators at this sample must be computed by
+    /// [`Self::references_at`] first. The poses are NaN from the first sample at which the
+    /// mechanism cannot follow the motion.
     pub(super) fn reference_poses(
         &mut self,
         time: f64,
@@ -275,13 +279,15 @@ impl<'a> Acting<'a> {
         }
     }
 
-    /// Returns the position error and the rate error of an actuator.
+    /// Returns the errors of an actuator in position, m or rad, and in rate, m/s or rad/s:
+    /// reference minus measured value.
     fn error(&self, view: &View<'_>, reference: &[Target<f64>], actuator: usize) -> (f64, f64) {
         let Target { value, rate, .. } = reference[actuator];
         (value - view.actuator_coordinate(actuator), rate - view.actuator_rate(actuator))
     }
 
-    /// Adds the efforts of the continuous controller, before their limits, to the feed-forward efforts.
+    /// Adds the efforts of the continuous controller to the feed-forward efforts in `efforts`. The
+    /// efforts are not limited yet.
     fn demand(&mut self, view: &View<'_>, efforts: &mut [f64]) {
         let reference = match self.references_at(view.time) {
             Ok(reference) => reference.to_vec(),
@@ -299,7 +305,7 @@ impl<'a> Acting<'a> {
         }
     }
 
-    /// Writes the feed-forward efforts.
+    /// Writes the feed-forward efforts of all actuators to `efforts`.
     fn feed(&mut self, view: &View<'_>, efforts: &mut [f64]) {
         if self.period.is_some() {
             efforts.copy_from_slice(&self.kept);
@@ -308,8 +314,8 @@ impl<'a> Acting<'a> {
         }
     }
 
-    /// Returns the formulas of efforts as functions of the measured state, which are evaluated in
-    /// continuous time.
+    /// Returns the formulas of efforts that depend on the measured state and are evaluated in
+    /// continuous time, each with the index of its actuator.
     fn laws(&self) -> &'a [(usize, Law)] {
         match (self.job.drives, self.period) {
             (Feed::Given(drives), None) => &drives.laws,
@@ -317,15 +323,15 @@ impl<'a> Acting<'a> {
         }
     }
 
-    /// Returns the sides (true if positive) of the switching functions of the effort formulas,
-    /// followed by those of the load formulas.
+    /// Returns the sides of the switching functions of the effort formulas, followed by those of
+    /// the load formulas. A side is true if the switching function is positive.
     fn law_sides<'v>(&self, view: &View<'v>) -> &'v [bool] {
         let before = self.job.stops.len() + 2 * self.limited.len();
         view.sides().get(before..).unwrap_or_default()
     }
 
-    /// Limits an effort of the continuous controller. The signs of the switching functions decide
-    /// which limit acts.
+    /// Limits an effort of the continuous controller. The signs of the actuator's two switching
+    /// functions decide which limit acts.
     fn limited(&self, view: &View<'_>, actuator: usize, demand: f64) -> f64 {
         let Some(controller) = &self.controller else { return demand };
         let Some(place) = self.limited.iter().position(|own| *own == actuator) else {
@@ -342,9 +348,8 @@ impl<'a> Acting<'a> {
         }
     }
 
-    /// Follows the motion of the whole mechanism from the start of the present step to a time, s.
-    /// The result depends only on the state at the start of the step and on the time, not on
-    /// earlier evaluations.
+    /// Moves [`Self::leader`] along the motion to `time`, s, starting from its state at the start
+    /// of the current step. The result therefore does not depend on earlier evaluations.
     fn lead(&mut self, time: f64) {
         let Some(leader) = &mut self.leader else { return };
         if !self.leader_from.is_empty() && leader.restore(&self.leader_from).is_none() {
@@ -355,8 +360,8 @@ impl<'a> Acting<'a> {
         }
     }
 
-    /// Writes the efforts given by signals and formulas to `efforts`. `sides` contains the side of
-    /// each switching function of the formulas, true if positive.
+    /// Writes the efforts that signals and formulas define to `efforts`. `sides` contains the side
+    /// of each switching function of the formulas, true if positive.
     fn given_at(&self, view: &View<'_>, mut sides: &[bool], efforts: &mut [f64]) {
         if let Feed::Given(drives) = self.job.drives {
             for (actuator, signal) in &drives.efforts {
@@ -419,8 +424,9 @@ impl<'a> Acting<'a> {
 }
 
 impl Acting<'_> {
-    /// Returns an error if a formula of an effort has a kink or a jump at the present state. A
-    /// linear model does not exist there, because the derivatives differ between both sides.
+    /// Returns an error if the formula of an effort or of a load, or a limit of the controller, has
+    /// a kink or a jump at the present state. A linear model does not exist there, because the
+    /// derivatives on the two sides differ.
     pub(super) fn refuse_kinks(&mut self, simulation: &Simulation<'_>) -> Result<(), Error> {
         // Distance from a kink, in SI units, that counts as a rounding error.
         const AT_KINK: f64 = 1e-9;
@@ -562,7 +568,7 @@ impl Inputs for Acting<'_> {
     fn next_change(&self, time: f64) -> Option<f64> {
         let sample = self.next_sample().filter(|next| *next > time);
         let recorded = match (self.job.drives, self.period) {
-            // If there is a sampling period, recorded efforts are evaluated only at its samples.
+            // With a sampling period, recorded efforts are evaluated only at the samples.
             (Feed::Given(drives), None) => {
                 drives.samples.as_ref().and_then(|samples| samples.after(time))
             }

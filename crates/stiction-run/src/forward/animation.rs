@@ -1,4 +1,4 @@
-//! Moving robot in the report of a simulation.
+//! Animation of the robot in the report of a simulation.
 
 use super::job::Job;
 use super::rows::{Layout, Rows};
@@ -7,7 +7,7 @@ use crate::report::animation::{Animation as Shared, Reel};
 use crate::{Sink, SinkError};
 use stiction_core::spatial::Pose;
 
-/// Collector of the samples of a simulation for the moving robot of its report.
+/// Collector of simulation samples for the animation of the robot in the report.
 #[derive(Clone, Debug)]
 pub struct Animation {
     layout: Layout,
@@ -15,11 +15,12 @@ pub struct Animation {
     pub(super) shared: Shared,
 }
 
-/// Number of columns for the external load of a body; these are its last columns.
+/// Number of columns that contain the external load of a body. They are the last columns of the
+/// body in `bodies.csv`.
 const LOAD: usize = 6;
 
 impl Animation {
-    /// Creates an empty animation with room for `count` samples.
+    /// Creates an empty animation for `count` samples.
     pub fn new(job: &Job<'_>, count: usize) -> Self {
         let layout = Layout::new(job);
         let mechanism = &job.model.mechanism;
@@ -27,7 +28,7 @@ impl Animation {
         Self { layout, ground: mechanism.base(), shared }
     }
 
-    /// Returns the animation for a page that shows `runs` runs; `None` without samples.
+    /// Returns the animation for a page that shows `runs` runs; `None` if no samples were added.
     pub fn reel(&self, runs: usize) -> Option<Reel> {
         self.shared.reel(runs)
     }

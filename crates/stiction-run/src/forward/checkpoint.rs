@@ -1,22 +1,23 @@
-//! Checkpoints of a simulation as JSON.
+//! Checkpoints of a simulation, and their conversion to and from JSON.
 
 use super::job::{Feed, Job};
 use serde_json::{Value, json};
 use stiction_core::forward::{Competitor, Event, EventKind, Method, RateJump};
 use stiction_core::mechanism::{BodyId, JointId, Mechanism};
 
-/// State of a simulation after a sample, as numbers. The simulation can be resumed from this state.
+/// State of a simulation after a sample, as numbers, from which the simulation can be resumed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RunCheckpoint {
-    /// Number of samples completed.
+    /// Number of completed samples.
     pub samples: usize,
-    /// State of the mechanism, see [`stiction_core::forward::Checkpoint`].
+    /// State of the mechanism; see [`stiction_core::forward::Checkpoint`].
     pub simulation: Vec<f64>,
-    /// State of controllers and other inputs, including the assembly states of their models.
+    /// State of controllers and other inputs, including the assembled configurations of their
+    /// models.
     pub inputs: Vec<f64>,
     /// Results accumulated over the completed samples.
     pub figures: Figures,
-    /// Events up to the sample of the checkpoint.
+    /// Events of the simulation up to the sample of the checkpoint.
     pub events: Vec<Event>,
 }
 
@@ -27,12 +28,13 @@ pub struct Figures {
     pub redundant: usize,
     /// Largest number of statically indeterminate efforts of prescribed or locked actuators at any sample.
     pub open_drives: usize,
-    /// `true` if the actuators determine the motion at the start.
+    /// True if the actuators determine the motion of the mechanism at the start of the simulation.
     pub invertible: bool,
 }
 
 impl RunCheckpoint {
-    /// Returns the checkpoint as JSON; numbers become strings with all digits.
+    /// Returns the checkpoint as JSON, in which floating-point numbers become strings with all
+    /// digits.
     pub fn json(&self) -> Value {
         json!({
             "samples": self.samples,
@@ -62,8 +64,8 @@ impl RunCheckpoint {
         })
     }
 
-    /// Checks that all interfaces and joints in the events exist in a mechanism, and that all numbers of the inputs are
-    /// finite.
+    /// Returns true if all interfaces, joints and bodies in the events exist in a mechanism, and if
+    /// all event times and all numbers of the inputs are finite.
     pub(super) fn fits(&self, mechanism: &Mechanism) -> bool {
         let joints = mechanism.joints();
         let interfaces: usize = joints.iter().map(|joint| joint.friction.len()).sum();
@@ -91,8 +93,9 @@ impl RunCheckpoint {
 }
 
 impl Job<'_> {
-    /// Returns a hash of all inputs of the simulation except its end time: mechanism, motion, load,
-    /// controller, start, accuracy.
+    /// Returns a hash of the inputs of the simulation: model (without friction if friction is off),
+    /// motion, load, efforts, controller, prescribed and locked actuators, stop conditions, start,
+    /// sampling and settings. The hash contains neither [`Self::until`] nor [`Self::law`].
     pub fn fingerprint(&self) -> u64 {
         let drives = match self.drives {
             Feed::Given(drives) => Some(drives),
@@ -117,7 +120,7 @@ impl Job<'_> {
     }
 }
 
-/// Checksum that detects accidental changes of a text (FNV-1a, 64 bits).
+/// Returns a checksum that detects accidental changes of a text (FNV-1a, 64 bits).
 pub fn checksum(text: &str) -> u64 {
     text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
@@ -198,7 +201,7 @@ fn event(value: &Value) -> Option<Event> {
     } else {
         let loads = value["others"].as_array()?.iter().map(numbers);
         let others = loads.map(|loads| {
-            // Competing solutions are not needed after a restart from a checkpoint.
+            // Of competing solutions, only the loads are needed after a restart from a checkpoint.
             Some(Competitor { loads: loads?, accelerations: Vec::new(), interfaces: Vec::new() })
         });
         let others = others.collect::<Option<_>>()?;

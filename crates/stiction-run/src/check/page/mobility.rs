@@ -1,5 +1,5 @@
-//! Section on degrees of freedom: three counts of degrees of freedom, the singular values that
-//! decide the counts, and the motions of each body.
+//! Section of the report on degrees of freedom: three counts of degrees of freedom, the singular
+//! values that decide the counts, and the motions of each body.
 
 use crate::Job;
 use crate::check::{Findings, words};
@@ -51,7 +51,7 @@ pub(super) fn mobility(job: &Job<'_>, findings: &Findings) -> String {
     section("Degrees of freedom", &inner)
 }
 
-/// Returns a note on the gap that decides the rank: the smallest singular value that counts as
+/// Returns a note on the two singular values that decide the rank: the smallest one that counts as
 /// nonzero and the largest one that counts as zero.
 fn gap(findings: &Findings) -> String {
     let (Some(kept), dropped) = findings.mobility.gap else {
@@ -74,7 +74,8 @@ fn gap(findings: &Findings) -> String {
 }
 
 fn bodies(findings: &Findings) -> String {
-    // The bodies with the most joints come first, because the tool is usually on one of them.
+    // The bodies with the most independent motions come first, because the tool is usually on one
+    // of them.
     let mut bodies: Vec<_> = findings.mobility.bodies.iter().collect();
     bodies.sort_by_key(|body| std::cmp::Reverse(body.motions.len() + body.first_order_only.len()));
     let blocked = bodies.iter().any(|body| !body.first_order_only.is_empty());

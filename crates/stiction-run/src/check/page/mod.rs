@@ -1,4 +1,4 @@
-//! Results of a check as a self-contained HTML page with the moving mechanism.
+//! Report on a check as a self-contained HTML page with the moving mechanism.
 //!
 //! Each section of the page has its own function. The functions of `html` escape names and titles, which come from the
 //! user's files.
@@ -19,16 +19,16 @@ use stiction_draw::xml::escape;
 /// Result of [`draw_page`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Page {
-    /// Complete HTML page; without the script of the viewer it is well-formed XML.
+    /// Complete HTML page. The page is well-formed XML if the script of its viewer is removed.
     pub html: String,
-    /// Picture of the mechanism in SVG on a white background.
+    /// SVG image of the mechanism on a white background.
     pub picture: String,
 }
 
 /// Writes the results of a check as an HTML page.
 ///
 /// # Errors
-/// An error of the job if the mechanism cannot follow its motion for the picture.
+/// Returns an error if the mechanism cannot follow its motion, which the image requires.
 pub fn draw_page(job: &Job<'_>, findings: &Findings) -> Result<Page, Error> {
     let locked = job.locked_start()?;
     let portrait = match &locked {

@@ -1,4 +1,4 @@
-//! Section on redundant constraints and undetermined reactions.
+//! Section of the report on redundant constraints and statically indeterminate reactions.
 
 use crate::Job;
 use crate::check::Findings;
@@ -40,7 +40,8 @@ pub(super) fn redundancy(job: &Job<'_>, findings: &Findings) -> String {
     section("Redundancy and uniqueness", &inner)
 }
 
-/// Returns the names of the first joints in a self-stress, and the number of its other joints.
+/// Returns the names of the first six joints in a self-stress, and the number of its further
+/// joints.
 fn joints_of(job: &Job<'_>, stress: &[JointLoad]) -> String {
     let name = |load: &JointLoad| job.model.mechanism.joints()[load.joint.0].name.as_str();
     let few: Vec<&str> = stress.iter().take(6).map(name).collect();

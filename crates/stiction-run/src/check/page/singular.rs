@@ -1,4 +1,4 @@
-//! Section on the closest approaches to singular poses.
+//! Section of the report on the closest approaches of the motion to singular poses.
 
 use crate::Job;
 use crate::check::{Findings, Kind, Nearness, words};

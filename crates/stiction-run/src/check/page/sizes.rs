@@ -1,4 +1,4 @@
-//! Section on masses of bodies and ranges of joints.
+//! Sections of the report on masses of bodies, and on ranges of joints, legs and bodies.
 
 use crate::Job;
 use crate::check::{Findings, Range};
@@ -7,12 +7,13 @@ use stiction_core::dynamics::InverseDynamics;
 use stiction_core::spatial::Vec3;
 use stiction_draw::numbers::number;
 
-/// Section with mass, centre of mass and principal moments of inertia of each body; `start` is the
-/// mechanism at the first pose.
+/// Returns the section with mass, centre of mass and principal moments of inertia of each body.
+/// `start` is the mechanism at the first pose of the motion.
 pub(super) fn masses(job: &Job<'_>, findings: &Findings, start: &InverseDynamics) -> String {
     let length = job.model.mechanism.characteristic_length();
     let point = |p: Vec3<f64>| {
-        // Coordinates below the rounding error of the robot's size become zero.
+        // Coordinates smaller than the rounding error of a length as large as the robot become
+        // zero.
         let [x, y, z] = p.to_array().map(|c| if c.abs() < 1e-12 * length { 0.0 } else { c });
         format!("{}, {}, {}", millimetres(x), millimetres(y), millimetres(z))
     };
@@ -58,7 +59,7 @@ fn millimetres(x: f64) -> String {
     if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }
 
-/// Section with the ranges of bodies, legs and joints along the motion.
+/// Returns the section with the ranges of bodies, legs and joints along the motion.
 pub(super) fn ranges(findings: &Findings) -> String {
     let sizes = &findings.sizes;
     let mut inner = String::new();

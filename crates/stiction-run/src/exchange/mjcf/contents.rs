@@ -1,4 +1,5 @@
-//! Elements of an MJCF file after the bodies: springs, motors and the home pose.
+//! Elements of an MJCF file that follow the bodies: springs, motors, extension elements and the
+//! home pose.
 
 use super::parts::{NamedPart, NamedStep};
 use super::steps::Kind;
@@ -10,8 +11,8 @@ use stiction_core::mechanism::{DriveTrain, GearedDof, Gearing, JointId};
 use stiction_format::NAMESPACE;
 
 impl<'a> Writer<'a> {
-    /// Writes the tendons: springs between sites, and sums of joint coordinates for gearings of more than two joints
-    /// and for motors of several joints.
+    /// Writes the MJCF tendons. They represent springs between sites, and sums of joint coordinates
+    /// for gearings of more than two joints and for motors that act on several joints.
     pub(super) fn write_tendons(&mut self) {
         let mechanism = &self.home.model.mechanism;
         let springs = mechanism.springs();
@@ -21,8 +22,8 @@ impl<'a> Writer<'a> {
         }
         self.xml.open("tendon", &[]);
         for (spring, sites) in springs.iter().zip(&self.sites.of_spring) {
-            // A preload is written as a change of the length at zero force. A preload without
-            // stiffness is left out; a note says so.
+            // A preload is written as a change of the length at zero force. The file omits the
+            // preload of a spring without stiffness; a note says so.
             let shift =
                 if spring.stiffness > 0.0 { spring.preload / spring.stiffness } else { 0.0 };
             self.xml.open(
@@ -66,8 +67,8 @@ impl<'a> Writer<'a> {
         self.xml.close();
     }
 
-    /// Lists the gearings of more than two joints. An entry contains the name of the gearing, and
-    /// the MJCF joints with their coefficients.
+    /// Lists the gearings of more than two joints. Each entry contains the name of the gearing, and
+    /// the names of its MJCF joints with their coefficients.
     pub(super) fn summed_gearings(&self) -> Vec<(String, Vec<(String, f64)>)> {
         let gearings = self.home.model.mechanism.gearings().iter();
         let terms = |gearing: &Gearing| {
@@ -80,8 +81,8 @@ impl<'a> Writer<'a> {
         gearings.filter(|gearing| gearing.dofs.len() > 2).filter_map(terms).collect()
     }
 
-    /// Lists the motors that act on several joints, each with its MJCF joints and their
-    /// coefficients.
+    /// Lists the motors that act on several joints, each with the names of its MJCF joints and
+    /// their coefficients.
     fn motors_of_several(&self) -> Vec<(&'a DriveTrain, Vec<(String, f64)>)> {
         let trains = self.home.model.mechanism.drive_trains().iter();
         let terms = |train: &'a DriveTrain| {
@@ -95,14 +96,16 @@ impl<'a> Writer<'a> {
             .collect()
     }
 
-    /// Finds the MJCF joint of a degree of freedom; `None` if the joint of the mechanism closes a loop.
+    /// Finds the MJCF joint that represents a degree of freedom. `None` if the file has no such
+    /// MJCF joint, as for a spherical joint that closes a loop.
     pub(super) fn step_of(&self, joint: JointId, dof: usize) -> Option<&NamedStep> {
         let steps = self.tree.parts.iter().zip(&self.parts);
         let own = steps.filter(|(part, _)| part.joint == joint.0).flat_map(|(_, own)| &own.steps);
         own.into_iter().find(|named| named.step.dof == Some(dof))
     }
 
-    /// Writes the motors in the order of the actuators.
+    /// Writes the motors: first those that act on one degree of freedom, in the order of the
+    /// actuators, then those that act on several joints.
     pub(super) fn write_drives(&mut self) {
         let mechanism = &self.home.model.mechanism;
         let mut drives = Vec::new();
@@ -148,7 +151,7 @@ impl<'a> Writer<'a> {
         self.xml.close();
     }
 
-    /// Writes the extension elements, which only this program reads, as custom texts.
+    /// Writes the extension elements, which only this program reads, as custom text elements.
     pub(super) fn write_extensions(&mut self) {
         let mechanism = &self.home.model.mechanism;
         let reversed = self.tree.parts.iter().filter(|part| part.reversed).map(|part| part.joint);

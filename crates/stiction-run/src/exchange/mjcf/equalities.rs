@@ -45,7 +45,7 @@ impl Writer<'_> {
                 Closing::Weld | Closing::Part => "weld",
             };
             let [from, to] = sites.clone();
-            // The MJCF joint of the split body already has the name of the joint.
+            // The MJCF joint of the split body already has the name of the mechanism's joint.
             let suffix = if closing == Closing::Part { ".weld" } else { "" };
             let name = joint_names.take(&format!("{}{suffix}", self.joint(joint).name));
             let mut attributes = vec![("name", name), ("site1", from), ("site2", to)];
@@ -87,9 +87,10 @@ impl Writer<'_> {
         self.xml.close();
     }
 
-    /// Returns the name of a gearing of two joints, its MJCF joints, and its ratio. The ratio is
-    /// the change of the first coordinate per unit change of the second. `None` for gearings of
-    /// more than two joints, or of joints that close a loop.
+    /// Returns the name of a gearing of two joints, the names of its MJCF joints, and its ratio.
+    /// The ratio is the change of the first coordinate per unit change of the second. `None` for
+    /// gearings of more than two joints, and for gearings with a degree of freedom that has no MJCF
+    /// joint.
     pub(super) fn geared(&self, gearing: &Gearing) -> Option<(String, [String; 2], f64)> {
         let [first, second] = &gearing.dofs[..] else { return None };
         let joint = |dof: &GearedDof| Some(self.step_of(dof.joint, dof.dof)?.name.clone());

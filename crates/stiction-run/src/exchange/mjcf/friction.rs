@@ -1,17 +1,18 @@
-//! Part of the joint friction that an MJCF file expresses: damping that does not depend on the
+//! Part of the joint friction that MJCF can express: viscous damping that does not depend on the
 //! load.
 
 use stiction_core::friction::{Curve, InterfaceShape, JointFriction, Law, Thread, interfaces_of};
 use stiction_core::mechanism::Joint;
 
-/// Damping coefficient of each degree of freedom of a joint, N s/m or N m s.
+/// Returns the damping coefficient of each degree of freedom of a joint, N s/m or N m s.
 pub(super) fn damping(joint: &Joint) -> Vec<f64> {
     let mut damping = vec![0.0; joint.joint_type.dofs().len()];
     for interface in &joint.friction {
         let Some(viscous) = viscous(interface) else { continue };
         let (_, shape) = interfaces_of(joint.joint_type)[interface.place];
         let radius = interface.radius.unwrap_or(1.0);
-        // Dissipated power: coefficient times the squared sliding speed.
+        // The dissipated power is the viscous coefficient times the squared sliding speed, so each
+        // lever arm appears as its square.
         let squares = match shape {
             InterfaceShape::Plate => [1.0, 1.0, radius * radius],
             InterfaceShape::Thread => {
@@ -29,13 +30,15 @@ pub(super) fn damping(joint: &Joint) -> Vec<f64> {
     damping
 }
 
-/// Viscous coefficient of an interface, N s/m; `None` if it is different for backward sliding.
+/// Returns the viscous coefficient of an interface, N s/m; `None` if forward and backward sliding
+/// have different coefficients.
 fn viscous(interface: &JointFriction) -> Option<f64> {
     let same = interface.backward.as_ref().is_none_or(|law| law.viscous == interface.law.viscous);
     same.then_some(interface.law.viscous)
 }
 
-/// Returns whether damping describes the friction of an interface completely.
+/// Returns true if MJCF damping describes the friction of an interface completely. `can_be_damped`
+/// is true if the file has an MJCF joint for the joint of the interface.
 pub(super) fn is_damping_alone(interface: &JointFriction, can_be_damped: bool) -> bool {
     let laws = [Some(&interface.law), interface.backward.as_ref()];
     viscous(interface).is_some_and(|viscous| can_be_damped || viscous == 0.0)

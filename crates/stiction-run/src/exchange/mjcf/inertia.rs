@@ -1,4 +1,4 @@
-//! Inertia tensors that MuJoCo accepts; it rejects tensors that no mass distribution can have.
+//! Inertia tensors that MuJoCo accepts. MuJoCo rejects tensors that no mass distribution can have.
 
 use nalgebra::{Matrix3, SymmetricEigen};
 use stiction_core::mechanism::Body;
@@ -11,13 +11,14 @@ use stiction_core::spatial::Mat3;
 const SLACK: f64 = 1e-9;
 /// Least moment of inertia in the file, kg m^2; MuJoCo rejects moments below about 1e-14 kg m^2.
 const LEAST: f64 = 1e-13;
-/// Relative change of a moment of inertia, as a fraction of the largest moment, above which a note
-/// is written.
+/// Change of a moment of inertia, as a fraction of the largest moment, above which the file
+/// contains a note on the change.
 const NOTED: f64 = 1e-6;
 
-/// Returns the inertia tensor for MuJoCo, kg m^2, and true if the tensor differs noticeably from
-/// that of the body. The smallest principal moments are increased until all moments are positive
-/// and none exceeds the sum of the other two.
+/// Returns an inertia tensor that MuJoCo accepts, kg m^2, and true if it differs noticeably from
+/// the tensor of the body. The smallest principal moments are increased until all moments are
+/// positive and none exceeds the sum of the other two. `length` is the characteristic length, m,
+/// and `parts` the number of parts into which the body is split.
 pub(super) fn accepted(body: &Body, length: f64, parts: usize) -> (Mat3<f64>, bool) {
     let eigen = SymmetricEigen::new(Matrix3::from(body.inertia));
     let given = eigen.eigenvalues;
@@ -25,9 +26,9 @@ pub(super) fn accepted(body: &Body, length: f64, parts: usize) -> (Mat3<f64>, bo
     let floor = (SLACK * (largest + body.mass * length * length)).max(LEAST * parts as f64);
     let mut moments = given.map(|moment| moment.max(floor));
     let top = moments.imax();
-    // Amount by which the sum of the two other moments is too small. Each of the two moments is
-    // increased by half of this amount. The single moment of a planar model then becomes the
-    // inertia of a lamina.
+    // `lacks` is the amount by which the sum of the two other moments is too small. Each of the two
+    // moments is increased by half of this amount. A planar model, which has a single moment, then
+    // gets the inertia of a lamina.
     let lacks = moments[top] * (2.0 + SLACK) - moments.sum();
     if lacks > 0.0 {
         for k in (0..3).filter(|k| *k != top) {
@@ -58,18 +59,18 @@ mod tests {
     #[test]
     fn only_what_is_missing_is_added() {
         for turn in [0.0, 0.7] {
-            // A feasible inertia stays unchanged to the last digit.
+            // An inertia that is physically possible stays unchanged to the last digit.
             let whole = body(1.0, [1.0, 1.5, 2.0], turn);
             assert_eq!(accepted(&whole, 1.0, 2), (whole.inertia, false));
             // A single moment becomes the inertia of a lamina.
             let (planar, changed) = accepted(&body(1.0, [0.0, 0.0, 2.0], turn), 1.0, 2);
             let expected = body(1.0, [1.0, 1.0, 2.0], turn).inertia;
             assert!(changed && differ(planar, expected) < 1e-8);
-            // A thin rod.
+            // The zero moment of a thin rod becomes slightly positive.
             let rod = body(1.0, [0.0, 3.0, 3.0], turn);
             let (raised, changed) = accepted(&rod, 1.0, 2);
             assert!(!changed && differ(raised, rod.inertia) < 1e-8);
-            // A point.
+            // All moments of a point mass become slightly positive.
             let (point, _) = accepted(&body(2.0, [0.0; 3], turn), 0.5, 1);
             assert!(differ(point, Mat3::zero()) < 1e-8);
             for inertia in [planar, raised, point] {

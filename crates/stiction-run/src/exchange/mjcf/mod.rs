@@ -1,5 +1,5 @@
-//! Export to MuJoCo's XML (MJCF): a tree of nested bodies, and equality constraints that close
-//! loops.
+//! Export to MuJoCo's XML format (MJCF): a tree of nested bodies, and equality constraints that
+//! close the loops.
 
 mod contents;
 mod equalities;
@@ -23,7 +23,7 @@ use writer::Writer;
 pub struct Mjcf {
     /// Text of the MJCF file.
     pub text: String,
-    /// Notes on omitted or changed properties, one per line.
+    /// Notes on properties that the file omits or changes, one per entry.
     pub notes: Vec<String>,
 }
 
@@ -58,7 +58,7 @@ pub enum Unfit {
 }
 
 impl Unfit {
-    /// Suggests a remedy to the user.
+    /// Returns a remedy for the user.
     pub fn help(&self) -> &'static str {
         match self {
             Self::Massless { .. } => {
@@ -73,7 +73,8 @@ impl Unfit {
 /// Converts an assembled mechanism to MJCF.
 ///
 /// # Errors
-/// [`Unfit`] if a body has no mass, which MuJoCo rejects.
+/// Returns [`Unfit::Massless`] if a moving body has no mass, which MuJoCo rejects, and
+/// [`Unfit::CannotClose`] if a joint that closes a loop connects two bodies without mass.
 pub fn mjcf(home: &Home<'_>) -> Result<Mjcf, Unfit> {
     let tree = Tree::new(&home.model.mechanism)?;
     check_masses(home, &tree)?;
@@ -82,11 +83,12 @@ pub fn mjcf(home: &Home<'_>) -> Result<Mjcf, Unfit> {
     Ok(Mjcf { text, notes })
 }
 
-/// Checks that every moving body has mass: its own, or that of bodies fixed to it.
+/// Checks that every moving body has mass, either its own or that of bodies fixed to it.
 fn check_masses(home: &Home<'_>, tree: &Tree) -> Result<(), Unfit> {
     let mechanism = &home.model.mechanism;
     let is_fixed = |part: &Part| mechanism.joints()[part.joint].joint_type == JointType::Fixed;
-    // Parents precede their children, so the reverse order passes mass on towards the ground.
+    // Parents precede their children, so the reverse order passes the mass of fixed bodies on
+    // towards the ground.
     let mut heavy: Vec<bool> = mechanism.bodies().iter().map(|body| body.mass > 0.0).collect();
     for part in tree.parts.iter().rev().filter(|part| is_fixed(part)) {
         heavy[part.parent] |= heavy[part.body];

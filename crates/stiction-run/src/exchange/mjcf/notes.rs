@@ -4,7 +4,7 @@ use super::tree::Tree;
 use super::{friction, inertia};
 use stiction_core::mechanism::{DriveTrain, GearedDof, Gearing, Mechanism};
 
-/// Lists omitted and changed properties, one per line.
+/// Returns notes on properties that the MJCF file omits or changes, one per entry.
 pub(super) fn notes(mechanism: &Mechanism, tree: &Tree) -> Vec<String> {
     let mut notes = Vec::new();
     let (mut all, mut left_out) = (0, 0);

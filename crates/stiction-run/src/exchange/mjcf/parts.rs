@@ -11,7 +11,7 @@ pub(super) struct NamedStep {
     pub(super) name: String,
 }
 
-/// Unique names of an MJCF body and of its joints.
+/// Unique names of an MJCF body and of the MJCF joints that connect it to its parent.
 pub(super) struct NamedPart {
     pub(super) name: String,
     /// Name of the free joint, if the body moves freely in the world with six coordinates.
@@ -20,8 +20,8 @@ pub(super) struct NamedPart {
     pub(super) steps: Vec<NamedStep>,
 }
 
-/// Chooses the names of all bodies of the tree. If a body of the mechanism is split, each further part is named after
-/// the body and the joint that connects the part.
+/// Chooses unique names for all MJCF bodies and their joints. If a body of the mechanism is split,
+/// each part except the first is named after the body and the joint that connects the part.
 pub(super) fn named(home: &Home<'_>, tree: &Tree) -> Vec<NamedPart> {
     let mechanism = &home.model.mechanism;
     let (mut bodies, mut joints) = (Names::default(), Names::default());

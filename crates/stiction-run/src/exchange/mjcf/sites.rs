@@ -1,30 +1,31 @@
-//! Sites: frames fixed to bodies, at the ends of springs and at loop closures. A constraint between
-//! two sites depends neither on the configuration in which another program reads the file, nor on
-//! the locations of the joints.
+//! MJCF sites, which are frames fixed to bodies: at the ends of springs and at loop closures. A
+//! constraint between two sites depends neither on the configuration in which another program reads
+//! the file, nor on the locations of the joints.
 
 use super::tree::{Closing, Part, Tree};
 use crate::exchange::names::Names;
 use stiction_core::mechanism::Mechanism;
 use stiction_core::spatial::Pose;
 
-/// Frame fixed to a body.
+/// MJCF site: a frame fixed to a body.
 #[derive(Clone, Debug)]
 pub(super) struct Site {
     pub(super) name: String,
     pub(super) pose: Pose<f64>,
-    /// Joint that carries the part of a split body to which the site is fixed; `None` for the first
-    /// part of the body.
+    /// Index of the joint that carries the part of a split body to which the site is fixed; `None`
+    /// for the first part of the body.
     pub(super) part: Option<usize>,
 }
 
-/// All sites of the exported model.
+/// All MJCF sites of the exported model.
 #[derive(Clone, Debug)]
 pub(super) struct Sites {
-    /// Sites of each body of the mechanism.
+    /// MJCF sites of each body of the mechanism.
     pub(super) of_body: Vec<Vec<Site>>,
-    /// Names of the two sites of each spring.
+    /// Names of the two sites at the ends of each spring.
     pub(super) of_spring: Vec<[String; 2]>,
-    /// Names of the two sites that the loop closure of each joint outside the tree makes coincide.
+    /// For each joint outside the spanning tree, the names of the two sites that its loop closure
+    /// makes coincide.
     pub(super) of_closing: Vec<[String; 2]>,
 }
 

@@ -1,4 +1,4 @@
-//! Decomposition of joints into a sequence of MJCF's hinges, slides and balls.
+//! Decomposition of each joint into a sequence of MJCF joints: hinges, slides and balls.
 
 use super::super::Home;
 use stiction_core::joint::JointType;
@@ -13,7 +13,7 @@ pub(super) enum Kind {
     Ball,
 }
 
-/// MJCF joint of the sequence that replaces a joint of the mechanism.
+/// One MJCF joint in the sequence that replaces a joint of the mechanism.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Step {
     pub(super) kind: Kind,
@@ -30,8 +30,9 @@ pub(super) struct Step {
     pub(super) home: f64,
 }
 
-/// Returns the MJCF joints that lead from frame J to frame K, in order. An entry contains the type,
-/// the index of the axis, the suffix of the name, and the degree of freedom.
+/// Returns the MJCF joints that lead from frame J to frame K of a joint, in order. Each entry
+/// contains the type of the MJCF joint, the index of its axis, the suffix of its name, and its
+/// degree of freedom.
 fn sequence(joint_type: JointType) -> &'static [(Kind, usize, &'static str, Option<usize>)] {
     use Kind::{Ball, Hinge, Slide};
     match joint_type {
@@ -94,8 +95,8 @@ pub(super) fn steps(home: &Home<'_>, index: usize, reversed: bool) -> Vec<Step> 
         let axis = seen.rotation.columns[axis];
         let axis = if reversed { -axis } else { axis };
         let home = if kind == Kind::Ball { 0.0 } else { coordinate(dof) };
-        // MuJoCo ignores the position of a slide. The file gives the joint's origin at coordinate
-        // zero.
+        // MuJoCo ignores the position of a slide. The file contains the origin of the joint at
+        // coordinate zero.
         let position = match kind {
             Kind::Slide => seen.position + axis * -home,
             _ => seen.position,
@@ -109,7 +110,7 @@ pub(super) fn steps(home: &Home<'_>, index: usize, reversed: bool) -> Vec<Step> 
     steps
 }
 
-/// Returns the frame of a joint that is fixed in its child body.
+/// Returns the joint frame that is fixed in the child body of a joint.
 fn child_frame(joint: &Joint, reversed: bool) -> Pose<f64> {
     if reversed { joint.frame_j } else { joint.frame_k }
 }

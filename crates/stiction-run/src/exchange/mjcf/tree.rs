@@ -12,7 +12,8 @@ pub(super) struct Part {
     pub(super) body: usize,
     /// Index of the parent body in the mechanism.
     pub(super) parent: usize,
-    /// Nesting depth: number of enclosing bodies including the ground; zero for a free body.
+    /// Nesting depth: number of enclosing bodies including the ground. It is zero for a body with a
+    /// free joint.
     pub(super) depth: usize,
     /// True for a body connected to the world by a free joint, with six coordinates.
     pub(super) is_free: bool,
@@ -20,7 +21,7 @@ pub(super) struct Part {
     pub(super) joint: usize,
     /// True if the body is the predecessor of `joint`, so that the joint is reversed.
     pub(super) reversed: bool,
-    /// True for each part of a split body except the first, to which this part is welded.
+    /// True for each part of a split body except the first part, to which all others are welded.
     pub(super) is_further: bool,
 }
 
@@ -46,7 +47,7 @@ struct Hanging {
     is_further: bool,
 }
 
-/// Spanning tree and loop closures.
+/// Spanning tree of the mechanism, and loop closures for the joints outside the tree.
 #[derive(Clone, Debug)]
 pub(super) struct Tree {
     /// All MJCF bodies, parents before children, depth first.
@@ -64,7 +65,8 @@ impl Tree {
     pub(super) fn new(mechanism: &Mechanism) -> Result<Self, Unfit> {
         let joints = mechanism.joints();
         let mut order: Vec<usize> = (0..joints.len()).collect();
-        // Gearings are equations between joints of the tree.
+        // Geared joints enter the tree first, because the file expresses a gearing as an equation
+        // between MJCF joints.
         let geared = mechanism.gearings().iter().flat_map(|gearing| &gearing.dofs);
         let geared: Vec<usize> = geared.map(|dof| dof.joint.0).collect();
         order.sort_by_key(|&index| (!geared.contains(&index), rank(mechanism, &joints[index])));
@@ -105,7 +107,7 @@ impl Tree {
     }
 }
 
-/// Returns the priority of a joint: joints of lower rank enter the spanning tree first.
+/// Returns the rank of a joint; joints of lower rank enter the spanning tree first.
 fn rank(mechanism: &Mechanism, joint: &Joint) -> (usize, Reverse<usize>) {
     let ends = [joint.predecessor, joint.successor].map(|end| has_mass(mechanism, end));
     let rank = match (closing_of(joint.joint_type), ends) {
@@ -133,8 +135,8 @@ fn has_mass(mechanism: &Mechanism, body: BodyId) -> bool {
     mechanism.bodies()[body.0].mass > 0.0
 }
 
-/// Lists the bodies depth first from the ground. The function does not recurse, because chains may
-/// be long.
+/// Lists the MJCF bodies depth first from the ground. The function does not recurse, because chains
+/// of bodies may be long.
 fn depth_first(mechanism: &Mechanism, hanging: &[Vec<Hanging>]) -> Vec<Part> {
     let joints = mechanism.joints();
     let mut parts = Vec::new();
@@ -152,7 +154,7 @@ fn depth_first(mechanism: &Mechanism, hanging: &[Vec<Hanging>]) -> Vec<Part> {
         hanging[parent].iter().rev().map(part)
     };
     let mut next: Vec<Part> = below(BodyId::GROUND.0, 1).collect();
-    // The last entry is processed next, so parts nested in the ground precede free ones.
+    // The last entry is processed next, so bodies nested in the ground precede free bodies.
     next.sort_by_key(|part| !part.is_free);
     while let Some(part) = next.pop() {
         // The joint that connects a body to its parent also appears at the body itself, where it

@@ -1,4 +1,4 @@
-//! Writer of the MJCF file: its head and its bodies.
+//! Writer of an MJCF file, with the functions for the beginning of the file and for its bodies.
 
 use super::parts::{NamedPart, NamedStep, named};
 use super::sites::Sites;
@@ -10,11 +10,11 @@ use crate::exchange::xml::{Xml, numbers};
 use stiction_core::mechanism::{BodyId, GROUND_NAME, Joint};
 use stiction_core::spatial::{Pose, Quaternion};
 
-/// Time step of a simulation, s, in the file: half the time constant of the equality constraints,
-/// as MuJoCo requires.
+/// Time step, s, that the file sets for simulations in MuJoCo: half the time constant of the
+/// equality constraints, as MuJoCo requires.
 const TIMESTEP: f64 = 0.001;
 
-/// State of the writer.
+/// Writer of an MJCF file, with the XML text written so far and the names of the exported elements.
 pub(super) struct Writer<'a> {
     pub(super) home: &'a Home<'a>,
     pub(super) tree: &'a Tree,
@@ -33,7 +33,7 @@ impl<'a> Writer<'a> {
         &self.home.model.mechanism.joints()[index]
     }
 
-    /// Writes the whole file.
+    /// Returns the text of the whole file, which contains `notes` as comments.
     pub(super) fn write(mut self, notes: &[String]) -> String {
         let mechanism = &self.home.model.mechanism;
         self.xml.open("mujoco", &[("model", self.home.model.name.clone())]);
@@ -176,8 +176,8 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// Writes the sites of a body. If the body is split, `part` is the joint that carries the part;
-    /// `None` selects the first part.
+    /// Writes the sites of a body. If the body is split, `part` is the joint that carries the part
+    /// whose sites are written; `None` selects the first part.
     fn write_sites(&mut self, body: usize, part: Option<usize>) {
         for site in self.sites.of_body[body].iter().filter(|site| site.part == part) {
             let mut attributes = vec![("name", site.name.clone())];

@@ -1,4 +1,4 @@
-//! Tables of drive trains in a model file.
+//! Tables of a model file that describe drive trains.
 
 use stiction_core::mechanism::{DriveTrain, GearLoss, GearedDof, Mechanism, RotorAxis};
 use toml::{Table, Value};

@@ -1,4 +1,4 @@
-//! Tables of joint friction in a model file.
+//! Tables of a model file that describe joint friction.
 
 use super::Unwritable;
 use stiction_core::friction::{
@@ -14,7 +14,7 @@ pub(in crate::exchange) fn table(joint: &Joint) -> Result<Option<Table>, Unwrita
     }
     let places = interfaces_of(joint.joint_type);
     let of_place = |place: usize| joint.friction.iter().find(|interface| interface.place == place);
-    // The only interface of a joint has no name.
+    // If a joint type has only one interface, the interface has no name in the file.
     if let [interface] = &joint.friction[..]
         && places[interface.place].0.is_empty()
     {
@@ -33,8 +33,8 @@ pub(in crate::exchange) fn table(joint: &Joint) -> Result<Option<Table>, Unwrita
     Ok(Some(all))
 }
 
-/// Returns the table of a frictionless interface. It is needed in a joint whose other interfaces
-/// have friction.
+/// Returns the table of a frictionless interface. A joint whose other interfaces have friction
+/// requires such a table.
 fn frictionless(shape: InterfaceShape) -> Table {
     let mut table = Table::from_iter([("mu".to_owned(), Value::from(0.0))]);
     if shape.turns() {
@@ -95,8 +95,8 @@ fn law_table(law: &Law) -> Table {
     table
 }
 
-/// Returns the table of the law for backward sliding; a missing key means the value for forward
-/// sliding. `None` if a model file cannot express the difference.
+/// Returns the table of the friction law for backward sliding. For a missing key, the value for
+/// forward sliding applies. `None` if a model file cannot express the difference between both laws.
 fn backward_table(forward: &Law, backward: &Law) -> Option<Table> {
     let shared = (forward.bristles, forward.regularisation);
     if shared != (backward.bristles, backward.regularisation) {

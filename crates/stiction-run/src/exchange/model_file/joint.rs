@@ -1,4 +1,4 @@
-//! Tables of joints in a model file.
+//! Tables of a model file that describe joints.
 
 use super::{Unwritable, friction, pose, rotation, vector};
 use stiction_core::joint::JointType;
@@ -36,7 +36,7 @@ pub(super) fn table(mechanism: &Mechanism, joint: &Joint) -> Result<Table, Unwri
     if let Some(start) = start(joint) {
         put("start", start);
     }
-    // In the file, the z axes of a spherical joint are those of the bodies that it connects.
+    // In the file, the z axes of a spherical joint are those of the bodies that the joint connects.
     let is_tilted = joint.joint_type == JointType::Spherical
         && !joint.ranges.is_empty()
         && column(&axes, 2) != Vec3::new(0.0, 0.0, 1.0);
@@ -60,8 +60,8 @@ pub(super) fn table(mechanism: &Mechanism, joint: &Joint) -> Result<Table, Unwri
     Ok(table)
 }
 
-/// Returns the ranges of a joint: the range of its only degree of freedom, or a table of ranges by
-/// name.
+/// Returns the ranges of a joint as a value of the model file: the range of its only degree of
+/// freedom, or a table of ranges by name. `None` if the joint has no ranges.
 pub(in crate::exchange) fn range(joint: &Joint) -> Option<Value> {
     let pair = |range: &JointRange| -> Value {
         let (least, greatest) = range.limits;
@@ -90,9 +90,9 @@ fn column(matrix: &Mat3<f64>, j: usize) -> Vec3<f64> {
     Vec3::from(std::array::from_fn(|i| matrix.at(i, j)))
 }
 
-/// Returns the start coordinates of a joint for the assembly. The file gives no axes for spherical
-/// and free joints. Their frames in the file are therefore rotated, and the start coordinates refer
-/// to the rotated frames.
+/// Returns the start coordinates of a joint for the assembly. The file contains no axes for
+/// spherical and free joints. In the file, the frames of these joints are therefore rotated, and
+/// the start coordinates refer to the rotated frames.
 fn start(joint: &Joint) -> Option<Value> {
     let axes = joint.frame_j.rotation;
     let turned = |x: &[f64]| axes * Quaternion::from_coordinates(x).rotation() * axes.transpose();

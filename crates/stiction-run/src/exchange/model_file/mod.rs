@@ -1,5 +1,5 @@
-//! Text of a model file for a given mechanism. All legs are written in full, and expressions are
-//! replaced by their values.
+//! Text of a model file that describes a given mechanism. All legs are written in full, and
+//! expressions are replaced by their values.
 
 pub(super) mod actuator;
 pub(super) mod friction;
@@ -14,15 +14,16 @@ use stiction_core::spatial::{Mat3, Pose, Vec3};
 use thiserror::Error;
 use toml::{Table, Value};
 
-/// Error: a model file cannot express this friction. The error cannot occur for mechanisms that
-/// were read from a model file.
+/// Error: a model file cannot express a joint. Either the laws for forward and backward friction
+/// differ in kind, or a spherical joint has ranges about an axis other than the z axis of its body.
+/// The error cannot occur for mechanisms that were read from a model file.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error(
     "the backward friction of `{joint}` differs in kind from its forward friction, which a model \
      file cannot express"
 )]
 pub struct Unwritable {
-    /// Name of the joint whose friction cannot be expressed.
+    /// Name of the joint that a model file cannot express.
     pub joint: String,
 }
 
@@ -34,20 +35,21 @@ pub struct Instant<'a> {
     pub motion: &'a [(Coordinate, Target<f64>)],
     /// External loads, which the file contains as the load case `here`.
     pub loads: &'a [AppliedLoad<f64>],
-    /// Default friction mode of the file; `None` omits it.
+    /// Friction mode that the file sets as its default; `None` sets no default.
     pub friction: Option<FrictionMode>,
 }
 
-/// Writes the text of a model file. Numbers are in SI units and read back unchanged. The
-/// [`start`](stiction_core::mechanism::Joint::start) of each joint is its initial guess for the assembly;
-/// [`Mechanism::starting_at`] sets it to an assembled position.
+/// Writes the text of a model file. Numbers are in SI units and are unchanged when the file is read
+/// again. The [`start`](stiction_core::mechanism::Joint::start) of each joint is its initial guess
+/// for the assembly; [`Mechanism::starting_at`] sets it to an assembled position.
 ///
-/// Spherical, fixed and free joints have no axes. The file describes them with frame J parallel to its body, so that
-/// the components of their reactions refer to other axes. In a joint with several friction interfaces, one without
-/// friction is written with a coefficient of zero.
+/// The file contains no axes for spherical, fixed and free joints: their frame J is parallel to the
+/// frame of the body, so that the components of their reactions refer to other axes than in
+/// `mechanism`. In a joint with several friction interfaces, each interface without friction is
+/// written with a coefficient of zero.
 ///
 /// # Errors
-/// [`Unwritable`] if backward friction differs in a way that a model file cannot express.
+/// Returns [`Unwritable`] if a model file cannot express a joint of the mechanism.
 pub fn model_file(
     mechanism: &Mechanism,
     title: &str,
@@ -122,7 +124,7 @@ fn vector(v: Vec3<f64>) -> Value {
     Value::Array(v.to_array().map(Value::from).into())
 }
 
-/// Describes a rotation by its axis and angle.
+/// Describes a rotation by its axis and its angle, rad.
 fn rotation(rotation: Mat3<f64>) -> Value {
     let turn = rotation.rotation_vector();
     let angle = turn.norm();

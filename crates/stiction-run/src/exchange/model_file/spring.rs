@@ -1,4 +1,4 @@
-//! Tables of springs and bushings in a model file.
+//! Tables of a model file that describe springs and bushings.
 
 use super::{pose, vector};
 use stiction_core::mechanism::{Bushing, JointSpring, Mechanism, SixBySix, Spring};
@@ -8,7 +8,7 @@ fn table(entries: impl IntoIterator<Item = (&'static str, Value)>) -> Table {
     entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
 }
 
-/// Lists the tables of the springs between points and on joints, with their names.
+/// Lists the name and the table of each spring, between points or on a joint.
 pub(in crate::exchange) fn tables(mechanism: &Mechanism) -> Vec<(String, Table)> {
     let name = |body: stiction_core::mechanism::BodyId| {
         Value::from(mechanism.bodies()[body.0].name.as_str())
@@ -22,7 +22,8 @@ pub(in crate::exchange) fn tables(mechanism: &Mechanism) -> Vec<(String, Table)>
             ("damping", spring.damping.into()),
         ]);
         own.extend(match spring.lengths {
-            // A gas spring: its stiffness is extension force * (progression - 1) / stroke.
+            // A spring with a range of lengths is a gas spring. Its stiffness is
+            // `extension_force * (progression - 1) / stroke`.
             Some((shortest, extended)) => {
                 let (stroke, force) = (extended - shortest, spring.preload);
                 let progression =
@@ -59,7 +60,7 @@ pub(in crate::exchange) fn tables(mechanism: &Mechanism) -> Vec<(String, Table)>
     springs.chain(mechanism.joint_springs().iter().map(on_joint)).collect()
 }
 
-/// Lists the tables of the bushings, with their names.
+/// Lists the name and the table of each bushing.
 pub(in crate::exchange) fn bushing_tables(mechanism: &Mechanism) -> Vec<(String, Table)> {
     let matrix = |matrix: &SixBySix| {
         let row = |row: &[f64; 6]| Value::Array(row.map(Value::from).into());
