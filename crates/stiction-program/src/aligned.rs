@@ -1,4 +1,4 @@
-//! Numbers in memory aligned to cache lines.
+//! Buffer of numbers that is aligned to cache lines, for fast access through vector registers.
 
 use core::ops::{Deref, DerefMut};
 

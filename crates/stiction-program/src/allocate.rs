@@ -1,35 +1,38 @@
 //! Register allocation and machine code generation.
 //!
-//! In straight-line code all uses are known: the value whose next use is farthest is evicted
-//! (Belady 1966).
+//! In straight-line code, all later uses of a value are known in advance. If no register is free,
+//! the allocator evicts the value whose next use is farthest away (Belady 1966).
 
 use crate::code::{Code, Fused, Source, Step};
 use crate::encode::{Base, Emit, Operation, Order, Place, Target, begin};
 use std::collections::HashMap;
 
-/// Indices of the allocator's own constants, which precede the constants of the code.
+/// Index of the constant zero. The allocator's own constants precede the constants of the code.
 const ZERO: usize = 0;
+/// Index of the allocator's constant -0.0, in which only the sign bit is set.
 const SIGN: usize = 1;
+/// Number of the allocator's own constants.
 const OWN: usize = 2;
 
-/// Placeholder for "no register" in the list of pinned registers.
+/// Placeholder for "no register" in lists of pinned registers, which must not be evicted.
 const NONE: u8 = u8::MAX;
 
-/// Number of steps. An operand in memory is loaded into a register, and kept there, if its next use
-/// is at most this many steps away.
+/// If an operand in memory is used again within this number of steps, the allocator loads the
+/// operand into a register and keeps it there.
 const SOON: u32 = 12;
 
-/// Machine code and its data.
+/// Machine code, and the data that it needs at run time.
 pub(crate) struct Assembled {
     pub(crate) bytes: Vec<u8>,
-    /// Constants of the code and of the allocator. Each constant is repeated as often as an
-    /// instruction reads it at once.
+    /// Constants of the allocator, then those of the code. Each constant is stored in as many
+    /// consecutive copies as one instruction reads.
     pub(crate) constants: Vec<f64>,
-    /// Number of values in the scratch memory, which receives values evicted from registers.
+    /// Length of the scratch memory, in numbers. Values evicted from registers are stored there.
     pub(crate) scratch: usize,
 }
 
-/// Compiles code for registers of one width.
+/// Compiles straight-line code to machine code for the instruction set and register width of
+/// `target`.
 pub(crate) fn assemble(code: &Code, target: Target) -> Assembled {
     let numbers = [0.0, -0.0].into_iter().chain(code.constants.iter().copied());
     let copies = copies(target);
@@ -43,8 +46,9 @@ pub(crate) fn assemble(code: &Code, target: Target) -> Assembled {
     Assembled { bytes: allocator.assembler.finish(), constants, scratch }
 }
 
-/// Number of copies of each constant in memory. The minimum is two where the constants are repeated
-/// for each lane, because a sign change reads a block of two numbers even for one lane.
+/// Number of copies of each constant in memory: one if instructions can broadcast constants to all
+/// lanes, otherwise one for each lane and at least two. A sign change reads two numbers even in
+/// code for one lane.
 fn copies(target: Target) -> usize {
     if target.is_single(Base::Constants) { 1 } else { target.width.lanes().max(2) }
 }
@@ -53,13 +57,15 @@ struct Allocator<'a> {
     code: &'a Code,
     target: Target,
     assembler: Box<dyn Emit>,
-    /// Later steps that use the result of each step, the last use first.
+    /// For each step, the indices of the later steps that read its result, in descending order.
     uses: Vec<Vec<u32>>,
-    /// Later steps that use each constant, slot or shared value, the last use first.
+    /// For each constant, the indices of the steps that read the constant, in descending order.
+    /// `slot_uses` and `common_uses` contain such lists for slots and for numbers shared by all
+    /// lanes.
     constant_uses: Vec<Vec<u32>>,
     slot_uses: HashMap<u32, Vec<u32>>,
     common_uses: HashMap<u32, Vec<u32>>,
-    /// Value in each register; `None` for a free one.
+    /// Value that each register contains; `None` for a free register.
     holds: Vec<Option<Source>>,
     register_of_step: Vec<Option<u8>>,
     spill_of_step: Vec<Option<usize>>,
@@ -68,8 +74,8 @@ struct Allocator<'a> {
     spilled: usize,
     /// For each step, the slots that store its result.
     stores: Vec<Vec<u32>>,
-    /// For each step, the slot that already contains its result. This copy remains valid, because
-    /// no slot is written twice.
+    /// For each step, a slot to which its result has already been stored; `None` if there is no
+    /// such slot. The copy in the slot remains valid, because no slot is written twice.
     slot_of_step: Vec<Option<u32>>,
 }
 
@@ -145,7 +151,8 @@ impl<'a> Allocator<'a> {
         Place::Memory(base, place * (stride * size_of::<f64>()) as i32)
     }
 
-    /// Memory operand of a value.
+    /// Returns the memory location of a value. For the result of a step, this is the slot that
+    /// contains the result or, without such a slot, the scratch memory.
     fn memory_of(&self, source: Source) -> Place {
         let lanes = self.target.width.lanes();
         match source {
@@ -166,8 +173,8 @@ impl<'a> Allocator<'a> {
         self.address(Base::Constants, place, copies(self.target))
     }
 
-    /// Returns a register that may be overwritten: a free one, or else an evicted one that is not
-    /// `pinned`.
+    /// Returns a register that may be overwritten. If no register is free, evicts the value of a
+    /// register that is not `pinned`.
     fn room(&mut self, pinned: &[u8]) -> u8 {
         match self.holds.iter().position(Option::is_none) {
             Some(free) => free as u8,
@@ -185,7 +192,8 @@ impl<'a> Allocator<'a> {
         }
     }
 
-    /// Saves and releases the register whose value has the farthest next use.
+    /// Among the registers that are not `pinned`, evicts the value whose next use is farthest away.
+    /// Returns the register of this value.
     fn evicted(&mut self, pinned: &[u8]) -> u8 {
         let mut last = (0, 0);
         for register in 0..self.holds.len() as u8 {
@@ -239,8 +247,9 @@ impl<'a> Allocator<'a> {
         register
     }
 
-    /// Returns the location of an operand: a register if the operand is already in one or is used
-    /// again soon, otherwise its memory.
+    /// Returns the location of an operand: a register if the operand is already in one, is used
+    /// again soon, or lies in memory that only loads can read; otherwise the memory location of the
+    /// operand.
     fn anywhere(&mut self, source: Source, now: u32, pinned: &[u8]) -> Place {
         let again = {
             let uses = self.uses_of(source);
@@ -270,8 +279,8 @@ impl<'a> Allocator<'a> {
             }
             if let Source::Step(step) = operand {
                 self.register_of_step[step as usize] = None;
-                // The instruction may still read this scratch value, so its memory is reused only
-                // afterwards.
+                // The instruction may still read this scratch value, so the memory of the value is
+                // reused only after the instruction.
                 self.retired_spills.extend(self.spill_of_step[step as usize].take());
             }
         }
@@ -350,8 +359,8 @@ impl<'a> Allocator<'a> {
         to
     }
 
-    /// Emits a fused instruction. The target register is that of an operand without further use, or
-    /// holds a copy of the addend.
+    /// Emits a fused multiply-add and returns its target register. The instruction overwrites one
+    /// of its operands, either an operand without further use or a copy of the addend.
     fn fused(&mut self, now: u32, step: Step, kind: Fused, [a, b, c]: [Source; 3]) -> u8 {
         let ends = |of: &mut Self, source: Source| {
             of.register_of(source).filter(|_| of.uses_of(source).first() == Some(&now))
@@ -393,7 +402,7 @@ impl<'a> Allocator<'a> {
         to
     }
 
-    /// Stores those results that no step computes, because they are constants or shared values.
+    /// Stores those results that no step computes: constants and numbers shared by all lanes.
     fn rest(&mut self) {
         for &(source, slot) in &self.code.stores {
             if matches!(source, Source::Step(_)) {

@@ -1,29 +1,30 @@
-//! Forces at many states: the program evaluates several states in parallel lanes, and the solver
-//! replaces the program at states where the program is invalid.
+//! Computation of forces at many states. A program of inverse dynamics evaluates several states in
+//! parallel lanes; at states where the program is invalid, the general solver computes the forces.
 
 use crate::inverse::InverseProgram;
 use crate::program_inputs::StateOfMotion;
 use stiction_core::dynamics::{InverseDynamics, InverseError};
 use stiction_core::kinematics::AssemblyError;
 
-/// Forces at one state.
+/// Forces at one state, as [`InverseProgram::run_all`] passes them to its callback.
 #[derive(Clone, Copy, Debug)]
 pub struct ForcesAt<'a> {
-    /// Index of the state.
+    /// Index of the state in the list of states.
     pub state: usize,
     /// Actuator forces, N or N m.
     pub drives: &'a [f64],
-    /// Total wrench of each joint, predecessor on successor: force, then moment about the joint's
-    /// origin, world axes.
+    /// Total wrench that the predecessor of each joint exerts on the successor: force, N, then
+    /// moment about the joint's origin, N m, world axes.
     pub reactions: &'a [[f64; 6]],
-    /// `true` if the solver computed the forces instead of the program.
+    /// `true` if the general solver computed the forces, because the program is invalid at this
+    /// state.
     pub redone: bool,
 }
 
 /// Error: the forces at a state cannot be computed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StateError {
-    /// Index of the state.
+    /// Index of the state in the list of states.
     pub state: usize,
     /// Cause of the error.
     pub cause: StateErrorCause,
@@ -58,14 +59,15 @@ impl core::error::Error for StateError {
 }
 
 impl InverseProgram {
-    /// Computes the forces with friction at all states and calls `tell` with them in the order of
-    /// the states. Returns the number of states at which the solver replaced the program, because a
-    /// friction interface is at rest or a branch was not recorded. `solver` must be the one from
-    /// which the program was recorded; it moves from state to state.
+    /// Computes the forces with friction at all states, and calls `tell` with the forces of each
+    /// state, in the order of the states. `solver` must be the solver from which the program was
+    /// recorded. It computes the forces where the program is invalid, for example because a
+    /// friction interface is at rest, see [`Self::run`]; its configuration then moves to this
+    /// state. Returns the number of states that `solver` computed.
     ///
     /// # Errors
-    /// [`StateError`] for the first state at which the solver finds no forces. Forces of earlier
-    /// states have been passed on.
+    /// [`StateError`] for the first state at which `solver` finds no forces. Forces of the
+    /// preceding states have already been passed to `tell`.
     ///
     /// # Panics
     /// See [`Self::set_bodies`].

@@ -1,9 +1,10 @@
 //! Verification of recorded programs of forward dynamics.
 //!
-//! Value numbering distinguishes nodes by their values and bounds of rounding errors. It may merge different nodes if
-//! these bounds are large and the difference is small. Every program is therefore verified: the general kernel,
-//! evaluated at the accelerations and friction forces of the program, must reproduce its efforts, reactions and
-//! normal loads.
+//! Value numbering distinguishes nodes by their values and bounds of rounding errors. It may merge
+//! different nodes if these bounds are large and the difference of the values is small. Every
+//! program is therefore verified: the general kernel of `stiction-core`, evaluated with the
+//! accelerations and friction forces that the program computes, must reproduce the program's
+//! efforts, reactions and normal loads.
 
 use crate::forward::ForwardProgram;
 use crate::motions::run;
@@ -14,12 +15,13 @@ use stiction_core::kinematics::{State, Target};
 use stiction_core::random::Random;
 use stiction_core::spatial::Wrench;
 
-/// Tolerance for rounding. Differences of efforts, normal loads, forces and moments are each
-/// relative to the largest value of that kind.
+/// Largest relative difference that is attributed to rounding. Four kinds of values are compared:
+/// normal loads and friction forces, efforts, reaction forces, and reaction moments. Each
+/// difference is relative to the largest value of its kind.
 const ROUNDING: f64 = 1e-11;
 
 impl RecordingSource<'_> {
-    /// Splits the numbers of a sample into state, targets and loads.
+    /// Converts the numbers of a sample to the state of the tree, prescribed values and loads.
     pub(crate) fn unpacked(
         &self,
         sample: &[f64],
@@ -42,8 +44,9 @@ impl RecordingSource<'_> {
         (state, targets.chunks(3).map(target).collect(), loads.collect())
     }
 
-    /// Compares the results of the program with those of the general kernel at all samples at which the
-    /// program's assumptions hold. Returns `false` if they differ, or if there is no such sample.
+    /// Compares the results of the program with those of the general kernel, at all samples at
+    /// which the program's assumptions hold. Returns `false` if any results differ, or if the
+    /// assumptions hold at no sample.
     pub(crate) fn confirms(&self, program: &ForwardProgram, samples: &[Vec<f64>]) -> bool {
         let parameters = self.solver.parameters();
         let like = self.solver.state();
@@ -72,7 +75,8 @@ impl RecordingSource<'_> {
                 } else {
                     program.run_frictionless(&mut memory, &mut holds);
                 }
-                // A condition may have a sign that did not occur in the samples of the recording.
+                // The program is invalid here: a condition may have a sign that did not occur in
+                // the samples of the recording.
                 if !holds[0] {
                     continue;
                 }

@@ -1,4 +1,5 @@
-//! Straight-line code: steps on slots, constants and earlier steps.
+//! Straight-line code, and its compilation from expression graphs. The operands of a step are
+//! memory slots, constants and the results of earlier steps.
 
 use crate::error::RecordError;
 use crate::graph::{Function, Node, Op, needed};
@@ -8,17 +9,17 @@ use std::collections::HashMap;
 /// Operand of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Source {
-    /// Slot of the memory. Slots keep their values after the code has run.
+    /// Memory slot, by its index. Slots keep their values after the code has run.
     Slot(u32),
-    /// Constant of the code.
+    /// Constant of the code, by its index.
     Constant(u32),
-    /// Number that all lanes share, in a separate read-only memory.
+    /// Number that all lanes share, by its index in a separate read-only memory.
     Common(u32),
-    /// Result of an earlier step.
+    /// Result of an earlier step, by the index of the step.
     Step(u32),
 }
 
-/// Operation of one or a few machine instructions.
+/// Operation that is computed by one or a few machine instructions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Step {
     Add(Source, Source),
@@ -36,7 +37,7 @@ pub(crate) enum Step {
     Fused(Fused, [Source; 3]),
 }
 
-/// Fused operations on three operands `a`, `b`, `c`.
+/// Kind of fused multiply-add, with the three operands `a`, `b`, `c`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Fused {
     /// Sum `a b + c`.
@@ -85,7 +86,8 @@ impl Step {
     }
 }
 
-/// Steps in order, their constants, and the slots that receive results.
+/// Straight-line code: steps in the order of their execution, constants, and the slots to which
+/// values are stored at the end.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Code {
     pub(crate) steps: Vec<Step>,
@@ -93,8 +95,8 @@ pub(crate) struct Code {
     pub(crate) stores: Vec<(Source, u32)>,
 }
 
-/// Call of a mathematical function between two pieces of code. The arguments and the result are in
-/// slots.
+/// Call of a mathematical function between two blocks of straight-line code. Arguments and result
+/// are given by the indices of their slots.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Call {
     pub(crate) function: Function,
@@ -102,7 +104,7 @@ pub(crate) struct Call {
     pub(crate) result: u32,
 }
 
-/// Part of a program: code, or a call between pieces of code.
+/// Part of a program: a block of straight-line code, or function calls between two blocks.
 #[derive(Clone, Debug)]
 pub(crate) enum Part {
     Code(Code),
@@ -119,8 +121,8 @@ impl Part {
     }
 }
 
-/// Assignment of slots to nodes, and of places in the shared memory to nodes whose values are the
-/// same in all lanes.
+/// Assignment of memory slots to the nodes of a graph. Nodes whose values are the same in all lanes
+/// can have an index in the shared memory instead of a slot.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Slots {
     of_node: HashMap<Node, u32>,
@@ -129,14 +131,15 @@ pub(crate) struct Slots {
 }
 
 impl Slots {
-    /// Reserves `count` consecutive slots and returns the first.
+    /// Reserves `count` consecutive slots and returns the index of the first one.
     pub(crate) fn reserve(&mut self, count: usize) -> u32 {
         let first = self.count;
         self.count += count as u32;
         first
     }
 
-    /// Assigns the first slots to the inputs with the indices `inputs`, in their order.
+    /// Creates an assignment in which the inputs with indices in `inputs` have the first slots, in
+    /// the order of their indices.
     pub(crate) fn of_inputs(ops: &[Op], inputs: Range<usize>) -> Self {
         let mut slots = Self::default();
         slots.reserve(inputs.len());
@@ -156,7 +159,7 @@ impl Slots {
         self.of_node.insert(node, slot);
     }
 
-    /// Assigns a place in the memory shared by all lanes to a node.
+    /// Assigns to a node the index `place` in the memory that all lanes share.
     pub(crate) fn assign_common(&mut self, node: Node, place: u32) {
         self.common.insert(node, place);
     }
@@ -165,21 +168,21 @@ impl Slots {
         self.of_node.get(&node).copied()
     }
 
-    /// Slots of compiled results.
+    /// Returns the slots of the results `nodes`, which must have been compiled.
     ///
     /// # Errors
-    /// [`RecordError::NotConfirmed`] if a node has no slot; any other slot would contain a wrong
-    /// number.
+    /// [`RecordError::NotConfirmed`] if a node has no slot.
     pub(crate) fn places(&self, nodes: &[Node]) -> Result<Vec<u32>, RecordError> {
         nodes.iter().map(|node| self.of(*node).ok_or(RecordError::NotConfirmed)).collect()
     }
 
-    /// Slot of one compiled result; see [`Self::places`].
+    /// Returns the slot of one compiled result, see [`Self::places`].
     pub(crate) fn place(&self, node: Node) -> Result<u32, RecordError> {
         self.of(node).ok_or(RecordError::NotConfirmed)
     }
 
-    /// Location of the value of a node before any code runs: a slot or a shared number.
+    /// Returns the slot or the shared number that is already assigned to a node; `None` if there is
+    /// none.
     fn known(&self, node: Node) -> Option<Source> {
         let common = || self.common.get(&node).map(|place| Source::Common(*place));
         self.of(node).map(Source::Slot).or_else(common)
@@ -199,9 +202,10 @@ impl Slots {
     }
 }
 
-/// Finds pairs of operations that become one step, and returns the partner of each node. If `fuse`
-/// is true, a product and the only sum that reads it become a fused step, if no function call lies
-/// between them. A reciprocal and the only product that reads it become a quotient.
+/// Finds pairs of operations that can be combined into one step. Returns the partner of each node;
+/// `None` for a node without partner. If `fuse` is true, a product and the only sum or difference
+/// that reads the product form a fused step, unless a function call lies between them. A reciprocal
+/// and the only product that reads the reciprocal form a quotient.
 fn pairs(
     ops: &[Op],
     needed: &[bool],
@@ -244,8 +248,8 @@ fn is_reciprocal(ops: &[Op], node: Node) -> bool {
     matches!(ops[node as usize], Op::Div(a, _) if ops[a as usize] == one)
 }
 
-/// Compiles those `results` that have no slot yet, and assigns slots to them. If `fuse` is true, products and sums
-/// are combined into fused steps.
+/// Compiles code for those `results` that have no slot yet, and assigns slots to these results. If
+/// `fuse` is true, products and sums are combined into fused multiply-adds.
 pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots, fuse: bool) -> Vec<Part> {
     // Results with a slot need no code.
     let open: Vec<Node> = results.iter().copied().filter(|n| slots.of(*n).is_none()).collect();
@@ -374,7 +378,8 @@ pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots, fuse: boo
 }
 
 impl Code {
-    /// Length of the shared memory that the code reads: one more than the largest index.
+    /// Length of the memory shared by all lanes that the code reads: one more than the largest
+    /// index of a shared number.
     pub(crate) fn common(&self) -> usize {
         let operands = self.steps.iter().flat_map(|step| step.operands());
         let all = operands.chain(self.stores.iter().map(|(source, _)| *source));
@@ -385,8 +390,9 @@ impl Code {
         places.max().unwrap_or(0)
     }
 
-    /// Interprets the code for `L` states in parallel: each slot holds `L` numbers, and all lanes
-    /// share those of `common`. `values` is scratch memory for the results of all steps.
+    /// Interprets the code for `L` states in parallel lanes. Each slot holds `L` numbers, one for
+    /// each lane, and all lanes share the numbers in `common`. `values` is scratch memory for the
+    /// results of all steps.
     pub(crate) fn interpret<const L: usize>(
         &self,
         slots: &mut [f64],

@@ -4,7 +4,8 @@ use crate::code::Part;
 use crate::memory::Memory;
 use crate::run::{Runner, natural_lanes};
 
-/// `N` stages of a program that share their slots.
+/// `N` stages of a program that share memory slots, each compiled for one lane and for all lanes of
+/// the processor.
 #[derive(Debug)]
 pub(crate) struct Compiled<const N: usize> {
     slots: usize,
@@ -15,8 +16,8 @@ pub(crate) struct Compiled<const N: usize> {
 }
 
 impl<const N: usize> Compiled<N> {
-    /// Compiles the stages, which share `slots` slots. The stages are interpreted if `machine` is
-    /// false.
+    /// Compiles the stages, which share `slots` memory slots for each lane. If `machine` is false,
+    /// the stages are interpreted instead.
     pub(crate) fn new(stages: &[Vec<Part>; N], slots: usize, machine: bool) -> Self {
         let lanes = natural_lanes();
         let runners =
@@ -40,12 +41,13 @@ impl<const N: usize> Compiled<N> {
         self.one.iter().chain(&self.many).all(Runner::is_machine_code)
     }
 
-    /// Stages compiled for one state (`lanes` 1) or for all lanes.
+    /// Returns the stages compiled for one state if `lanes` is 1, otherwise those compiled for
+    /// [`Self::lanes`] states.
     pub(crate) fn runners(&self, lanes: usize) -> &[Runner; N] {
         if lanes == 1 { &self.one } else { &self.many }
     }
 
-    /// Allocates memory for one state (`lanes` 1) or for all lanes.
+    /// Allocates memory for one state if `lanes` is 1, otherwise for [`Self::lanes`] states.
     pub(crate) fn memory(&self, lanes: usize) -> Memory {
         let scratch = self.runners(lanes).iter().map(Runner::scratch).max().unwrap_or(0);
         Memory::new(if lanes == 1 { 1 } else { self.lanes }, self.slots, scratch)

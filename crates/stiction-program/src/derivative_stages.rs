@@ -31,16 +31,17 @@ pub(crate) struct DerivativeInputs<'a> {
     quantities: &'a [Quantity],
     /// Differentiated parameters of the mechanism, with their values.
     numbers: Vec<(Quantity, f64)>,
-    /// Joints with friction interfaces, whose reactions determine the friction forces.
+    /// Indices of the joints with friction interfaces. The reactions of these joints determine the
+    /// friction forces.
     interface_joints: Vec<usize>,
     first_target: usize,
     first: usize,
 }
 
 impl<'a> DerivativeInputs<'a> {
-    /// Assigns the inputs of the derivatives. `first_target` is the index of the first prescribed
-    /// value among the inputs, `first` the index of the first input of the derivatives. Fails if a
-    /// quantity does not exist.
+    /// Assigns indices to the inputs of the derivatives. `first_target` is the index of the first
+    /// prescribed value among all inputs, `first` the index of the first input of the derivatives.
+    /// Fails if a quantity does not exist.
     pub(crate) fn new(
         source: &RecordingSource<'_>,
         quantities: &'a [Quantity],
@@ -72,7 +73,8 @@ impl<'a> DerivativeInputs<'a> {
         first..first + self.quantities.len()
     }
 
-    /// Joints with friction interfaces, each with the index of the first input of its reaction.
+    /// Indices of the joints with friction interfaces, each with the index of the first of six
+    /// inputs for the reaction of the joint.
     pub(crate) fn reactions(&self) -> Vec<(usize, usize)> {
         self.interface_joints.iter().copied().zip((self.first..).step_by(6)).collect()
     }
@@ -82,7 +84,8 @@ impl<'a> DerivativeInputs<'a> {
         self.slopes().end + self.numbers.len()
     }
 
-    /// Random reactions and slopes as values of these inputs; `length`, m, scales moments.
+    /// Returns random values for the inputs of the derivatives: reactions (force, N, and moment, N
+    /// m) and slopes, without the differentiated parameters. Moments are scaled with `length`, m.
     pub(crate) fn any(&self, length: f64, random: &mut Random) -> Vec<f64> {
         let mut numbers = Vec::new();
         for _ in &self.interface_joints {
@@ -93,9 +96,10 @@ impl<'a> DerivativeInputs<'a> {
         numbers
     }
 
-    /// Actuator forces after one Newton step from constant wrenches at the joints with friction
-    /// interfaces. Recomputes the configuration and motion in `followed` as functions of the
-    /// prescribed values and of the differentiated parameters.
+    /// Records one Newton step, and returns the actuator forces after this step. The step starts
+    /// from constant wrenches at the joints with friction interfaces. Configuration and motion
+    /// start from those in `followed`, and are recomputed as functions of the prescribed values and
+    /// of the differentiated parameters.
     pub(crate) fn follow(
         &self,
         source: &RecordingSource<'_>,
@@ -113,9 +117,9 @@ impl<'a> DerivativeInputs<'a> {
             }
         }
         let like = source.solver.state();
-        // An angle computed from poses is known modulo full turns, but a prescribed one is
-        // continuous. The position correction uses their difference, which must contribute only its
-        // slope.
+        // An angle computed from poses is known modulo full turns, but a prescribed angle is
+        // continuous. The position correction uses the difference of both angles, of which only the
+        // slope must have an effect.
         let angles = source.solver.constraints().tree_angles(source.solver.topology());
         let targets = targets.iter().zip(angles).map(|(target, angle)| match angle {
             Some(place) => Target { value: nearest(target.value, coordinates[place]), ..*target },
@@ -135,9 +139,10 @@ impl<'a> DerivativeInputs<'a> {
         ran.inverse.efforts().to_vec()
     }
 
-    /// Adds the slopes of `drives` to the graph. Nodes that are constant for the differentiation
-    /// are replaced by their operands, and the differentiated parameters become constants. Returns
-    /// the graph, the new node of each old one, and the slopes.
+    /// Adds the slopes of the actuator forces `drives` to the graph. After the differentiation,
+    /// [`Op::Held`] nodes are replaced by their operands, and the inputs of the differentiated
+    /// parameters by constants. Returns the new graph, the new node of each old node, and the
+    /// slopes of `drives`.
     pub(crate) fn differentiated(
         &self,
         mut graph: Graph,
@@ -160,8 +165,9 @@ impl<'a> DerivativeInputs<'a> {
         (graph, new_of, slopes)
     }
 
-    /// Node of the slope of each input; `None` for an input that does not vary. The slopes of
-    /// prescribed values and of differentiated parameters are inputs themselves.
+    /// Returns the node of the slope of each input; `None` for an input that does not vary. The
+    /// slopes of prescribed values and of differentiated parameters are themselves inputs of the
+    /// graph.
     fn slopes_of_inputs(&self, graph: &mut Graph) -> Vec<Option<Node>> {
         let mut slopes = vec![None; self.slopes().end];
         for (place, quantity) in self.slopes().zip(self.quantities) {
@@ -170,7 +176,7 @@ impl<'a> DerivativeInputs<'a> {
                 Quantity::Value(at) => slopes[self.first_target + 3 * at] = slope,
                 Quantity::Rate(at) => slopes[self.first_target + 3 * at + 1] = slope,
                 Quantity::Acceleration(at) => slopes[self.first_target + 3 * at + 2] = slope,
-                // The parameters of the mechanism have the same order as their slopes.
+                // The inputs of the differentiated parameters have the order of their slopes.
                 _ => slopes.push(slope),
             }
         }

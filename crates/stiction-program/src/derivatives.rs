@@ -1,4 +1,4 @@
-//! Exact derivatives of actuator forces, as a program in addition to inverse dynamics.
+//! Program that computes exact derivatives of actuator forces in addition to inverse dynamics.
 
 use crate::error::RecordError;
 use crate::inverse::{DerivativeCode, InverseProgram};
@@ -13,8 +13,8 @@ use stiction_core::kinematics::{State, Target};
 /// exact to round-off, and are computed for several directions at once.
 ///
 /// A direction consists of a slope (rate of change) for each quantity; a unit slope of one quantity
-/// alone yields the partial derivative. The derivatives assume that all friction interfaces slide,
-/// and include the change of friction with the normal loads.
+/// alone yields the partial derivative with respect to this quantity. The derivatives assume that
+/// all friction interfaces slide, and include the change of friction with the normal loads.
 ///
 /// ```
 /// use stiction_core::dynamics::{InverseDynamics, Settings};
@@ -40,7 +40,7 @@ use stiction_core::kinematics::{State, Target};
 /// let mut jacobian = [0.0; 2];
 /// assert!(program.run(&mut memory, solver.state(), &signal[0], &[]));
 /// program.jacobian(&mut memory, &mut jacobian);
-/// // By the mass: g l. By the acceleration: the inertia m l^2 about the pivot.
+/// // With respect to the mass: g l. With respect to the acceleration: the inertia m l^2.
 /// assert!((jacobian[0] - 9.81 * 0.5).abs() < 1e-14);
 /// assert!((jacobian[1] - 2.0 * 0.5 * 0.5).abs() < 1e-14);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -53,7 +53,7 @@ pub struct DerivativeProgram {
     lanes: usize,
 }
 
-/// Memory of a [`DerivativeProgram`].
+/// Inputs, results and scratch values of a [`DerivativeProgram`].
 #[derive(Clone, Debug)]
 pub struct DerivativeMemory {
     inverse: Memory,
@@ -67,8 +67,8 @@ impl DerivativeProgram {
     /// `solver`, `signal` and `loads` are as in [`InverseProgram::record`].
     ///
     /// # Errors
-    /// See [`RecordError`]: the errors of [`InverseProgram::record`], and an error if `quantities` is empty or
-    /// contains a quantity that does not exist.
+    /// See [`RecordError`]: the errors of [`InverseProgram::record`], and an error if `quantities`
+    /// is empty or contains a quantity that does not exist.
     pub fn record(
         solver: &InverseDynamics,
         signal: &[Vec<Target<f64>>],
@@ -79,7 +79,7 @@ impl DerivativeProgram {
     }
 
     /// Records and compiles a program as [`Self::record`] does. If `machine` is false, the program
-    /// is interpreted, which is slow and serves for comparison.
+    /// is interpreted, which is slow and intended for tests of the machine code.
     #[doc(hidden)]
     pub fn record_with(
         solver: &InverseDynamics,
@@ -97,13 +97,13 @@ impl DerivativeProgram {
         Ok(Self { inverse, code, quantities, lanes })
     }
 
-    /// Program of inverse dynamics.
+    /// Program of inverse dynamics to which the derivatives belong.
     pub fn inverse(&self) -> &InverseProgram {
         &self.inverse
     }
 
     /// Quantities with respect to which actuator forces are differentiated, in the order of the
-    /// slopes.
+    /// slopes of a direction.
     pub fn quantities(&self) -> &[Quantity] {
         &self.quantities
     }
@@ -113,8 +113,9 @@ impl DerivativeProgram {
         self.lanes
     }
 
-    /// Number of arithmetic operations in addition to [`InverseProgram::operations`]: those at each
-    /// state, and those for each group of [`Self::lanes`] directions.
+    /// Numbers of arithmetic operations in addition to [`InverseProgram::operations`]: first those
+    /// that are executed once for each state, then those that are executed for each group of
+    /// [`Self::lanes`] directions.
     pub fn operations(&self) -> [usize; 2] {
         self.code.operations
     }
@@ -128,10 +129,10 @@ impl DerivativeProgram {
         DerivativeMemory { inverse, directions, is_ready: false }
     }
 
-    /// Computes all forces with friction at a state and prepares the derivatives there. The state
-    /// must close the loops. Returns `true` if the iteration of the friction forces has converged
-    /// and the assumptions of the program are satisfied, see [`InverseProgram::run`]; otherwise all
-    /// derivatives are NaN.
+    /// Computes all forces with friction at a state, and prepares the derivatives at this state.
+    /// The state must close the loops. Returns `true` if the iteration of the friction forces has
+    /// converged and the assumptions of the program are satisfied, see [`InverseProgram::run`];
+    /// otherwise all derivatives are NaN.
     ///
     /// # Panics
     /// See [`InverseProgram::set`].
@@ -170,8 +171,9 @@ impl DerivativeProgram {
         }
     }
 
-    /// Computes the slopes of all actuator forces along the directions, at the state of the last [`Self::run`]; NaN
-    /// if there was no run or it failed.
+    /// Computes the slopes of all actuator forces along the directions of all lanes, at the state
+    /// of the last [`Self::run`]. All slopes are NaN if there was no run, or if the last run
+    /// returned `false`.
     pub fn differentiate(&self, memory: &mut DerivativeMemory) {
         let DerivativeMemory { inverse, directions, is_ready } = memory;
         let Memory { slots, scratch, .. } = directions;
@@ -184,20 +186,21 @@ impl DerivativeProgram {
         }
     }
 
-    /// Memory with the forces of the last [`Self::run`], in lane 0. The methods of
-    /// [`Self::inverse`] read them.
+    /// Returns the memory that contains the forces of the last [`Self::run`], in lane 0. The
+    /// methods of the program [`Self::inverse`] read these forces.
     pub fn forces<'a>(&self, memory: &'a DerivativeMemory) -> &'a Memory {
         &memory.inverse
     }
 
-    /// Derivative of an actuator force along the direction of a lane, N or N m per unit of the
-    /// direction, computed by the last [`Self::differentiate`].
+    /// Derivative of the actuator force with index `drive` along the direction of a lane, N or N m
+    /// per unit of the direction. It was computed by the last [`Self::differentiate`].
     pub fn slope(&self, memory: &DerivativeMemory, lane: usize, drive: usize) -> f64 {
         memory.directions.read(self.code.slopes[drive], lane)
     }
 
-    /// Computes all partial derivatives at the state of the last [`Self::run`]: one row of `jacobian` for each
-    /// actuator, one column for each quantity; NaN if there was no run or it failed.
+    /// Computes all partial derivatives at the state of the last [`Self::run`]. `jacobian` receives
+    /// one row for each actuator and one column for each quantity, row by row. All derivatives are
+    /// NaN if there was no run, or if the last run returned `false`.
     ///
     /// # Panics
     /// If the length of `jacobian` is not the number of actuators times the number of quantities.
