@@ -1,4 +1,4 @@
-//! Files that adapt the C code to other environments.
+//! Generated files that adapt the C code to Python, LinuxCNC and a bare microcontroller.
 
 use super::SourceFile;
 use super::c::C;
@@ -17,19 +17,19 @@ const RULES: [&str; 3] = [
     include_str!("templates/adapters/cortex_m7.mk"),
 ];
 
-/// Environments to which the C code is adapted, in addition to programs in C.
+/// Selection of the environments for which adapter files are generated with the C code.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Adapters {
-    /// Python, through its module `ctypes`.
+    /// Python module that calls the C code through `ctypes`.
     pub ctypes: bool,
-    /// A component of LinuxCNC's hardware abstraction layer.
+    /// Component of LinuxCNC's hardware abstraction layer.
     pub linuxcnc: bool,
-    /// The self-test on a bare Cortex-M7 in QEMU.
+    /// Self-test on a Cortex-M7 without an operating system, emulated by QEMU.
     pub cortex_m7: bool,
 }
 
 impl C<'_> {
-    /// Files of the adapters. `files` are the source files of the C code.
+    /// Generates the files of the selected adapters. `files` are the source files of the C code.
     pub(super) fn adapters(&self, files: &[SourceFile]) -> Vec<SourceFile> {
         let name = &self.options.name;
         let file = |name: String, text: String| SourceFile { name, text };
@@ -58,14 +58,14 @@ impl C<'_> {
         found
     }
 
-    /// Makefile rules of the adapters.
+    /// Generates the makefile rules of the selected adapters.
     pub(super) fn adapter_rules(&self) -> String {
         let Adapters { ctypes, linuxcnc, cortex_m7 } = self.options.adapters;
         let chosen = [ctypes, linuxcnc, cortex_m7].into_iter().zip(RULES);
         chosen.filter(|(is_chosen, _)| *is_chosen).map(|(_, rules)| self.fill(rules)).collect()
     }
 
-    /// Text of the LinuxCNC component, which contains the code itself.
+    /// Generates the text of the LinuxCNC component, which includes the complete C code.
     fn component(&self, files: &[SourceFile]) -> String {
         let name = &self.options.name;
         let text = |end: &str| {
@@ -76,7 +76,7 @@ impl C<'_> {
         let [mut declared, mut defaults, mut tune] = [const { String::new() }; 3];
         for kind in kinds(self.program, self.labels) {
             let (field, count) = (kind.field, kind.values.len());
-            // Loads change in every cycle: they are pins, which are zero without a signal.
+            // Loads may change in every cycle, so they are pins. A pin without a signal is zero.
             let is_load = field == "wrench";
             let role = if is_load { "pin in" } else { "param rw" };
             let (about, unit) = (kind.about, kind.unit);

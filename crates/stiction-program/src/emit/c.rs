@@ -1,4 +1,4 @@
-//! Source code in C99.
+//! Generation of source code in C99, from templates and from the statements of a program.
 
 use super::literal::literal;
 use super::names::harmless;
@@ -29,7 +29,7 @@ const MAKEFILE: &str = include_str!("templates/Makefile");
 const CMAKE: &str = include_str!("templates/CMakeLists.txt");
 const README: &str = include_str!("templates/README.md");
 
-/// Maximum length of a row of numbers, characters.
+/// Maximum length of a line of array items, characters.
 const WIDTH: usize = 96;
 
 pub(crate) fn files(
@@ -80,12 +80,12 @@ pub(crate) struct C<'a> {
 }
 
 impl C<'_> {
-    /// Fills a template: replaces names between `@` signs by values.
+    /// Fills a template: replaces each name between two `@` signs by its value for this program.
     pub(super) fn fill(&self, template: &str) -> String {
         self.fill_with(template, &[])
     }
 
-    /// Fills a template, with the additional names and values in `more`.
+    /// Fills a template as [`Self::fill`] does, with the additional names and values in `more`.
     pub(crate) fn fill_with(&self, template: &str, more: &[(&str, String)]) -> String {
         let sizes = self.program.sizes();
         let functions = self.options.functions;
@@ -226,7 +226,7 @@ impl C<'_> {
         substitute(OWN_MATH, &values)
     }
 
-    /// Returns true if the code contains sines and cosines.
+    /// Returns true if the code contains a sine or a cosine.
     fn turns(&self) -> bool {
         let is = |s: &Statement| matches!(s, Statement::SineCosine { .. });
         let listings = Listings::new(self.program, self.options.functions);
@@ -239,13 +239,14 @@ impl C<'_> {
         listings.all().flat_map(|l| &l.routines).flatten().any(is)
     }
 
-    /// Literal of a number with the suffix of its precision.
+    /// Formats a number as a C literal, with the suffix `f` for single precision.
     fn number(&self, number: f64) -> String {
         let suffix = if self.options.precision == Precision::Double { "" } else { "f" };
         literal(number, self.options.precision) + suffix
     }
 
-    /// Items of an array initialiser, broken into lines.
+    /// Formats numbers as items of an array initialiser, broken into lines of at most [`WIDTH`]
+    /// characters.
     fn numbers(&self, numbers: &[f64]) -> String {
         let mut text = String::from("   ");
         let mut length = 3;
@@ -261,8 +262,8 @@ impl C<'_> {
         text
     }
 
-    /// Array items: largest change of each coordinate, m or rad, in one step from the home
-    /// position.
+    /// Formats array items: for each coordinate, the largest change, m or rad, in one step of the
+    /// path from the home position to the first position of a control loop.
     fn strides(&self) -> String {
         let length = self.program.length();
         let stride = |unit: &str| if unit == "m" { 0.05 * length } else { 0.05 };
@@ -302,7 +303,7 @@ impl C<'_> {
         self.each_tunable(|field, k, all, _| format!("    w[{all}] = params->{field}[{k}];\n"))
     }
 
-    /// Statements of a routine.
+    /// Formats the statements of one routine of `listing`, one statement on each line.
     fn body(&self, listing: &Listing, routine: usize) -> String {
         let mut text = String::new();
         for statement in &listing.routines[routine] {
@@ -376,7 +377,7 @@ impl C<'_> {
     }
 }
 
-/// Replaces the names between `@` signs in `template` by their `values`.
+/// Replaces each name between two `@` signs in `template` by its value in `values`.
 pub(crate) fn substitute(template: &str, values: &[(&str, String)]) -> String {
     let mut text = String::with_capacity(template.len());
     for (k, piece) in template.split('@').enumerate() {

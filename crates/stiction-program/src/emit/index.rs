@@ -1,4 +1,4 @@
-//! Values that are inserted into the source code of the singularity index.
+//! Values that are inserted into the generated source code of the singularity index.
 
 use super::{Precision, SourceOptions, answers};
 use crate::feedforward::{Feedforward, INDEX_PASSES, Term};
@@ -6,20 +6,25 @@ use crate::feedforward::{Feedforward, INDEX_PASSES, Term};
 /// Convergence limit of the inverse iteration, in double and in single precision: largest squared
 /// sine of the angle between a vector and its next iterate.
 const ALIGNED: [f64; 2] = [1e-8, 1e-6];
-/// Convergence limit of the inverse iteration, in double and in single precision: largest relative
-/// decrease of the squared index that the second vector may still cause.
+/// Convergence limit of the inverse iteration with two vectors, in double and in single precision:
+/// largest relative decrease of the squared singularity index that the second vector may still
+/// cause.
 const LOWERED: [f64; 2] = [1e-7, 1e-5];
-/// Limit for parallel iterates, in double and in single precision, a multiple of the rounding
-/// errors. The second iterate counts as parallel to the first if its squared component
-/// perpendicular to the first is at most this fraction of its own square. The position is then near
-/// a singular one, and the first iterate converges without the second.
+/// Limit, in double and in single precision, up to which the two iterated vectors count as
+/// parallel: squared norm of the component of the second vector that is perpendicular to the first
+/// vector, divided by the squared norm of the second vector. The limit is a multiple of rounding
+/// errors. Near singular positions the vectors become parallel, and the first converges without the
+/// second.
 const PARALLEL: [f64; 2] = [1e-8, 1e-3];
-/// Largest index at which a position counts as singular, in double and in single precision.
+/// Largest singularity index at which a position counts as singular, in double and in single
+/// precision.
 const LEAST_INDEX: [f64; 2] = [1e-10, 1e-5];
-/// Smallest determinant at which a position counts as regular without a test of the index.
+/// Smallest determinant, relative to that at the home position, at which a position counts as
+/// regular without computing the singularity index.
 const SMALL_DETERMINANT: f64 = 1e-3;
 
-/// Names and values that fill a template. `[open, close]` are the brackets of lists within lists.
+/// Returns the names and values that fill the templates of the singularity index. `[open, close]`
+/// are the brackets of nested lists in the programming language.
 pub(super) fn values(
     program: &Feedforward,
     options: &SourceOptions,

@@ -2,8 +2,8 @@
 
 use super::Precision;
 
-/// Formats a decimal literal that is read back as the same number in the given precision. The
-/// literal contains a decimal point or an exponent and has no suffix.
+/// Formats a number as a decimal literal that compilers read back as the same number in the given
+/// precision. The literal contains a decimal point or an exponent and has no suffix.
 pub(crate) fn literal(number: f64, precision: Precision) -> String {
     match precision {
         Precision::Double => format!("{number:?}"),

@@ -1,8 +1,9 @@
-//! Source code of [`Feedforward`] programs in other languages.
+//! Generation of source code in C and Rust from [`Feedforward`] programs.
 //!
-//! Routines become functions of straight-line code; all languages use the same list of statements
-//! (`walk`). A fixed text for each language surrounds these functions: it closes the loops,
-//! iterates the friction forces, and covers the state of rest and failures.
+//! Each routine of the program becomes a function of straight-line code, whose statements (`walk`)
+//! are the same in all languages. A fixed template for each language surrounds these functions: it
+//! closes the loops, iterates the friction forces, and contains the rules for rest and for
+//! failures.
 
 mod adapters;
 mod c;
@@ -24,7 +25,7 @@ use crate::feedforward::{Derivatives, Feedforward, FeedforwardSizes, Routine};
 use names::identifier;
 use walk::Listing;
 
-/// Programming language.
+/// Programming language of the generated source code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Language {
     /// C99.
@@ -33,7 +34,7 @@ pub enum Language {
     Rust,
 }
 
-/// Floating-point type of the source code.
+/// Floating-point type of the generated source code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Precision {
     /// Double precision, 64 bits.
@@ -42,7 +43,7 @@ pub enum Precision {
     Float,
 }
 
-/// Functions in addition to inverse dynamics.
+/// Functions that the generated source code contains in addition to inverse dynamics.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Functions {
     /// Poses and twists of all bodies, and their Jacobians.
@@ -56,8 +57,8 @@ pub struct Functions {
 }
 
 impl Functions {
-    /// Returns true if the code contains derivatives, which are requested or needed for forward
-    /// dynamics.
+    /// Returns true if the code contains derivatives, because they are requested or because forward
+    /// dynamics needs them.
     pub fn need_derivatives(self) -> bool {
         self.derivatives || self.accelerations
     }
@@ -68,18 +69,18 @@ impl Functions {
     }
 }
 
-/// Options of the source code.
+/// Options of the generated source code.
 #[derive(Clone, Debug)]
 pub struct SourceOptions {
-    /// Name of the files and prefix of all names in the code; by default an identifier derived from the name of the
-    /// model.
+    /// Name of the files and prefix of all names in the code; by default an identifier derived from
+    /// the name of the model.
     pub name: String,
     /// Floating-point type.
     pub precision: Precision,
     /// True to include functions for sine and cosine in the code instead of calling the
     /// mathematical library.
     pub own_math: bool,
-    /// Functions in addition to inverse dynamics.
+    /// Functions that the generated source code contains in addition to inverse dynamics.
     pub functions: Functions,
     /// Programs and files that run the C code in other environments.
     pub adapters: Adapters,
@@ -99,18 +100,18 @@ pub struct TestVector {
     pub efforts: Vec<f64>,
 }
 
-/// File of source code: its name and its text.
+/// Generated file: name and text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SourceFile {
-    /// File name without a folder.
+    /// File name without a folder. For files of an FMU, path inside the FMU.
     pub name: String,
     /// Content of the file.
     pub text: String,
 }
 
 impl SourceOptions {
-    /// Default options for a model with this name: double precision, functions of the mathematical
-    /// library.
+    /// Creates the default options for a model with the name `name`: double precision, sine and
+    /// cosine of the mathematical library, no additional functions or adapters.
     pub fn new(name: &str) -> Self {
         Self {
             name: identifier(name),
@@ -123,12 +124,12 @@ impl SourceOptions {
 }
 
 impl Feedforward {
-    /// Source files: code, self-test with test vectors, build files and instructions.
+    /// Generates the source files: code, self-test with test vectors, build files and instructions.
     ///
     /// # Errors
     /// A number of the program is too large for the precision; the options request derivatives, but
     /// the program has none, see [`Self::with_derivatives`]; or the options request accelerations,
-    /// but the numbers of actuators and coordinates differ.
+    /// but the number of actuators differs from that of the prescribed coordinates.
     pub fn files(
         &self,
         language: Language,
@@ -160,11 +161,12 @@ impl Feedforward {
     }
 }
 
-/// Statements of all routines.
+/// Statements of all routines that the generated source code contains.
 struct Listings {
     position: Listing,
     forces: Listing,
-    /// Routines of the poses and of the twists, or empty if they are not requested.
+    /// Statements that compute the poses, and statements that compute the twists; empty if
+    /// kinematics is not requested.
     kinematics: Vec<Listing>,
     derivatives: Option<Listing>,
 }
@@ -196,14 +198,14 @@ impl Listings {
     }
 }
 
-/// Number of results of a call: actuator efforts, followed by the wrenches of all joints if they
-/// are needed.
+/// Number of results of one call of the generated inverse dynamics: actuator efforts, followed by
+/// the wrenches of all joints if they are needed.
 fn answers(sizes: FeedforwardSizes, functions: Functions) -> usize {
     sizes.drives + if functions.need_wrenches() { 6 * sizes.joints } else { 0 }
 }
 
-/// Array items in C, with a final zero: the array is never empty, because C does not allow empty
-/// arrays.
+/// Formats the items of an array, with an additional zero at the end. The array is therefore never
+/// empty, which C would not allow.
 fn list_with_zero(numbers: &[usize]) -> String {
     numbers.iter().map(|number| format!("{number}, ")).collect::<String>() + "0"
 }

@@ -24,8 +24,8 @@ pub struct Labels {
 /// characters beyond the 31st of external names.
 const LONGEST: usize = 20;
 
-/// File names that the code must not use: headers of the C library, and other files that are
-/// written with the code. A file with such a name would hide the other one.
+/// Names that must not be given to the generated code, because its files would then hide a header
+/// of the C library or another generated file, or its module a Rust library.
 const TAKEN: [&str; 33] = [
     "assert",
     "complex",
@@ -62,8 +62,8 @@ const TAKEN: [&str; 33] = [
     "std",
 ];
 
-/// Converts any text to an identifier: lower-case letters, digits and underscores, beginning with a
-/// letter.
+/// Converts any text to an identifier of at most [`LONGEST`] characters: lower-case letters, digits
+/// and underscores, beginning with a letter.
 pub(crate) fn identifier(text: &str) -> String {
     let letter = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' };
     let plain: String = text.chars().map(letter).collect();

@@ -1,4 +1,5 @@
-//! Constants of the built-in sine and cosine: reduction of the angle by quarter turns, and power series.
+//! Constants of the sine and cosine functions that generated code may contain. These functions
+//! reduce the angle by quarter turns and evaluate power series.
 
 /// Number of leading bits in each of the first two parts of a quarter turn. Products of these parts
 /// with an integer below 2^13 are therefore exact.
@@ -11,7 +12,7 @@ fn leading(x: f64) -> f64 {
 
 /// Returns a quarter turn, rad, as a sum of three numbers, accurate to 130 bits.
 fn quarter_turn() -> [f64; 3] {
-    // The next two terms of pi/2 after its nearest double.
+    // pi/2 as a sum: the nearest double, and the next two terms.
     let (high, low, lowest) =
         (core::f64::consts::FRAC_PI_2, 6.123_233_995_736_766e-17, -1.497_384_904_859_183_3e-33);
     let first = leading(high);
@@ -22,7 +23,7 @@ fn quarter_turn() -> [f64; 3] {
     [first, second, (sum - second) + (error + lowest)]
 }
 
-/// Names and literals of all constants, as values for the template.
+/// Returns the names and literals of all constants, with which the template is filled.
 pub(crate) fn values() -> Vec<(&'static str, String)> {
     let [first, second, third] = quarter_turn();
     let text = |x: f64| format!("{x:?}");
@@ -50,7 +51,8 @@ pub(crate) fn values() -> Vec<(&'static str, String)> {
         ("QUARTER_1", text(first)),
         ("QUARTER_2", text(second)),
         ("QUARTER_3", text(third)),
-        // x - z x / 6 + ..., without the first term; 1 - z / 2 + z^2 / 24 - ..., from the third.
+        // With z = x^2: the sine is x - z x / 6 + ..., here without the first term; the cosine is 1
+        // - z / 2 + z^2 / 24 - ..., here from the third term on.
         ("SINE", series(3)),
         ("COSINE", series(4)),
     ]

@@ -1,4 +1,5 @@
-//! Source code in Rust without its standard library.
+//! Generation of source code in Rust that does not need the standard library, from templates and
+//! from the statements of a program.
 
 use super::c::{substitute, table};
 use super::literal::literal;
@@ -48,7 +49,7 @@ struct Rust<'a> {
 }
 
 impl Rust<'_> {
-    /// Fills a template: replaces names between `@` signs by values.
+    /// Fills a template: replaces each name between two `@` signs by its value for this program.
     fn fill(&self, template: &str) -> String {
         let sizes = self.program.sizes();
         let functions = self.options.functions;
@@ -146,8 +147,8 @@ impl Rust<'_> {
         numbers.iter().map(|number| format!("    {},\n", self.number(*number))).collect()
     }
 
-    /// Array items: largest change of each coordinate, m or rad, in one step from the home
-    /// position.
+    /// Formats array items: for each coordinate, the largest change, m or rad, in one step of the
+    /// path from the home position to the first position of a control loop.
     fn strides(&self) -> String {
         let length = self.program.length();
         let stride = |unit: &str| if unit == "m" { 0.05 * length } else { 0.05 };

@@ -1,4 +1,5 @@
-//! Tables of inputs and results for the leading comment of the source code, as lines of plain text.
+//! Tables of the inputs and results of generated code, as lines of text for the comment at the
+//! beginning of each file.
 
 use super::names::{Labels, harmless};
 use super::{Precision, SourceOptions};
@@ -8,7 +9,7 @@ use crate::tunable::Tunable;
 /// Tunable parameters of one kind.
 #[derive(Clone, Debug)]
 pub(crate) struct Kind {
-    /// Name of the field of the parameters in the generated code.
+    /// Name of the field that contains these parameters in the generated code.
     pub(crate) field: &'static str,
     pub(crate) unit: &'static str,
     pub(crate) about: &'static str,
@@ -17,7 +18,7 @@ pub(crate) struct Kind {
     pub(crate) values: Vec<(String, f64)>,
 }
 
-/// Tunable parameters by kind, in the order of the inputs.
+/// Groups the tunable parameters of a program by kind, in the order of the program's inputs.
 pub(crate) fn kinds(program: &Feedforward, labels: &Labels) -> Vec<Kind> {
     let mut kinds: Vec<Kind> = Vec::new();
     let name = |names: &[String], k: usize| names.get(k).map_or(String::new(), |n| harmless(n));
@@ -58,7 +59,8 @@ pub(crate) fn kinds(program: &Feedforward, labels: &Labels) -> Vec<Kind> {
     kinds
 }
 
-/// Lines of text that state the origin of the code, its interface and the meaning of all indices.
+/// Returns lines of text that state the origin of the generated code, its inputs and results, and
+/// the meaning of all indices.
 pub(crate) fn lines(
     program: &Feedforward,
     labels: &Labels,

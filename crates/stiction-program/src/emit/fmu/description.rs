@@ -1,4 +1,4 @@
-//! Model descriptions of functional mock-up units.
+//! Model descriptions (`modelDescription.xml`) of functional mock-up units (FMUs).
 
 use std::fmt::Write;
 
@@ -11,14 +11,14 @@ pub enum Fmi {
     Three,
 }
 
-/// Role of a variable.
+/// Role of a variable in an FMU (FMI attribute `causality`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Causality {
     /// Independent variable: the time.
     Independent,
-    /// Value that may be set at any time.
+    /// Input, which may be set at any time.
     Input,
-    /// Result that other units may read.
+    /// Result that other FMUs may read.
     Output,
     /// Value that is constant unless the user changes it.
     Parameter,
@@ -26,16 +26,16 @@ pub enum Causality {
     Local,
 }
 
-/// Times at which a variable may change.
+/// Times at which a variable may change (FMI attribute `variability`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Variability {
-    /// Only before the end of the initialisation.
+    /// The variable may change only before the end of the initialisation.
     Fixed,
-    /// Between communication steps.
+    /// The variable may change only between communication steps.
     Tunable,
-    /// Only at events.
+    /// The variable may change only at events.
     Discrete,
-    /// At any time.
+    /// The variable may change at any time.
     Continuous,
 }
 
@@ -48,7 +48,7 @@ pub enum Kind {
     Integer,
 }
 
-/// Value before the first step.
+/// Value of a variable before the first step (FMI attribute `start`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Start {
     /// Value of a real variable.
@@ -57,23 +57,23 @@ pub enum Start {
     Integer(i32),
 }
 
-/// Variable of a functional mock-up unit. Its index in the list of variables is its value
-/// reference.
+/// Variable of a functional mock-up unit (FMU). The index of the variable in
+/// [`Description::variables`] is its FMI value reference.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variable {
     /// Unique name.
     pub name: String,
     /// Type of the value.
     pub kind: Kind,
-    /// Role of the variable in the unit.
+    /// Role of the variable in the FMU.
     pub causality: Causality,
-    /// Times at which the variable may change.
+    /// Times at which the value may change.
     pub variability: Variability,
     /// FMI name of the unit of measurement, `1` for dimensionless values.
     pub unit: String,
     /// Description for the user.
     pub about: String,
-    /// Value before the first step, for inputs and parameters.
+    /// Value of an input or parameter before the first step; `None` for other variables.
     pub start: Option<Start>,
     /// Smallest and largest permitted value; `None` for no limit.
     pub range: (Option<f64>, Option<f64>),
@@ -82,7 +82,7 @@ pub struct Variable {
 /// Content of `modelDescription.xml`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Description {
-    /// Version of the standard.
+    /// Version of the FMI standard to which the description conforms.
     pub fmi: Fmi,
     /// Name of the binary, which is also the prefix of the functions.
     pub identifier: String,
@@ -90,15 +90,17 @@ pub struct Description {
     pub model: String,
     /// Description of the model for the user.
     pub about: String,
-    /// Version of the program that writes the unit.
+    /// Version of the software that generates the FMU.
     pub version: String,
-    /// Identifier by which an instance is checked against this description.
+    /// Identifier (FMI `guid` or `instantiationToken`) with which an FMU checks that its binary or
+    /// source code belongs to this description.
     pub token: String,
-    /// Source files to compile; empty for a unit that contains only a binary.
+    /// Source files to compile; empty for an FMU that contains only a binary.
     pub sources: Vec<String>,
-    /// Categories of messages, with their descriptions.
+    /// Log categories of messages: name and description of each category.
     pub categories: Vec<(&'static str, &'static str)>,
-    /// True if steps can end early at events; descriptions for FMI 3.0 declare this.
+    /// True if a communication step can end early at an event. Only descriptions for FMI 3.0
+    /// contain this declaration.
     pub has_events: bool,
     /// Recommended communication step, s.
     pub step: f64,
@@ -111,7 +113,8 @@ pub struct Description {
 }
 
 impl Fmi {
-    /// Version of the standard: its major number, and its complete number.
+    /// Returns the version number of the FMI standard in two forms: major number, and complete
+    /// number.
     pub(crate) fn names(self) -> (&'static str, &'static str) {
         match self {
             Self::Two => ("2", "2.0"),
@@ -119,10 +122,11 @@ impl Fmi {
         }
     }
 
-    /// Name of the folder for binaries of a platform; `None` if the standard defines no name for
-    /// it.
+    /// Returns the name of the FMU folder that contains the binaries for a platform; `None` if the
+    /// standard defines no name for the platform.
     ///
-    /// `system` and `processor` are those of [`std::env::consts`].
+    /// `system` and `processor` are named as in [`std::env::consts::OS`] and
+    /// [`std::env::consts::ARCH`].
     pub fn platform(self, system: &str, processor: &str) -> Option<String> {
         let system = match (self, system) {
             (_, "macos") => "darwin",
@@ -342,7 +346,8 @@ impl Description {
     }
 }
 
-/// XML attributes with the exponents of a unit's base units; `None` for a dimensionless unit.
+/// XML attributes with the exponents of the SI base units in a unit of measurement; `None` for a
+/// dimensionless or unknown unit.
 fn base_unit(unit: &str) -> Option<&'static str> {
     Some(match unit {
         "s" => "s=\"1\"",

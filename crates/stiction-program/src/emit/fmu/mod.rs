@@ -1,8 +1,8 @@
-//! Functional mock-up units (FMUs): feedforward as source code with the interface of the FMI
-//! standard.
+//! Functional mock-up units (FMUs): source code of feedforward programs with the interface of the
+//! FMI standard.
 //!
-//! The interface follows the specifications FMI 2.0.5 and 3.0.2 of the Modelica Association. The code contains its
-//! own declarations of the interface and needs no other file.
+//! The interface follows the specifications FMI 2.0.5 and 3.0.2 of the Modelica Association. The
+//! code contains its own declarations of the interface and needs no other file.
 
 mod description;
 
@@ -28,15 +28,15 @@ const LICENSE: &str = "The generated source code of this FMU is yours: use, chan
 without any condition.\nIt comes without any warranty.\n";
 
 impl Feedforward {
-    /// Files of an FMU for co-simulation, with their paths inside the FMU: model description,
-    /// source code, documentation. Binaries are not included; the code in `sources/` compiles
-    /// without any other file.
+    /// Generates the files of an FMU for co-simulation, named by their paths inside the FMU: model
+    /// description, source code, documentation. Binaries are not included; the code in `sources/`
+    /// compiles without any other file.
     ///
     /// Inputs are the position, rate and acceleration of each prescribed coordinate; outputs are
     /// the actuator efforts. The code uses double precision.
     ///
     /// # Errors
-    /// A number in the program is not finite.
+    /// [`RecordError::TooLarge`] if a number in the program is not finite.
     pub fn fmu(
         &self,
         fmi: Fmi,
@@ -224,7 +224,7 @@ impl Feedforward {
         variables
     }
 
-    /// C `switch` cases that map value references to the addresses of parameters.
+    /// Generates C `switch` cases that map the value references of parameters to their addresses.
     fn places(&self, labels: &Labels) -> String {
         let mut text = "    case REST_RATE:\n        return &content->params.rest_rate;\n    case FADE:\n        \
                         return &content->params.fade;\n"
@@ -243,7 +243,8 @@ impl Feedforward {
         text
     }
 
-    /// C `switch` cases of those parameters that may be negative.
+    /// Generates C `switch` cases for the value references of those parameters that may be
+    /// negative.
     fn signed(&self, labels: &Labels) -> String {
         let mut text = String::new();
         let mut all = 0;

@@ -1,8 +1,10 @@
 
-/// Relative changes of the accelerations and of the efforts at which the iteration ends.
+/// The iteration ends when a step changes the accelerations by at most this fraction.
 const SETTLED_STEP: Real = @SETTLED_STEP@;
+/// The iteration also ends when the efforts of the accelerations differ from the given efforts by
+/// at most this fraction.
 const RESIDUAL: Real = @RESIDUAL@;
-/// Relative error of the efforts and of their derivatives.
+/// Largest relative error that is expected of the efforts and of their derivatives.
 const INEXACT: Real = @TOLERANCE@;
 
 /// Solves `a y = x` by Gaussian elimination with pivoting, and returns `y`. Rows and columns, whose
@@ -67,13 +69,14 @@ fn eliminate(mut a: Matrix, mut x: [Real; COORDINATES]) -> Option<[Real; COORDIN
 }
 
 impl State {
-    /// Forward dynamics: the accelerations that the efforts `tau` cause in a motion with rates `qd`, with
-    /// friction, by at most @STEPS@ Newton steps.
+    /// Forward dynamics: computes the accelerations that the efforts `tau` cause at positions `q`
+    /// and rates `qd`, with friction, in at most @STEPS@ Newton steps.
     ///
     /// # Errors
-    /// [`Code::Undetermined`] if joints are at rest: this function does not decide whether they stick or begin to slide.
-    /// [`Code::Frictionless`] where friction has no solution, or the steps do not converge.
-    /// [`Code::Singular`] where efforts do not determine the accelerations.
+    /// [`Code::BadInput`] if an input is not finite. [`Code::Open`] if the loops cannot be closed.
+    /// [`Code::Undetermined`] if joints are at rest: this function does not decide whether they
+    /// stick or begin to slide. [`Code::Frictionless`] where friction has no solution, or the steps
+    /// do not converge. [`Code::Singular`] where efforts do not determine the accelerations.
     pub fn accelerations<M: Math>(
         &mut self,
         params: &Params,
@@ -84,7 +87,8 @@ impl State {
         if !are_finite(tau) {
             return Err(Code::BadInput);
         }
-        // A copy computes, so that the direction of the last motion does not change.
+        // The computation uses a copy of the state, so that the stored direction of motion does not
+        // change.
         let mut copy = self.clone();
         let params = &Params { wants_index: false, ..params.clone() };
         let mut now = [0.0; COORDINATES];

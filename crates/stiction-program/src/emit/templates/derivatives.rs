@@ -1,9 +1,9 @@
 
 impl State {
-    /// Like [`State::ff`] without a direction, with the derivatives of the efforts with respect to
-    /// positions, rates and accelerations. They are exact and include the change of friction with
-    /// the reactions. The derivatives exist only with [`Code::Done`]. If a joint slides too slowly
-    /// for derivatives, the outcome is [`Code::Undetermined`].
+    /// Computes the efforts as [`State::ff`] does without a direction, and their derivatives with
+    /// respect to positions, rates and accelerations, in this order. The derivatives are exact and
+    /// include the change of friction with the reactions. They exist only with [`Code::Done`]. If a
+    /// joint slides too slowly for derivatives, the outcome is [`Code::Undetermined`].
     pub fn derivatives<M: Math>(
         &mut self,
         params: &Params,

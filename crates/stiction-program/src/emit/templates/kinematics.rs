@@ -33,8 +33,8 @@ impl State {
         Ok(poses)
     }
 
-    /// Twists at positions `q` and rates `qd`: for each body the velocity of its origin, m/s, then its
-    /// angular velocity, rad/s, world axes.
+    /// Computes the twists of all bodies at positions `q` and rates `qd`: for each body the
+    /// velocity of its origin, m/s, then its angular velocity, rad/s, world axes.
     ///
     /// # Errors
     /// [`Code::BadInput`], [`Code::Open`] or [`Code::Singular`].
@@ -50,11 +50,12 @@ impl State {
         self.twists_at::<M>(q, qd)
     }
 
-    /// Jacobian of a body: its twist per unit rate of each coordinate. Six rows for the components of
-    /// the twist, a column for each coordinate.
+    /// Computes the Jacobian of the body with index `body`: the body's twist per unit rate of each
+    /// coordinate. The Jacobian has six rows for the components of the twist, and a column for each
+    /// coordinate.
     ///
     /// # Errors
-    /// [`Code::BadInput`], also if the body does not exist, [`Code::Open`] or [`Code::Singular`].
+    /// [`Code::BadInput`] (also if the body does not exist), [`Code::Open`] or [`Code::Singular`].
     pub fn jacobian<M: Math>(
         &mut self,
         q: &[Real; COORDINATES],

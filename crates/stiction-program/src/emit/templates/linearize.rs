@@ -1,31 +1,34 @@
 
-/// Number of joints with friction. Indices of their reactions and of the direction in the workspace
-/// of the derivatives.
+/// Number of joints with friction.
 const RUBBING_JOINTS: usize = @RUBBING_JOINTS@;
+/// Number of values in the workspace of the derivatives.
 const SLOPE_WORK: usize = @SLOPE_WORK@;
+/// Index of the first reaction of a joint with friction in the workspace of the derivatives.
 const FIRST_REACTION: usize = FIRST_TARGET + 3 * COORDINATES;
+/// Index of the first component of the direction in the workspace of the derivatives.
 const FIRST_SLOPE: usize = FIRST_REACTION + 6 * RUBBING_JOINTS;
 
-/// Computes the part of the derivatives that does not depend on the direction. The result is
+/// Computes the part of the derivatives that does not depend on the direction. The result `r[0]` is
 /// positive if the derivatives exist.
 fn prepare_slopes<M: Math>(w: &mut [Real; SLOPE_WORK], r: &mut [Real; 1]) {
 @SLOPE_PREPARATION@}
 
-/// Computes the derivatives of the efforts along the direction in `w`.
+/// Computes the derivatives of the efforts along the direction that is stored in `w`.
 fn find_slopes<M: Math>(w: &mut [Real; SLOPE_WORK], r: &mut [Real; ACTUATORS]) {
 @SLOPES@}
 
 /// Matrix with a row for each actuator and a column for each coordinate.
 pub type Matrix = [[Real; COORDINATES]; ACTUATORS];
 
-/// Derivatives of the efforts at one state, computed along one direction after another.
+/// Workspace for the derivatives of the efforts at one state, which are computed along one
+/// direction after another.
 struct Linear {
     w: [Real; SLOPE_WORK],
 }
 
 impl Linear {
-    /// Prepares derivatives from the results of a call, whose loops are closed; `None` if the call has no
-    /// results.
+    /// Prepares the derivatives at a state with closed loops; `found` are the results of inverse
+    /// dynamics at this state. Returns `None` if the derivatives do not exist.
     fn new<M: Math>(
         params: &Params,
         tree: &[Real; TREE],
@@ -45,8 +48,8 @@ impl Linear {
         if r[0] > 0.0 { Some(own) } else { None }
     }
 
-    /// Derivatives of the efforts with respect to one kind of input: 0 positions, 1 rates, 2
-    /// accelerations.
+    /// Computes the derivatives of the efforts with respect to one kind of input: 0 positions, 1
+    /// rates, 2 accelerations. Returns `None` if a derivative is not finite.
     fn by<M: Math>(&mut self, kind: usize) -> Option<Matrix> {
         let mut matrix = [[0.0; COORDINATES]; ACTUATORS];
         for column in 0..COORDINATES {

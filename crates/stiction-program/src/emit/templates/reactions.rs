@@ -1,10 +1,10 @@
 
 impl State {
-    /// Like [`State::ff`] without a direction, with the reaction of each joint: the force of its
-    /// first body on the second, N, then the moment about the joint's origin, N m, world axes.
-    /// Reactions contain constraint, actuator and friction forces. They are `None` if the call
-    /// found no efforts. Statically indeterminate components (`stiction check` lists them) follow
-    /// from a rule; those of a real machine may differ.
+    /// Computes the efforts as [`State::ff`] does without a direction, and the reaction of each
+    /// joint: the force of the joint's first body on its second body, N, then the moment about the
+    /// joint's origin, N m, world axes. Reactions contain constraint, actuator and friction forces.
+    /// They are `None` if no efforts exist. Statically indeterminate components (`stiction check`
+    /// lists them) are chosen by a rule; in a real machine they may differ.
     pub fn reactions<M: Math>(
         &mut self,
         params: &Params,

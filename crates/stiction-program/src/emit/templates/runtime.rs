@@ -4,7 +4,7 @@
 /// Floating-point type.
 pub type Real = @REAL@;
 
-/// Number of coordinates.
+/// Number of prescribed coordinates.
 pub const COORDINATES: usize = @COORDINATES@;
 /// Number of actuators.
 pub const ACTUATORS: usize = @DRIVES@;
@@ -14,11 +14,14 @@ pub const JOINTS: usize = @JOINTS@;
 pub const BODIES: usize = @BODIES@;
 /// Number of coordinates of the spanning tree.
 pub const TREE: usize = @TREE@;
-/// Fingerprint of the model.
+/// Fingerprint of the model: a hash of its equations and numbers.
 pub const FINGERPRINT: u64 = @FINGERPRINT@;
 
-/// Number of results for each joint. Number of results of a call.
+/// Number of reaction components among the results for each joint: 3 for the force, 6 for force and
+/// moment.
 const WRENCH: usize = @WRENCH@;
+/// Number of results of a call: the efforts and, if the code computes them, the wrenches of all
+/// joints.
 const ANSWERS: usize = @ANSWERS@;
 const TUNABLES: usize = @TUNABLES@;
 const UNKNOWNS: usize = @UNKNOWNS@;
@@ -28,18 +31,21 @@ const FORCE_WORK: usize = @FORCE_WORK@;
 const FORCE_RESULTS: usize = @FORCE_RESULTS@;
 const FIRST_TARGET: usize = TREE + TUNABLES;
 const FIRST_UNKNOWN: usize = FIRST_TARGET + 3 * COORDINATES;
-/// Largest numbers of iterations.
+/// Largest number of position corrections in a loop closure.
 const MOST_CORRECTIONS: u32 = @CORRECTIONS@;
+/// Largest number of Newton steps for the coupled friction forces and reactions.
 const MOST_STEPS: u32 = @STEPS@;
+/// Largest number of steps on the path from the home position.
 const MOST_STRIDES: Real = 1000.0;
-/// Closure error below which no further correction follows. Larger closure error that is accepted
-/// if corrections no longer reduce it.
+/// Closure error of the loops below which no further correction follows.
 const DONE: Real = @DONE@;
+/// Largest closure error that is accepted if corrections no longer reduce the error.
 const CLOSED: Real = @CLOSED@;
-/// Squares of relative changes: of a converged step; of the largest step with quadratic
-/// convergence; of rounding errors.
+/// Largest squared relative change in a Newton step at which the iteration counts as converged.
 const SETTLED: Real = @SETTLED@;
+/// Squared relative change in a Newton step below which convergence is assumed to be quadratic.
 const COARSE: Real = @COARSE@;
+/// Square of the relative rounding error.
 const ROUNDING: Real = @ROUNDING@;
 /// Magnitude of the rates that represent the direction of incipient motion at rest.
 const CREEP: Real = @REST@;
@@ -47,11 +53,12 @@ const CREEP: Real = @REST@;
 const HOME_TREE: [Real; TREE] = [
 @HOME@];
 
-/// Home position, where the loops are closed first.
+/// Home position, m or rad: [`State::new`] starts from this configuration, in which the loops are
+/// closed.
 pub const HOME: [Real; COORDINATES] = [
 @HOME_VALUES@];
 
-/// Largest change of each coordinate in one step of the path from the home position.
+/// Largest change of each coordinate, m or rad, in one step of the path from the home position.
 const STRIDE: [Real; COORDINATES] = [
 @STRIDES@];
 
@@ -70,30 +77,31 @@ pub trait Math {
 }
 
 /// Outcome of a call. With `Done`, `Undetermined` and `Frictionless`, `tau` is the result of this
-/// call; with the others, `tau` keeps its last value.
+/// call; with all other codes, `tau` is the last result stored in the [`State`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Code {
     /// Success.
     Done,
     /// Success, but joints are at rest: a rule chose the direction of their friction, see [`Rest`].
     Undetermined,
-    /// Efforts without friction: friction has no solution, a joint is at rest while others move, or
-    /// the position is far from those of the recording.
+    /// The efforts do not include friction: friction has no solution, a joint is at rest while
+    /// others move, or the position is far from those for which the code was generated.
     Frictionless,
-    /// A number is NaN or infinite.
+    /// An input is NaN or infinite.
     BadInput,
-    /// The loops cannot be closed from the last position.
+    /// The loops cannot be closed, starting from the last position.
     Open,
     /// The position is singular, or a singular position lies between it and the home position.
     Singular,
 }
 
-/// Friction at rest, while all rates and accelerations are zero.
+/// Rule for friction at rest, while all rates and accelerations are zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rest {
     /// Friction opposes the direction of the last motion.
     Held,
-    /// Friction opposes the direction of the last motion, multiplied by [`Params::fade`] in every call.
+    /// Friction opposes the direction of the last motion. Every call at rest multiplies the
+    /// friction by [`Params::fade`].
     Faded,
     /// No friction.
     Zero,
@@ -104,12 +112,13 @@ pub enum Rest {
 pub struct Params {
 @FIELDS@    /// Rates and accelerations up to this magnitude count as zero, SI units.
     pub rest_rate: Real,
-    /// Factor of the friction for every call at rest, from 0 to 1, with [`Rest::Faded`].
+    /// Factor, from 0 to 1, by which every call at rest multiplies the friction with
+    /// [`Rest::Faded`].
     pub fade: Real,
-    /// Friction at rest.
+    /// Rule for friction at rest.
     pub rest: Rest,
-    /// `true` to compute the singularity index in every call, `false` only where the determinant is
-    /// below @SMALL_DETERMINANT@.
+    /// `true` to compute the singularity index in every call, `false` to compute it only where the
+    /// determinant is below @SMALL_DETERMINANT@.
     pub wants_index: bool,
 }
 
@@ -134,24 +143,29 @@ pub struct Info {
     /// constraints do not resist some motion, if the call has no result, or if it is not computed,
     /// see [`Params::wants_index`].
     pub singularity_index: Real,
-    /// Determinant of the equations relative to that at the home position: positive on the same side of all singular
-    /// positions as the home position, 0 if the coordinates or the actuators do not determine the motion.
+    /// Determinant of the equations for the rates and, if prescribed coordinates are not actuated,
+    /// for the efforts, relative to its value at the home position. It is positive on the same side
+    /// of all singular positions as the home position, and 0 if the coordinates or the actuators do
+    /// not determine the motion.
     pub determinant: Real,
-    /// Determinant of the forces with friction relative to that without: 0 if friction locks the mechanism.
+    /// Determinant of the force balance with friction, relative to that without friction: 0 if
+    /// friction locks the mechanism.
     pub coupling: Real,
-    /// Largest force of a joint, N, and the index of this joint; `None` without friction.
+    /// Largest reaction force of all joints, N, and the index of the joint with this force; `None`
+    /// if the efforts do not include friction.
     pub reaction: Option<(Real, usize)>,
-    /// Number of corrections of the position.
+    /// Number of position corrections in the loop closure.
     pub corrections: u32,
     /// Number of iterations of the friction coupling.
     pub steps: u32,
     /// Number of iterations (passes) of the singularity index, at most @INDEX_PASSES@.
     pub index_passes: u32,
-    /// `true` if a rule chose the direction of friction.
+    /// `true` if joints are at rest and a rule chose the direction of friction.
     pub undetermined: bool,
 }
 
-/// State kept from one call to the next: positions for the loop closure, efforts, directions of friction.
+/// State that is kept from one call to the next: tree coordinates with closed loops, efforts,
+/// direction of the last motion, and vectors of the singularity index.
 #[derive(Clone, Debug)]
 pub struct State {
     tree: [Real; TREE],
@@ -185,7 +199,7 @@ fn largest(x: &[Real]) -> Real {
 fn find_errors<M: Math>(w: &mut [Real; POSITION_WORK], r: &mut [Real; POSITION_RESULTS]) {
 @ERRORS@}
 
-/// Computes the corrected coordinates, after `find_errors`.
+/// Computes the corrected coordinates of the tree; `find_errors` must have been called before.
 fn correct<M: Math>(w: &mut [Real; POSITION_WORK], r: &mut [Real; POSITION_RESULTS]) {
 @CORRECTION@}
 
@@ -202,8 +216,8 @@ fn find_forces<M: Math>(w: &mut [Real; FORCE_WORK], r: &mut [Real; FORCE_RESULTS
 @FORCES@}
 
 @SINGULARITY@
-/// Closes the loops at `q`, starting from the coordinates `tree`, and updates `tree`; returns the error and
-/// the number of corrections.
+/// Closes the loops at `q`, starting from the coordinates `tree`, and updates `tree`. Returns the
+/// closure error and the number of corrections; `None` if the loops cannot be closed.
 fn close_loops<M: Math>(tree: &mut [Real; TREE], q: &[Real; COORDINATES]) -> Option<(Real, u32)> {
     let mut w = [0.0; POSITION_WORK];
     let mut r = [0.0; POSITION_RESULTS];
@@ -229,7 +243,8 @@ fn close_loops<M: Math>(tree: &mut [Real; TREE], q: &[Real; COORDINATES]) -> Opt
     None
 }
 
-/// Efforts without friction for the coordinates in `w`.
+/// Computes the results without friction for the motion in `w`. Returns `None` if the position is
+/// singular.
 fn solve_ideal<M: Math>(
     w: &mut [Real; FORCE_WORK],
     r: &mut [Real; FORCE_RESULTS],
@@ -246,7 +261,8 @@ fn solve_ideal<M: Math>(
     if info.determinant > 0.0 && are_finite(&ideal) { Some(ideal) } else { None }
 }
 
-/// Efforts with friction, after `solve_ideal`.
+/// Computes the results with friction; `solve_ideal` must have been called before. Returns `None`
+/// if the iteration of the friction forces does not converge, or if its result is not valid.
 fn solve_friction<M: Math>(
     w: &mut [Real; FORCE_WORK],
     r: &mut [Real; FORCE_RESULTS],
@@ -264,7 +280,7 @@ fn solve_friction<M: Math>(
         }
         let change = r[UNKNOWNS] / r[UNKNOWNS + 1];
         let cube = change * change * change;
-        // Newton steps square the error: the last two changes give the remaining one.
+        // Newton steps square the error, so the last two changes determine the remaining error.
         let few = change < COARSE && cube <= ROUNDING * before * before && cube <= ROUNDING;
         settled = (change <= SETTLED || few) && r[UNKNOWNS + 2] > 0.0;
         before = change;
@@ -320,8 +336,8 @@ fn creep(direction: &[Real; COORDINATES]) -> [Real; COORDINATES] {
 }
 
 impl State {
-    /// Creates a state with the loops closed at the positions `q`, reached from home on a straight
-    /// line.
+    /// Creates a state with the loops closed at the positions `q`, which are reached on a straight
+    /// line from the home position.
     ///
     /// # Errors
     /// [`Code::Open`] or [`Code::BadInput`].
@@ -356,9 +372,10 @@ impl State {
         Ok(Self { tree, tau, direction, weight: 0.0, weakest: first_vectors::<M>() })
     }
 
-    /// Efforts of the actuators for positions, rates and accelerations. At rest, friction opposes
-    /// the rates `direction`, of which only the ratios count; without `direction`, the accelerations decide, or
-    /// [`Params::rest`] if they vanish too.
+    /// Computes the efforts `tau` of the actuators for positions `q`, rates `qd` and accelerations
+    /// `qdd`. At rest, friction opposes the rates `direction`, of which only the ratios count.
+    /// Without `direction`, friction at rest opposes the motion that begins with the accelerations;
+    /// if these vanish too, [`Params::rest`] applies.
     pub fn ff<M: Math>(
         &mut self,
         params: &Params,
@@ -372,9 +389,9 @@ impl State {
         (code, info)
     }
 
-    /// Efforts that hold the position `q` at rest, against weight and springs. With a `direction` of
-    /// rates, of which only the ratios count, they also overcome the friction of a motion that
-    /// begins in this direction; without `direction`, they contain no friction.
+    /// Computes the efforts that hold the position `q` at rest, against weight and springs. With a
+    /// `direction` of rates, of which only the ratios count, the efforts also overcome the friction
+    /// of a motion that begins in this direction. Without `direction`, they contain no friction.
     pub fn hold<M: Math>(
         &mut self,
         params: &Params,
@@ -384,13 +401,13 @@ impl State {
     ) -> (Code, Info) {
         let at_rest = Params { rest: Rest::Zero, ..params.clone() };
         let still = [0.0; COORDINATES];
-        // Keeps the direction of the last motion.
+        // The call works on a copy, so that the direction of the last motion does not change.
         let mut copy = self.clone();
         let (code, info) = copy.ff::<M>(&at_rest, q, &still, &still, direction, tau);
         match code {
             Code::Done | Code::Undetermined => {
                 (self.tree, self.tau, self.weakest) = (copy.tree, copy.tau, copy.weakest);
-                // The direction is given, or there is no friction.
+                // No rule chose a direction: the direction is given, or there is no friction.
                 (Code::Done, Info { undetermined: false, ..info })
             }
             Code::Frictionless => {
@@ -401,7 +418,8 @@ impl State {
         }
     }
 
-    /// Like `ff`, but returns all results.
+    /// Computes the efforts as `ff` does, and also returns all results: the efforts and, if the
+    /// code computes them, the wrenches of all joints.
     fn answer<M: Math>(
         &mut self,
         params: &Params,
@@ -455,7 +473,8 @@ impl State {
         }
     }
 
-    /// Computes efforts at closed loops; chooses the direction of motion at rest.
+    /// Computes all results at a position with closed loops. If the mechanism is at rest, chooses
+    /// the direction that friction opposes. Returns `None` if the position is singular.
     fn solve<M: Math>(
         &mut self,
         params: &Params,
@@ -511,8 +530,8 @@ impl State {
         if weight > 0.0 {
             let mut with = solve_friction::<M>(&mut w, &mut r, info);
             if with.is_none() && !rests && largest(&next) > 0.0 {
-                // A joint is at rest while others move: the accelerations determine its next
-                // direction.
+                // A joint is at rest while others move: the accelerations determine the direction
+                // in which it begins to move.
                 let mut moved = creep(&next);
                 for k in 0..COORDINATES {
                     moved[k] += qd[k];

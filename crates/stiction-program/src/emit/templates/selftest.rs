@@ -6,7 +6,7 @@ mod code;
 
 use code::{ACTUATORS, COORDINATES, Code, Math, Params, Real, State};
 
-/// Largest difference, relative to the largest effort of the sample.
+/// Largest permitted difference of an effort, relative to the largest effort of the test vector.
 const TOLERANCE: f64 = @TOLERANCE@;
 
 @STD_MATH@
@@ -41,7 +41,7 @@ fn main() {
             println!("row {rows}: {code:?}, relative difference {difference:e}");
             failures += 1;
         }
-        // NaN is refused, and the last efforts remain.
+        // NaN must be refused, and the last efforts must remain.
         let last = tau;
         let (code, _) = state.ff::<Std>(&params, &q, &[Real::NAN; COORDINATES], &qdd, None, &mut tau);
         if code != Code::BadInput || tau != last {

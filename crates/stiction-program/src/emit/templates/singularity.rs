@@ -1,28 +1,36 @@
-/// Number of free motions of the joints of the spanning tree. Number of columns of the dense
-/// system: unknowns of the joints that close loops, and of gearings.
+/// Number of free motions of the joints of the spanning tree.
 const MOTIONS: usize = @MOTIONS@;
+/// Number of columns of the dense system: unknowns of the joints that close loops, of gearings, and
+/// of local passive degrees of freedom.
 const COLUMNS: usize = @COLUMNS@;
+/// Number of terms: unit wrenches that make up the columns of the dense system.
 const TERMS: usize = @TERMS@;
-/// Number of columns that are not needed for equilibrium. Number of columns that resist local
-/// passive degrees of freedom.
+/// Number of columns that are not needed for equilibrium.
 const REDUNDANT: usize = @REDUNDANT@;
+/// Number of columns that resist local passive degrees of freedom.
 const SPINS: usize = @SPINS@;
+/// Index of the first number for the singularity index among the results of `prepare`.
 const FIRST_PLACE: usize = @FIRST_PLACE@;
+/// Largest number of passes of the inverse iteration.
 const MOST_PASSES: u32 = @INDEX_PASSES@;
-/// Number of passes of the iteration up to which the starting vectors count as close to the result.
+/// If the iteration converges in at most this number of passes, the starting vectors count as close
+/// to the result.
 const FEW_PASSES: u32 = 3;
 /// Number of values for each body: six components of each of two vectors.
 const WIDTH: usize = 12;
-/// Convergence limit: squared sine of the angle between a vector and its next iterate.
+/// Convergence limit: largest squared sine of the angle between the first vector and its next
+/// iterate.
 const ALIGNED: Real = @ALIGNED@;
-/// Convergence limit: relative decrease of the squared index that the second vector causes.
+/// Convergence limit: largest relative decrease of the squared singularity index that the second
+/// vector may still cause.
 const LOWERED: Real = @LOWERED@;
-/// Limit for parallel iterates: fraction of the squared second iterate that is perpendicular to the
-/// first.
+/// Limit up to which the two iterated vectors count as parallel: squared norm of the component of
+/// the second vector perpendicular to the first, divided by that of the second vector.
 const PARALLEL: Real = @PARALLEL@;
-/// Largest index at which a position counts as singular. Smallest determinant at which a position
-/// counts as regular without a test of the index.
+/// Largest singularity index at which a position counts as singular.
 const LEAST_INDEX: Real = @LEAST_INDEX@;
+/// Smallest determinant at which a position counts as regular without computing the singularity
+/// index.
 const SMALL_DETERMINANT: Real = @SMALL_DETERMINANT@;
 
 /// Length of an array of `count` items, at least 1.
@@ -32,11 +40,12 @@ const fn room(count: usize) -> usize {
 
 /// Index of the parent body of each body in the spanning tree; index 0 is the ground.
 const PARENT: [usize; BODIES + 1] = [@PARENT@];
-/// For each free motion, the index of the body that the joint connects to its parent.
+/// For each free motion of a joint, the index of the body that this joint connects to its parent
+/// body.
 const MOVES: [usize; room(MOTIONS)] = [@MOVES@];
-/// For each term, the index of its column, and the two bodies on which its wrench acts in opposite
-/// directions.
+/// For each term, the index of the column to which it belongs.
 const COLUMN_OF: [usize; room(TERMS)] = [@COLUMN_OF@];
+/// For each term, the indices of the two bodies on which its wrench acts in opposite directions.
 const ON: [[usize; 2]; room(TERMS)] = [@ON@];
 /// For each term and free motion: +1 or -1 if the motion moves only the first or only the second
 /// body of the term, otherwise 0.
@@ -47,31 +56,34 @@ const SIGN: [[Real; room(MOTIONS)]; room(TERMS)] = [
 type Pair = [Real; WIDTH * (BODIES + 1)];
 /// Unknowns of the columns of the dense system for two interleaved vectors.
 type Amounts = [Real; 2 * room(COLUMNS)];
+/// The two interleaved unit vectors of the inverse iteration, without components for the ground.
 type Weakest = [Real; WIDTH * BODIES];
 
-/// Dimensionless balance A of all bodies at one position, ready for solutions of `A x = y` and of
-/// the transposed system. Both are solved by recursion along the joints of the tree, and by the
-/// inverse of a dense system with one unknown for each free motion of these joints and one row for
-/// each column.
+/// Matrix A of the dimensionless force balance of all bodies at one position, prepared for the
+/// solution of `A x = y` and of the transposed system. Both are solved by recursion along the
+/// joints of the tree, and by the inverse of a dense system with one unknown for each free motion
+/// of these joints and one row for each column.
 struct Balance<'a> {
-    /// Centres of mass of the bodies, origins of the joints (three components each), free motions
-    /// and terms (six components each).
+    /// Centres of mass of the bodies, three components each.
     centre: &'a [Real],
+    /// Origins of the joints of the tree, three components each.
     origin: &'a [Real],
+    /// Free motions of these joints, six components each.
     motion: &'a [Real],
+    /// Terms, six components each.
     term: &'a [Real],
-    /// Inverse of the dense system, in the first `MOTIONS` rows, and the column that belongs to
-    /// each row.
+    /// Inverse of the dense system, in the first `MOTIONS` rows.
     inverse: [[Real; room(MOTIONS)]; room(COLUMNS)],
+    /// For each row of `inverse`, the column of the dense system to which the row belongs.
     column: [usize; room(COLUMNS)],
-    /// Unit vectors of self-stress states (reactions in equilibrium without loads), and of local
-    /// passive degrees of freedom.
+    /// Unit vectors of self-stress states (reactions in equilibrium without loads).
     stress: [[Real; 6 * BODIES + COLUMNS]; room(REDUNDANT)],
+    /// Unit vectors of local passive degrees of freedom.
     spin: [[Real; 6 * BODIES]; room(SPINS)],
 }
 
-/// For each of two vectors: adds `by r[k..k + 3] x a` to the three components at `to`, where `a`
-/// are the components at `from`.
+/// For each of the two vectors in `x`: takes the cross product of `r[k..k + 3]` with the three
+/// components at `from`, and adds `by` times this product to the three components at `to`.
 fn add_cross(r: &[Real], k: usize, x: &mut Pair, from: usize, by: Real, to: usize) {
     for lane in 0..2 {
         let (a, b, c) = (x[from + lane], x[from + 2 + lane], x[from + 4 + lane]);
@@ -124,14 +136,15 @@ fn normalise<M: Math>(x: &mut [Real]) {
     }
 }
 
-/// Pseudo-random number from -0.5 to 0.5.
+/// Returns a pseudo-random number from -0.5 to 0.5, which depends only on `k`.
 fn without_pattern(k: usize) -> Real {
     let n = k as u32;
     let mixed = n.wrapping_mul(n).wrapping_add(12345).wrapping_mul(40503) >> 3;
     (mixed & 0xffff) as Real / 65536.0 - 0.5
 }
 
-/// Starting vectors of the first call; the first of them has unit length.
+/// Returns the two starting vectors of the inverse iteration in the first call. The first vector
+/// has unit length.
 fn first_vectors<M: Math>() -> Weakest {
     let mut weakest: Weakest = core::array::from_fn(without_pattern);
     let mut square = 0.0;
@@ -145,8 +158,8 @@ fn first_vectors<M: Math>() -> Weakest {
     weakest
 }
 
-/// Adds the scalar products of two interleaved vectors: of the first with itself, of the first with
-/// the second, of the second with itself.
+/// Adds to `products` three scalar products of the two interleaved vectors in `x`: of the first
+/// vector with itself, of the first with the second, and of the second with itself.
 fn multiply(x: &[Real], products: &mut [Real; 3]) {
     for pair in x.chunks_exact(2) {
         products[0] += pair[0] * pair[0];
@@ -156,7 +169,7 @@ fn multiply(x: &[Real], products: &mut [Real; 3]) {
 }
 
 impl<'a> Balance<'a> {
-    /// Assembles and inverts the dense system; `None` if it is singular.
+    /// Assembles and inverts the dense system. Returns `None` if this system is singular.
     fn invert(places: &'a [Real]) -> Option<Self> {
         let mut own = Self {
             centre: &places[..3 * BODIES],
@@ -205,7 +218,7 @@ impl<'a> Balance<'a> {
         Some(own)
     }
 
-    /// Adds the wrenches that the unknowns of all columns exert on the bodies.
+    /// Adds to `sum` the wrenches that the unknowns of all columns exert on the bodies.
     fn add_terms(&self, amounts: &Amounts, sum: &mut Pair) {
         for k in 0..TERMS {
             let (first, second) = (amounts[2 * COLUMN_OF[k]], amounts[2 * COLUMN_OF[k] + 1]);
@@ -324,7 +337,7 @@ impl<'a> Balance<'a> {
         }
     }
 
-    /// Replaces the second vector by a pseudo-random one.
+    /// Replaces the second vector by a pseudo-random unit vector.
     fn renew<M: Math>(&self, x: &mut Weakest, pattern: usize) {
         for k in 0..6 * BODIES {
             x[2 * k + 1] = without_pattern(k + pattern);
@@ -378,10 +391,10 @@ impl<'a> Balance<'a> {
         }
     }
 
-    /// Improves the two unit vectors of least resistance by one step of inverse iteration; the
-    /// first vector has the lower resistance. Returns the square of this resistance, and `true` on
-    /// convergence: the first vector has hardly turned, and the second has hardly lowered the
-    /// resistance.
+    /// Improves the two unit vectors of least resistance by one step of inverse iteration. The
+    /// resistance is the norm of A transposed times the vector; the first vector has the lower
+    /// resistance. Returns the square of this resistance, and `true` on convergence: the first
+    /// vector has hardly turned, and the second has hardly lowered the resistance.
     fn improve<M: Math>(&self, x: &mut Weakest) -> (Real, bool) {
         // Products of the iterates and of A transposed times the iterates.
         let (mut moved, mut resisted) = ([0.0; 3], [0.0; 3]);
@@ -424,7 +437,7 @@ impl<'a> Balance<'a> {
         let first = if ends[1] < ends[0] { 1 } else { 0 };
         let cosine = 1.0 / M::sqrt(1.0 + tangent * tangent);
         let sine = tangent * cosine;
-        // Both axes, as parts of both iterates.
+        // Both axes, as linear combinations of both iterates.
         let mut axes = [
             [cosine * a + sine * b * along, -sine * b],
             [sine * a - cosine * b * along, cosine * b],
@@ -447,7 +460,8 @@ fn find_index<M: Math>(places: &[Real], weakest: &mut Weakest, info: &mut Info) 
     (info.singularity_index, info.index_passes) = (0.0, 0);
     let Some(mut own) = Balance::invert(places) else { return };
     own.find_null_vectors::<M>();
-    // Motions with a symmetry keep vectors with this symmetry: a small part of a vector without any finds the others.
+    // In motions with a symmetry, the iterated vectors would keep this symmetry. A small component
+    // without symmetry lets the iteration find all other vectors.
     for k in (0..6 * BODIES).step_by(5) {
         weakest[2 * k + 1] += without_pattern(k) / 8.0;
     }
@@ -459,8 +473,9 @@ fn find_index<M: Math>(places: &[Real], weakest: &mut Weakest, info: &mut Info) 
     for pass in 1..=MOST_PASSES {
         let (least, is_aligned) = own.improve::<M>(weakest);
         (square, info.index_passes) = (least, pass);
-        // If both first vectors are almost orthogonal to the weakest one, the search hardly turns at another one. After a
-        // long way, it therefore goes as far again with another second vector.
+        // If both starting vectors are almost orthogonal to the vector of least resistance, the
+        // iteration may stop at another vector. After many passes, it therefore makes as many
+        // passes again with a new second vector.
         if is_aligned && least_passes == 0 && pass > FEW_PASSES {
             own.renew::<M>(weakest, WIDTH * BODIES);
             least_passes = 2 * pass;

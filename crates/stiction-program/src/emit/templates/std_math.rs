@@ -1,4 +1,4 @@
-/// The functions of the standard library.
+/// Mathematical functions of the standard library.
 struct Std;
 
 impl Math for Std {
