@@ -1,17 +1,19 @@
-//! Errors of recordings.
+//! Errors that occur when a program is recorded or written as source code.
 
 use crate::quantity::Quantity;
 use crate::tunable::Tunable;
 use core::fmt;
 use stiction_core::kinematics::AssemblyError;
 
-/// Error: no program can be recorded for a mechanism. The solver remains usable.
+/// Error: no program can be recorded for a mechanism, or its source code cannot be generated. The
+/// solver remains usable.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum RecordError {
     /// The signal contains no position.
     EmptySignal,
-    /// The solver cannot follow the signal to a position or its neighbourhood.
+    /// The solver cannot follow the signal to one of its positions, or to a sample near this
+    /// position.
     Signal {
         /// Index of the position in the signal.
         position: usize,
@@ -26,18 +28,20 @@ pub enum RecordError {
     /// Source code with derivatives was requested of a program without them, see
     /// [`crate::Feedforward::with_derivatives`].
     NoDerivatives,
-    /// The mechanism or the motion has no such quantity.
+    /// The mechanism or the motion does not have this quantity.
     UnknownQuantity(Quantity),
-    /// The mechanism has no such parameter, or a payload is on a body without mass.
+    /// The mechanism does not have this parameter, or the parameter is a payload on a body without
+    /// mass.
     NoTunable(Tunable),
     /// A number of the program is too large for the precision of its source code.
     TooLarge(f64),
-    /// The mechanism has rigid gearings.
+    /// The mechanism has rigid gearings of joints, which programs do not support.
     Gearings,
     /// Forward dynamics: constraints or actuators are redundant, as are the constraints of a planar
     /// linkage of revolute joints, so that reactions are not unique.
     Redundant,
-    /// Forward dynamics: bodies have local passive DOFs.
+    /// Forward dynamics: bodies have local passive degrees of freedom, which the program does not
+    /// support.
     IdleSpins,
     /// Forward dynamics: the numbers of actuators and prescribed coordinates differ or are zero.
     ActuatorCount {
@@ -46,7 +50,8 @@ pub enum RecordError {
         /// Number of prescribed coordinates.
         coordinates: usize,
     },
-    /// Forward dynamics: rotors and motor friction of drive trains are not included.
+    /// Forward dynamics: the mechanism has drive trains, whose rotors and motor friction the
+    /// program does not include.
     DriveTrains,
     /// Forward dynamics: an actuated coordinate has no inertia.
     NoInertia,

@@ -1,4 +1,4 @@
-//! Test vectors, computed by the general solver.
+//! Test vectors for generated source code, computed by the general solver.
 
 use super::TestVector;
 use stiction_core::dynamics::{FrictionMode, InverseDynamics};
@@ -21,11 +21,12 @@ const NOTABLE: f64 = 0.05;
 const NEVER: f64 = 1e-12;
 
 impl TestVector {
-    /// Random states near the positions of `signal`, with the efforts that the solver computes with
-    /// friction coupled to the reactions. The first position is the home position, from which the
-    /// solver moves to each state. A state is skipped if the solver cannot reach it, if it is near
-    /// a singular position, if a friction interface is almost at rest, or if the efforts vanish. At
-    /// most `20 count` states are tried.
+    /// Creates `count` test vectors at random states near the positions of `signal`, with the
+    /// efforts that the solver computes with friction coupled to the reactions. The first position
+    /// of `signal` is the home position, from which the solver moves to each state. A state is
+    /// skipped if the solver cannot reach it, if it is near a singular position, if a friction
+    /// interface is almost at rest, or if the efforts vanish. At most `20 count` states are tried,
+    /// so the result may contain fewer than `count` vectors.
     pub fn random(
         solver: &InverseDynamics,
         signal: &[Vec<Target<f64>>],
@@ -68,16 +69,16 @@ impl TestVector {
         self.efforts.iter().fold(0.0, |max, effort| max.max(effort.abs()))
     }
 
-    /// Efforts that the solver computes for these prescribed values, after a motion from the home
-    /// position.
+    /// Creates the test vector for the prescribed values `targets`, to which the solver moves from
+    /// the home position. Returns `None` if the state is not suitable, see [`Self::random`].
     fn at(
         (home, start): (&InverseDynamics, &[Target<f64>]),
         targets: &[Target<f64>],
         clear: f64,
     ) -> Option<Self> {
         let mut solver = home.clone();
-        // The solver moves along the straight line, as the code does, because a jump may end in
-        // another assembly mode.
+        // The solver moves along a straight line, as the generated code does, because a jump may
+        // end in another assembly mode.
         let from: Vec<f64> = start.iter().map(|target| target.value).collect();
         let on_the_line = |part: f64, line: &mut [Target<f64>]| {
             for ((at, target), from) in line.iter_mut().zip(targets).zip(&from) {
@@ -103,8 +104,9 @@ impl TestVector {
     }
 }
 
-/// Smaller one of the type 1 and type 2 singularity indices at the present position of the solver.
-/// Different assembly modes are close to each other near a singular position of either type.
+/// Returns the smaller of the type 1 and type 2 singularity indices at the present position of the
+/// solver. Near a singular position of either type, different assembly modes are close to each
+/// other.
 fn index(solver: &InverseDynamics) -> f64 {
     let (statics, spins) = (solver.statics(), solver.idle_axes().len());
     let of_legs = Constraints::new(&statics).leg_distance(spins);

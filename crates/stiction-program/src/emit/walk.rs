@@ -1,4 +1,5 @@
-//! Routines as lists of statements, for any programming language.
+//! Conversion of routines to lists of statements, from which code in any programming language is
+//! generated.
 //!
 //! The workspace contains the inputs, followed by the values that one routine computes and another
 //! reads. All other values are local variables. Each routine copies its results to a separate
@@ -14,7 +15,7 @@ use std::collections::HashMap;
 pub(crate) enum Operand {
     /// Local variable, by its number.
     Local(usize),
-    /// Place in the workspace.
+    /// Value in the workspace, by its index.
     Work(usize),
     /// Constant.
     Number(f64),
@@ -29,13 +30,13 @@ pub(crate) enum Statement {
     Call { to: usize, function: Function, arguments: [Operand; 2] },
     /// Two local variables receive the sine and the cosine of an angle. One of them may be unused.
     SineCosine { sine: usize, cosine: usize, angle: Operand, uses: [bool; 2] },
-    /// A place in the workspace receives a value.
+    /// The entry of the workspace with index `to` receives a value.
     Keep { to: usize, from: Operand },
-    /// A result receives a value.
+    /// The entry of the result array with index `to` receives a value.
     Result { to: usize, from: Operand },
 }
 
-/// Statements of several routines that share a workspace.
+/// Statements of several routines, which share a workspace.
 #[derive(Clone, Debug)]
 pub(crate) struct Listing {
     pub(crate) routines: Vec<Vec<Statement>>,
@@ -46,7 +47,7 @@ pub(crate) struct Listing {
 }
 
 impl Routine {
-    /// Slots that the routine reads, and slots that it writes.
+    /// Returns the slots that the routine reads, and the slots that it writes.
     fn slots(&self) -> [Vec<u32>; 2] {
         let (mut read, mut written) = (Vec::new(), Vec::new());
         let source = |source: Source, read: &mut Vec<u32>| {
@@ -104,7 +105,7 @@ impl Listing {
 }
 
 impl Listing {
-    /// All numbers that occur in the statements as constants.
+    /// Returns all numbers that occur in the statements as constants.
     pub(crate) fn numbers(self) -> Vec<f64> {
         let operands = |statement: Statement| match statement {
             Statement::Step { operands, .. } => operands.to_vec(),
@@ -123,7 +124,7 @@ impl Listing {
 /// Writer of the statements of one routine.
 struct Writer<'a> {
     places: &'a HashMap<u32, usize>,
-    /// Operands that contain the values of slots at this point of the routine.
+    /// For each slot, the operand that contains its value at the current point of the routine.
     known: HashMap<u32, Operand>,
     statements: Vec<Statement>,
     locals: usize,

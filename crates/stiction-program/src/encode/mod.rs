@@ -1,12 +1,12 @@
-//! Encoders of machine instructions. Every machine can encode the instructions of all instruction
-//! sets, but executes only its own (`machine`).
+//! Encoders of machine instructions. The encoders for all instruction sets work on every processor,
+//! but a processor executes only code for its own instruction set (`machine`).
 
 mod neon;
 mod x86;
 
 use crate::code::Fused;
 
-/// Number of values in a register.
+/// Register width: number of values in a register.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Width {
     One,
@@ -31,7 +31,8 @@ impl Width {
 pub(crate) enum Set {
     /// AVX of x86-64, with FMA for fused operations.
     Avx,
-    /// AVX-512 (F, DQ, VL) of x86-64: more registers, masks, short addresses for all widths.
+    /// AVX-512 (F, DQ, VL) of x86-64, with 32 registers, mask registers, and compressed address
+    /// offsets for all register widths.
     Avx512,
     /// Advanced SIMD of AArch64, available on every processor.
     Neon,
@@ -70,7 +71,8 @@ impl Target {
         }
     }
 
-    /// Returns `true` for memory with one copy of each number instead of a copy for each lane.
+    /// Returns `true` if the memory area contains only one copy of each number, instead of one copy
+    /// for each lane.
     pub(crate) fn is_single(self, base: Base) -> bool {
         match base {
             Base::Common => true,
@@ -79,18 +81,19 @@ impl Target {
         }
     }
 
-    /// Returns `true` if operations other than loads accept operands from this memory.
+    /// Returns `true` if operations other than loads accept operands from this memory area.
     pub(crate) fn reads(self, base: Base) -> bool {
         self.set != Set::Avx || self.width == Width::One || !self.is_single(base)
     }
 
-    /// Returns `true` if a fused instruction may overwrite a factor; all may overwrite the addend.
+    /// Returns `true` if a fused multiply-add can overwrite one of its factors. It can overwrite
+    /// its addend on all instruction sets.
     pub(crate) fn overwrites_factors(self) -> bool {
         self.set != Set::Neon
     }
 
-    /// Index of the slot to which the base address points. It is not the first slot, so that short
-    /// offsets of both signs are used.
+    /// Index of the slot to which the base address of the slots points. On x86-64 this is not the
+    /// first slot, so that short offsets of both signs are used.
     pub(crate) const fn base_slot(self) -> usize {
         match self.set {
             Set::Avx | Set::Avx512 => 128,
@@ -99,13 +102,13 @@ impl Target {
     }
 }
 
-/// General register that holds a base address.
+/// Memory area of an operand. A general-purpose register contains the base address of each area.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Base {
     Slots,
     Constants,
     Spills,
-    /// Numbers shared by all lanes.
+    /// Read-only numbers that all lanes share.
     Common,
 }
 
@@ -113,7 +116,7 @@ pub(crate) enum Base {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Place {
     Register(u8),
-    /// Offset from the base, bytes.
+    /// Memory area, and offset from its base address in bytes.
     Memory(Base, i32),
 }
 
@@ -126,8 +129,8 @@ pub(crate) enum Operation {
     Div,
 }
 
-/// Order of the operands of a fused instruction `product + sum`. The target register is also one of
-/// the operands.
+/// Order of the operands of a fused multiply-add. The target register `to` is also one of the
+/// operands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Order {
     /// Computes `to = to * last + second`, see [`Target::overwrites_factors`].
@@ -136,12 +139,13 @@ pub(crate) enum Order {
     Plus,
 }
 
-/// Encoder of operations on one number or on a whole register, each as one or a few instructions.
+/// Encoder of arithmetic operations and memory accesses. It encodes each operation, on one number
+/// or on a whole register, as one or a few machine instructions.
 pub(crate) trait Emit {
     /// Encodes `to = a OP b`.
     fn arithmetic(&mut self, operation: Operation, to: u8, a: u8, b: Place);
 
-    /// Encodes a product and a sum with a single rounding; `to` is also one of the operands.
+    /// Encodes a fused multiply-add, which is rounded once; `to` is also one of the operands.
     fn fused(&mut self, kind: Fused, order: Order, to: u8, second: u8, last: Place);
 
     /// Encodes `to = from`, both registers.
@@ -157,8 +161,8 @@ pub(crate) trait Emit {
     /// registers, and `zero` must contain zero.
     fn select(&mut self, to: u8, of: u8, zero: Place, yes: u8, no: u8);
 
-    /// Encodes the load of a register, `to = [from]`; a number in memory with one copy is broadcast
-    /// to all lanes.
+    /// Encodes the load of a register, `to = [from]`. A number from a memory area with single
+    /// copies is broadcast to all lanes, see [`Target::is_single`].
     fn load(&mut self, to: u8, from: Place);
 
     /// Encodes the store of a register, `[to] = from`.
@@ -168,7 +172,8 @@ pub(crate) trait Emit {
     fn finish(self: Box<Self>) -> Vec<u8>;
 }
 
-/// Starts a function with four addresses as arguments, in the order of [`Base`].
+/// Creates the encoder of a function whose four arguments are the base addresses of the memory
+/// areas, in the order of [`Base`].
 pub(crate) fn begin(target: Target) -> Box<dyn Emit> {
     match target.set {
         Set::Avx | Set::Avx512 => Box::new(x86::Assembler::new(target)),

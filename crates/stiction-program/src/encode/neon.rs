@@ -7,19 +7,22 @@ use crate::code::Fused;
 
 /// Number of registers available for values.
 pub(super) const FREE: u8 = 30;
-/// Register into which operands from memory are loaded, because only loads can access memory.
+/// Number of the register into which operands from memory are loaded, because arithmetic
+/// instructions cannot read memory.
 const OPERAND: u8 = 30;
-/// Register that receives a value whose own register is still needed as an operand.
+/// Number of the register that receives the negated addend if the register of the addend is still
+/// needed as a factor.
 const ASIDE: u8 = 31;
-/// First register for addresses; callers do not expect it to be preserved.
+/// Number of the general-purpose register in which addresses are computed. Callers do not expect
+/// this register to be preserved.
 const ADDRESS: u32 = 16;
 /// Number of the stack pointer as a base register.
 const STACK: u32 = 31;
-/// Callee-saved vector registers, whose lower halves must be preserved, as pairs from d8 on. Each
-/// pair is given by its first register.
+/// First registers of the pairs of callee-saved vector registers: d8 and d9, d10 and d11, and so
+/// on. The lower halves of these registers must be preserved.
 const KEPT: [u32; 4] = [8, 10, 12, 14];
 
-/// Register of an argument of the function, in the order x0 to x3.
+/// Number of the register (x0 to x3) that contains a base address, an argument of the function.
 const fn register(base: Base) -> u32 {
     match base {
         Base::Slots => 0,
@@ -57,21 +60,22 @@ impl Assembler {
         self.bytes.extend(instruction.to_le_bytes());
     }
 
-    /// Saves or restores a pair of callee-saved registers; `place` is an offset in units of eight
+    /// Encodes the instruction `form`, which saves or restores a pair of callee-saved registers.
+    /// `kept` is the index of the pair in [`KEPT`], and `place` an address offset in units of eight
     /// bytes.
     fn pair(&mut self, form: u32, place: u32, kept: usize) {
         let first = KEPT[kept];
         self.emit(form | place << 15 | (first + 1) << 10 | STACK << 5 | first);
     }
 
-    /// Encodes an instruction with registers in the fields d, n and m. `one` is the opcode for a
-    /// single number, `two` the opcode for two numbers.
+    /// Encodes an instruction with registers in the instruction fields d, n and m. `one` is the
+    /// opcode for a single number, `two` the opcode for two numbers.
     fn of(&mut self, [one, two]: [u32; 2], d: u8, n: u8, m: u8) {
         let form = if self.is_scalar { one } else { two };
         self.emit(form | u32::from(m) << 16 | u32::from(n) << 5 | u32::from(d));
     }
 
-    /// Encodes a load or a store of one number or of a whole register.
+    /// Encodes a load or a store of one number if `one` is true, otherwise of a whole register.
     fn memory(&mut self, access: Access, one: bool, which: u8, base: Base, offset: i32) {
         let unit = if one { 8 } else { 16 };
         let (mut rest, mut base) = (offset.unsigned_abs(), register(base));
@@ -209,7 +213,7 @@ mod tests {
         words.iter().map(|word| u32::from_le_bytes(*word)).collect()
     }
 
-    /// Words are those of an assembler (GNU as).
+    /// Checks that the instruction words are those of another assembler (GNU as).
     #[test]
     fn instructions_are_those_of_the_manual() {
         let r = Place::Register;
@@ -260,8 +264,8 @@ mod tests {
         );
     }
 
-    /// The code saves and restores the callee-saved registers: `stp d8, d9, [sp, #-64]!` and so on
-    /// at the start, `ldp` and `ret` at the end.
+    /// Checks that the code saves and restores the callee-saved registers: `stp d8, d9, [sp,
+    /// #-64]!` and further `stp` at the start, `ldp` and `ret` at the end.
     #[test]
     fn callee_saved_registers_are_restored() {
         let target = Target { width: Width::One, set: Set::Neon };

@@ -1,12 +1,12 @@
 //! Machine instructions of x86-64 for straight-line code.
 //!
-//! Source: Intel 64 and IA-32 Architectures Software Developer's Manual, volume 2, sections 2.3 (VEX) and
-//! 2.7 (EVEX).
+//! Source: Intel 64 and IA-32 Architectures Software Developer's Manual, volume 2, sections 2.3
+//! (VEX) and 2.7 (EVEX).
 
 use super::{Base, Emit, Operation, Order, Place, Set, Target, Width};
 use crate::code::Fused;
 
-/// Opcodes of three-operand instructions in map 0F.
+/// Returns the opcode of an arithmetic instruction in opcode map 0F.
 const fn opcode(operation: Operation) -> u8 {
     match operation {
         Operation::Add => 0x58,
@@ -27,18 +27,23 @@ const BLEND_BY_MASK: u8 = 0x65;
 /// Predicate of the comparison "greater than", which is false for NaN and raises no exception.
 const GREATER: u8 = 0x1E;
 
-/// Codes of the mandatory prefixes and of the opcode maps.
+/// Code of the mandatory prefix 66 in VEX and EVEX prefixes.
 const P66: u8 = 1;
+/// Code of the mandatory prefix F2 in VEX and EVEX prefixes.
 const PF2: u8 = 3;
+/// Code of the opcode map 0F in VEX and EVEX prefixes.
 const MAP_0F: u8 = 1;
+/// Code of the opcode map 0F38 in VEX and EVEX prefixes.
 const MAP_0F38: u8 = 2;
+/// Code of the opcode map 0F3A in VEX and EVEX prefixes.
 const MAP_0F3A: u8 = 3;
 
 /// Encoder of x86-64 instructions.
 pub(crate) struct Assembler {
     bytes: Vec<u8>,
     target: Target,
-    /// `true` for AVX-512 (F, DQ, VL): more registers, masks, short addresses for all widths.
+    /// `true` for AVX-512 (F, DQ, VL), with 32 registers, mask registers, and compressed address
+    /// offsets for all register widths.
     extended: bool,
 }
 
@@ -51,14 +56,14 @@ struct Instruction {
     immediate: Option<u8>,
     /// `true` if the mask register k1 selects lanes.
     masked: bool,
-    /// Bit W, which some double-precision instructions need.
+    /// Value of bit W in the prefix, which some double-precision instructions need.
     wide: bool,
-    /// `true` if the instruction always works on a whole register.
+    /// `true` if the instruction works on a whole register even in code for one number.
     whole: bool,
 }
 
-/// Registers rdi, rsi, rdx and rcx: the first four arguments of a function in the System V calling
-/// convention.
+/// Number of the register (rdi, rsi, rdx or rcx) that contains a base address. These registers
+/// contain the first four arguments of a function in the System V calling convention.
 const fn register(base: Base) -> u8 {
     match base {
         Base::Slots => 7,
@@ -77,7 +82,8 @@ impl Assembler {
         self.target.width == Width::One
     }
 
-    /// Arithmetic instruction in opcode map 0F, for one number or for a whole register.
+    /// Returns the instruction with the given opcode in opcode map 0F, for one number or for a
+    /// whole register.
     fn of_map(&self, opcode: u8) -> Instruction {
         let prefix = if self.is_scalar() { PF2 } else { P66 };
         Instruction {
@@ -91,8 +97,8 @@ impl Assembler {
         }
     }
 
-    /// Encodes an instruction. `reg` is the operand in the field of that name, `second` the operand
-    /// in the prefix, and `rm` the last operand.
+    /// Encodes an instruction. `reg` and `rm` are the operands in the ModRM fields of these names,
+    /// and `second` is the operand in the prefix.
     fn emit(&mut self, what: Instruction, reg: u8, second: u8, rm: Place) {
         let high = |register: u8| register >= 16;
         let needs = match rm {
@@ -132,7 +138,8 @@ impl Assembler {
         self.bytes.extend(what.immediate);
     }
 
-    /// Encodes an instruction with the longer prefix of AVX-512.
+    /// Encodes an instruction with the longer prefix of AVX-512 (EVEX); operands as for
+    /// [`Self::emit`].
     fn emit_extended(&mut self, what: Instruction, reg: u8, second: u8, rm: Place) {
         let (low, high) = match rm {
             Place::Register(r) => (r, r >> 4),
@@ -293,8 +300,8 @@ fn inverted(bit: u8, place: u8) -> u8 {
 mod tests {
     use super::*;
 
-    /// Bytes are those of an assembler (GNU as; short addresses in another encoding of the same
-    /// instruction).
+    /// Checks that the bytes are those of another assembler (GNU as), or, for some short addresses,
+    /// another valid encoding of the same instruction.
     #[test]
     fn instructions_are_those_of_the_manual() {
         let bytes = |width, extended, f: &dyn Fn(&mut Assembler)| {

@@ -1,4 +1,4 @@
-//! Recording of the derivatives of actuator forces, for source code.
+//! Recording of the derivatives of actuator forces for generated source code.
 
 use super::record::{loads_of, rows, there_and_back};
 use super::{Feedforward, Routine};
@@ -19,19 +19,21 @@ use stiction_core::kinematics::Target;
 #[derive(Clone, Debug)]
 pub(crate) struct Derivatives {
     /// Two routines: the preparation at a state, and the slopes of the actuator forces along a
-    /// direction. The result of the first is the guard; the results of the second are one slope for
-    /// each actuator.
+    /// direction. The first routine returns a guard, which is positive while the assumptions made
+    /// at recording hold; the second returns one slope for each actuator.
     pub(crate) routines: [Routine; 2],
-    /// Joints with friction interfaces, whose wrenches are inputs.
+    /// Indices of the joints with friction interfaces. The wrenches of these joints are inputs.
     pub(crate) joints: Vec<usize>,
-    /// Slots of the inputs: tree coordinates, tunable parameters, value, rate and acceleration of each prescribed
-    /// coordinate; wrenches of the joints with friction interfaces; components of the direction, all values first,
-    /// then all rates, then all accelerations.
+    /// Slots of the inputs, in this order: tree coordinates; tunable parameters; value, rate and
+    /// acceleration of each prescribed coordinate; wrenches of the joints with friction interfaces;
+    /// components of the direction, first for all values, then for all rates, then for all
+    /// accelerations.
     pub(crate) inputs: Vec<u32>,
 }
 
 impl Feedforward {
-    /// Adds derivatives to the source code; `solver` and `signal` are those of [`Self::record`].
+    /// Adds derivatives to the program, for generated source code. `solver` and `signal` must be
+    /// those that were passed to [`Self::record`].
     ///
     /// # Errors
     /// See [`RecordError`].

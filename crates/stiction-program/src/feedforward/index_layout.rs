@@ -1,13 +1,13 @@
-//! Data of the singularity index of the actuation in source code.
+//! Data with which generated source code computes the singularity index of type 2 (actuation).
 //!
 //! The index is the smallest singular value of the dimensionless balance A of all bodies, see
 //! [`Distances::actuation`](stiction_core::statics::Distances). With the bodies in a spanning tree,
 //! `A x = y` and its transpose are solved by recursion along the tree and by a dense system whose
 //! size is the number of free motions of the tree's joints. In a joint of the tree, the unit
 //! wrenches of the constraints, about the joint's origin, are orthonormal and span all directions
-//! except those of the free motions; the wrench of the joint itself therefore replaces its
-//! unknowns. All other unknowns (those of joints that close loops, and of gearings) are columns of
-//! the dense system.
+//! except those of the free motions; the wrench of the joint therefore replaces the unknowns of the
+//! joint. All other unknowns (those of joints that close loops, and of gearings) are columns of the
+//! dense system.
 //!
 //! Equation (P8) of the book's theory.
 
@@ -25,27 +25,30 @@ pub(crate) const INDEX_PASSES: usize = 40;
 /// Spanning tree, free motions of its joints, and columns of the dense system.
 #[derive(Clone, Debug)]
 pub(crate) struct IndexLayout {
-    /// For each body in the order of the tree, the index of its parent. Index 0 is the ground;
-    /// parents come first.
+    /// For the ground and each body, in the order of the tree, the tree index of its parent. Index
+    /// 0 is the ground; parents precede their children.
     pub(crate) parents: Vec<usize>,
     /// For each free motion of a joint of the tree, the tree index of the joint's outer body.
     pub(crate) motions: Vec<usize>,
     /// Unit wrenches that make up the columns of the dense system.
     pub(crate) terms: Vec<Term>,
-    /// For each free motion and term: +1 or -1 if the motion moves only the first or only the second body of the term.
+    /// For each free motion and term: +1 or -1 if the motion moves only the first or only the
+    /// second body of the term, otherwise 0.
     pub(crate) signs: Vec<Vec<i8>>,
-    /// Number of columns. The last ones resist local passive degrees of freedom.
+    /// Number of columns of the dense system. The last `spins` columns resist local passive degrees
+    /// of freedom.
     pub(crate) columns: usize,
     /// Number of local passive degrees of freedom.
     pub(crate) spins: usize,
-    /// For each body of the tree except the ground, the index of the body and of the joint that
-    /// connects the body to its parent.
+    /// For each body of the tree except the ground, the index of the body in the mechanism, and the
+    /// index of the joint that connects the body to its parent.
     outer: Vec<(usize, usize)>,
     free: Vec<Free>,
     wrenches: Vec<Source>,
 }
 
-/// Unit wrench of a column on a body, and its opposite on another body.
+/// Unit wrench that belongs to a column of the dense system. It acts on one body, and its opposite
+/// acts on another body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Term {
     pub(crate) column: usize,
@@ -56,33 +59,36 @@ pub(crate) struct Term {
 /// Free motion of a joint of the tree.
 #[derive(Clone, Copy, Debug)]
 enum Free {
-    /// Degree of freedom of a joint.
+    /// Degree of freedom of the joint with this index.
     Dof(usize, Dof),
-    /// Rotation about a world axis through the origin of a spherical joint.
+    /// Rotation about a world axis (second index) through the origin of a spherical joint (first
+    /// index).
     Rotation(usize, usize),
-    /// One of the six unit motions at the reference point.
+    /// One of the six unit motions about the reference point: translations 0 to 2, rotations 3 to
+    /// 5.
     Any(usize),
 }
 
 /// Source of the unit wrench of a term.
 #[derive(Clone, Copy, Debug)]
 enum Source {
-    /// Constraint of a joint.
+    /// Constraint of the joint with this index.
     Constraint(usize, Constraint),
-    /// Force along a world axis through the origin of a joint that resists all forces.
+    /// Force along a world axis (second index) through the origin of a joint (first index) that
+    /// resists all forces.
     Force(usize, usize),
-    /// Moment about a world axis in a joint that resists all rotations.
+    /// Moment about the world axis with this index, in a joint that resists all rotations.
     Moment(usize),
-    /// Effort of an actuator.
+    /// Effort of an actuator, by the index of its joint and its degree of freedom.
     Effort(usize, Dof),
     /// Part of the effort of a gearing that acts on one joint.
     Gearing { gearing: usize, part: usize, joint: usize, dof: Dof, is_length: bool },
-    /// Moment about an axis of a body.
+    /// Moment about an axis that is fixed in a body, against a local passive degree of freedom.
     Spin { body: usize, axis: Vec3<f64> },
 }
 
-/// Returns true if the unit wrenches of constraints and actuators about the origin of every joint of this type are
-/// orthonormal.
+/// Returns true if, for joints of this type, the unit wrenches of constraints and actuators about
+/// the origin of the joint are orthonormal.
 fn is_orthonormal(joint_type: JointType) -> bool {
     !matches!(joint_type, JointType::Helical | JointType::Planar | JointType::Free)
 }
@@ -98,8 +104,8 @@ fn unknowns(index: usize, joint: &Joint) -> Vec<Source> {
             Constraint::Thread | Constraint::Normal => others.push(source),
         }
     }
-    // Three orthonormal forces, or moments, span all directions, so those along world axes can
-    // replace them; these need fewer operations.
+    // Three orthonormal forces (or moments) span all directions, so forces (or moments) along the
+    // world axes can replace them, and need fewer operations.
     if forces.len() == 3 {
         forces = (0..3).map(|axis| Source::Force(index, axis)).collect();
     }
@@ -112,8 +118,9 @@ fn unknowns(index: usize, joint: &Joint) -> Vec<Source> {
 }
 
 impl IndexLayout {
-    /// Chooses the spanning tree. `spins` are the local passive degrees of freedom, each a body
-    /// with an axis in its frame.
+    /// Chooses the spanning tree, and lists its free motions and the columns of the dense system.
+    /// `spins` are the local passive degrees of freedom, each given by the index of a body and an
+    /// axis in the frame of this body.
     pub(crate) fn new(mechanism: &Mechanism, spins: &[(usize, Vec3<f64>)]) -> Self {
         let joints = mechanism.joints();
         let mut place_of = vec![None; mechanism.bodies().len()];

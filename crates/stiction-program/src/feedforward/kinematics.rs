@@ -1,4 +1,4 @@
-//! Recording of the poses and twists of all bodies.
+//! Recording of the poses and twists of all bodies for generated source code.
 
 use super::Routine;
 use crate::code::{Slots, compile};
@@ -18,10 +18,11 @@ use stiction_core::scalar::Scalar;
 pub(super) struct KinematicStages {
     graph: Graph,
     inputs: usize,
-    /// For each body, the position of its origin and the rows of its rotation matrix; then the
-    /// guard.
+    /// For each body, the position of its origin and the rows of its rotation matrix; at the end a
+    /// guard, which is positive while the assumptions made at recording hold.
     poses: Vec<Node>,
-    /// For each body, the velocity of its origin and its angular velocity; then the guard.
+    /// For each body, the velocity of its origin and its angular velocity; at the end a guard,
+    /// which is positive while the assumptions made at recording hold.
     twists: Vec<Node>,
 }
 

@@ -1,14 +1,13 @@
-//! Program of inverse dynamics for a control loop: computes actuator forces from prescribed
-//! coordinates, and also solves the loop closure.
+//! Program of inverse dynamics for a control loop, which computes actuator forces from prescribed
+//! coordinates. In contrast to [`InverseProgram`](crate::InverseProgram), it also closes the loops.
 //!
-//! The program has five routines. The first computes the errors of the loop closures, and the
-//! second corrects the position; both are repeated. The other three routines are those of
-//! [`InverseProgram`](crate::InverseProgram): everything that does not depend on friction,
-//! including the rates and accelerations of the loops; a Newton step for the friction forces, which
-//! is repeated; and the forces.
+//! The program has five routines. The first computes the closure errors of the loops, and the
+//! second corrects the position; both are repeated until the loops are closed. The other three
+//! routines are those of [`InverseProgram`](crate::InverseProgram). The third computes everything
+//! that does not depend on friction, including the rates and accelerations of the loops. The fourth
+//! is a Newton step for the friction forces, which is repeated, and the fifth computes the forces.
 //!
-//! The routines serve two purposes: [`crate::emit`] writes them as source code, and
-//! [`Feedforward::run`] executes them.
+//! [`crate::emit`] writes these routines as source code, and [`Feedforward::run`] executes them.
 
 mod derivatives;
 mod index_layout;
@@ -25,7 +24,8 @@ use crate::code::Part;
 use crate::compiled::Compiled;
 use crate::tunable::Tunable;
 
-/// Recorded routines of one mechanism, from prescribed coordinates to actuator forces.
+/// Recorded program of inverse dynamics for one mechanism: closes the loops at prescribed
+/// coordinates, and computes the actuator forces. It can be executed or written as source code.
 #[derive(Debug)]
 pub struct Feedforward {
     sizes: FeedforwardSizes,
@@ -34,7 +34,7 @@ pub struct Feedforward {
     /// Tree coordinates and prescribed values at the home position.
     home: (Vec<f64>, Vec<f64>),
     tunables: Vec<(Tunable, Vec<f64>)>,
-    /// Slots of the unknowns of the coupling.
+    /// Slots of the unknowns of the coupled friction forces and reactions.
     pub(crate) unknown_slots: Vec<u32>,
     /// Data of the singularity index.
     pub(crate) index: IndexLayout,
@@ -44,10 +44,11 @@ pub struct Feedforward {
     /// the joint force. The first routine also returns the wrenches without friction.
     pub(crate) wrenches: [Routine; 3],
     /// Routines of the poses and of the twists of all bodies except the ground, for source code;
-    /// each has slots of its own. Inputs: tree coordinates, value and rate of each prescribed
-    /// coordinate. The last result is the guard.
+    /// each has slots of its own. Inputs are the tree coordinates, and the value and rate of each
+    /// prescribed coordinate. The last result is a guard, which is positive while the assumptions
+    /// made at recording hold.
     pub(crate) kinematics: [Routine; 2],
-    /// Derivatives, if requested.
+    /// Routines of the derivatives of actuator forces, if requested.
     pub(crate) derivatives: Option<Derivatives>,
     /// Routines for execution on this processor.
     native: Routines,
@@ -82,12 +83,13 @@ pub(crate) struct Routine {
     pub(crate) results: Vec<u32>,
 }
 
-/// Position routines and force routines. The first slots of each group hold the inputs.
+/// Position routines and force routines. The first slots of each group contain the inputs. Guards
+/// among the results are positive while the assumptions made at recording hold.
 #[derive(Clone, Debug)]
 pub(crate) struct Routines {
-    /// Two routines: errors of the loop closures, and a correction. Both have the tree coordinates
-    /// and the prescribed values as inputs. The first returns the sum of the squares of all errors,
-    /// and the guard; the second returns the corrected coordinates.
+    /// Two routines: closure errors of the loops, and a correction of the position. Both have the
+    /// tree coordinates and the prescribed values as inputs. The first returns the sum of the
+    /// squares of all errors, and a guard; the second returns the corrected coordinates.
     pub(crate) position: [Routine; 2],
     pub(crate) position_slots: usize,
     /// Three routines: preparation, Newton step, and forces. Their inputs are the tree coordinates,
@@ -96,7 +98,7 @@ pub(crate) struct Routines {
     /// actuator forces, their guard, the determinant of the rate equations relative to that at the
     /// home position, and for source code the positions for the singularity index. The Newton step
     /// returns the next unknowns and three numbers that control convergence. The last routine
-    /// returns actuator forces, the force of each joint, and the guard.
+    /// returns actuator forces, the force of each joint, and a guard.
     pub(crate) forces: [Routine; 3],
     pub(crate) force_slots: usize,
 }
@@ -118,12 +120,13 @@ impl Feedforward {
         &self.tunables
     }
 
-    /// Prescribed values, m or rad, at the home position, where the loops are closed first.
+    /// Prescribed values, m or rad, at the home position: the first position of the recorded
+    /// signal, at which the loops of new memory are closed.
     pub fn home(&self) -> &[f64] {
         &self.home.1
     }
 
-    /// True if the code contains derivatives, see [`Self::with_derivatives`].
+    /// Returns true if the program contains derivatives, see [`Self::with_derivatives`].
     pub fn has_derivatives(&self) -> bool {
         self.derivatives.is_some()
     }
@@ -138,8 +141,8 @@ impl Feedforward {
         &self.home.0
     }
 
-    /// Numbers of arithmetic operations: of the loop errors, of a position correction, of the
-    /// preparation, of a Newton step for the friction forces, and of the forces.
+    /// Numbers of arithmetic operations of the five routines: closure errors of the loops, position
+    /// correction, preparation, Newton step for the friction forces, and forces.
     pub fn operations(&self) -> [usize; 5] {
         self.operations_with(false)
     }
@@ -152,7 +155,8 @@ impl Feedforward {
         [a, b, c, d, e].map(Routine::operations)
     }
 
-    /// Fingerprint of the recorded functions and their numbers. Equal models have equal fingerprints.
+    /// Fingerprint of the program: a hash of its routines, home position and tunable parameters.
+    /// Equal models have equal fingerprints.
     pub fn fingerprint(&self) -> u64 {
         // FNV-1a (Fowler, Noll, Vo), 64 bits.
         let text = format!("{:?} {:?} {:?}", self.source, self.home, self.tunables);

@@ -43,7 +43,7 @@ const PARENT: [usize; BODIES + 1] = [@PARENT@];
 /// For each free motion of a joint, the index of the body that this joint connects to its parent
 /// body.
 const MOVES: [usize; room(MOTIONS)] = [@MOVES@];
-/// For each term, the index of the column to which it belongs.
+/// For each term, the index of the column to which the term belongs.
 const COLUMN_OF: [usize; room(TERMS)] = [@COLUMN_OF@];
 /// For each term, the indices of the two bodies on which its wrench acts in opposite directions.
 const ON: [[usize; 2]; room(TERMS)] = [@ON@];
@@ -56,7 +56,7 @@ const SIGN: [[Real; room(MOTIONS)]; room(TERMS)] = [
 type Pair = [Real; WIDTH * (BODIES + 1)];
 /// Unknowns of the columns of the dense system for two interleaved vectors.
 type Amounts = [Real; 2 * room(COLUMNS)];
-/// The two interleaved unit vectors of the inverse iteration, without components for the ground.
+/// The two interleaved vectors of the inverse iteration, without components for the ground.
 type Weakest = [Real; WIDTH * BODIES];
 
 /// Matrix A of the dimensionless force balance of all bodies at one position, prepared for the
@@ -68,9 +68,9 @@ struct Balance<'a> {
     centre: &'a [Real],
     /// Origins of the joints of the tree, three components each.
     origin: &'a [Real],
-    /// Free motions of these joints, six components each.
+    /// Free motions of the joints of the tree, six components each.
     motion: &'a [Real],
-    /// Terms, six components each.
+    /// Unit wrenches of the terms, six components each.
     term: &'a [Real],
     /// Inverse of the dense system, in the first `MOTIONS` rows.
     inverse: [[Real; room(MOTIONS)]; room(COLUMNS)],
