@@ -2,13 +2,12 @@
 //! friction.
 //!
 //! Accelerations and reactions are affine in the friction forces, and each friction force is affine
-//! Accelerations and reactions are affine in the friction forces, and each friction force is affine
 //! in the normal load of its interface. The program therefore has these stages: preparation without
 //! friction; a Newton step for the normal loads; a chord step, which reuses the matrix of the last
-//! Newton step and costs a third of it; and the results that follow from the normal loads. For the
-//! initial guess, friction is computed from the frictionless normal loads. After one Newton step,
-//! each chord step usually adds several correct digits; if not, another Newton step follows.
-//! digits; otherwise another Newton step follows.
+//! Newton step and costs a third of a Newton step; and the results that follow from the normal
+//! loads. A separate stage computes motion and reactions without friction. For the initial guess,
+//! friction is computed from the frictionless normal loads. After one Newton step, each chord step
+//! usually adds several correct digits; if not, another Newton step follows.
 
 use crate::code::{Slots, compile};
 use crate::compiled::Compiled;
@@ -29,14 +28,14 @@ use stiction_core::kinematics::{State, Target};
 const STEPS: usize = 24;
 /// Number of initial Newton steps.
 const NEWTON_STEPS: usize = 1;
-/// If the error after a chord step exceeds this fraction of the error before it, a Newton step
-/// renews the matrix.
+/// If the error after a chord step exceeds this fraction of the error before the step, a Newton
+/// step with a new matrix follows.
 const SLOW: f64 = 0.03;
 /// If a Newton step changes the normal loads by more than this fraction, another Newton step
 /// follows.
 const FAR: f64 = 0.05;
 /// If a Newton step changes the normal loads by at most this fraction, the remaining error is of
-/// the order of its square and counts as rounding.
+/// the order of the square of this change, and counts as rounding.
 const SETTLED: f64 = 1e-8;
 /// Rounding error of the normal loads, relative to the largest normal load.
 const ROUNDING: f64 = 1e-15;
@@ -44,11 +43,15 @@ const ROUNDING: f64 = 1e-15;
 /// rounding only.
 const STILL: f64 = 1e-14;
 
-/// Indices of the stages, in the order of compilation.
+/// Index of the stage that computes motion and reactions without friction.
 const IDEAL: usize = 0;
+/// Index of the stage that prepares the computation with friction.
 const FIRST: usize = 1;
+/// Index of the stage that computes a Newton step for the normal loads.
 const NEWTON: usize = 2;
+/// Index of the stage that computes a chord step for the normal loads.
 const CHORD: usize = 3;
+/// Index of the stage that computes motion and reactions with friction from the normal loads.
 const LAST: usize = 4;
 
 /// Compiled program of forward dynamics for one mechanism. Computes accelerations and all reactions
@@ -93,15 +96,18 @@ pub struct ForwardProgram {
 /// Slots of the program's results.
 #[derive(Clone, Debug)]
 struct Places {
-    /// Magnitude of the terms from which a result may vanish by cancellation: that of the operands
-    /// of a sum, or one for sine and cosine; zero for other results, which do not vanish by
-    /// rounding.
+    /// Slots of the initial guess of the normal loads of all coupled interfaces.
     start: Vec<u32>,
+    /// Slots of the normal loads after a Newton step.
     newton: Vec<u32>,
+    /// Slots of the normal loads after a chord step.
     chord: Vec<u32>,
+    /// Slot of the determinant of the matrix of a Newton step.
     determinant: u32,
-    /// Slots of the guards, which are positive if the assumptions of the recording are true.
+    /// Slot of the guard of the results without friction. Guards are positive while the assumptions
+    /// made at recording hold.
     ideal_guard: u32,
+    /// Slot of the guard of the results with friction.
     guard: u32,
     ideal: Motion,
     real: Motion,
@@ -110,7 +116,8 @@ struct Places {
     frictions: Vec<u32>,
 }
 
-/// Slots of the accelerations of the coordinates and of the tree, and of the reactions.
+/// Slots of the accelerations of the prescribed coordinates, the accelerations of the tree's
+/// degrees of freedom, and the reactions of the joints.
 #[derive(Clone, Debug)]
 struct Motion {
     coordinates: Vec<u32>,
@@ -136,9 +143,10 @@ impl ForwardProgram {
     ///
     /// The program computes the accelerations of the coordinates that `solver` prescribes, and all
     /// other accelerations from these; the number of coordinates must be that of the actuators.
-    /// `signal` contains their values within the intended range of motion, each close enough to the
-    /// previous one for the solver to follow from its present position. `loads` defines the loaded
-    /// bodies, points and axes; the wrenches themselves are inputs.
+    /// `signal` contains positions of these coordinates within the intended range of motion, each
+    /// close enough to the previous one for the solver to follow. The solver starts from its
+    /// present position. `loads` defines the loaded bodies, points and axes; the wrenches
+    /// themselves are inputs.
     ///
     /// # Errors
     /// See [`RecordError`]: the errors of [`crate::InverseProgram::record`]; reactions are not
@@ -155,7 +163,7 @@ impl ForwardProgram {
     }
 
     /// Records and compiles a program as [`Self::record`] does. If `machine` is false, the program
-    /// is interpreted, which is slow and serves for comparison.
+    /// is interpreted, which is slow and intended for tests of the machine code.
     #[doc(hidden)]
     pub fn record_with(
         solver: &InverseDynamics,
@@ -228,8 +236,8 @@ impl ForwardProgram {
         first.extend(early(ops, &later, |input| input >= given));
         stages[FIRST] = compile(ops, &first, &mut slots, fuse);
         let mut newton = Vec::new();
-        // If no friction changes a normal load, this stage never runs, and no other may depend on
-        // it.
+        // If no friction changes a normal load, this stage never runs, and no other stage may
+        // depend on it.
         if counts.coupled > 0 {
             newton.clone_from(&recorded.newton);
             newton.extend(early(ops, &recorded.chord, |input| input >= given + counts.coupled));
@@ -288,11 +296,11 @@ impl ForwardProgram {
         self.code.memory(lanes)
     }
 
-    /// Sets position and rates, loads, and all actuator efforts (N or N m) of one lane; efforts are
+    /// Sets position and rates, loads, and all actuator efforts (N or N m) of one lane. Efforts are
     /// in the order of [`stiction_core::mechanism::Mechanism::actuators`]. The state must close the
     /// loops. `targets` are the values and rates, in this state, of the coordinates that the
-    /// recording solver prescribes. Accelerations in `state` and `targets` are ignored. Results of
-    /// the last run remain.
+    /// recording solver prescribes. Accelerations in `state` and `targets` are ignored. The results
+    /// of the last run are not changed.
     ///
     /// # Panics
     /// If the lane does not exist, if the number of targets or efforts differs from that of the
@@ -383,7 +391,7 @@ impl ForwardProgram {
         }
     }
 
-    /// Copies normal loads from the slots `from` to the inputs of the next step.
+    /// Copies normal loads from the slots `from` to the inputs of the next Newton or chord step.
     fn take(&self, slots: &mut [f64], lanes: usize, from: &[u32]) {
         let given = self.counts.inputs() + self.counts.drives;
         for (k, from) in from.iter().enumerate() {
@@ -394,10 +402,11 @@ impl ForwardProgram {
     }
 
     /// Checks for each lane whether the normal loads have converged to rounding. Returns `true` if
-    /// the chord steps converge slowly. The change in a step approximates the error before the
-    /// step. A Newton step squares the error. A chord step reduces the error by a constant factor,
-    /// which follows from the last two steps if both were chord steps. One small change is not
-    /// sufficient, because slowly converging loads may change little at first.
+    /// the next step must be a Newton step, because a chord step converged slowly or the last
+    /// Newton step changed the normal loads too much. The change in a step approximates the error
+    /// before the step. A Newton step squares the error. A chord step reduces the error by a
+    /// constant factor, which follows from the last two steps if both were chord steps. One small
+    /// change is not sufficient, because slowly converging loads may change little at first.
     fn compare(
         &self,
         slots: &[f64],
@@ -440,7 +449,7 @@ impl ForwardProgram {
         memory.read(self.places.ideal.coordinates[coordinate], lane)
     }
 
-    /// Acceleration without friction of a degree of freedom of the tree, as in
+    /// Acceleration without friction of a degree of freedom of the tree, with index and unit as in
     /// [`State::accelerations`].
     pub fn ideal_tree_acceleration(&self, memory: &Memory, lane: usize, dof: usize) -> f64 {
         memory.read(self.places.ideal.tree[dof], lane)
@@ -457,14 +466,14 @@ impl ForwardProgram {
         memory.read(self.places.real.coordinates[coordinate], lane)
     }
 
-    /// Acceleration with friction of a degree of freedom of the tree, as in
+    /// Acceleration with friction of a degree of freedom of the tree, with index and unit as in
     /// [`State::accelerations`].
     pub fn tree_acceleration(&self, memory: &Memory, lane: usize, dof: usize) -> f64 {
         memory.read(self.places.real.tree[dof], lane)
     }
 
-    /// Total joint wrench, predecessor on successor: force, then moment about the joint's origin,
-    /// world axes.
+    /// Total wrench that the predecessor of a joint exerts on the successor: force, N, then moment
+    /// about the joint's origin, N m, world axes.
     pub fn reaction(&self, memory: &Memory, lane: usize, joint: usize) -> [f64; 6] {
         memory.wrench(&self.places.real.reactions, lane, joint)
     }

@@ -6,10 +6,10 @@
 //! are `w + W a + R f`. For given actuator forces `t`, wrenches are `w + W b + (R - V C) f` with
 //! `M b = t - h` and `V = W / M`, and so depend only on the friction forces, in an affine way.
 //!
-//! Expressions in `b` and in the inverse of `M` are recorded with `b` and the inverse as inputs,
-//! which their solutions then replace. The coupling is solved in the merged graph. Therefore the
-//! bounds of rounding errors, with which value numbering distinguishes nodes, do not grow through
-//! solutions of linear systems.
+//! Expressions in `b` and in the inverse of `M` are first recorded with `b` and the inverse as
+//! inputs. The solutions of the linear systems then replace these inputs. The coupling is solved in
+//! the merged graph. Therefore the bounds of rounding errors, with which value numbering
+//! distinguishes nodes, do not grow through solutions of linear systems.
 //!
 //! Equations (P4) and (P5) of the book's theory.
 
@@ -30,7 +30,8 @@ use stiction_core::random::Random;
 use stiction_core::scalar::Scalar;
 use stiction_core::spatial::{Mat3, Pose, Vec3, Wrench};
 
-/// Results of all stages of a forward-dynamics program, as nodes of one graph.
+/// Results of all stages of a forward-dynamics program, as nodes of one graph. Inputs of the graph
+/// include two sets of estimated normal loads of the coupled interfaces.
 pub(crate) struct ForwardStages {
     pub(crate) graph: Graph,
     /// Accelerations and reactions without friction.
@@ -38,17 +39,17 @@ pub(crate) struct ForwardStages {
     /// Normal loads of the coupled interfaces under the friction that the frictionless normal loads
     /// cause.
     pub(crate) begin: Vec<Node>,
-    /// Normal loads of the coupled interfaces after a Newton step from the first set of input
-    /// loads, then the determinant of the matrix of this step.
+    /// Normal loads of the coupled interfaces after a Newton step from the first set of estimated
+    /// normal loads, then the determinant of the matrix of this step.
     pub(crate) newton: Vec<Node>,
-    /// Normal loads after a chord step from the second set of input loads, with the matrix of the
-    /// Newton step from the first set.
+    /// Normal loads of the coupled interfaces after a chord step from the second set of estimated
+    /// normal loads, with the matrix of the Newton step from the first set.
     pub(crate) chord: Vec<Node>,
-    /// Accelerations, reactions, normal loads, sliding velocities and friction forces at the second
-    /// set of input loads.
+    /// Accelerations, reactions, normal loads, sliding velocities and friction forces for the
+    /// second set of estimated normal loads.
     pub(crate) rest: Vec<Node>,
-    /// Guards without and with friction; each is positive if the assumptions of the recording are
-    /// true.
+    /// Guards of the results without friction, and of those with friction. A guard is positive
+    /// while the assumptions made at recording hold.
     pub(crate) guards: [Node; 2],
     /// Derivative of each interface's normal load (row) with respect to the friction force of each
     /// coupled interface (column), row by row.
@@ -69,8 +70,8 @@ struct KernelResponses {
 }
 
 impl RecordingSource<'_> {
-    /// Order of pivots for the matrix of actuator forces per unit acceleration; `None` if the
-    /// actuator forces do not determine the accelerations.
+    /// Chooses the order of pivots for the matrix of actuator forces per unit acceleration. Returns
+    /// `None` if the actuator forces do not determine the accelerations.
     pub(crate) fn mass_pivots(&self, samples: &[Vec<f64>]) -> Option<Vec<(usize, usize)>> {
         let counts = self.counts(0);
         let sample = samples.first()?;
@@ -87,7 +88,7 @@ impl RecordingSource<'_> {
     }
 
     /// Records and merges all stages; `coupled` lists the interfaces whose friction changes a
-    /// normal load. Samples are rows of [`Counts::inputs`].
+    /// normal load. Each sample contains [`Counts::inputs`] values.
     pub(crate) fn record_forward(
         &self,
         coupled: &[usize],
@@ -167,8 +168,8 @@ impl RecordingSource<'_> {
         let like = self.solver.state();
         let mut next = || inputs.next().unwrap_or_else(Recorded::zero);
         let coordinates: Vec<Recorded> = (0..counts.coordinates).map(|_| next()).collect();
-        // The kernel computes the rates again; value numbering merges them with these inputs, which
-        // come first. Accelerations are not inputs.
+        // The kernel computes the rates again. Value numbering merges them with these inputs, which
+        // precede them in the graph. No result may depend on the accelerations.
         (0..2 * counts.dofs).for_each(|_| {
             next();
         });

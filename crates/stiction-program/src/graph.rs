@@ -87,7 +87,8 @@ impl Op {
     }
 }
 
-/// Nodes in topological order, in which operands precede the operations that read them.
+/// Expression graph: operations in topological order, in which operands precede the operations that
+/// read them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Graph {
     ops: Vec<Op>,
@@ -100,7 +101,7 @@ impl Graph {
     }
 
     /// Replaces each [`Op::Held`] node by its operand. Returns the new graph and the new node of
-    /// each old one.
+    /// each old node.
     pub(crate) fn released(&self) -> (Self, Vec<Node>) {
         let mut new = Self::default();
         let mut new_of = Vec::with_capacity(self.ops.len());
@@ -113,7 +114,8 @@ impl Graph {
         (new, new_of)
     }
 
-    /// Returns the node of an operation, simplified where constants or signs permit.
+    /// Returns the node of an operation, and adds it to the graph if necessary. The operation is
+    /// simplified where constants or signs permit.
     pub(crate) fn add(&mut self, op: Op) -> Node {
         match op {
             Op::Add(a, b) => self.sum(a, b),
@@ -241,8 +243,8 @@ impl Graph {
         }
     }
 
-    /// Returns the node of a square root. The root of a square is recorded as the magnitude of the
-    /// base, a selection by its sign.
+    /// Returns the node of a square root. The root of a square is recorded as the absolute value of
+    /// the squared expression: a selection by the sign of this expression.
     fn root(&mut self, a: Node) -> Node {
         match self.ops[a as usize] {
             Op::Constant(bits) => self.number(f64::from_bits(bits).sqrt()),
@@ -263,8 +265,8 @@ impl Graph {
         }
     }
 
-    /// Returns the node of a function call. Sine and cosine of an angle from `atan2` are computed
-    /// from the arguments of `atan2` without a call.
+    /// Returns the node of a function call. The sine and cosine of an angle that `atan2` returns
+    /// are computed from the arguments of `atan2` without a call.
     fn call(&mut self, function: Function, a: Node, b: Node) -> Node {
         let (Function::Sin | Function::Cos, Op::Call(Function::Atan2, y, x)) =
             (function, self.ops[a as usize])

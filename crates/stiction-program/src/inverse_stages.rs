@@ -2,9 +2,9 @@
 //! for the coupling of friction with the reactions.
 //!
 //! The kernel includes friction in the force balance as a linear function of the reactions, so a
-//! step solves a system that is as sparse as without friction. The unknowns of a step are the
-//! wrenches of the cut joints, which determine everything else; components without influence are
-//! omitted.
+//! Newton step solves a system that is as sparse as without friction. The unknowns of a step are
+//! the wrenches of the cut joints, which determine all other forces. Components of these wrenches
+//! that influence no result are omitted.
 //!
 //! Equation (P3) of the book's theory.
 
@@ -36,35 +36,36 @@ pub(crate) struct InverseStages {
     pub(crate) ideal: Vec<Node>,
     /// Indices of those inputs of a Newton step that influence results.
     pub(crate) from: Vec<u32>,
-    /// Initial values of the inputs in `from`: wrenches under the friction that the frictionless
-    /// normal loads cause.
+    /// Initial values of the inputs in `from`: their values under the friction that the
+    /// frictionless normal loads cause.
     pub(crate) begin: Vec<Node>,
-    /// Values of the inputs in `from` after a step.
+    /// Values of the inputs in `from` after a Newton step.
     pub(crate) next: Vec<Node>,
     /// Three numbers that control convergence: the sum of squares of the changes of the inputs in
     /// `from` during a step, with moments divided by the characteristic length; the same sum for
     /// their values; and the determinant of the step's matrix relative to that without friction.
     pub(crate) control: [Node; 3],
     /// Actuator forces, reactions, normal loads, sliding velocities and friction forces after a
-    /// step.
+    /// Newton step.
     pub(crate) rest: Vec<Node>,
-    /// Lengths that must be positive: overlaps of the supports of friction interfaces.
+    /// Overlaps of the supports of friction interfaces: lengths that must be positive.
     pub(crate) overlaps: Vec<Node>,
     /// Reciprocal pivots of the rate equations.
     pub(crate) rate_pivots: Vec<Node>,
     /// Reciprocal pivots of the balance without friction.
     pub(crate) balance_pivots: Vec<Node>,
-    /// Data of the singularity index, see
+    /// Geometric data for the singularity index, see
     /// [`IndexLayout::places`](crate::feedforward::IndexLayout::places).
     pub(crate) places: Vec<Node>,
-    /// Derivatives of all actuator forces, if requested, and the inputs of their directions.
+    /// Derivatives of all actuator forces along a direction; empty if not requested.
     pub(crate) slopes: Vec<Node>,
+    /// Indices of the inputs that contain the components of the direction.
     pub(crate) slope_inputs: Range<usize>,
-    /// Joints with friction interfaces, each with the index of the first of six inputs for its
-    /// reaction, which the derivatives need.
+    /// Indices of the joints with friction interfaces, each with the index of the first of six
+    /// inputs for the reaction of the joint. The derivatives need these reactions.
     pub(crate) reactions: Vec<(usize, usize)>,
-    /// Guards without friction, with friction and of the derivatives; each is positive if the
-    /// assumptions of the recording are true.
+    /// Guards of the results without friction, of the results with friction, and of the
+    /// derivatives. A guard is positive while the assumptions made at recording hold.
     pub(crate) guards: [Node; 3],
 }
 
@@ -128,7 +129,7 @@ impl RecordingSource<'_> {
         let (begin, next) = (of(&begin), of(&next));
         let from: Vec<u32> = matter.iter().map(|k| (first + k) as u32).collect();
         let before: Vec<Node> = from.iter().map(|input| merged.add(Op::Input(*input))).collect();
-        // Pivots that friction does not change cancel.
+        // Pivots that friction does not change cancel in the ratio of both determinants.
         let balance_pivots = plain.clone();
         let changed = plain.into_iter().zip(tilted).filter(|(plain, tilted)| plain != tilted);
         let pivot = |(plain, reciprocal): (Node, Node)| match merged.ops()[reciprocal as usize] {
@@ -150,7 +151,7 @@ impl RecordingSource<'_> {
                 change += moved * moved;
                 size += now * now;
             }
-            // The factors that are known before a step form a separate product.
+            // The factors that are known before a Newton step form a separate product.
             let mut determinant = plain.iter().copied().fold(Recorded::one(), |a, b| a * b);
             for (tilted, (_, _, is_pivot)) in tilted.iter().zip(&pivots) {
                 determinant *= if *is_pivot { *tilted } else { tilted.recip() };
@@ -179,10 +180,11 @@ impl RecordingSource<'_> {
     }
 
     /// Evaluates the stages with recorded scalars. Returns eight groups: actuator forces and
-    /// reactions without friction; initial values of the first step; their values after a step from
-    /// the inputs; reciprocal pivots without friction; those in the step; the remaining results;
-    /// reciprocal pivots of the rate equations; and data of the singularity index. Also returns the
-    /// recorded inputs.
+    /// reactions without friction; initial values of the unknowns of a Newton step; values of these
+    /// unknowns after a step from the inputs; reciprocal pivots of the force balance without
+    /// friction; reciprocal pivots in the step; the remaining results; overlaps of supports,
+    /// followed by reciprocal pivots of the rate equations; and geometric data for the singularity
+    /// index. Also returns the recorded inputs.
     fn follow(&self, layout: &InputLayout, inputs: &[Recorded]) -> ([Vec<Recorded>; 8], Followed) {
         let mechanism = self.solver.mechanism();
         // The parameters of the mechanism are constants of the program, except tunable ones.
@@ -227,7 +229,6 @@ impl RecordingSource<'_> {
         };
         // The friction that the frictionless normal loads cause is closer to the solution than zero
         // friction.
-        // friction.
         let mut rubbed = inverse.clone();
         let frictions: Vec<Recorded> =
             inverse.interfaces().iter().map(|state| state.friction()).collect();
@@ -255,8 +256,8 @@ impl RecordingSource<'_> {
     }
 }
 
-/// Indices, relative to `first`, of the inputs of a step on which `rest` depends, either directly
-/// or through their values in the next step.
+/// Returns the indices, relative to `first`, of those inputs of a Newton step on which `rest`
+/// depends, either directly or through the values `next` of the inputs in the next step.
 fn influential_inputs(ops: &[Op], first: usize, next: &[Node], rest: &[Node]) -> Vec<usize> {
     let mut matters: Vec<usize> = Vec::new();
     loop {

@@ -20,14 +20,16 @@ use stiction_core::parameters::Parameters;
 use stiction_core::random::Random;
 use stiction_core::scalar::Scalar;
 
-/// Largest accepted difference from the solver's actuator forces, relative to the largest force. It
-/// allows for rounding that ill-conditioned samples near singular positions magnify.
+/// Largest accepted difference between the actuator forces of program and solver, relative to the
+/// largest joint force. This limit allows for rounding errors, which are magnified at
+/// ill-conditioned samples near singular positions.
 const AGREES: f64 = 1e-9;
 
 /// Results of the position routines as nodes of a graph.
 struct PositionStages {
     graph: Graph,
-    /// Sum of squares of all errors, lengths in units of the characteristic length.
+    /// Sum of squares of all closure errors; lengths are divided by the characteristic length,
+    /// angles are in rad.
     square: Node,
     next: Vec<Node>,
     guard: Node,
@@ -37,10 +39,10 @@ impl Feedforward {
     /// Records the routines of a mechanism.
     ///
     /// `signal` contains prescribed values within the intended range of motion, each close enough
-    /// to the previous one for the solver to follow. The first of them is the home position, where
-    /// the loops are closed first. `tunables` become inputs; there are no other external loads.
-    /// Friction is that of the mechanism, coupled with the reactions, independently of the solver's
-    /// settings.
+    /// to the previous one for the solver to follow. The first of these positions is the home
+    /// position, from which the loops are closed in new memory. `tunables` become inputs of the
+    /// program; there are no external loads except those in `tunables`. Friction is that of the
+    /// mechanism, coupled with the reactions, independently of the solver's settings.
     ///
     /// # Errors
     /// See [`RecordError`].
@@ -120,9 +122,9 @@ impl Feedforward {
         if made.agrees_with(solver, &others) { Ok(made) } else { Err(RecordError::NotConfirmed) }
     }
 
-    /// Compares the program with its solver at states other than those of the recording; states at
-    /// which either has no forces are skipped. Returns `false` if the forces differ, or if no state
-    /// remains.
+    /// Compares the program with its solver at states other than those of the recording. States at
+    /// which the program or the solver computes no forces are skipped. Returns `false` if the
+    /// actuator forces differ at a state, or if all states are skipped.
     fn agrees_with(&self, solver: &InverseDynamics, samples: &[Sample]) -> bool {
         let mut solver = solver.clone();
         solver.settings_mut().friction = FrictionMode::Converged;
@@ -157,12 +159,13 @@ impl Feedforward {
     }
 }
 
-/// External loads that the tunable parameters contain.
+/// Returns the external loads among the tunable parameters, with zero force and moment.
 pub(super) fn loads_of(tunables: &[Tunable]) -> Vec<AppliedLoad<f64>> {
     tunables.iter().filter_map(|tunable| tunable.load()).collect()
 }
 
-/// Values of all inputs at the samples, with random values of the tunable parameters.
+/// Returns a row of values of all inputs for each sample, with random values of the tunable
+/// parameters.
 pub(super) fn rows(
     solver: &InverseDynamics,
     samples: &[Sample],
@@ -181,8 +184,9 @@ pub(super) fn rows(
     samples.iter().map(&mut row).collect()
 }
 
-/// Orders positions so that each is close to the next, and the last to the first, because samples
-/// repeat the list. Every second position comes first, then the others in reverse order.
+/// Orders positions so that each position is close to the next, and the last one to the first,
+/// because the samples pass through the list repeatedly. The result contains every second position
+/// and then all remaining positions in reverse order.
 pub(super) fn there_and_back(signal: &[Vec<Target<f64>>]) -> Vec<Vec<Target<f64>>> {
     let there = signal.iter().step_by(2);
     let mut back: Vec<_> = signal.iter().skip(1).step_by(2).collect();
@@ -197,8 +201,8 @@ fn array<T: Default, const N: usize>(items: Vec<T>) -> [T; N] {
 }
 
 impl RecordingSource<'_> {
-    /// Records the errors of the position and a Newton step that corrects it, at random
-    /// coordinates near closed loops.
+    /// Records the closure errors at a position, and the Newton step that corrects the position.
+    /// Value numbering uses random coordinates near closed loops.
     fn record_position(&self, samples: &[Sample]) -> PositionStages {
         let (solver, counts) = (self.solver, self.counts(0));
         let length = solver.mechanism().characteristic_length();
@@ -240,10 +244,10 @@ impl RecordingSource<'_> {
         PositionStages { graph: merged, square, next, guard }
     }
 
-    /// Adds the determinant of the rate equations relative to that at the home position. If the
-    /// prescribed coordinates are not the actuated ones, the result is multiplied by the
-    /// determinant of the force balance, because only the latter vanishes at positions where the
-    /// actuators do not determine the motion.
+    /// Adds the determinant of the rate equations, relative to its value at the home position. If
+    /// not all prescribed coordinates are actuated, the result is multiplied by the relative
+    /// determinant of the force balance, because only this determinant vanishes at positions where
+    /// the actuators do not determine the motion.
     fn with_determinant(
         &self,
         stages: InverseStages,
@@ -270,7 +274,7 @@ impl RecordingSource<'_> {
         (InverseStages { graph, rate_pivots, balance_pivots, ..stages }, found[0])
     }
 
-    /// Data of the singularity index.
+    /// Returns the data with which source code computes the singularity index.
     pub(crate) fn index_layout(&self) -> IndexLayout {
         let spins = self.model.constraints().spins().iter().map(|spin| (spin.body.0, spin.axis));
         IndexLayout::new(self.solver.mechanism(), &spins.collect::<Vec<_>>())
@@ -286,14 +290,15 @@ impl RecordingSource<'_> {
     }
 }
 
-/// Options of the compiled routines.
+/// Options for compiling the routines.
 #[derive(Clone, Copy, Debug)]
 struct Detail {
-    /// True if operations are fused.
+    /// True if a product and a sum are compiled to one fused multiply-add.
     fuse: bool,
     /// True if the results contain the complete wrench of each joint instead of its force.
     wrenches: bool,
-    /// True if the results contain the positions for the singularity index.
+    /// True if the results contain the geometric data for the singularity index, see
+    /// [`IndexLayout::places`].
     places: bool,
 }
 

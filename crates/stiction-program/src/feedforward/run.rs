@@ -21,7 +21,7 @@ pub struct FeedforwardMemory {
     coordinates: Vec<f64>,
     position: Memory,
     forces: Memory,
-    /// Buffer in which results are copied to inputs.
+    /// Buffer for copying results of routines to inputs.
     moved: Vec<f64>,
 }
 
@@ -36,19 +36,19 @@ pub struct Outcome {
     pub determinant: f64,
     /// Number of corrections of the position, and number of Newton steps for the friction forces.
     pub passes: [usize; 2],
-    /// Reason why forces with friction are missing; `None` if they are valid.
+    /// Reason why there are no forces with friction; `None` if these forces are valid.
     pub shortfall: Option<Shortfall>,
 }
 
 /// Reason why a [`Feedforward`] program computes no forces with friction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shortfall {
-    /// The loops cannot be closed from the last position.
+    /// The loops cannot be closed, starting from the last position.
     Open,
     /// The position is singular, or a singular position lies between it and the home position.
     Singular,
-    /// The friction coupling has no solution, an interface is at rest, or a branch was not
-    /// recorded. Forces without friction are valid.
+    /// The friction coupling has no solution, a friction interface is at rest, or another
+    /// assumption made at recording does not hold. Forces without friction are valid.
     Friction,
 }
 
@@ -85,7 +85,8 @@ impl Feedforward {
     }
 
     /// Closes the loops at the prescribed values `q`, starting from the last position. Returns the
-    /// residual and the number of corrections, or only the residual if the loops do not close.
+    /// closure error and the number of corrections, or only the closure error if it remains too
+    /// large.
     fn close(&self, memory: &mut FeedforwardMemory, q: &[f64]) -> Result<(f64, usize), f64> {
         let FeedforwardMemory { coordinates, position, moved, .. } = memory;
         let Memory { slots, scratch, .. } = position;
@@ -149,7 +150,7 @@ impl Feedforward {
         if determinant.is_nan() || determinant <= 0.0 {
             return Outcome { shortfall: Some(Shortfall::Singular), ..outcome };
         }
-        // The unknowns are read from slots that the results of the routines are copied to.
+        // The routines read the unknowns from input slots, to which results must be copied.
         let mut copy = |slots: &mut [f64], from: &[u32]| {
             for (moved, slot) in moved.iter_mut().zip(&from[..unknowns]) {
                 *moved = slots[*slot as usize];
@@ -179,18 +180,18 @@ impl Feedforward {
         outcome
     }
 
-    /// Actuator force with friction from the last run, N or N m.
+    /// Returns an actuator force with friction, N or N m, computed by the last [`Self::run`].
     pub fn drive(&self, memory: &FeedforwardMemory, drive: usize) -> f64 {
         memory.forces.read(self.native.forces[2].results[drive], 0)
     }
 
-    /// Actuator force without friction from the last run, N or N m.
+    /// Returns an actuator force without friction, N or N m, computed by the last [`Self::run`].
     pub fn ideal_drive(&self, memory: &FeedforwardMemory, drive: usize) -> f64 {
         memory.forces.read(self.native.forces[0].results[self.sizes.unknowns + drive], 0)
     }
 
-    /// Force that the predecessor of a joint exerts on the successor, N, world axes, from the last
-    /// run.
+    /// Returns the force that the predecessor of a joint exerts on the successor, N, world axes,
+    /// computed by the last [`Self::run`].
     pub fn joint_force(&self, memory: &FeedforwardMemory, joint: usize) -> [f64; 3] {
         let first = self.sizes.drives + 3 * joint;
         core::array::from_fn(|axis| {

@@ -1,10 +1,11 @@
 //! Program of inverse dynamics for one mechanism: actuator forces and reactions, coupled with
 //! friction.
 //!
-//! The program has three stages. The first computes everything that does not depend on friction.
-//! The second is a Newton step, which is repeated: it linearises friction about the current
-//! reactions and solves the force balance with this friction. The third computes all forces from
-//! the unknowns of the last step.
+//! The computation with friction has three stages. The first computes everything that does not
+//! depend on friction. The second is a Newton step, which is repeated: it linearises friction about
+//! the current reactions and solves the force balance with this friction. The third computes all
+//! forces from the unknowns of the last Newton step. A separate stage computes only the forces
+//! without friction.
 
 mod record;
 
@@ -21,7 +22,7 @@ use stiction_core::mechanism::BodyId;
 /// Maximum number of Newton steps.
 pub(crate) const STEPS: usize = 12;
 /// If a Newton step changes the reactions by at most this fraction, the remaining error is of the
-/// order of its square and counts as rounding.
+/// order of the square of this change, and counts as rounding.
 pub(crate) const SETTLED: f64 = 1e-8;
 /// Quadratic convergence is assumed only if the relative change of the reactions is below this
 /// value.
@@ -40,37 +41,43 @@ pub struct InverseProgram {
     code: Compiled<4>,
 }
 
-/// Code that computes derivatives in addition to a program of inverse dynamics, and shares the
-/// slots of that program.
+/// Code that computes derivatives in addition to a program of inverse dynamics. Its preparation
+/// shares the memory slots of that program.
 #[derive(Debug)]
 pub(crate) struct DerivativeCode {
     /// Operations that do not depend on directions, for one state at a time.
     pub(crate) preparation: Runner,
-    /// Operations for all directions in parallel, with separate slots.
+    /// Operations for several directions in parallel lanes, with separate memory slots.
     pub(crate) directions: Runner,
     pub(crate) slots: usize,
+    /// Numbers of arithmetic operations of `preparation` and of `directions`.
     pub(crate) operations: [usize; 2],
     /// Slots of the resulting derivatives, in the memory of `directions`.
     pub(crate) slopes: Vec<u32>,
-    /// Slot of the guard, which is positive if the assumptions of the recording are true.
+    /// Slot of the guard of the derivatives, which is positive while the assumptions made at
+    /// recording hold.
     pub(crate) guard: u32,
-    /// Joints with friction interfaces, each with the first slot that receives its reaction.
+    /// Indices of the joints with friction interfaces, each with the first of six slots that
+    /// receive the reaction of the joint.
     pub(crate) reactions: Vec<(usize, usize)>,
 }
 
 /// Slots of the program's results.
 #[derive(Clone, Debug)]
 struct Places {
-    /// Slots of the inputs of a Newton step (`from`), and of the values that are copied to them
-    /// before the first step (`start`) and after each step (`next`).
+    /// Slots of the inputs of a Newton step.
     from: Vec<u32>,
+    /// Slots of the values that are copied to the slots `from` before the first Newton step.
     start: Vec<u32>,
+    /// Slots of the values that are copied to the slots `from` after each Newton step.
     next: Vec<u32>,
     /// Slots of three numbers: the sums of squares of the changes and of the values in a Newton
     /// step, and the determinant of its matrix.
     control: [u32; 3],
-    /// Slots of the guards, which are positive if the assumptions of the recording are true.
+    /// Slot of the guard of the results without friction. Guards are positive while the assumptions
+    /// made at recording hold.
     ideal_guard: u32,
+    /// Slot of the guard of the results with friction.
     guard: u32,
     ideal_drives: Vec<u32>,
     ideal_reactions: Vec<u32>,
@@ -118,7 +125,7 @@ impl InverseProgram {
     }
 
     /// Sets the state of motion, prescribed values and loads of one lane. The state must close the
-    /// loops. Results of the last run remain.
+    /// loops. The results of the last run are not changed.
     ///
     /// # Panics
     /// If the lane does not exist, if the number of targets differs from that of the prescribed
@@ -137,8 +144,8 @@ impl InverseProgram {
         self.layout.visit(self.layout.motions(state), &state.coordinates, targets, loads, put);
     }
 
-    /// Sets one lane of a program with inverse kinematics from the motions of [`Self::bodies`], given
-    /// in that order. `coordinates` are all coordinates of the tree; the program reads only those in
+    /// Sets the inputs of one lane from the motions of [`Self::bodies`], in the order of these
+    /// bodies. `coordinates` are all coordinates of the tree; the program reads only those in
     /// [`Self::coordinates`].
     ///
     /// # Panics
@@ -160,8 +167,8 @@ impl InverseProgram {
         self.layout.visit(motions.iter().copied(), coordinates, targets, loads, put);
     }
 
-    /// Sets all lanes at once, as [`Self::set_bodies`] does for one. Unused lanes repeat the last
-    /// state. An empty slice changes no lane.
+    /// Sets the inputs of all lanes at once, as [`Self::set_bodies`] does for one lane. Unused
+    /// lanes repeat the last state. An empty slice changes no lane.
     ///
     /// # Panics
     /// In the cases of [`Self::set_bodies`], and if the states outnumber the lanes. Bodies, points
@@ -193,8 +200,9 @@ impl InverseProgram {
         self.layout.write_lanes(states, self.reads_targets, slots);
     }
 
-    /// Panics if the number of prescribed values or of loads differs from that of the recording.
-    /// Inputs have no names, so a missing one would shift all later ones.
+    /// Panics if the number of prescribed values or of loads differs from that of the recording, or
+    /// if a load differs from the recorded one in its body, point or axes. Inputs have no names, so
+    /// a missing input would shift all later inputs.
     #[inline]
     pub(crate) fn check(&self, targets: &[Target<f64>], loads: &[AppliedLoad<f64>]) {
         self.check_targets(targets);
@@ -216,7 +224,8 @@ impl InverseProgram {
         if self.reads_targets { targets } else { &[] }
     }
 
-    /// Motions of [`Self::bodies`] computed from a state of the tree.
+    /// Computes the motions of [`Self::bodies`], in the order of these bodies, from a state of the
+    /// tree.
     pub fn motions(&self, state: &State<f64>) -> Vec<BodyMotion<f64>> {
         self.layout.motions(state).collect()
     }
@@ -308,8 +317,8 @@ impl InverseProgram {
         memory.read(self.places.drives[drive], lane)
     }
 
-    /// Total joint wrench, predecessor on successor: force, then moment about the joint's origin,
-    /// world axes.
+    /// Total wrench that the predecessor of a joint exerts on the successor: force, N, then moment
+    /// about the joint's origin, N m, world axes.
     pub fn reaction(&self, memory: &Memory, lane: usize, joint: usize) -> [f64; 6] {
         memory.wrench(&self.places.reactions, lane, joint)
     }
@@ -327,10 +336,12 @@ impl InverseProgram {
     }
 }
 
-/// Tests for each lane whether the iteration has converged to rounding. `control` contains the sums
-/// of squares of changes and of values, and the determinant. A Newton step squares the error: the
-/// change in a step approximates the error before it, and the last two changes determine the factor
-/// of the quadratic convergence.
+/// Tests for each lane whether the iteration has converged to rounding. `control` contains the sum
+/// of squares of the changes in the last Newton step, that of the values, and the determinant of
+/// the step's matrix. `changes` contains the squared relative changes of the previous step, and
+/// receives those of the last step. A Newton step squares the error: the change in a step
+/// approximates the error before the step, and the last two changes determine the factor of the
+/// quadratic convergence.
 #[inline]
 pub(crate) fn settle<const L: usize>(control: [[f64; L]; 3], changes: &mut [f64; L]) -> [bool; L] {
     let [change, size, determinant] = control;

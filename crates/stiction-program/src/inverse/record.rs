@@ -17,17 +17,19 @@ use crate::stages::{early, passed_on};
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics};
 use stiction_core::kinematics::Target;
 
-/// Largest accepted difference from the solver's forces, relative to the largest force. It allows
-/// for rounding that ill-conditioned samples near singular positions magnify.
+/// Largest accepted difference between the forces of program and solver, relative to the largest
+/// joint force. This limit allows for rounding errors, which are magnified at ill-conditioned
+/// samples near singular positions.
 const AGREES: f64 = 1e-9;
 
 impl InverseProgram {
     /// Records and compiles the program of a mechanism.
     ///
     /// `signal` contains prescribed values within the intended range of motion, each close enough
-    /// to the previous one for the solver to follow from its present position. `loads` defines the
-    /// loaded bodies, points and axes; the wrenches themselves are inputs. Friction is that of the
-    /// mechanism, coupled with the reactions, independently of the solver's settings.
+    /// to the previous one for the solver to follow. The solver starts from its present position.
+    /// `loads` defines the loaded bodies, points and axes; the wrenches themselves are inputs.
+    /// Friction is that of the mechanism, coupled with the reactions, independently of the solver's
+    /// settings.
     ///
     /// # Errors
     /// See [`RecordError`]: the solver has no fixed order of elimination for the mechanism (at a
@@ -42,7 +44,7 @@ impl InverseProgram {
     }
 
     /// Records and compiles a program as [`Self::record`] does. If `machine` is false, the program
-    /// is interpreted, which is slow and serves for comparison.
+    /// is interpreted, which is slow and intended for tests of the machine code.
     #[doc(hidden)]
     pub fn record_with(
         solver: &InverseDynamics,
@@ -78,8 +80,9 @@ impl InverseProgram {
         if made.0.agrees_with(solver, &others) { Ok(made) } else { Err(RecordError::NotConfirmed) }
     }
 
-    /// Compares the program with its solver at states that were not recorded; states at which
-    /// either has no forces are skipped.
+    /// Returns `true` if the forces of the program agree with those of its solver at `samples`,
+    /// which must differ from the samples of the recording. Samples at which the program or the
+    /// solver computes no forces are skipped.
     fn agrees_with(&self, solver: &InverseDynamics, samples: &[Sample]) -> bool {
         let mut solver = solver.clone();
         solver.settings_mut().friction = FrictionMode::Converged;
@@ -138,8 +141,8 @@ impl InverseProgram {
         let (ideal, ideal_guard) = (own.places(&recorded.ideal)?, own.place(recorded.guards[0])?);
         let (ideal_drives, ideal_reactions) = ideal.split_at(counts.drives);
         slots.reserve(own.count() - slots.count());
-        // Each stage computes its own results, and all values for later stages that do not depend
-        // on the inputs of these stages.
+        // Each stage computes its own results, and those values needed by later stages that do not
+        // depend on the inputs of the later stages.
         let is_late = |input| input >= inputs;
         let shared = early(ops, &recorded.slopes, |input| recorded.slope_inputs.contains(&input));
         let prepared = match recorded.slopes[..] {
