@@ -1,11 +1,12 @@
 //! Straight-line programs for one mechanism, recorded from the generic kernels.
 //!
 //! The kernels of `stiction-core` are generic over the scalar type, and never branch on values.
-//! Evaluated with a recording scalar (`recorded`), they produce an expression graph (`graph`).
-//! Value numbering at random states finds equal nodes and merges them (`value_numbering`): terms
-//! that vanish for this mechanism disappear, and common subexpressions are computed once. The rest
-//! is compiled (`code`, `allocate`, `encode`) to machine code for the widest registers of the
-//! processor (`machine`), or interpreted where machine code is impossible.
+//! Evaluated with a scalar type that records operations (`recorded`), they produce an expression
+//! graph (`graph`). Value numbering at random states finds equal nodes and merges them
+//! (`value_numbering`): terms that vanish for this mechanism disappear, and common subexpressions
+//! are computed once. The merged graph is compiled (`code`, `allocate`, `encode`) to machine code
+//! for the widest registers of the processor (`machine`), or interpreted where machine code is
+//! impossible.
 //!
 //! ```
 //! use stiction_core::dynamics::{InverseDynamics, Settings};

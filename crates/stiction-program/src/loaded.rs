@@ -1,18 +1,19 @@
-//! Bodies, points and axes of loads, which are constants of a recording; forces and moments are
-//! inputs.
+//! Bodies, points and axes of external loads. They are constants of a recorded program, whereas the
+//! forces and moments of the loads are inputs.
 
 use stiction_core::dynamics::{AppliedLoad, LoadAxes};
 use stiction_core::mechanism::BodyId;
 use stiction_core::spatial::Vec3;
 
-/// Body, point and axes of a load.
+/// Body, point and axes of an external load.
 pub(crate) type LoadPlace = (BodyId, Vec3<f64>, LoadAxes);
 
 pub(crate) fn place_of(load: &AppliedLoad<f64>) -> LoadPlace {
     (load.body, load.point, load.axes)
 }
 
-/// Panics unless the loads differ from the recorded ones only in forces and moments.
+/// Panics if the number of loads differs from that of the recording, or if a load differs from the
+/// recorded one in its body, point or axes.
 #[inline]
 pub(crate) fn check_loads(loaded: &[LoadPlace], loads: &[AppliedLoad<f64>]) {
     check_count(loaded, loads);

@@ -1,7 +1,7 @@
-//! Normal loads of friction interfaces as functions of the friction forces.
+//! Normal loads of friction interfaces as functions of the friction forces, for recordings.
 //!
-//! Wrenches are affine in friction forces, normal loads are functions of wrenches, and friction
-//! forces are affine in normal loads. All programs couple friction in this way.
+//! Joint wrenches are affine in friction forces, normal loads are functions of joint wrenches, and
+//! friction forces are affine in normal loads.
 
 use crate::recorded::Recorded;
 use stiction_core::dynamics::InterfaceState;
@@ -16,14 +16,14 @@ pub(crate) struct Loads<'a> {
     pub(crate) parameters: &'a Parameters<Recorded>,
     pub(crate) bodies: &'a Bodies<Recorded>,
     pub(crate) states: &'a [InterfaceState<Recorded>],
-    /// Interfaces whose normal loads are unknown.
+    /// Indices of the coupled interfaces: those whose normal loads are unknowns of the iteration.
     pub(crate) coupled: &'a [usize],
-    /// Frictionless wrench of each interface's joint in the joint's frame J. Many normal loads need
-    /// only two of its components. World axes replace those of J for a ball, whose normal load does
-    /// not depend on the axes.
+    /// Frictionless wrench of each interface's joint in the joint's frame J, because many normal
+    /// loads depend on only two components in this frame. For a ball, whose normal load does not
+    /// depend on the axes, the wrench is expressed in world axes.
     pub(crate) without: Vec<Wrench<Recorded>>,
-    /// For each interface, the change of its wrench per unit friction force of each coupled
-    /// interface.
+    /// For each interface, the change of its joint's wrench per unit friction force of each coupled
+    /// interface, in the frame of `without`.
     pub(crate) added: Vec<Vec<Wrench<Recorded>>>,
 }
 
@@ -95,13 +95,15 @@ impl Loads<'_> {
         rows.flat_map(of_row).collect()
     }
 
-    /// Residual of each given normal load: its difference from the normal load that results from
-    /// the friction under the given loads. Residuals vanish at the solution.
+    /// Residuals of the given normal loads: differences between these loads and the normal loads
+    /// `found`, which result from the friction under the given loads. Residuals vanish at the
+    /// solution.
     pub(crate) fn residuals(loads: &[Recorded], found: &[Load<Recorded>]) -> Vec<Recorded> {
         loads.iter().zip(found).map(|(load, found)| *load - found.value).collect()
     }
 
-    /// Jacobian of the residuals with respect to the normal loads, row by row.
+    /// Jacobian of the residuals of the coupled interfaces (rows) with respect to their normal
+    /// loads (columns).
     pub(crate) fn matrix(&self, found: &[Load<Recorded>]) -> Vec<Vec<Recorded>> {
         let row = |(&row, load): (&usize, &Load<Recorded>)| {
             let entry = |(&column, added): (&usize, &Wrench<Recorded>)| {
@@ -113,14 +115,15 @@ impl Loads<'_> {
     }
 
     /// Derivative of the residual of interface `row` with respect to the normal load of interface
-    /// `column`, which acts through the friction of the latter.
+    /// `column`. `influence` is the derivative of the normal load of `row` with respect to the
+    /// friction force of `column`.
     pub(crate) fn slope(&self, row: usize, column: usize, influence: Recorded) -> Recorded {
         let own = Recorded::from_f64(if row == column { 1.0 } else { 0.0 });
         own - influence * self.coefficient(column)
     }
 
-    /// Normal loads of all interfaces: `loads` for the coupled interfaces; those of the other
-    /// interfaces are computed from the friction forces.
+    /// Normal loads of all interfaces: `loads` for the coupled interfaces; for all others, the
+    /// normal loads under the friction forces `forces` of the coupled interfaces.
     pub(crate) fn of_all(&self, loads: &[Recorded], forces: &[Recorded]) -> Vec<Recorded> {
         let of = |row: usize| {
             let given = self.coupled.iter().position(|interface| *interface == row);

@@ -1,8 +1,8 @@
-//! Native machine code.
+//! Execution of native machine code.
 //!
-//! This is the only unsafe code of this crate: it makes memory executable and calls it. The called
-//! code, which `allocate` wrote, accesses only the four memory areas that are its arguments,
-//! provided that they have the stated sizes, and returns.
+//! This is the only unsafe code of this crate: it makes memory executable and calls the code in it.
+//! The called code, which `allocate` generates, accesses only the four memory areas that are its
+//! arguments, provided that these areas have the stated sizes, and returns.
 #![allow(unsafe_code)]
 
 use crate::aligned::Aligned;
@@ -13,28 +13,29 @@ use crate::encode::{Set, Target, Width};
 use core::arch::asm;
 use memmap2::{Mmap, MmapMut};
 
-/// Signature of the machine code: addresses of the slots, the constants, the scratch memory and the
-/// shared numbers.
+/// Signature of the machine code. The arguments are the addresses of the slots, the constants, the
+/// scratch memory, and the numbers that all lanes share.
 #[cfg(target_arch = "x86_64")]
 type Entry = unsafe extern "sysv64" fn(*mut f64, *const f64, *mut f64, *const f64);
 #[cfg(not(target_arch = "x86_64"))]
 type Entry = unsafe extern "C" fn(*mut f64, *const f64, *mut f64, *const f64);
 
-/// Executable machine code of one part of a program, for one register width.
+/// Executable machine code of one block of straight-line code, for one register width.
 #[derive(Debug)]
 pub(crate) struct Machine {
     memory: Mmap,
     constants: Aligned,
     lanes: usize,
-    /// Index of the slot, and of the shared number, to which the base pointers of the code point.
+    /// Index of the slot to which the base pointer of the slots points, and of the number to which
+    /// the base pointer of the shared numbers points.
     first: usize,
-    /// Number of slots that the code accesses.
+    /// Length of the memory of the slots that the code accesses, in numbers.
     slots: usize,
     scratch: usize,
     common: usize,
 }
 
-/// Instruction set of this processor; `None` if it is not supported.
+/// Returns the best supported instruction set of this processor; `None` if there is none.
 #[cfg(target_arch = "x86_64")]
 pub(crate) fn instructions() -> Option<Set> {
     let has_all = is_x86_feature_detected!("avx512f")
@@ -46,14 +47,14 @@ pub(crate) fn instructions() -> Option<Set> {
     }
 }
 
-/// Instruction set of this processor; every AArch64 processor has it. Systems other than Linux
-/// synchronise instruction caches in other ways and are not supported.
+/// Returns Advanced SIMD, the instruction set that every AArch64 processor has. Systems other than
+/// Linux synchronise instruction caches in other ways and are not supported.
 #[cfg(all(target_arch = "aarch64", target_os = "linux"))]
 pub(crate) fn instructions() -> Option<Set> {
     Some(Set::Neon)
 }
 
-/// Returns `None`: code for this processor or system is not supported.
+/// Returns `None`, because machine code for this processor or system is not supported.
 #[cfg(not(any(target_arch = "x86_64", all(target_arch = "aarch64", target_os = "linux"))))]
 pub(crate) fn instructions() -> Option<Set> {
     None
@@ -80,16 +81,16 @@ pub(crate) fn fuses() -> bool {
     }
 }
 
-/// Synchronises the instruction caches with new code, because on AArch64 they do not follow changes
-/// in memory.
+/// Synchronises the instruction caches with new code. On AArch64 this is necessary, because the
+/// instruction caches do not follow changes in memory.
 ///
 /// Source: Arm Architecture Reference Manual for A-profile, section B2.4.4.
 fn publish(code: &[u8]) {
     #[cfg(all(target_arch = "aarch64", target_os = "linux"))]
     {
         let (start, end) = (code.as_ptr() as usize, code.as_ptr_range().end as usize);
-        // SAFETY: reads a register that is always readable and maintains caches of valid memory;
-        // changes no data.
+        // SAFETY: these instructions read a register that is always readable, and maintain caches
+        // of valid memory. They change no data.
         unsafe {
             let kind: u64;
             asm!("mrs {}, ctr_el0", out(reg) kind, options(nomem, nostack, preserves_flags));
@@ -110,7 +111,9 @@ fn publish(code: &[u8]) {
 }
 
 impl Machine {
-    /// Makes code executable; returns `None` if the system does not allow executable memory.
+    /// Compiles straight-line code to executable machine code with `slots` slots for each lane.
+    /// Returns `None` if machine code with registers of this width is not supported, or if the
+    /// system does not allow executable memory.
     pub(crate) fn new(code: &Code, width: Width, slots: usize) -> Option<Self> {
         Self::for_target(code, Target { width, set: instructions()? }, slots)
     }
@@ -141,8 +144,9 @@ impl Machine {
         self.scratch
     }
 
-    /// Executes the code. The length of `slots` must be the number of slots in [`Self::new`] times
-    /// the number of lanes, that of `scratch` must be [`Self::scratch`].
+    /// Executes the code. The length of `slots` must be at least the number of slots in
+    /// [`Self::new`] times the number of lanes, that of `scratch` at least [`Self::scratch`], and
+    /// that of `common` at least [`Code::common`].
     #[inline]
     pub(crate) fn run(&self, slots: &mut [f64], common: &[f64], scratch: &mut [f64]) {
         assert!(slots.len() >= self.slots && scratch.len() >= self.scratch);
@@ -167,10 +171,10 @@ mod tests {
     use crate::code::{Fused, Source, Step};
     use stiction_core::random::Random;
 
-    /// Number of shared values: more than short addresses reach.
+    /// Number of values that all lanes share. Short address offsets do not reach all of them.
     const COMMON: usize = 300;
 
-    /// Random code with ten slots and `count` steps.
+    /// Creates random code with ten input slots and `count` steps.
     fn random_code(random: &mut Random, count: usize) -> Code {
         let mut code = Code { constants: vec![0.5, -1.25, 3.0], ..Code::default() };
         let mut pick = |bound: usize| ((random.number() + 1.0) * 0.5 * bound as f64) as usize;
@@ -180,7 +184,7 @@ mod tests {
                 1 => Source::Slot(pick(10) as u32),
                 2 => Source::Common(pick(COMMON) as u32),
                 _ if k == 0 => Source::Slot(0),
-                // Recent and distant steps.
+                // One of the last five steps, or any earlier step.
                 3..6 => Source::Step((k - 1 - pick(k.min(5))) as u32),
                 _ => Source::Step(pick(k) as u32),
             };
@@ -197,7 +201,7 @@ mod tests {
                 _ => Step::Select { of: a, yes: b, no: c },
             };
             code.steps.push(step);
-            // Square roots of inputs only, which are positive.
+            // Only square roots of inputs occur, because all inputs are positive.
             if pick(10) == 0 && k + 1 < count {
                 code.steps.pop();
                 code.steps.push(Step::Sqrt(Source::Slot(pick(10) as u32)));
@@ -211,7 +215,7 @@ mod tests {
         code
     }
 
-    /// Targets that this processor executes.
+    /// Returns the targets whose code this processor executes.
     fn targets() -> impl Iterator<Item = Target> {
         [Set::Avx, Set::Avx512, Set::Neon]
             .into_iter()

@@ -2,8 +2,8 @@
 
 use crate::aligned::Aligned;
 
-/// Inputs, results and scratch values of a program, for states in parallel lanes. The memory is
-/// valid only for the program that allocated it.
+/// Inputs, results and scratch values of a program, for one state or for several states in parallel
+/// lanes. The memory can be used only with the program that allocated it.
 #[derive(Clone, Debug)]
 pub struct Memory {
     pub(crate) lanes: usize,
@@ -17,21 +17,23 @@ impl Memory {
         Self { lanes, slots: Aligned::zeros(slots * lanes), scratch: Aligned::zeros(scratch) }
     }
 
-    /// Enlarges the scratch memory if necessary.
+    /// Enlarges the scratch memory to `scratch` values if it is smaller.
     pub(crate) fn provide(&mut self, scratch: usize) {
         if self.scratch.len() < scratch {
             self.scratch = Aligned::zeros(scratch);
         }
     }
 
-    /// Panics if there is no flag for some lane, because a flag of an earlier run would remain.
+    /// Panics if `flags` has fewer entries than the memory has lanes, because the results of the
+    /// remaining lanes could not be reported.
     #[inline]
     pub(crate) fn check_flags(&self, flags: &[bool]) {
         let (found, lanes) = (flags.len(), self.lanes);
         assert!(found >= lanes, "{found} flags for {lanes} lanes");
     }
 
-    /// Returns a function that writes values to consecutive inputs of a lane.
+    /// Returns a function that writes values to consecutive inputs of a lane, beginning with the
+    /// first input.
     #[inline]
     pub(crate) fn writer(&mut self, lane: usize) -> impl FnMut(&[f64]) + '_ {
         assert!(lane < self.lanes, "lane {lane} of {}", self.lanes);
@@ -52,8 +54,8 @@ impl Memory {
         self.slots[slot as usize * self.lanes + lane]
     }
 
-    /// Reads the six components of a joint's wrench. `slots` lists those of all joints one after
-    /// another.
+    /// Reads the six components of a joint's wrench. `slots` lists the slots of the wrench
+    /// components of all joints, joint by joint.
     pub(crate) fn wrench(&self, slots: &[u32], lane: usize, joint: usize) -> [f64; 6] {
         core::array::from_fn(|i| self.read(slots[6 * joint + i], lane))
     }

@@ -1,4 +1,5 @@
-//! Changes of forces and wrenches per unit acceleration of the prescribed coordinates.
+//! Changes of actuator forces and joint wrenches per unit acceleration of the prescribed
+//! coordinates.
 
 use stiction_core::dynamics::{AppliedLoad, Data, FrictionMode, Inverse, Model, Settings};
 use stiction_core::kinematics::{State, Target};
@@ -6,8 +7,8 @@ use stiction_core::parameters::Parameters;
 use stiction_core::scalar::Scalar;
 use stiction_core::spatial::{Vec3, Wrench};
 
-/// Evaluates inverse dynamics without friction at the given coordinates, after a number of position
-/// corrections.
+/// Evaluates inverse dynamics without friction, after `position_steps` position corrections that
+/// start from the given coordinates.
 // Not inlined: the kernel is large and slow to compile.
 #[inline(never)]
 pub(crate) fn run<T: Scalar>(
@@ -35,8 +36,9 @@ pub(crate) struct Inertial<T> {
 }
 
 impl<T: Scalar> Inertial<T> {
-    /// Evaluates these changes for each prescribed coordinate at one position, with zero rates and
-    /// without gravity and other forces.
+    /// Evaluates the changes due to unit accelerations of all prescribed coordinates, one after the
+    /// other, at one position with zero rates, without gravity, springs, bushings and external
+    /// loads.
     pub(crate) fn all(
         model: &Model,
         parameters: &Parameters<T>,

@@ -32,12 +32,13 @@ pub struct BodyMotion<T> {
 /// Inputs of one state in a batch.
 #[derive(Clone, Copy, Debug)]
 pub struct StateOfMotion<'a> {
-    /// Motions of [`crate::InverseProgram::bodies`].
+    /// Motions of [`crate::InverseProgram::bodies`], in the order of these bodies.
     pub bodies: &'a [BodyMotion<f64>],
     /// Coordinates of the tree. The program reads only those in
     /// [`crate::InverseProgram::coordinates`]; the slice may be empty if it reads none.
     pub coordinates: &'a [f64],
-    /// Prescribed values, the only input of the solver where it replaces the program.
+    /// Values, rates and accelerations of the prescribed coordinates. At states where the program
+    /// is invalid and the solver replaces it, only they determine the motion.
     pub targets: &'a [Target<f64>],
     /// Loads with the bodies, points and axes of the recording.
     pub loads: &'a [AppliedLoad<f64>],
@@ -85,7 +86,7 @@ pub(crate) fn target_to_array(target: &Target<f64>) -> [f64; 3] {
     [target.value, target.rate, target.acceleration]
 }
 
-/// Writes rows of numbers, one for each lane, to the next slots.
+/// Writes the `N` numbers of each lane to the next `N` slots.
 #[inline]
 fn write_rows<'a, const N: usize, const L: usize>(
     slots: &mut impl Iterator<Item = &'a mut [f64; L]>,
@@ -96,8 +97,8 @@ fn write_rows<'a, const N: usize, const L: usize>(
     }
 }
 
-/// Layout of a program's inputs, in this order: motions of the floating bodies, tree coordinates
-/// without a closed form, tunable parameters, loads, prescribed values.
+/// Layout of a program's inputs. The inputs are, in this order: motions of the floating bodies,
+/// tree coordinates without a closed form, tunable parameters, loads, prescribed values.
 #[derive(Clone, Debug)]
 pub(crate) struct InputLayout {
     topology: Topology,
@@ -116,7 +117,8 @@ pub(crate) struct InputLayout {
 }
 
 impl InputLayout {
-    /// Determines the layout from positions within the intended range, given as tree coordinates.
+    /// Determines a layout with motions of bodies as inputs. `positions` are tree coordinates at
+    /// positions within the intended range of motion, and `loads` is the number of external loads.
     pub(crate) fn new(solver: &InverseDynamics, positions: &[Vec<f64>], loads: usize) -> Self {
         let (topology, parameters) = (solver.topology().clone(), solver.parameters());
         let legs = Legs::new(&topology, parameters, positions);
@@ -131,8 +133,8 @@ impl InputLayout {
         Self { origin, topology, legs, by_motions: true, free, tunables, count, prescribed }
     }
 
-    /// Layout in which all coordinates of the tree and the tunable parameters are inputs, instead
-    /// of motions of bodies. Tunable loads must be the last tunable parameters.
+    /// Creates a layout in which all coordinates of the tree and the tunable parameters are inputs,
+    /// instead of motions of bodies. Tunable loads must be the last tunable parameters.
     pub(crate) fn of_tree(solver: &InverseDynamics, tunables: &[Tunable]) -> Self {
         let topology = solver.topology().clone();
         let free: Vec<usize> = (0..topology.coordinates()).collect();
@@ -183,7 +185,7 @@ impl InputLayout {
         self.count
     }
 
-    /// Index of the first prescribed value among the inputs.
+    /// Returns the index of the first prescribed value among the inputs.
     pub(crate) fn first_prescribed(&self) -> usize {
         self.count - self.prescribed
     }
@@ -193,13 +195,14 @@ impl InputLayout {
         self.floating().map(|(body, ..)| body)
     }
 
-    /// Indices of the coordinates that are inputs.
+    /// Indices of the tree coordinates that are inputs.
     pub(crate) fn free(&self) -> &[usize] {
         &self.free
     }
 
-    /// Calls `write` with all inputs in their order, computed from motions of the floating bodies
-    /// and coordinates of the tree.
+    /// Calls `write` with the values of the inputs, in the order of the inputs: motions of the
+    /// floating bodies, those coordinates of the tree that are inputs, loads, and prescribed
+    /// values.
     #[inline]
     pub(crate) fn visit(
         &self,
@@ -251,14 +254,14 @@ impl InputLayout {
         }
     }
 
-    /// Values of all inputs of the program at a sample, in the order of the inputs.
+    /// Returns the values of all inputs of the program at a sample, in the order of the inputs.
     pub(crate) fn row(&self, Sample { state, targets, loads }: &Sample) -> Vec<f64> {
         let mut row = Vec::with_capacity(self.count);
         self.visit(self.motions(state), &state.coordinates, targets, loads, |x| row.extend(x));
         row
     }
 
-    /// Motions of the floating bodies in a state of the tree.
+    /// Computes the motions of the floating bodies from a state of the tree.
     pub(crate) fn motions<'a>(
         &'a self,
         state: &'a State<f64>,
@@ -285,8 +288,9 @@ impl InputLayout {
         })
     }
 
-    /// Reads motions and coordinates into a state of the tree, and sets those rates and
-    /// accelerations that follow from the motions.
+    /// Reads motions of the floating bodies and coordinates, which `next` returns one after the
+    /// other, and sets the state of the tree: all coordinates, and those rates and accelerations
+    /// that follow from the motions.
     pub(crate) fn read<T: Scalar>(
         &self,
         mechanism: &Mechanism,
@@ -341,8 +345,8 @@ fn in_time<T: Scalar>(value: T, rate: T, acceleration: T) -> InTime<T> {
     }
 }
 
-/// Pose of a moving body as a function of time, relative to the present; `position` is the present
-/// position of the body's origin.
+/// Pose of a moving body as a function of time, with its first two derivatives at the present time.
+/// `position` is the present position of the body's origin.
 fn pose_in_time<T: Scalar>(motion: &BodyMotion<T>, position: Vec3<T>) -> Pose<InTime<T>> {
     let join = |value: Vec3<T>, rate: Vec3<T>, second: Vec3<T>| {
         let part =

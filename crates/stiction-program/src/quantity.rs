@@ -23,15 +23,17 @@ pub enum Quantity {
     Mass(BodyId),
     /// Position of a body's centre of mass along x, y or z (0, 1, 2) of its frame, m.
     CentreOfMass(BodyId, usize),
-    /// Moment of inertia about the centre of mass (0, 1, 2 for x, y, z of the body's frame), kg
-    /// m^2.
+    /// Moment of inertia of a body about an axis through its centre of mass, parallel to x, y or z
+    /// (0, 1, 2) of the body's frame, kg m^2.
     Inertia(BodyId, usize),
-    /// Position of a joint in its predecessor, i.e. of frame J, along x, y or z of the predecessor's frame, m.
-    /// Prescribed coordinates do not change, and the loops are closed again.
+    /// Position of a joint's frame J in its predecessor, along x, y or z (0, 1, 2) of the
+    /// predecessor's frame, m. Prescribed coordinates do not change, and the loops are closed
+    /// again.
     PlaceInPredecessor(JointId, usize),
-    /// Position of a joint in its successor, i.e. of frame K, along x, y or z of the successor's frame, m.
+    /// Position of a joint's frame K in its successor, along x, y or z (0, 1, 2) of the successor's
+    /// frame, m. Prescribed coordinates do not change, and the loops are closed again.
     PlaceInSuccessor(JointId, usize),
-    /// Coefficient of sliding friction, by the index of the interface in
+    /// Coefficient of sliding friction, dimensionless, by the index of the interface in
     /// [`Parameters::interfaces`].
     Mu(usize),
     /// Viscous coefficient of a friction interface at its surface, N s/m.

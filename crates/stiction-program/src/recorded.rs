@@ -1,4 +1,4 @@
-//! Scalar type that records operations instead of computing numbers.
+//! Scalar type that records operations in an expression graph instead of computing numbers.
 
 use crate::graph::{Function, Graph, Node, Op};
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
@@ -16,7 +16,8 @@ thread_local! {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Recorded(Node);
 
-/// Records the operations of `f` on its inputs; returns the graph and the nodes of its results.
+/// Records the operations of `f` on `inputs` inputs. Returns the graph, and the nodes of the
+/// results of `f`.
 pub(crate) fn record(
     inputs: usize,
     f: impl FnOnce(&[Recorded]) -> Vec<Recorded>,
@@ -51,8 +52,8 @@ pub(crate) fn record_groups<const N: usize>(
     (graph, sizes.map(|size| left.by_ref().take(size).collect()))
 }
 
-/// Extends a graph: records the operations of `f` on some of its nodes. Returns the graph and the
-/// nodes of the results.
+/// Extends a graph: records the operations of `f` on the given nodes of the graph. Returns the
+/// extended graph, and the nodes of the results of `f`.
 pub(crate) fn extend_graph(
     graph: Graph,
     nodes: &[Node],

@@ -1,4 +1,4 @@
-//! Data that are common to the recordings of all kinds of programs.
+//! Data types that the recordings of all kinds of programs use.
 
 use crate::recorded::Recorded;
 use stiction_core::dynamics::{AppliedLoad, InverseDynamics, Model};
@@ -27,7 +27,7 @@ pub(crate) struct RecordingSource<'a> {
     pub(crate) loads: &'a [AppliedLoad<f64>],
 }
 
-/// Inputs of inverse dynamics as recorded scalars.
+/// Inputs of a recorded evaluation of inverse dynamics.
 pub(crate) struct Followed {
     pub(crate) coordinates: Vec<Recorded>,
     pub(crate) targets: Vec<Target<Recorded>>,

@@ -4,11 +4,11 @@ use crate::code::{Call, Code, Part};
 use crate::encode::{Set, Width};
 use crate::machine::{Machine, instructions};
 
-/// Executable part of a program, as machine code or for the interpreter.
+/// Executable part of a program: a block of straight-line code, or function calls.
 #[derive(Debug)]
 enum Piece {
     Machine(Machine),
-    /// Code for the interpreter, where machine code is impossible.
+    /// Straight-line code for the interpreter, where machine code is impossible or not requested.
     Interpreted(Code),
     Calls(Vec<Call>),
 }
@@ -21,17 +21,20 @@ pub(crate) struct Runner {
     scratch: usize,
 }
 
-/// Largest number of SIMD lanes on any processor. The interpreter always uses this number.
+/// Largest number of lanes on any processor. It is also the number of lanes on processors for which
+/// machine code is not supported.
 pub(crate) const MOST_LANES: usize = 8;
 
-/// Returns the number of lanes of this processor, or eight where code is interpreted.
+/// Returns the number of lanes of this processor, or [`MOST_LANES`] if machine code for it is not
+/// supported.
 pub(crate) fn natural_lanes() -> usize {
     instructions().map_or(MOST_LANES, |set| Set::widest(set).lanes())
 }
 
 impl Runner {
-    /// Prepares parts for one, two, four or eight lanes; `machine` requests machine code instead of
-    /// the interpreter.
+    /// Prepares parts for one, two, four or eight lanes, with `slots` memory slots for each lane.
+    /// If `machine` is true, straight-line code becomes machine code where possible; otherwise it
+    /// is interpreted.
     pub(crate) fn new(parts: &[Part], lanes: usize, slots: usize, machine: bool) -> Self {
         let width = match lanes {
             1 => Width::One,
@@ -68,7 +71,7 @@ impl Runner {
         self.scratch
     }
 
-    /// Returns `true` for native machine code.
+    /// Returns `true` if no part is interpreted.
     pub(crate) fn is_machine_code(&self) -> bool {
         !self.pieces.iter().any(|piece| matches!(piece, Piece::Interpreted(_)))
     }
@@ -79,7 +82,7 @@ impl Runner {
         self.run_with(slots, &[], scratch);
     }
 
-    /// Executes all parts in order, with numbers that all lanes share.
+    /// Executes all parts in order; `common` contains the numbers that all lanes share.
     #[inline]
     pub(crate) fn run_with(&self, slots: &mut [f64], common: &[f64], scratch: &mut [f64]) {
         for piece in &self.pieces {

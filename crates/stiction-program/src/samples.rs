@@ -6,10 +6,10 @@ use stiction_core::kinematics::{State, Target};
 use stiction_core::random::Random;
 use stiction_core::spatial::Vec3;
 
-/// Number of samples. Value numbering needs several, because it distinguishes branches by their
-/// pattern over all samples.
+/// Number of samples. Value numbering needs many samples, because it distinguishes the conditions
+/// of branches by a random pattern over all samples.
 const SAMPLES: usize = 40;
-/// Number of different positions, each of which needs an assembly.
+/// Largest number of different positions of the signal near which samples are taken.
 const POSITIONS: usize = 10;
 
 /// Random state of the tree with its prescribed values and loads.
@@ -19,8 +19,8 @@ pub(crate) struct Sample {
     pub(crate) loads: Vec<AppliedLoad<f64>>,
 }
 
-/// Random states along a signal: positions near the given ones, with arbitrary rates, accelerations
-/// and loads. Fails if the solver cannot follow the signal.
+/// Creates random states along a signal: positions near those of the signal, with random rates,
+/// accelerations and loads. Fails if the solver cannot follow the signal.
 pub(crate) fn samples(
     solver: &InverseDynamics,
     signal: &[Vec<Target<f64>>],
@@ -29,7 +29,7 @@ pub(crate) fn samples(
     seeded_samples(1, solver, signal, loads)
 }
 
-/// Random states as in [`samples`], different for each `seed`.
+/// Creates random states as [`samples`] does, which are different for each `seed`.
 pub(crate) fn seeded_samples(
     seed: u64,
     solver: &InverseDynamics,

@@ -1,16 +1,16 @@
-//! Scheduling of steps. Steps are ordered result by result, so that few values are live at a time.
-//! Among nearby independent steps, those with the longest critical path then come first, to hide
-//! latencies.
+//! Scheduling of the steps of straight-line code. Steps are first ordered result by result, so that
+//! few values are live at a time. Then, among nearby independent steps, those with the longest
+//! critical path are moved to the front, to hide latencies.
 
 use crate::code::{Code, Source, Step};
 
 /// Number of steps among which the scheduler chooses. A larger window keeps too many values in
 /// registers, and processors reorder instructions themselves.
 const WINDOW: usize = 16;
-/// Number of steps that can begin in one cycle.
+/// Number of steps that a processor can begin in one cycle.
 const WIDTH: u32 = 2;
 
-/// Typical latency in cycles, independent of the processor.
+/// Typical latency of a step in cycles. The values do not depend on the present processor.
 fn latency(step: &Step) -> u32 {
     match step {
         Step::Neg(_) => 1,
@@ -45,7 +45,8 @@ impl Code {
             steps.dedup();
             steps
         };
-        // Number of registers to compute each step without known values (Sethi and Ullman 1970).
+        // For each step, the number of registers that its computation from memory needs (Sethi and
+        // Ullman 1970).
         let mut need = vec![1; count];
         for k in 0..count {
             let mut own: Vec<usize> = before(k).iter().map(|other| need[*other]).collect();
@@ -101,7 +102,8 @@ impl Code {
         }
     }
 
-    /// Moves steps whose operands are ready to the front, within the window.
+    /// Reorders steps within a window of [`WINDOW`] steps: a step whose operands are available
+    /// early comes first, and among several such steps the one with the longest critical path.
     fn spread(&self) -> Self {
         let count = self.steps.len();
         let before = |step: &Step| {
@@ -131,7 +133,8 @@ impl Code {
                     place[other].map(|_: u32| latest.max(ready[other]))
                 })
             };
-            // The most urgent step that can start now; if none can, the first that will.
+            // Chooses the step with the longest critical path among those that can start now. If no
+            // step can start now, chooses the step that can start first.
             let rank = |k: usize| starts(k).map(|at| (at.max(now), u32::MAX - way[k], k));
             let best = open.iter().copied().filter_map(|k| rank(k).map(|rank| (rank, k))).min();
             // The operands of the first open step are always scheduled.

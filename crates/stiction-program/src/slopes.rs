@@ -2,12 +2,12 @@
 
 use crate::graph::{Function, Graph, Node, Op};
 
-/// Adds the derivatives of all nodes to the graph. Returns the slope (derivative) of each node,
-/// `None` for a constant. `given` are the slopes of the inputs.
+/// Adds the derivatives (slopes) of all nodes to the graph. Returns the node of the slope of each
+/// node; `None` for a node that does not vary. `given` are the slopes of the inputs.
 ///
-/// Differentiation must precede value numbering. At closed loops a Newton step does not change the
-/// position, so value numbering would remove the step; but the derivative of the position is that
-/// of the step.
+/// Differentiation must precede value numbering. At closed loops, a Newton step does not change the
+/// position, so value numbering would remove the step. The derivative of the position, however, is
+/// the derivative of this step.
 pub(crate) fn slopes(graph: &mut Graph, given: &[Option<Node>]) -> Vec<Option<Node>> {
     let ops = graph.ops().to_vec();
     let mut slopes: Vec<Option<Node>> = Vec::with_capacity(ops.len());
@@ -60,8 +60,9 @@ pub(crate) fn slopes(graph: &mut Graph, given: &[Option<Node>]) -> Vec<Option<No
     slopes
 }
 
-/// Derivative of a quotient, `(da - (a / b) db) / b`; the operands' derivatives are `None` for
-/// constants.
+/// Derivative of a quotient, `(da - (a / b) db) / b`. `of_first` and `of_second` are the
+/// derivatives `da` and `db` of the operands, `None` for constants; `quotient` is `a / b`, and `by`
+/// is `b`.
 fn quotient(
     graph: &mut Graph,
     of_first: Option<Node>,
@@ -136,7 +137,7 @@ mod tests {
         ]
     }
 
-    /// Checks that derivatives in the graph agree with dual numbers.
+    /// Checks that derivatives in the graph agree with those of dual numbers.
     #[test]
     fn slopes_are_those_of_dual_numbers() {
         let (mut graph, nodes) = record(4, |inputs| with_slopes(|| mixture(inputs[0], inputs[1])));

@@ -1,5 +1,5 @@
-//! Small dense linear systems without branches: pivots are chosen once, from representative
-//! numbers.
+//! Solution of small dense linear systems without branches. The order of pivots is chosen once,
+//! from representative numbers.
 
 use stiction_core::scalar::Scalar;
 
@@ -15,13 +15,14 @@ pub(crate) struct Factors<T> {
     pub(crate) determinant: T,
 }
 
-/// Order in which the diagonal entries are the pivots.
+/// Returns the order of pivots along the diagonal.
 pub(crate) fn diagonal(size: usize) -> Vec<(usize, usize)> {
     (0..size).map(|k| (k, k)).collect()
 }
 
-/// Chooses the order of the largest pivots. Rows and columns are first scaled by their largest
-/// entries, because their units differ. Returns `None` for a singular matrix.
+/// Chooses an order of pivots in which each pivot is the largest remaining entry of the matrix.
+/// Rows and columns are first scaled by their largest entries, because their units differ. Returns
+/// `None` for a singular matrix.
 pub(crate) fn largest_pivots(mut matrix: Vec<Vec<f64>>) -> Option<Vec<(usize, usize)>> {
     let size = matrix.len();
     for row in &mut matrix {
@@ -42,7 +43,7 @@ pub(crate) fn largest_pivots(mut matrix: Vec<Vec<f64>>) -> Option<Vec<(usize, us
             .max_by(|&(a, b), &(c, d)| matrix[a][b].abs().total_cmp(&matrix[c][d].abs()))?;
         let (row, column) = best;
         let pivot = matrix[row][column];
-        // The pivot is a rounding error, or NaN.
+        // Such a pivot is a rounding error, or not finite.
         if !pivot.is_finite() || pivot.abs() < 1e-12 {
             return None;
         }
@@ -81,7 +82,7 @@ impl<T: Scalar> Factors<T> {
         Self { order, matrix, determinant }
     }
 
-    /// Solves for one right-hand side.
+    /// Solves the linear system for one right-hand side.
     pub(crate) fn solve(&self, right: &[T]) -> Vec<T> {
         let mut own: Vec<T> = self.order.iter().map(|&(row, _)| right[row]).collect();
         for row in 1..own.len() {
@@ -116,7 +117,7 @@ mod tests {
         for size in 1..7 {
             let mut matrix: Vec<Vec<f64>> =
                 (0..size).map(|_| (0..size).map(|_| random.number()).collect()).collect();
-            // A zero pivot in diagonal order.
+            // The order along the diagonal would have a zero pivot.
             matrix[0][0] = if size > 1 { 0.0 } else { 2.0 };
             let wanted: Vec<f64> = (0..size).map(|_| random.number()).collect();
             let right: Vec<f64> = matrix
@@ -126,7 +127,8 @@ mod tests {
             let order = largest_pivots(matrix.clone()).unwrap();
             let found = Factors::new(&matrix, order).solve(&right);
             for (found, wanted) in found.iter().zip(&wanted) {
-                // Rounding magnified by condition numbers of some hundred.
+                // The tolerance allows for rounding errors magnified by condition numbers of some
+                // hundred.
                 assert!((found - wanted).abs() < 1e-12, "{size}: {found} {wanted}");
             }
         }

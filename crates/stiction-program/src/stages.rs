@@ -1,11 +1,13 @@
-//! Values that stages of a program pass to later stages, and guards of the assumptions of stages.
+//! Values that stages of a program pass to later stages, and guards that test the assumptions made
+//! at recording.
 
 use crate::graph::{Graph, Node, Op, needed};
 use crate::value_numbering::Guard;
 use std::collections::HashSet;
 
-/// Nodes that the results `later` need and that do not depend on inputs for which `late` is true. A
-/// stage computes them before these inputs are known. Constants are excluded.
+/// Returns the nodes that the results `later` of later stages need, and that do not depend on
+/// inputs for which `late` is true. An earlier stage can therefore compute these nodes before the
+/// late inputs are known. Constants are excluded.
 pub(crate) fn early(ops: &[Op], later: &[Node], late: impl Fn(usize) -> bool) -> Vec<Node> {
     let depends = dependent(ops, late);
     let needed = needed(ops, later);
@@ -22,7 +24,7 @@ pub(crate) fn early(ops: &[Op], later: &[Node], late: impl Fn(usize) -> bool) ->
     nodes
 }
 
-/// Nodes that the results `now` of the present stage contain, that the results `later` of later
+/// Returns the nodes that a stage computes for its results `now`, that the results `later` of later
 /// stages need, and that depend on inputs for which `late` is true.
 pub(crate) fn passed_on(
     ops: &[Op],
@@ -54,9 +56,9 @@ fn dependent(ops: &[Op], late: impl Fn(usize) -> bool) -> Vec<bool> {
     depends
 }
 
-/// Indices of the interfaces, from 0 to `count` - 1, whose friction changes a normal load.
-/// `influence` lists, row by row, the derivative of each interface's normal load with respect to
-/// the friction force of each interface.
+/// Returns the indices of those friction interfaces, out of `count`, whose friction changes a
+/// normal load. `influence` lists, row by row, the derivative of each interface's normal load with
+/// respect to the friction force of each interface.
 pub(crate) fn coupled(graph: &Graph, influence: &[Node], count: usize) -> Vec<usize> {
     let changes_a_load = |column: &usize| {
         let mut of_column = influence.iter().skip(*column).step_by(count.max(1));
@@ -65,8 +67,9 @@ pub(crate) fn coupled(graph: &Graph, influence: &[Node], count: usize) -> Vec<us
     (0..count).filter(changes_a_load).collect()
 }
 
-/// Adds a node to `merged` that is positive if the merge is valid for the results `stage` of the
-/// graph `of`: all guards on which these results depend are satisfied.
+/// Adds a guard node to `merged`. The node is positive if the results `stage` of the original graph
+/// `of` equal those of the merged graph, because all conditions in `guards` on which these results
+/// depend are satisfied.
 pub(crate) fn holds(of: &Graph, stage: &[Node], guards: &[Guard], merged: &mut Graph) -> Node {
     let needed = needed(of.ops(), stage);
     let mut holds = merged.number(1.0);
@@ -86,8 +89,8 @@ pub(crate) fn holds(of: &Graph, stage: &[Node], guards: &[Guard], merged: &mut G
     holds
 }
 
-/// Replaces the inputs from index `first` on by the nodes `by`, which must not depend on these
-/// inputs. Returns the new graph and the new node of each old one.
+/// Replaces the inputs with index `first` and higher by the nodes `by`, which must not depend on
+/// these inputs. Returns the new graph, and the new node of each old node.
 pub(crate) fn with_inputs_replaced(graph: &Graph, first: usize, by: &[Node]) -> (Graph, Vec<Node>) {
     let ops = graph.ops();
     let replaced = |op: &Op| match op {

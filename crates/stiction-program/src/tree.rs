@@ -6,15 +6,15 @@ use crate::recording::Counts;
 use crate::samples::Sample;
 
 impl Counts {
-    /// Number of inputs of a forward-dynamics program, without efforts.
+    /// Number of inputs of a forward-dynamics program, without efforts and estimated normal loads.
     pub(crate) fn inputs(&self) -> usize {
         self.coordinates + 2 * self.dofs + 3 * self.targets + 6 * self.loads
     }
 }
 
 impl Sample {
-    /// Values of all inputs of a forward-dynamics program in this sample, in the order of the
-    /// inputs.
+    /// Returns the values of the inputs of a forward-dynamics program at this sample, in the order
+    /// of the inputs, without efforts and estimated normal loads.
     pub(crate) fn of_tree(&self) -> Vec<f64> {
         let Self { state, targets, loads } = self;
         let mut all = [&state.coordinates[..], &state.rates, &state.accelerations].concat();

@@ -7,7 +7,7 @@ use stiction_core::parameters::Parameters;
 use stiction_core::scalar::Scalar;
 use stiction_core::spatial::{Mat3, Vec3};
 
-/// Parameter that can be changed at run time.
+/// Parameter of a [`Feedforward`](crate::Feedforward) program that can be changed at run time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Tunable {
     /// Coefficient of sliding friction, by the index of the interface in
@@ -33,8 +33,9 @@ impl Tunable {
         }
     }
 
-    /// Friction coefficients of all interfaces that have no separate law for each direction. An
-    /// interface with a table of coefficients contributes only its viscous coefficient.
+    /// Lists the coefficients of sliding friction and the viscous coefficients of all friction
+    /// interfaces that have the same friction law in both directions. An interface with a table of
+    /// coefficients contributes only its viscous coefficient.
     pub fn frictions(parameters: &Parameters<f64>) -> Vec<Self> {
         let interfaces = || parameters.interfaces.iter().enumerate();
         let plain = interfaces().filter(|(_, interface)| interface.backward.is_none());
@@ -44,20 +45,22 @@ impl Tunable {
         mu.chain(plain.map(|(k, _)| Self::Viscous(k))).collect()
     }
 
-    /// Masses of all bodies that have mass.
+    /// Lists the masses of all bodies that have mass.
     pub fn masses(parameters: &Parameters<f64>) -> Vec<Self> {
         let heavy = parameters.mass.iter().enumerate().skip(1).filter(|(_, mass)| **mass > 0.0);
         heavy.map(|(body, _)| Self::Mass(BodyId(body))).collect()
     }
 
-    /// Zero load on the body of a [`Tunable::Wrench`]; `None` for any other parameter.
+    /// Returns a load with zero force and moment on the body of a [`Tunable::Wrench`]; `None` for
+    /// any other parameter.
     pub(crate) fn load(self) -> Option<AppliedLoad<f64>> {
         let Self::Wrench(body) = self else { return None };
         let (point, force, moment) = (Vec3::zero(), Vec3::zero(), Vec3::zero());
         Some(AppliedLoad { body, point, axes: LoadAxes::World, force, moment })
     }
 
-    /// Values in the model; payloads and loads are zero. `None` if the mechanism has no such parameter.
+    /// Returns the values of the parameter in the model, which are zero for payloads and loads;
+    /// `None` if the mechanism does not have this parameter.
     pub(crate) fn values(self, parameters: &Parameters<f64>) -> Option<Vec<f64>> {
         match self {
             Self::Mu(k) => Some(vec![parameters.interfaces.get(k)?.law.mu]),
@@ -72,8 +75,8 @@ impl Tunable {
         }
     }
 
-    /// Random values, different from special ones such as zero. `length` is the characteristic
-    /// length.
+    /// Returns random values of the parameter, which avoid special values such as zero. `length` is
+    /// the characteristic length, m.
     pub(crate) fn any(
         self,
         parameters: &Parameters<f64>,
@@ -99,8 +102,9 @@ impl Tunable {
         }
     }
 
-    /// Writes `values` to the entries of `parameters`; does nothing for loads, which are not part
-    /// of the mechanism.
+    /// Applies the parameter's `values` to `parameters`. A payload is added to the mass, centre of
+    /// mass and inertia of its body; other parameters are overwritten. Loads have no effect,
+    /// because they are not part of the mechanism.
     pub(crate) fn apply<T: Scalar>(self, parameters: &mut Parameters<T>, values: &[T]) {
         match (self, values) {
             (Self::Mu(k), [mu]) => parameters.interfaces[k].law.mu = *mu,

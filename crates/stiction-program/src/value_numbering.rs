@@ -1,12 +1,12 @@
-//! Value numbering of nodes: nodes are compared by their values at samples, with bounds of the
-//! rounding errors.
+//! Value numbering: merges nodes of a graph that have equal values at all samples, within bounds of
+//! the rounding errors.
 //!
 //! Equation (P2) of the book's theory.
 
 use crate::graph::{Function, Graph, Node, Op};
 use std::collections::HashMap;
 
-/// Value with a bound of its rounding error.
+/// Value of a node at one sample, with a bound of its rounding error.
 #[derive(Clone, Copy, Debug)]
 struct Value {
     x: f64,
@@ -84,7 +84,8 @@ fn value_of(
         Op::Call(function, a, b) => {
             let (a, b) = (of(a), of(b));
             let x = function.of(a.x, b.x);
-            // Slopes by finite differences; the step is as large as the error.
+            // Derivatives of the function by finite differences; the step is at least as large as
+            // the error of the argument.
             let step = a.error.max(a.x.abs() * 1e-8).max(1e-12);
             let other = b.error.max(b.x.abs() * 1e-8).max(1e-12);
             let by_first = (function.of(a.x + step, b.x) - x).abs() / step;
@@ -94,8 +95,9 @@ fn value_of(
     }
 }
 
-/// Magnitude of the terms from which a result may vanish by cancellation: that of the operands of a
-/// sum, or one for sine and cosine; zero for other results, which do not vanish by rounding.
+/// Magnitude relative to which the result of an operation counts as zero: that of the larger
+/// operand for a sum or difference, in which the operands may cancel, and one for sine and cosine.
+/// It is zero for all other operations, whose results do not vanish by cancellation.
 fn size_of(op: Op, of: impl Fn(Node) -> Value) -> f64 {
     match op {
         Op::Add(a, b) | Op::Sub(a, b) => of(a).x.abs().max(of(b).x.abs()),
@@ -116,30 +118,32 @@ fn mixed(a: u64, b: u64) -> u64 {
 /// it took in all samples, or a square root equals an expression of constant sign.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Guard {
-    /// Node in the original graph.
+    /// Node of the original graph that depends on the assumption.
     pub(crate) selection: Node,
-    /// Condition in the new graph, and its required sign (`true` if positive).
+    /// Node of the merged graph whose sign must not change.
     pub(crate) condition: Node,
+    /// Required sign of `condition`: `true` if it must be positive.
     pub(crate) is_positive: bool,
 }
 
 /// Graph after merging, with fewer nodes.
 pub(crate) struct Merged {
     pub(crate) graph: Graph,
-    /// New node of each old node.
+    /// For each node of the original graph, the node of the merged graph that replaces it.
     pub(crate) new_of: Vec<Node>,
     /// Conditions under which the original and the merged graph are equivalent.
     pub(crate) guards: Vec<Guard>,
 }
 
 /// Merges nodes that have the same value, up to sign and rounding, for all `samples` of the inputs.
-/// The first of equal nodes remains.
+/// Of several equal nodes, the first one remains.
 ///
 /// Two different polynomials of the inputs agree at random points with probability zero. Samples
 /// must be as generic as the inputs permit. Selections that take both branches in the samples are
 /// decided at random, so that conditions which mostly agree are not merged; this needs some thirty
-/// samples. Selections that always take one branch become guards, and so do roots that equal
-/// another node up to its sign.
+/// samples. A selection that takes the same branch in all samples is replaced by this branch, and
+/// its condition becomes a guard. A square root that equals another node up to sign also adds a
+/// guard.
 pub(crate) fn merge(graph: &Graph, samples: &[Vec<f64>]) -> Merged {
     let ops = graph.ops();
     let mut ways: HashMap<Node, [bool; 2]> = HashMap::new();
@@ -157,7 +161,7 @@ pub(crate) fn merge(graph: &Graph, samples: &[Vec<f64>]) -> Merged {
     }
     let goes_both_ways = |of: Node| ways.get(&of) == Some(&[true, true]);
     let is_positive = |of: Node| ways.get(&of).is_some_and(|[_, positive]| *positive);
-    // Values of each node at all samples.
+    // For each node, its values at all samples.
     let mut values: Vec<Vec<Value>> = Vec::with_capacity(ops.len());
     let mut merged = Graph::default();
     let mut new_of: Vec<Node> = Vec::with_capacity(ops.len());
@@ -175,7 +179,8 @@ pub(crate) fn merge(graph: &Graph, samples: &[Vec<f64>]) -> Merged {
             .iter()
             .enumerate()
             .map(|(sample, inputs)| {
-                // Random choice that is the same for equal nodes.
+                // Random choice of a branch, which is the same for conditions that have been
+                // merged.
                 let chance = |of: Node, _| match goes_both_ways(of) {
                     true => mixed(u64::from(new_of[of as usize]), sample as u64) & 1 == 0,
                     false => is_positive(of),
@@ -216,8 +221,7 @@ pub(crate) fn merge(graph: &Graph, samples: &[Vec<f64>]) -> Merged {
             for &(node, other) in candidates {
                 let sign = if (first.x > 0.0) == (values[other][0].x > 0.0) { 1.0 } else { -1.0 };
                 if own.iter().zip(&values[other]).all(|(a, b)| a.is(*b, sign)) {
-                    // The root equals this expression only as long as the expression keeps its
-                    // sign.
+                    // The root equals the other node only as long as the other node keeps its sign.
                     let is_root = |op: &Op| matches!(op, Op::Sqrt(_));
                     if is_root(op) && !is_root(&merged.ops()[node as usize]) {
                         let selection = k as Node;
@@ -253,8 +257,8 @@ pub(crate) fn merge(graph: &Graph, samples: &[Vec<f64>]) -> Merged {
     Merged { graph: merged, new_of, guards }
 }
 
-/// Index of a logarithmic bucket: magnitudes that differ only by rounding share a bucket or have
-/// neighbouring ones.
+/// Index of the logarithmic bucket that contains `x`. Numbers whose magnitudes differ only by
+/// rounding are in the same bucket or in neighbouring buckets.
 fn bucket(x: f64) -> i64 {
     (x.abs().max(1e-300).ln() * 1e9).round() as i64
 }
