@@ -72,7 +72,7 @@ struct Allocator<'a> {
     free_spills: Vec<usize>,
     retired_spills: Vec<usize>,
     spilled: usize,
-    /// For each step, the slots that store its result.
+    /// For each step, the slots to which its result must be stored.
     stores: Vec<Vec<u32>>,
     /// For each step, a slot to which its result has already been stored; `None` if there is no
     /// such slot. The copy in the slot remains valid, because no slot is written twice.
@@ -192,8 +192,8 @@ impl<'a> Allocator<'a> {
         }
     }
 
-    /// Among the registers that are not `pinned`, evicts the value whose next use is farthest away.
-    /// Returns the register of this value.
+    /// Evicts a value and returns the register that contained it. Among the values in registers
+    /// that are not `pinned`, chooses the value whose next use is farthest away.
     fn evicted(&mut self, pinned: &[u8]) -> u8 {
         let mut last = (0, 0);
         for register in 0..self.holds.len() as u8 {

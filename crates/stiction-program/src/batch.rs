@@ -61,9 +61,9 @@ impl core::error::Error for StateError {
 impl InverseProgram {
     /// Computes the forces with friction at all states, and calls `tell` with the forces of each
     /// state, in the order of the states. `solver` must be the solver from which the program was
-    /// recorded. It computes the forces where the program is invalid, for example because a
-    /// friction interface is at rest, see [`Self::run`]; its configuration then moves to this
-    /// state. Returns the number of states that `solver` computed.
+    /// recorded. It moves to each state at which the program is invalid (see [`Self::run`]), for
+    /// example because a friction interface is at rest, and computes the forces there. Returns the
+    /// number of these states.
     ///
     /// # Errors
     /// [`StateError`] for the first state at which `solver` finds no forces. Forces of the

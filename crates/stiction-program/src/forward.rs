@@ -315,7 +315,7 @@ impl ForwardProgram {
         loads: &[AppliedLoad<f64>],
         efforts: &[f64],
     ) {
-        // Inputs have no names, so a missing one would shift all the others.
+        // Inputs have no names, so a missing number would shift all later inputs.
         let given = [targets.len(), efforts.len(), state.coordinates.len(), state.rates.len()];
         let Counts { targets: count, drives, coordinates, dofs, .. } = self.counts;
         let expected = [count, drives, coordinates, dofs];

@@ -42,8 +42,9 @@ pub(crate) struct InverseStages {
     /// Values of the inputs in `from` after a Newton step.
     pub(crate) next: Vec<Node>,
     /// Three numbers that control convergence: the sum of squares of the changes of the inputs in
-    /// `from` during a step, with moments divided by the characteristic length; the same sum for
-    /// their values; and the determinant of the step's matrix relative to that without friction.
+    /// `from` during a step, with moments divided by the characteristic length; the sum of squares
+    /// of the values of these inputs, scaled in the same way; and the determinant of the step's
+    /// matrix, relative to that without friction.
     pub(crate) control: [Node; 3],
     /// Actuator forces, reactions, normal loads, sliding velocities and friction forces after a
     /// Newton step.
@@ -52,7 +53,7 @@ pub(crate) struct InverseStages {
     pub(crate) overlaps: Vec<Node>,
     /// Reciprocal pivots of the rate equations.
     pub(crate) rate_pivots: Vec<Node>,
-    /// Reciprocal pivots of the balance without friction.
+    /// Reciprocal pivots of the force balance without friction.
     pub(crate) balance_pivots: Vec<Node>,
     /// Geometric data for the singularity index, see
     /// [`IndexLayout::places`](crate::feedforward::IndexLayout::places).

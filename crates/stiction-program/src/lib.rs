@@ -1,4 +1,5 @@
-//! Straight-line programs for one mechanism, recorded from the generic kernels.
+//! Straight-line programs that compute the dynamics of one mechanism, recorded from generic
+//! kernels.
 //!
 //! The kernels of `stiction-core` are generic over the scalar type, and never branch on values.
 //! Evaluated with a scalar type that records operations (`recorded`), they produce an expression

@@ -11,7 +11,7 @@ use stiction_core::parameters::{InterfaceParameters, Parameters};
 use stiction_core::scalar::Scalar;
 use stiction_core::spatial::{Mat3, Pose, Vec3, Wrench};
 
-/// Data that determine the normal loads once the frictionless forces are known.
+/// Data from which the normal loads under given friction forces are computed.
 pub(crate) struct Loads<'a> {
     pub(crate) parameters: &'a Parameters<Recorded>,
     pub(crate) bodies: &'a Bodies<Recorded>,

@@ -17,7 +17,7 @@ use stiction_core::topology::Topology;
 pub struct BodyMotion<T> {
     /// Position of the origin, m.
     pub position: Vec3<T>,
-    /// Orientation from body axes to world axes, of unit length.
+    /// Orientation of the body: unit quaternion of the rotation from body axes to world axes.
     pub orientation: Quaternion<T>,
     /// Velocity of the origin, m/s.
     pub velocity: Vec3<T>,
@@ -104,8 +104,8 @@ pub(crate) struct InputLayout {
     topology: Topology,
     origin: Vec3<f64>,
     legs: Legs,
-    /// `true` if the motions of the floating bodies are inputs, `false` if all coordinates of the
-    /// tree are inputs.
+    /// `true` if the motions of the floating bodies are inputs; `false` if all coordinates of the
+    /// tree are inputs instead.
     by_motions: bool,
     /// Indices of the tree coordinates that are inputs: those that neither belong to a floating
     /// body nor have a closed form.

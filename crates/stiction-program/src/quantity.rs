@@ -19,7 +19,7 @@ pub enum Quantity {
     Rate(usize),
     /// Acceleration of a prescribed coordinate, rad/s^2 or m/s^2.
     Acceleration(usize),
-    /// Mass of a body, kg. Its inertia about its centre of mass does not change.
+    /// Mass of a body, kg. The inertia of the body about its centre of mass does not change.
     Mass(BodyId),
     /// Position of a body's centre of mass along x, y or z (0, 1, 2) of its frame, m.
     CentreOfMass(BodyId, usize),

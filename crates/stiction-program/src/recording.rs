@@ -32,7 +32,8 @@ pub(crate) struct Followed {
     pub(crate) coordinates: Vec<Recorded>,
     pub(crate) targets: Vec<Target<Recorded>>,
     pub(crate) loads: Vec<AppliedLoad<Recorded>>,
-    /// Parameters of the mechanism, with tunable ones as inputs.
+    /// Parameters of the mechanism. Tunable parameters are inputs of the graph, all others
+    /// constants.
     pub(crate) parameters: Parameters<Recorded>,
 }
 

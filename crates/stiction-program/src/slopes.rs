@@ -123,7 +123,7 @@ mod tests {
     use crate::recorded::{record, with_slopes};
     use stiction_core::scalar::{Dual, Scalar};
 
-    /// Expressions that together use all operations.
+    /// Returns expressions in `x` and `y` that together use all operations of a graph.
     fn mixture<T: Scalar>(x: T, y: T) -> Vec<T> {
         let (sine, cosine) = (x * y).sin_cos();
         let root = (x * x + y).sqrt();

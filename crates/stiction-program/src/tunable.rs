@@ -15,7 +15,8 @@ pub enum Tunable {
     Mu(usize),
     /// Viscous coefficient of a friction interface at its surface, N s/m.
     Viscous(usize),
-    /// Mass of a body, kg. Its centre of mass and the inertia about it do not change.
+    /// Mass of a body, kg. The centre of mass of the body, and its inertia about the centre of
+    /// mass, do not change.
     Mass(BodyId),
     /// Point mass that is fixed to a body: mass, kg, and position x, y, z in the body's frame, m.
     Payload(BodyId),

@@ -75,7 +75,7 @@ pub struct SourceOptions {
     /// Name of the files and prefix of all names in the code; by default an identifier derived from
     /// the name of the model.
     pub name: String,
-    /// Floating-point type.
+    /// Floating-point type of all numbers in the generated code.
     pub precision: Precision,
     /// True to include functions for sine and cosine in the code instead of calling the
     /// mathematical library.
@@ -87,7 +87,7 @@ pub struct SourceOptions {
 }
 
 /// Test vector: a state of the prescribed coordinates, and the actuator forces that the general
-/// solver computes there. The generated code must reproduce these forces.
+/// solver computes at this state. The generated code must reproduce these forces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TestVector {
     /// Positions of the prescribed coordinates, m or rad.

@@ -1,7 +1,8 @@
 //! Names of a model in source code. Model names may contain any characters, so they enter the code
 //! only as identifiers or as harmless text.
 
-/// Names and units of the inputs and results of the code, in their order.
+/// Names and units of the inputs and results of generated code, each list in the order of the
+/// program.
 #[derive(Clone, Debug, Default)]
 pub struct Labels {
     /// Name of the model.
@@ -24,8 +25,9 @@ pub struct Labels {
 /// characters beyond the 31st of external names.
 const LONGEST: usize = 20;
 
-/// Names that must not be given to the generated code, because its files would then hide a header
-/// of the C library or another generated file, or its module a Rust library.
+/// Names that the generated code must not have. Files with these names would hide a header of the C
+/// library or replace another generated file, and modules with these names would hide a Rust
+/// library.
 const TAKEN: [&str; 33] = [
     "assert",
     "complex",

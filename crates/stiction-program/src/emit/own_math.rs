@@ -66,7 +66,8 @@ mod tests {
     fn the_parts_of_a_quarter_turn_add_up() {
         let [first, second, third] = quarter_turn();
         assert_eq!(first + second, core::f64::consts::FRAC_PI_2);
-        // For x near pi, sin(x) is pi - x: independent digits of pi beyond those of the double.
+        // For x near pi, sin(x) equals pi - x. The sine therefore yields digits of pi beyond those
+        // of the double, independently of the constants above.
         let low = (core::f64::consts::PI).sin() / 2.0;
         let found = second - (core::f64::consts::FRAC_PI_2 - first) + third;
         assert!((found - low).abs() < 1e-30, "{found} {low}");

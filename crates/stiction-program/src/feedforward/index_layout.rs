@@ -28,7 +28,8 @@ pub(crate) struct IndexLayout {
     /// For the ground and each body, in the order of the tree, the tree index of its parent. Index
     /// 0 is the ground; parents precede their children.
     pub(crate) parents: Vec<usize>,
-    /// For each free motion of a joint of the tree, the tree index of the joint's outer body.
+    /// For each free motion of a joint of the tree, the tree index of the body that the joint
+    /// connects to its parent.
     pub(crate) motions: Vec<usize>,
     /// Unit wrenches that make up the columns of the dense system.
     pub(crate) terms: Vec<Term>,
@@ -52,7 +53,8 @@ pub(crate) struct IndexLayout {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Term {
     pub(crate) column: usize,
-    /// Tree indices of both bodies.
+    /// Tree indices of the body on which the wrench acts, and of the body on which its opposite
+    /// acts.
     pub(crate) on: [usize; 2],
 }
 

@@ -36,7 +36,7 @@ pub struct Feedforward {
     tunables: Vec<(Tunable, Vec<f64>)>,
     /// Slots of the unknowns of the coupled friction forces and reactions.
     pub(crate) unknown_slots: Vec<u32>,
-    /// Data of the singularity index.
+    /// Data with which source code computes the singularity index.
     pub(crate) index: IndexLayout,
     /// Routines without fused operations, for source code.
     pub(crate) source: Routines,
@@ -66,8 +66,7 @@ pub struct FeedforwardSizes {
     pub joints: usize,
     /// Number of bodies, without the ground.
     pub bodies: usize,
-    /// Number of coordinates of the spanning tree, which are the starting values of the loop
-    /// closure.
+    /// Number of coordinates of the spanning tree. The loop closure starts from their last values.
     pub coordinates: usize,
     /// Number of values of all tunable parameters.
     pub tunables: usize,
@@ -75,7 +74,7 @@ pub struct FeedforwardSizes {
     pub unknowns: usize,
 }
 
-/// Code of one routine, and the slots of its results.
+/// Compiled code of one routine, and the slots of its results.
 #[derive(Clone, Debug)]
 pub(crate) struct Routine {
     pub(crate) parts: Vec<Part>,
@@ -96,8 +95,8 @@ pub(crate) struct Routines {
     /// the tunable parameters, the value, rate and acceleration of each prescribed coordinate, and
     /// the unknowns of the coupled friction. The preparation returns initial unknowns, frictionless
     /// actuator forces, their guard, the determinant of the rate equations relative to that at the
-    /// home position, and for source code the positions for the singularity index. The Newton step
-    /// returns the next unknowns and three numbers that control convergence. The last routine
+    /// home position, and for source code the geometric data for the singularity index. The Newton
+    /// step returns the next unknowns and three numbers that control convergence. The last routine
     /// returns actuator forces, the force of each joint, and a guard.
     pub(crate) forces: [Routine; 3],
     pub(crate) force_slots: usize,
@@ -121,7 +120,7 @@ impl Feedforward {
     }
 
     /// Prescribed values, m or rad, at the home position: the first position of the recorded
-    /// signal, at which the loops of new memory are closed.
+    /// signal. New memory starts with the loops closed at this position.
     pub fn home(&self) -> &[f64] {
         &self.home.1
     }

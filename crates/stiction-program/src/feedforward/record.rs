@@ -40,9 +40,9 @@ impl Feedforward {
     ///
     /// `signal` contains prescribed values within the intended range of motion, each close enough
     /// to the previous one for the solver to follow. The first of these positions is the home
-    /// position, from which the loops are closed in new memory. `tunables` become inputs of the
-    /// program; there are no external loads except those in `tunables`. Friction is that of the
-    /// mechanism, coupled with the reactions, independently of the solver's settings.
+    /// position: new memory starts with the loops closed at this position. `tunables` become inputs
+    /// of the program; there are no external loads except those in `tunables`. Friction is that of
+    /// the mechanism, coupled with the reactions, independently of the solver's settings.
     ///
     /// # Errors
     /// See [`RecordError`].

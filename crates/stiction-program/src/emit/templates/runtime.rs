@@ -47,7 +47,7 @@ const SETTLED: Real = @SETTLED@;
 const COARSE: Real = @COARSE@;
 /// Square of the relative rounding error.
 const ROUNDING: Real = @ROUNDING@;
-/// Magnitude of the rates that represent the direction of incipient motion at rest.
+/// Magnitude, m/s or rad/s, of the rates that represent the direction of incipient motion at rest.
 const CREEP: Real = @REST@;
 
 const HOME_TREE: [Real; TREE] = [
@@ -72,7 +72,7 @@ pub trait Math {
     fn exp(x: Real) -> Real;
     /// Natural logarithm.
     fn ln(x: Real) -> Real;
-    /// Angle of the vector (x, y).
+    /// Angle of the vector (x, y), rad.
     fn atan2(y: Real, x: Real) -> Real;
 }
 
@@ -136,7 +136,8 @@ impl Default for Params {
 /// Details about the result of a call.
 #[derive(Clone, Copy, Debug)]
 pub struct Info {
-    /// Closure error of the loops: lengths over the characteristic length, angles in rad.
+    /// Closure error of the loops: lengths are divided by the characteristic length, angles are in
+    /// rad.
     pub residual: Real,
     /// Singularity index (type 2, actuation): smallest singular value of the dimensionless balance
     /// of all bodies, with a characteristic length of @LENGTH@ m. It is 0 where actuators and
@@ -156,7 +157,7 @@ pub struct Info {
     pub reaction: Option<(Real, usize)>,
     /// Number of position corrections in the loop closure.
     pub corrections: u32,
-    /// Number of iterations of the friction coupling.
+    /// Number of Newton steps for the coupled friction forces and reactions.
     pub steps: u32,
     /// Number of iterations (passes) of the singularity index, at most @INDEX_PASSES@.
     pub index_passes: u32,
