@@ -9,8 +9,9 @@ fn find_twists<M: Math>(w: &mut [Real; @TWIST_WORK@], r: &mut [Real; 6 * BODIES 
 
 impl State {
     /// Forward kinematics: closes the loops at `q`, starting from the position of the last call.
-    /// Returns for each body the position of its origin, m, then the rows of its rotation matrix, body
-    /// to world. The rotation of a body that can spin freely depends on the path to `q`.
+    /// Returns for each body the position of its origin, m, then the rows of its rotation matrix,
+    /// from body axes to world axes. The rotation of a body that can spin freely depends on the
+    /// path to `q`.
     ///
     /// # Errors
     /// [`Code::BadInput`], [`Code::Open`] or [`Code::Singular`].
