@@ -1,11 +1,12 @@
-//! Sparse structure of the balance: unknowns, equations and weighting.
+//! Structure of the sparse balance equations of inverse dynamics: unknowns, equations and
+//! weighting.
 //!
 //! Unknowns are the wrenches at cut joints (constraints and efforts), the accelerations of local
 //! degrees of freedom, and the multipliers of gearings, which act on several DOFs of the spanning
-//! tree. Each unactuated DOF of the tree has an equation: except for friction, the wrench that its
-//! joint transmits does no work along the DOF. All other wrenches follow by recursion: a tree joint
-//! transmits the inverse-dynamics wrench of the bodies beyond it, minus the wrenches of the cut
-//! joints on these bodies.
+//! tree. Each unactuated DOF of the tree contributes one equation: except for friction, the wrench
+//! that its joint transmits does no work along the DOF. All other wrenches follow by recursion: a
+//! tree joint transmits the inverse-dynamics wrench of the bodies beyond it, minus the wrenches of
+//! the cut joints on these bodies.
 //!
 //! If unknowns outnumber equations, constraints or actuators are redundant, and a declared
 //! weighting selects a solution: the system is bordered by the optimality conditions, `[H A^T; A
@@ -33,39 +34,42 @@ pub enum Weighting {
     /// energy, with moments about the origin of the joint. Joints without declared compliance are
     /// rigid.
     LeastEnergy,
-    /// Actuators are redundant. The efforts minimise the sum of squares, with torques divided by the
-    /// characteristic length.
+    /// Actuators are redundant. The efforts minimise the sum of their squares, with torques divided
+    /// by the characteristic length.
     LeastEfforts,
 }
 
-/// Wrench or effort that the weighting includes, expressed as a sum of wrenches at cut joints.
+/// Wrench or effort in the quadratic function that the weighting minimises, and the wrenches at cut
+/// joints that contribute to this wrench or effort.
 #[derive(Clone, Debug)]
 pub(super) struct Weighed {
     pub(super) what: WeighedKind,
-    /// Cut joints whose wrenches add up to this wrench, each with the sign of its contribution.
+    /// Indices of the cut joints whose wrenches contribute to this wrench or effort, each with the
+    /// sign of its contribution. Empty for an actuator at a cut joint.
     pub(super) cuts: Vec<(usize, f64)>,
 }
 
 #[derive(Clone, Copy, Debug)]
 pub(super) enum WeighedKind {
-    /// Wrench at a tree joint.
+    /// Wrench at the joint of the spanning-tree node with this index.
     Node(usize),
-    /// Wrench at a cut joint.
+    /// Wrench at the cut joint with this index among the cut joints.
     Cut(usize),
     /// Effort of the actuator at a DOF of the spanning tree.
     Actuator { tree_dof: usize },
-    /// Effort of an actuator at a cut joint, which is the unknown of a column.
+    /// Effort of an actuator at a cut joint. This effort is an unknown, and `column` is its matrix
+    /// column.
     CutActuator { column: usize },
 }
 
-/// Column of the multiplier of a gearing.
+/// Matrix column of the multiplier of a gearing.
 #[derive(Clone, Debug)]
 pub(super) struct GearingColumn {
-    /// Index among the gearings of the mechanism.
+    /// Index of the gearing among the gearings of the mechanism.
     pub(super) gearing: usize,
-    /// Degrees of freedom of the spanning tree on which the gearing acts, in the order of its
-    /// coefficients. Each has the index of its balance equation, or `None` if the degree of freedom
-    /// is actuated.
+    /// Degrees of freedom of the spanning tree on which the gearing acts, in the order of the
+    /// coefficients of the gearing. The second entry of each pair is the index of the balance
+    /// equation of the degree of freedom, or `None` if the degree of freedom is actuated.
     pub(super) dofs: Vec<(usize, Option<usize>)>,
 }
 
@@ -80,8 +84,8 @@ pub(crate) struct BalanceStructure {
     /// Number of columns for wrenches at cut joints. The columns of local degrees of freedom
     /// follow, then those of gearings.
     pub(super) wrench_columns: usize,
-    /// Nodes whose bodies each local degree of freedom accelerates, including all ancestors of
-    /// these nodes.
+    /// For each local degree of freedom, the tree nodes whose bodies it accelerates, and all
+    /// ancestors of these nodes.
     pub(super) spin_nodes: Vec<Vec<usize>>,
     pub(super) gearings: Vec<GearingColumn>,
     pub(super) weighed: Vec<Weighed>,
@@ -142,8 +146,8 @@ impl BalanceStructure {
             && topology.cut_actuators.is_empty()
     }
 
-    /// Returns the number of columns without Lagrange multipliers: wrenches, local degrees of
-    /// freedom and gearings.
+    /// Returns the number of columns for wrenches, local degrees of freedom and gearings. The
+    /// columns of the Lagrange multipliers of the weighting are not counted.
     pub(super) fn unknowns(&self) -> usize {
         self.first_gearing() + self.gearings.len()
     }
@@ -153,7 +157,8 @@ impl BalanceStructure {
         self.wrench_columns + self.spin_nodes.len()
     }
 
-    /// Returns the number of all columns, including Lagrange multipliers.
+    /// Returns the number of all columns, including those of the Lagrange multipliers of the
+    /// weighting.
     pub(super) fn size(&self) -> usize {
         match self.weighting {
             Weighting::Determined => self.unknowns(),
@@ -175,13 +180,14 @@ impl BalanceStructure {
         }
     }
 
-    /// Returns the columns of the Lagrange multipliers.
+    /// Returns the range of the columns of the Lagrange multipliers of the weighting, one for each
+    /// balance equation.
     pub(super) fn multipliers(&self) -> Range<usize> {
         self.unknowns()..self.size()
     }
 
-    /// Subtracts the efforts of gearings on actuated DOFs from the actuator efforts. `columns`
-    /// contains the values of all unknowns.
+    /// Subtracts the efforts that gearings exert on actuated DOFs from `efforts`, the efforts of
+    /// all actuators. `columns` contains the value of the unknown of each matrix column.
     pub(super) fn subtract_gearings<T: Scalar>(
         &self,
         topology: &Topology,
@@ -266,8 +272,8 @@ fn weighed(topology: &Topology, weighting: Weighting) -> Vec<Weighed> {
     let mut through = vec![Vec::new(); topology.nodes.len()];
     for (index, cut) in topology.cuts.iter().enumerate() {
         for &(node, sign) in &cut.path {
-            // The wrench of a cut joint on the successor side is subtracted from the wrench of the
-            // tree joint.
+            // If the tree joint lies on the successor's side of the cut joint, the wrench of the
+            // cut joint is subtracted from the wrench of the tree joint.
             through[node].push((index, -sign));
         }
     }

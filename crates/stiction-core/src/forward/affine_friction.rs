@@ -19,9 +19,9 @@ pub enum InterfaceMode {
     Slides([f64; 3]),
     /// Stick: static friction prevents slip.
     Sticks,
-    /// Static friction is at its limit, and other constraints still prevent slip. The unit vector
-    /// is the direction in which the interface would begin to slip; the friction opposes this
-    /// direction.
+    /// The interface is at rest, and its static friction is at the limit. The interface begins to
+    /// slip unless other constraints prevent the slip. The unit vector is the direction of this
+    /// slip; the friction opposes this direction.
     AtLimit([f64; 3]),
 }
 
@@ -32,7 +32,8 @@ pub enum InterfaceMode {
 pub(super) struct AffineFriction {
     pub(super) constant: [f64; 3],
     pub(super) per_load: [f64; 3],
-    /// Part of the friction that itself changes the normal load, as on the flanks of a thread.
+    /// Part of the friction that itself changes the normal load, for example the friction on the
+    /// flanks of a thread.
     pub(super) own: OwnFriction<f64>,
 }
 
@@ -76,7 +77,8 @@ pub(super) fn is_smooth(interface: &InterfaceParameters<f64>) -> bool {
 }
 
 /// Returns the friction of an interface in a given mode at the sliding velocity `velocity`, m/s.
-/// `bristles` are the bristle deflections, m; laws without bristles ignore them.
+/// `pitch` is the pitch of the joint, m/rad. `bristles` contains the bristle deflections, m, which
+/// laws without bristles ignore.
 pub(super) fn affine_friction(
     interface: &InterfaceParameters<f64>,
     pitch: f64,
@@ -132,7 +134,8 @@ pub(super) fn affine_friction(
     AffineFriction { constant, per_load, own }
 }
 
-/// Returns the rate of each bristle deflection, m/s.
+/// Returns the rate of each bristle deflection, m/s, at the sliding velocity `velocity`, m/s, and
+/// the bristle deflections `bristles`, m. Returns zero for laws without bristles.
 pub(super) fn bristle_rate(
     interface: &InterfaceParameters<f64>,
     velocity: [f64; 3],

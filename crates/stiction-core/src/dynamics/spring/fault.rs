@@ -8,9 +8,9 @@ use crate::mechanism::Mechanism;
 use crate::parameters::Parameters;
 use crate::topology::Topology;
 
-/// Largest deviation of the wrapped angle of a cut joint from the centre of its range of one full
-/// turn, rad. The wrapped angle jumps at half a turn, and a motion may cross this point unnoticed
-/// between two samples.
+/// Largest accepted deviation of the angle of a cut joint from the middle of the joint's range,
+/// rad. The angle of a cut joint is known only up to full turns and jumps at a deviation of half a
+/// turn. A motion may cross this jump unnoticed between two samples.
 const COUNTED: f64 = 170.0 * core::f64::consts::PI / 180.0;
 
 /// Spring whose force is undefined, and the reason.
@@ -27,7 +27,8 @@ pub(crate) enum SpringFault {
 }
 
 impl SpringFault {
-    /// Finds the first spring whose force is undefined.
+    /// Searches the springs, then the bushings, then the joint springs, and returns the first
+    /// spring whose force is undefined.
     pub(crate) fn first(
         topology: &Topology,
         parameters: &Parameters<f64>,
@@ -39,7 +40,9 @@ impl SpringFault {
         coincide.map(Self::NoDirection).or_else(|| Self::first_turned(topology, parameters, bodies))
     }
 
-    /// Finds the first bushing or joint spring that is rotated too far.
+    /// Searches the bushings, then the joint springs. Returns the first bushing that is twisted by
+    /// nearly half a turn, or the first spring on a cut joint whose angle is nearly half a turn
+    /// from the middle of its range.
     pub(crate) fn first_turned(
         topology: &Topology,
         parameters: &Parameters<f64>,
@@ -61,7 +64,7 @@ impl SpringFault {
     }
 
     /// Returns the name of the spring and a description of the problem. The description is `None`
-    /// if the ends coincide, which is a separate error variant.
+    /// if the ends of the spring coincide, because a separate error variant reports this case.
     pub(crate) fn in_words(self, mechanism: &Mechanism) -> (String, Option<String>) {
         let degrees = |angle: f64| format!("{:.1} deg", angle.to_degrees());
         match self {

@@ -1,4 +1,4 @@
-//! Springs on degrees of freedom of joints.
+//! Springs that act on degrees of freedom of joints.
 //!
 //! Equation (B11) of the book's theory.
 
@@ -13,7 +13,9 @@ pub(super) fn rate<T: Scalar>(spring: &JointSpringParameters<T>, bodies: &Bodies
     (bodies.twist[to] - bodies.twist[from]).power(bodies.effort(&spring.dof, spring.joint))
 }
 
-/// Computes the wrench on the successor for the given coordinate, about the reference point.
+/// Computes the wrench of a joint spring on the successor of its joint, about the reference point
+/// in world axes. `coordinate` is the coordinate of the degree of freedom on which the spring acts,
+/// rad or m.
 pub(super) fn wrench<T: Scalar>(
     spring: &JointSpringParameters<T>,
     bodies: &Bodies<T>,

@@ -46,7 +46,7 @@ impl<T: Scalar> SpringForce<T> {
         let direction = span * over;
         let approach = bodies.twist[to].velocity_at(b) - bodies.twist[from].velocity_at(a);
         let rate = direction.dot(approach);
-        // Without a free length the force is linear in `span`, even through zero.
+        // Without a free length the force is linear in `span`, even where `span` is zero.
         let along = spring.damping * rate - spring.stiffness * spring.free_length - spring.preload;
         let force = -(span * spring.stiffness + direction * along);
         let tension = spring.stiffness * length + along;
@@ -54,8 +54,9 @@ impl<T: Scalar> SpringForce<T> {
     }
 }
 
-/// Calls `apply` for each spring and bushing with its two bodies and the wrench on the second body,
-/// about the reference point in world axes. The opposite wrench acts on the first body.
+/// Calls `apply` for each spring, joint spring and bushing, with the indices of its two bodies and
+/// the wrench on the second body, about the reference point in world axes. The opposite wrench acts
+/// on the first body.
 // Not inlined: few mechanisms have springs, and inlined code of nested scalar types takes minutes
 // to compile.
 #[inline(never)]
@@ -79,15 +80,16 @@ impl SpringForce<f64> {
     /// Returns true if the direction of the force is defined, or if the force vanishes where its
     /// direction is undefined. `length` is the characteristic length, m.
     pub fn has_direction(&self, spring: &SpringParameters<f64>, length: f64) -> bool {
-        // If the ends are closer, the direction is round-off of the poses.
+        // If the distance of the ends is below this fraction of the characteristic length, their
+        // direction is round-off of the poses.
         const APART: f64 = 1e-12;
         let offset = spring.stiffness * spring.free_length + spring.preload;
         let needs_none = offset == 0.0 && spring.damping == 0.0;
         needs_none || self.length > APART * length
     }
 
-    /// Returns the scale of round-off in the power, W: the sum of the speeds of both ends times the
-    /// magnitude of the force.
+    /// Returns the scale of round-off in the power of the spring, W: the sum of the speeds of both
+    /// ends times the magnitude of the force.
     pub fn turnover(&self, spring: &SpringParameters<f64>, bodies: &Bodies<f64>) -> f64 {
         let speed = |(&body, &point): (&usize, &Vec3<f64>)| {
             bodies.twist[body].velocity_at(bodies.pose[body].apply(point)).norm()

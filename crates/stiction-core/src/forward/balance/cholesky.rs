@@ -4,14 +4,16 @@
 use super::{dot, fill};
 use crate::scalar::Scalar;
 
-/// Fraction of the largest inertia of any motion below which the inertia of a motion counts as
-/// round-off.
+/// The inertia of a motion counts as round-off if it is below this fraction of the largest inertia
+/// among the basis motions.
 const NEGLIGIBLE: f64 = 1e-14;
 
-/// Returns the Cholesky factor of `Z^T M Z`, computed with pivoting. The vectors of `basis` are
-/// reordered so that motions without inertia come last, where round-off does not hide small pivots.
-/// If `may_lack_inertia` accepts a motion without inertia, the motion is appended to `spins` and
-/// assigned an arbitrary inertia; its rate then stays constant as long as no load acts on it.
+/// Returns the Cholesky factor of `Z^T M Z`. `matrix` is the mass matrix `M`, `n` by `n`,
+/// row-major; `basis` contains the columns of `Z`, `n` numbers each, one after the other. Pivoting
+/// reorders these columns so that motions without inertia come last, where round-off does not hide
+/// small pivots. If `may_lack_inertia` accepts a motion without inertia, the motion is appended to
+/// `spins` and assigned an arbitrary inertia; its rate then stays constant as long as no load acts
+/// on it.
 ///
 /// # Errors
 /// Returns the rates of a motion without inertia that `may_lack_inertia` rejects.
@@ -88,7 +90,8 @@ pub(super) fn factor_into(
             }
             continue;
         }
-        // Motion without inertia: this basis vector minus its coupling to the preceding motions.
+        // The motion without inertia is this basis vector minus its inertial coupling to the
+        // preceding basis vectors.
         let mut with: Vec<f64> = (0..i).map(|k| factor[i * free + k]).collect();
         for k in (0..i).rev() {
             let after: f64 = (k + 1..i).map(|m| factor[m * free + k] * with[m]).sum();

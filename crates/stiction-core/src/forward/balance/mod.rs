@@ -9,9 +9,9 @@
 //!
 //! The null space `Z` of `J` decouples the equations: accelerations follow from `J` and `Z^T M Z`,
 //! then the multipliers `l` from the independent rows. `M` may be singular, but `Z^T M Z` must not
-//! be: each motion that the constraints allow must have inertia. Dependent rows are redundant
-//! constraints. They do not affect the accelerations, and [`redundancy`] determines their reactions
-//! by a declared rule.
+//! be: each motion that the constraints allow must have inertia, except the passive spin of a
+//! single body. Dependent rows are redundant constraints. They do not affect the accelerations, and
+//! [`redundancy`] determines their reactions by a declared rule.
 //!
 //! Equations (D1) and (D2) of the book's theory.
 
@@ -72,7 +72,8 @@ pub(super) struct Balance {
     momenta: Vec<f64>,
     /// Lower triangle of the Cholesky factor of `Z^T M Z`, row-major.
     factor: Vec<f64>,
-    /// Rates of the spanning tree for a unit rate of each passive spin without inertia.
+    /// Rates of the spanning tree in each passive spin without inertia. The magnitude of the rates
+    /// is arbitrary.
     passive_spins: Vec<Vec<f64>>,
     /// Rule that distributes the reactions of redundant constraints.
     pub(super) redundancy: RedundancyResolution,
@@ -95,7 +96,7 @@ impl Balance {
 
     /// Factorises the equations of motion again for the constraint rows in `rows`, sparsely if
     /// possible and densely otherwise, reusing the buffers. The constraint Jacobian need not be
-    /// filled.
+    /// computed beforehand.
     ///
     /// # Errors
     /// See [`Self::new`].
@@ -121,8 +122,8 @@ impl Balance {
         self.update_densely(model, data, workspace)
     }
 
-    /// Repeats the dense factorisation for the constraint rows and the filled constraint Jacobian,
-    /// reusing the buffers.
+    /// Repeats the dense factorisation for the present constraint rows, reusing the buffers. The
+    /// constraint Jacobian of these rows must have been computed beforehand.
     ///
     /// # Errors
     /// See [`Self::new`].
@@ -230,8 +231,8 @@ impl Balance {
         let each = self.rows.rows.iter().zip(self.rows.matrix.chunks_exact(n.max(1)));
         let residuals: Vec<f64> =
             each.map(|(row, entries)| row.scale * (dot(entries, &nearest) - row.right)).collect();
-        // If all right-hand sides are round-off, their size is that of round-off in terms of
-        // squared rates.
+        // Right-hand sides contain squares of rates. If these squares cancel, the right-hand sides
+        // are round-off relative to the largest squared rate.
         let fastest = model.fastest(data);
         let size = right.iter().fold(fastest * fastest, |m, x| m.max(x.abs()));
         let worst = (0..residuals.len())

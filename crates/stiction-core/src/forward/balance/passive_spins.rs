@@ -1,6 +1,6 @@
 //! Passive spins without inertia: rotations of a single body about an axis without moment of
-//! inertia, for example of a rod between two balls. A passive spin keeps its rate and cannot carry
-//! a moment.
+//! inertia, for example of a rod between two balls. The rate of a passive spin stays constant, and
+//! the joints cannot transmit a moment about its axis.
 
 use super::{Balance, Massless};
 use crate::forward::Forward;
@@ -10,9 +10,9 @@ use crate::kinematics::body_twists;
 use crate::spatial::{Twist, Vec3, Wrench};
 use crate::topology::Link;
 
-/// Fraction of all moments on a body below which the moment about a spin axis without inertia
-/// counts as zero. The axis is the direction in which the inertia is below a threshold, so the
-/// error of this direction is the square root of the threshold.
+/// The moment about a spin axis without inertia counts as zero if it is below this fraction of the
+/// largest acting moment. The spin axis is computed as the direction in which the inertia is below
+/// a threshold, so the error of this direction is about the square root of the threshold.
 const NEGLIGIBLE: f64 = 1e-6;
 /// A body counts as at rest if its speed is below this fraction of the speed of the fastest body.
 const AT_REST: f64 = 1e-6;

@@ -4,8 +4,8 @@
 //! undetermined:
 //!
 //! 1. least efforts of actuators with prescribed motion;
-//! 2. least static frictions relative to the friction limits, or least deviations from reference
-//!    frictions within all limits;
+//! 2. least static frictions relative to the friction limits, or least deviations of the static
+//!    frictions from reference values that satisfy all limits;
 //! 3. least elastic energy of declared compliances;
 //! 4. least reactions, see [`crate::dynamics::Weighting`].
 //!
@@ -166,7 +166,7 @@ pub(in crate::forward) struct Workspace {
     amounts: Vec<f64>,
 }
 
-/// Calls `put` with each number of the sum of squares that a criterion minimises.
+/// Calls `put` with each number whose square is a term of the sum that a criterion minimises.
 fn weigh(
     (model, data): (&Forward, &Data),
     rows: &ConstraintRows,

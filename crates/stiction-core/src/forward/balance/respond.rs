@@ -118,9 +118,10 @@ impl Balance {
         (&four.wrenches, &four.multipliers)
     }
 
-    /// Completes a response. On entry, `stages` contains accelerations that satisfy the constraint
-    /// rows, the generalised forces that remain at these accelerations (including efforts), and the
-    /// wrench that the joints must exert on each body at zero acceleration of the spanning tree.
+    /// Computes the accelerations, multipliers and joint wrenches of a response by the dense
+    /// factorisation. On entry, `stages` contains accelerations that satisfy the constraint rows,
+    /// the generalised forces `f - h - M a` at these accelerations (see [`super`]), and the wrench
+    /// that the joints must exert on each body at zero acceleration of the spanning tree.
     fn accelerate<T: Scalar>(
         &self,
         model: &Forward,
@@ -150,7 +151,8 @@ impl Balance {
                 *f -= *amount * T::from_f64(*m);
             }
         }
-        // `M a + h - f`, scaled, lies in the row space.
+        // The scaled residual `M a + h - f` lies in the row space of the scaled constraint
+        // Jacobian.
         forces.iter_mut().zip(&model.columns).for_each(|(p, c)| *p *= T::from_f64(-c));
         self.space.amounts(forces, multipliers);
         for (multiplier, row) in multipliers.iter_mut().zip(&self.rows.rows) {
@@ -159,8 +161,8 @@ impl Balance {
         self.load_joints(model, data, efforts, whole, stages);
     }
 
-    /// Computes the self-stress state with the given multipliers: the joint wrenches without
-    /// accelerations and loads.
+    /// Computes the self-stress state with the given multipliers: the joint wrenches that these
+    /// multipliers cause at zero accelerations and without loads.
     pub(super) fn self_stress(
         &self,
         model: &Forward,
@@ -177,8 +179,9 @@ impl Balance {
         Response { accelerations: vec![0.0; n], multipliers, wrenches }
     }
 
-    /// Computes the wrenches of all joints from accelerations, multipliers, and the wrench that the
-    /// joints must exert on each body.
+    /// Computes the wrenches of all joints from the accelerations, the multipliers and
+    /// `stages.demand`. On entry, `stages.demand` contains the wrench that the joints must exert on
+    /// each body at zero acceleration of the spanning tree.
     pub(super) fn load_joints<T: Scalar>(
         &self,
         model: &Forward,
@@ -221,8 +224,8 @@ impl Balance {
                 wrenches[joint] += wrench;
             }
         }
-        // A part of an effort accelerates the rotor and does not reach the joint. Wrenches of
-        // joints in the spanning tree are computed from the bodies.
+        // A part of an effort accelerates the rotor and does not reach the joint. The wrenches of
+        // joints in the spanning tree follow from the equilibrium of the bodies.
         let rows = masses.rotor_rows.chunks_exact(n).zip(masses.taken_rows.chunks_exact(n));
         for (rotor, (row, taken)) in masses.rotors.iter().zip(rows) {
             if let Some((body, momentum)) = rotor.carrier {
