@@ -69,8 +69,8 @@ impl<'a> Members<'a> {
         self.known.push((interface, wrench));
     }
 
-    /// Adds an interface to the problem; `wrenches` are the wrenches at its joint per unit of each
-    /// of its unknown frictions.
+    /// Adds an interface to the problem. `wrenches` contains the wrench at the joint of the
+    /// interface per unit of each unknown friction of the interface.
     pub(super) fn add(
         &mut self,
         interface: usize,

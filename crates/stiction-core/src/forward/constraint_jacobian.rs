@@ -12,12 +12,14 @@ use crate::topology::{Link, Role, Topology};
 pub(super) struct ConstrainedDof {
     pub(super) joint: usize,
     pub(super) dof: usize,
-    /// Acceleration, rad/s^2 or m/s^2; zero under static friction.
+    /// Acceleration that the DOF must have, rad/s^2 or m/s^2; zero under static friction.
     pub(super) acceleration: f64,
     /// True if an actuator constrains the DOF, false if static friction does.
     pub(super) actuated: bool,
-    /// Friction limit as an effort. Static frictions that are statically indeterminate are
-    /// distributed relative to these limits.
+    /// Estimated friction limit as an effort, divided by the largest friction limit of all
+    /// interfaces; dimensionless, or m for a rotation. The value is 1 if an actuator constrains the
+    /// DOF. Static frictions that are statically indeterminate are distributed relative to these
+    /// limits.
     pub(super) scale: f64,
     /// Reference effort, N or N m. Statically indeterminate frictions deviate from their reference
     /// efforts as little as possible.
@@ -57,15 +59,16 @@ pub(super) struct ConstraintRow {
     /// Wrench that the predecessor exerts on the successor per unit of the multiplier of this row,
     /// world axes about the reference point.
     pub(super) covector: Wrench<f64>,
-    /// Right-hand side: the value that the row must have for the accelerations of the spanning
-    /// tree.
+    /// Right-hand side: value that the product of this row with the accelerations of the spanning
+    /// tree must have, m/s^2 or rad/s^2.
     pub(super) right: f64,
     /// True if the multiplier is the effort of a prescribed actuator.
     pub(super) actuated: bool,
-    /// Friction limit as an effort, if the multiplier is a static friction.
+    /// Relative friction limit, see [`ConstrainedDof::scale`], if the multiplier is a static
+    /// friction; `None` for all other rows.
     pub(super) friction_scale: Option<f64>,
-    /// Reference effort of a static friction. Statically indeterminate frictions deviate from their
-    /// reference efforts as little as possible.
+    /// Reference effort of a static friction, N or N m. Statically indeterminate frictions deviate
+    /// from their reference efforts as little as possible.
     pub(super) reference: f64,
     /// Scale factor that makes residuals of angles and lengths comparable.
     pub(super) scale: f64,
@@ -81,8 +84,9 @@ pub(super) struct ConstraintRows {
 }
 
 impl ConstraintRows {
-    /// Computes all rows and the constraint Jacobian, reusing the buffers. Requires
-    /// [`Bodies::place`] and, for the right-hand sides, [`Bodies::move_with`].
+    /// Computes all rows and the constraint Jacobian, reusing the buffers. Beforehand
+    /// [`Bodies::place`] must have set the poses of the bodies and, for the right-hand sides,
+    /// [`Bodies::move_with`] their velocities.
     pub(super) fn update(
         &mut self,
         topology: &Topology,
@@ -145,7 +149,7 @@ impl ConstraintRows {
             let place = dof;
             let dof = &topology.joint_types[joint].dofs()[place];
             let covector = bodies.effort(dof, joint);
-            // For a joint of the spanning tree, the joint rate is itself a rate of the tree.
+            // The rate of a joint of the spanning tree is itself a rate of the tree.
             let right = match topology.role[joint] {
                 Role::Tree { .. } => acceleration,
                 Role::Cut { .. } => {
@@ -190,8 +194,8 @@ impl ConstraintRows {
         }
     }
 
-    /// Returns the product of a constraint row with rates or accelerations of the spanning tree,
-    /// without the matrix.
+    /// Returns the product of a constraint row with rates or accelerations of the spanning tree.
+    /// Does not use the matrix of [`Self::fill_matrix`].
     pub(super) fn product(
         &self,
         (topology, parameters): (&Topology, &Parameters<f64>),
@@ -223,7 +227,7 @@ impl ConstraintRows {
 }
 
 /// Calls `of` for each DOF of the spanning tree that changes the relative pose of the two bodies of
-/// a joint. The second argument is the sign of the change, 1 or -1.
+/// a joint, with the index of the DOF and the sign of the change, 1 or -1.
 pub(super) fn each_dof(topology: &Topology, joint: usize, mut of: impl FnMut(usize, f64)) {
     match topology.role[joint] {
         Role::Cut { cut } => {

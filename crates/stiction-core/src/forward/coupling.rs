@@ -48,7 +48,7 @@ pub(super) struct Coupling {
     /// Wrenches that do not depend on normal loads, each with the index of its joint: wrenches of
     /// actuators, and the constant parts of friction.
     constant: Vec<(usize, Wrench<f64>)>,
-    /// Response of the mechanism to the constant wrenches.
+    /// Response of the mechanism to the constant wrenches, loads and inertia forces.
     base: Response,
     problem: LoadProblem,
     /// For each unknown normal load, the index of its joint and the friction wrench per newton of
@@ -80,7 +80,8 @@ struct Responses<'a> {
 impl Influence for Responses<'_> {
     fn visit(&mut self, mut put: impl FnMut(usize, usize, Wrench<f64>)) {
         let Self { model, data, balance, units, interfaces, load_side, one, workspace } = self;
-        // The friction of a gear depends on the wrench that it transmits.
+        // The friction of a gear depends on the wrench that the gear transmits. Friction between
+        // the gear and its load is not part of this wrench.
         let behind = |row: usize, column: usize| {
             let is_behind = load_side.is_behind(interfaces[row], interfaces[column]);
             if is_behind { units[column].1 } else { Wrench::zero() }
@@ -158,7 +159,7 @@ impl Coupling {
         }
     }
 
-    /// Computes the influence of the normal loads on each other if it is not up to date.
+    /// Computes the influence of the normal loads on each other unless it is already up to date.
     pub(super) fn need_influence(
         &mut self,
         (model, data): (&Forward, &Data),
@@ -177,10 +178,11 @@ impl Coupling {
         problem.set_influence(&mut responses);
     }
 
-    /// Solves by fixed-point iteration, starting from the normal loads `known`. Each iteration
-    /// solves the equations of motion once, whereas Newton's method solves them once per interface.
-    /// Returns false if the iteration does not contract, or if the normal load of an interface
-    /// depends on the effort that a gear transmits.
+    /// Solves for the normal loads by fixed-point iteration, starting from the normal loads
+    /// `known`, N, one for each interface. Each iteration solves the equations of motion once,
+    /// whereas Newton's method solves them once per interface. Returns false if the iteration does
+    /// not contract, or if the normal load of an interface depends on the effort that a gear
+    /// transmits.
     pub(super) fn iterate(
         &mut self,
         (model, data): (&Forward, &Data),
@@ -222,8 +224,8 @@ impl Coupling {
         true
     }
 
-    /// Solves by Newton's method, starting from the normal loads `known`, N, one for each
-    /// interface. If Newton's method does not converge from there, or without `known`, solves by
+    /// Solves for the normal loads by Newton's method, starting from the normal loads `known`, N,
+    /// one for each interface. If Newton's method does not converge or `known` is `None`, solves by
     /// continuation from the frictionless solution.
     pub(super) fn solve(
         &mut self,
@@ -239,8 +241,8 @@ impl Coupling {
         Ok(())
     }
 
-    /// Returns the number of continuation steps in the last solution; zero if it needed no
-    /// continuation.
+    /// Returns the number of continuation steps in the last solution; zero if the last solution
+    /// needed no continuation.
     pub(super) fn continuation_steps(&self) -> usize {
         self.workspace.continuation_steps
     }

@@ -29,9 +29,9 @@ pub(super) struct Data {
     pub(super) input: InputState,
     /// Rates of the internal states of the inputs, per second.
     pub(super) input_rates: Vec<f64>,
-    /// Estimated friction limit of each interface relative to the largest one. Statically
-    /// indeterminate static frictions are distributed relative to these limits. The values stay
-    /// constant while the modes stay the same.
+    /// Estimated friction limit of each interface relative to the largest of these limits.
+    /// Statically indeterminate static frictions are distributed relative to these limits. The
+    /// values stay constant while the modes stay the same.
     pub(super) friction_scales: Vec<f64>,
     /// Reference static friction of each interface at the surface, N. Statically indeterminate
     /// frictions deviate from their references as little as possible.

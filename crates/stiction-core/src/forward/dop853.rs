@@ -31,8 +31,9 @@ pub(super) const NODES: [f64; ALL_STAGES] = [
     0.7777777777777778,
 ];
 
-/// Coefficients of the earlier derivatives in each stage, as pairs of stage index and weight. Row
-/// 12 contains the weights of the solution of order 8.
+/// Coefficients of the Runge-Kutta method: for each stage, the weights of the derivatives at
+/// earlier stages, as pairs of stage index and weight. Row 12 contains the weights of the solution
+/// of order 8.
 pub(super) const WEIGHTS: [&[(usize, f64)]; ALL_STAGES] = [
     &[],
     &[(0, 0.05260015195876773)],
@@ -128,7 +129,8 @@ pub(super) const WEIGHTS: [&[(usize, f64)]; ALL_STAGES] = [
     ],
 ];
 
-/// Weights of the error estimate of order 5.
+/// Weights of the stage derivatives in the error estimate of order 5, as pairs of stage index and
+/// weight.
 pub(super) const ERROR_5: &[(usize, f64)] = &[
     (0, 0.01312004499419488),
     (5, -1.2251564463762044),
@@ -140,11 +142,13 @@ pub(super) const ERROR_5: &[(usize, f64)] = &[
     (11, -0.022355307863886294),
 ];
 
-/// Weights of the reference solution for the error estimate of order 3.
+/// Weights of the stage derivatives in a solution of lower order. The difference of this solution
+/// from the solution of order 8 is the error estimate of order 3.
 pub(super) const LOWER_3: &[(usize, f64)] =
     &[(0, 0.2440944881889764), (8, 0.7338466882816118), (11, 0.022058823529411766)];
 
-/// Weights of the derivatives in the last four coefficients of the interpolant.
+/// Weights of the stage derivatives in the last four coefficients of the interpolant, as pairs of
+/// stage index and weight.
 pub(super) const INTERPOLATION: [&[(usize, f64)]; 4] = [
     &[
         (0, -8.428938276109013),

@@ -21,7 +21,7 @@ pub struct Competitor {
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ForwardError {
-    /// The mechanism cannot be assembled at its start.
+    /// The mechanism cannot be assembled at the start of the simulation.
     #[error("{0}")]
     Assembly(#[from] AssemblyError),
     /// The continuation from the frictionless solution found no accelerations that satisfy the
@@ -44,7 +44,8 @@ pub enum ForwardError {
         /// Fraction of the given friction coefficients at which the solution branch ends, percent.
         percent: f64,
     },
-    /// The search found no combination of sticking and sliding interfaces that satisfies all friction laws.
+    /// The search found no combination of sticking and sliding interfaces that satisfies all
+    /// friction laws.
     #[error(
         "at t = {t} s no combination of sticking and sliding joints was found that satisfies all friction laws; joint \
          `{joint}` can neither stick nor slide (Painleve's paradox at rest); reduce its friction or \
@@ -153,9 +154,10 @@ pub enum ForwardError {
         /// True if `by` is the residual of a rate, false if it is that of a value.
         rates: bool,
     },
-    /// The motion at the start violates a lock, a prescribed motion or a loop constraint
-    /// immediately, at a dead centre or at a bifurcation of the motion. For a mechanism at rest,
-    /// the forces drive it into a motion that no finite reaction prevents.
+    /// The motion at the start would immediately violate a lock, a prescribed motion or a loop
+    /// constraint, because the mechanism is at a dead centre or at a bifurcation of the motion. If
+    /// the mechanism is at rest, the forces drive it into such a motion, and no finite reaction
+    /// prevents this motion.
     #[error(
         "the start is contradictory: {}; start {}at another position, or release that constraint",
         blocked(*time, what, *by, *translates, *at_rest),
@@ -205,7 +207,8 @@ pub enum ForwardError {
         time: f64,
         /// Name of the fastest body.
         body: String,
-        /// Speed of the centre of mass, or of a point at the characteristic length from it, m/s.
+        /// Larger of the speed of the centre of mass and the angular speed times the characteristic
+        /// length, m/s.
         speed: f64,
     },
     /// A quantity is infinite or not a number.

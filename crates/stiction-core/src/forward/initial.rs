@@ -11,7 +11,7 @@ use crate::linalg::RowSpace;
 use crate::mechanism::BodyId;
 use crate::spatial::Pose;
 
-/// Given value or rate of one coordinate at the start of a simulation. Each may be absent.
+/// Given value and given rate of one coordinate at the start of a simulation. Either may be absent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Known {
     /// The coordinate.
@@ -23,7 +23,8 @@ pub struct Known {
     pub rate: Option<f64>,
 }
 
-/// A given rate counts as satisfied if its relative residual is below this value.
+/// A rate constraint counts as satisfied if its residual is below this fraction of the largest
+/// given rate.
 const MET: f64 = 1e-9;
 /// A constraint row counts as linearly dependent if its component orthogonal to the span of the
 /// other rows is below this fraction of its norm.
@@ -121,8 +122,8 @@ impl Forward {
         let mut matrix = Vec::new();
         masses.matrix_into(topology, &bodies, &mut matrix);
         let free = basis.len() / n.max(1);
-        // Without inertia the kinetic energy has no unique minimum; the minimum-norm rates then
-        // remain unchanged.
+        // If a motion has no inertia, the kinetic energy has no unique minimum. The minimum-norm
+        // rates then remain unchanged.
         if free > 0
             && largest > 0.0
             && let Ok(factored) = factor(&matrix, &mut basis, n, &|_| false, &mut Vec::new())

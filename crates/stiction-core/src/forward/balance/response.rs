@@ -9,8 +9,8 @@ pub(in crate::forward) struct Response {
     pub(in crate::forward) accelerations: Vec<f64>,
     /// Lagrange multiplier of each constraint row.
     pub(in crate::forward) multipliers: Vec<f64>,
-    /// Complete wrench of each joint, exerted by the predecessor on the successor, world axes about
-    /// the reference point.
+    /// Complete wrench of each joint, exerted by the predecessor on the successor, about the
+    /// reference point in world axes.
     pub(in crate::forward) wrenches: Vec<Wrench<f64>>,
 }
 

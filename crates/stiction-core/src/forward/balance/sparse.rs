@@ -13,8 +13,8 @@ use crate::spatial::{Vec3, Wrench};
 use crate::topology::{Link, Role, Topology};
 
 /// The iteration for the minimum-norm reactions ends when the multipliers change by less than this
-/// fraction. The first iteration leaves an error due to the matrix that is added to make the system
-/// definite.
+/// fraction of the largest multiplier. The iteration is needed because a matrix is added to make
+/// the system definite, which causes an error in the first solution.
 const LEAST: f64 = 1e-12;
 /// Largest number of iterations for the minimum-norm reactions.
 const CHANGES: usize = 4;
@@ -43,8 +43,8 @@ pub(super) struct SparseBalance {
 struct Loops {
     /// Unit wrenches of the constraint rows of each loop closure (block).
     covectors: Vec<Vec<Wrench<f64>>>,
-    /// For the joint of each tree node, the loop closures (blocks) whose loops pass through the
-    /// joint, with the sign of the passage.
+    /// For each tree node, the loop closures (blocks) whose loops pass through the joint of the
+    /// node, each with the sign of the joint in the loop, 1 or -1.
     through: Vec<Vec<(usize, f64)>>,
 }
 
@@ -96,9 +96,9 @@ impl SparseBalance {
     }
 
     /// Factorises the equations of motion at the configuration of `data`. Returns false if the
-    /// dense factorisation must be used instead: for motions without inertia, for singular
-    /// configurations, and for redundant constraints that include actuator efforts or static
-    /// friction.
+    /// dense factorisation must be used instead: for DOFs with several constraint rows, for motions
+    /// without inertia, for singular configurations, and for redundant constraints if there are
+    /// also prescribed actuators, static friction or declared compliances.
     pub(super) fn update(&mut self, model: &Forward, data: &Data, rows: &ConstraintRows) -> bool {
         let (topology, parameters) = (&model.topology, &model.parameters);
         let Self { tree, closures, prescribed, rows: of_tree, is_redundant, holds_cuts, loops } =
@@ -159,8 +159,9 @@ impl SparseBalance {
 }
 
 impl Balance {
-    /// Computes a response from the generalised forces (including efforts) and from the wrench that
-    /// the joints must exert on each body at zero acceleration of the spanning tree.
+    /// Computes a response by the sparse factorisation, from the generalised forces (including
+    /// efforts) and from the wrench that the joints must exert on each body at zero acceleration of
+    /// the spanning tree.
     pub(super) fn respond_sparse(
         &self,
         sparse: &SparseBalance,
@@ -273,9 +274,9 @@ impl Balance {
     }
 }
 
-/// Returns the components of the wrench of a joint, weighted so that the reactions of redundant
-/// constraints have the least sum of squares. Force first, N; then the moment divided by the
-/// characteristic length, N.
+/// Returns the components of a joint wrench in world axes whose sum of squares the reactions of
+/// redundant constraints minimise: the force, N, then the moment about the origin of frame J
+/// divided by the characteristic length, N.
 fn weighed(model: &Forward, data: &Data, joint: usize, wrench: &Wrench<f64>) -> Part {
     let moment = wrench.moment_about(data.bodies.frame_j[joint].position);
     let moment: Vec3<f64> = moment * (1.0 / model.parameters.length);
@@ -283,8 +284,10 @@ fn weighed(model: &Forward, data: &Data, joint: usize, wrench: &Wrench<f64>) -> 
     [force.x, force.y, force.z, moment.x, moment.y, moment.z]
 }
 
-/// Calls `put` with each entry of the Hessian of the sum of squares of all reactions with respect
-/// to the multipliers of rows at cut joints.
+/// Calls `put` with the two rows and the value of each contribution to half the Hessian of the sum
+/// of squares of all reactions, with respect to the multipliers of rows at cut joints. The
+/// contributions to an entry must be added up. Of each pair of different blocks, only one order is
+/// visited, because the matrix is symmetric.
 fn each_pair(
     (model, data): (&Forward, &Data),
     loops: &Loops,
@@ -311,8 +314,8 @@ fn each_pair(
     }
 }
 
-/// Adds half the gradient of the sum of squares of all reactions, with respect to the multipliers
-/// of rows at cut joints, to `to`.
+/// Adds to `to` half the gradient of the sum of squares of all reactions with respect to the
+/// multipliers of rows at cut joints.
 fn gradient(
     (model, data): (&Forward, &Data),
     rows: &[ConstraintRow],
