@@ -34,7 +34,7 @@ pub(super) struct InputState {
     pub(super) angles: Vec<Angle>,
 }
 
-/// Unwrapped angle of a joint (continuous over full turns), as of the start of the present step.
+/// Unwrapped angle (continuous over full turns) of a cut joint at the start of the present step.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Angle {
     pub(super) joint: usize,
@@ -49,8 +49,9 @@ pub(super) struct Angle {
 
 impl Angle {
     /// Returns the angle that differs from `nearest`, rad, by full turns and is closest to the
-    /// predicted angle. The prediction uses the mean of the rates at the last update and now. Rates
-    /// change little within a step, so the prediction error is much less than half a turn.
+    /// predicted angle. The prediction uses the mean of the rate at the last update and `rate`, the
+    /// rate at `time`, rad/s. Rates change little within a step, so the prediction error is much
+    /// less than half a turn.
     pub(super) fn count_on(&self, time: f64, nearest: f64, rate: f64) -> f64 {
         if time == self.time {
             return self.value;
@@ -133,7 +134,8 @@ pub(super) fn joint_coordinate(
 
 /// Inputs of a simulation: actuator efforts, prescribed motions and external loads. The results of
 /// all methods must depend only on their arguments, since a simulation repeats steps. Inputs may
-/// jump only at [`Self::next_change`].
+/// jump only at the times that [`Self::next_change`] returns and where a switching function changes
+/// its sign, see [`Self::switches`].
 pub trait Inputs {
     /// Writes the efforts of all actuators, N or N m, in the order of
     /// [`Mechanism::actuators`](crate::mechanism::Mechanism::actuators). The simulation ignores the
@@ -152,9 +154,9 @@ pub trait Inputs {
     }
 
     /// Returns the internal states of the inputs, such as the integral term of a controller, as
-    /// pairs of initial value and magnitude. The absolute tolerance of a state is relative to its
-    /// magnitude. The simulation integrates the states together with the mechanism, under the same
-    /// error control.
+    /// pairs of initial value and magnitude. The absolute tolerance of a state is proportional to
+    /// this magnitude. The simulation integrates the states together with the mechanism, under the
+    /// same error control.
     fn initial_states(&self) -> Vec<(f64, f64)> {
         Vec::new()
     }
@@ -170,12 +172,14 @@ pub trait Inputs {
     /// Efforts, loads and rates of internal states must be smooth functions of time and state while
     /// [`View::sides`] stays the same, even beyond the zero of a switching function. An example of
     /// a switching function is an effort minus its limit. A step ends where a switching function
-    /// changes its sign; its entry in [`View::sides`] changes there.
+    /// changes its sign, and the entry of this function in [`View::sides`] changes at the end of
+    /// this step.
     fn switches(&mut self, view: &View<'_>, values: &mut Vec<f64>) {
         let _ = (view, values);
     }
 
-    /// Returns true if the simulation ends as soon as this switching function is negative.
+    /// Returns true if the simulation ends as soon as the switching function with the index
+    /// `switch` is negative.
     fn ends_at(&self, switch: usize) -> bool {
         let _ = switch;
         false
@@ -186,28 +190,30 @@ pub trait Inputs {
         format!("switching function {switch} of the inputs")
     }
 
-    /// Returns the next time after `time`, s, at which an input jumps or a controller samples. Steps end there.
+    /// Returns the next time after `time`, s, at which an input jumps or a controller samples;
+    /// `None` if there is no such time. A step ends at this time.
     fn next_change(&self, time: f64) -> Option<f64> {
         let _ = time;
         None
     }
 
-    /// Returns the time, s, until which efforts and loads stay constant, counted from `time`, as
-    /// long as the mechanism is at rest. A simulation at rest does not evaluate the inputs before
-    /// the returned time. The default is `time`: the inputs may change at any moment.
+    /// Returns the time, s, until which efforts and loads stay constant after `time`, provided that
+    /// the mechanism stays at rest. A simulation at rest does not evaluate the inputs before the
+    /// returned time. The default is `time`: the inputs may change at any moment.
     fn steady_until(&self, time: f64) -> f64 {
         time
     }
 
-    /// Returns the time, s, until which a few samples starting at `time` resolve the inputs. No
-    /// step extends beyond this time, because a longer step could miss a short pulse.
+    /// Returns the latest time, s, for which a few samples between `time` and this time resolve all
+    /// changes of the inputs. No step extends beyond this time, because a longer step could miss a
+    /// short pulse.
     fn seen_until(&self, time: f64) -> f64 {
         let _ = time;
         f64::INFINITY
     }
 
-    /// Returns the time, s, until which the inputs are known. Steps end there. The default is
-    /// infinity.
+    /// Returns the time, s, until which the inputs are known. A step extends beyond this time only
+    /// if the caller advances the simulation beyond it. The default is infinity.
     fn known_until(&self) -> f64 {
         f64::INFINITY
     }

@@ -26,7 +26,7 @@ pub struct InterfaceSample {
     /// Friction force at the surface along each DOF of the interface, N, with the sign of the
     /// sliding velocity that it opposes.
     pub friction: [f64; 3],
-    /// Static friction limit under this normal load, N.
+    /// Static friction limit under the normal load `load`, N.
     pub limit: f64,
 }
 
@@ -64,8 +64,8 @@ pub struct Account {
     pub loads: f64,
     /// Power dissipated by the dampers of springs, W.
     pub dampers: f64,
-    /// Power dissipated by each interface, W. For laws with bristles it includes the rate of the energy that the
-    /// bristles store.
+    /// Power dissipated by each interface, W. For laws with bristles, this power includes the rate
+    /// of the energy that the bristles store.
     pub interfaces: Vec<f64>,
 }
 
@@ -116,8 +116,8 @@ pub struct Instant {
     /// Effort of each gearing, N m; N if the gearing sums lengths, see
     /// [`Gearing`](crate::mechanism::Gearing).
     pub gearings: Vec<f64>,
-    /// Complete wrench of each joint, exerted by the predecessor on the successor, world axes about
-    /// the reference point. Motor shafts that the model adds follow at the end.
+    /// Complete wrench of each joint, exerted by the predecessor on the successor, about the
+    /// reference point in world axes. The joints of motor shafts that the model adds come last.
     pub wrenches: Vec<Wrench<f64>>,
     /// State of each friction interface.
     pub interfaces: Vec<InterfaceSample>,
@@ -138,11 +138,11 @@ pub struct Instant {
     pub open_drives: usize,
     /// Mobility: number of DOFs left by the constraints.
     pub mobility: usize,
-    /// Singularity index of the constraints, between zero and one; zero at a singular configuration
-    /// of the loops.
+    /// Singularity index of the constraints, between zero and one. The index tends to zero as the
+    /// mechanism approaches a singular configuration of the loops.
     pub(super) distance: f64,
-    /// Sticking interface that must start to move, because its joint is at rest at this instant
-    /// only.
+    /// Index of a sticking interface that must begin to slip, because its joint is at rest only at
+    /// this instant. `None` if no interface must begin to slip.
     pub(super) gives_way: Option<usize>,
     /// Number of joints of the mechanism, excluding motor shafts that the model adds.
     pub(super) joints: usize,
@@ -210,7 +210,7 @@ impl Forward {
             let mut load = solved.coupled.loads[index];
             let mut friction = [0.0; 3];
             if modes[index] == InterfaceMode::Sticks {
-                // Sticking DOFs are in the order of the interfaces.
+                // The list of sticking DOFs is sorted by interface.
                 let first = solved.sticking.partition_point(|dof| dof.interface < index);
                 let own = solved.sticking[first..].iter();
                 for &StickingDof { place, row, .. } in own.take_while(|dof| dof.interface == index)
@@ -235,7 +235,8 @@ impl Forward {
         }
     }
 
-    /// Returns the effort of each gearing of the mechanism from the multipliers of a solution.
+    /// Returns the effort of each gearing of the mechanism, N m or N, from the multipliers of a
+    /// solution.
     pub(super) fn gearing_efforts<'a>(
         &'a self,
         response: &'a Response,
@@ -252,7 +253,8 @@ impl Forward {
         let side = LoadSide { model: self, bodies, sticking: &solved.sticking, rows };
         let mut sum = side.held(gear, &solved.coupled.response.multipliers);
         for other in side.behind(gear) {
-            // The friction of a sticking interface is a multiplier and is part of `held`.
+            // The friction of a sticking interface is a multiplier and is part of the result of
+            // `held`.
             let (friction, load) = (&solved.frictions[other], solved.coupled.loads[other]);
             let effort = [0, 1, 2].map(|i| -friction.constant[i] - friction.per_load[i] * load);
             if effort != [0.0; 3] {

@@ -5,8 +5,8 @@
 
 use super::dop853::{ALL_STAGES, ERROR_5, INTERPOLATION, LOWER_3, NODES, STAGES, WEIGHTS};
 
-/// Times of all stages after the first, including the stages for the interpolant, as fractions of
-/// the step.
+/// Times of all stages after the first stage, including the stages for the interpolant, as
+/// fractions of the step.
 pub(super) const NODES_OF_OUTPUT: &[f64] = NODES.split_at(1).1;
 
 /// Stages of the last attempted step, and the interpolant of this step.
@@ -25,8 +25,8 @@ pub(super) struct Steps {
     has_curve: bool,
 }
 
-/// Tolerances of a step: an error of one unit in a component `y` is `absolute * scale + relative *
-/// |y|`.
+/// Error tolerances of a step. The tolerated error of a component `y` of the state is
+/// `absolute * scale + relative * |y|`, where `scale` is the entry of this component in `scales`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tolerance<'a> {
     pub(super) relative: f64,
@@ -46,9 +46,9 @@ impl Steps {
         (*step, *has_curve) = (other.step, false);
     }
 
-    /// Attempts a step from the state `start` with the time derivative `first`. `derivative` writes
-    /// the time derivative at a given time and state. Returns the estimated error in units of the
-    /// tolerance.
+    /// Attempts a step from the state `start` with the time derivative `first`. `time` is the start
+    /// and `step` the length of the step, s. `derivative` writes the time derivative at a given
+    /// time and state. Returns the estimated error divided by the tolerated error.
     pub(super) fn attempt<E>(
         &mut self,
         start: &[f64],
@@ -109,9 +109,10 @@ impl Steps {
         done
     }
 
-    /// Estimates the step size times the largest rate at which neighbouring solutions converge
-    /// (Hairer, Norsett and Wanner 1993, section IV.2). If the estimate exceeds about six, the step
-    /// is limited by stability, not by accuracy. `after` is the derivative at the end of the step.
+    /// Estimates the product of the step size and the largest rate at which neighbouring solutions
+    /// converge (E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, section IV.2).
+    /// If the estimate exceeds about six, the step is limited by stability, not by accuracy.
+    /// `after` is the derivative at the end of the step.
     pub(super) fn stiffness(&self, after: &[f64], scales: &[f64]) -> f64 {
         let Some(before) = self.stages.get(STAGES - 1) else { return 0.0 };
         let (mut change, mut apart) = (0.0, 0.0);
@@ -122,7 +123,8 @@ impl Steps {
         if apart > 0.0 { self.step * (change / apart).sqrt() } else { 0.0 }
     }
 
-    /// Writes the state at a stage with the given weights to `y`.
+    /// Writes to `y` the state at the start of the step plus the step size times the weighted sum
+    /// of the stage derivatives.
     fn point(&self, weights: &[(usize, f64)], y: &mut Vec<f64>) {
         y.clear();
         y.extend_from_slice(&self.start);
@@ -141,7 +143,8 @@ impl Steps {
     ) -> Result<(), E> {
         self.stages[STAGES].clear();
         self.stages[STAGES].extend_from_slice(last);
-        // [`Self::stiffness`] needs the state at the last stage of the step itself.
+        // [`Self::stiffness`] needs the state at the last stage of the step, not at the additional
+        // stages of the interpolant.
         std::mem::swap(&mut self.kept, &mut self.last);
         for stage in STAGES + 1..ALL_STAGES {
             self.evaluate(stage, time, &mut derivative)?;

@@ -70,8 +70,8 @@ pub(super) struct MassMatrix {
     /// Joints that move each rotor, concatenated for all rotors.
     pub(super) rotor_parts: Vec<RotorPart>,
     pub(super) rotor_rows: Vec<f64>,
-    /// Effort on the output coordinate that accelerates each rotor, per acceleration of each DOF of
-    /// the spanning tree.
+    /// One row for each rotor: effort on the output coordinate that accelerates the rotor, per
+    /// acceleration of each DOF of the spanning tree.
     pub(super) taken_rows: Vec<f64>,
     /// Composite rigid-body inertia of each subtree.
     pub(super) composite: Vec<Inertia>,
@@ -80,7 +80,8 @@ pub(super) struct MassMatrix {
 }
 
 impl MassMatrix {
-    /// Computes inertias and bias forces. Requires [`Bodies::place`] and [`Bodies::move_with`].
+    /// Computes inertias and bias forces. Beforehand [`Bodies::place`] and [`Bodies::move_with`]
+    /// must have set the poses and twists of the bodies.
     pub(super) fn new(
         topology: &Topology,
         (parameters, rotors): (&Parameters<f64>, &[Rotor]),
@@ -92,8 +93,7 @@ impl MassMatrix {
         masses
     }
 
-    /// Recomputes in place, reusing the buffers. Requires [`Bodies::place`] and
-    /// [`Bodies::move_with`].
+    /// Recomputes inertias and bias forces like [`Self::new`], reusing the buffers.
     pub(super) fn update(
         &mut self,
         topology: &Topology,
@@ -192,8 +192,8 @@ impl MassMatrix {
         }
     }
 
-    /// Computes the rows of the rotors, and adds the efforts that accelerate the rotors to the
-    /// bias.
+    /// Computes the terms and matrix rows of the rotors, and adds the efforts that accelerate the
+    /// rotors to the bias forces.
     fn update_rotors(
         &mut self,
         (topology, parameters): (&Topology, &Parameters<f64>),
@@ -239,17 +239,19 @@ pub(super) fn potential(parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> f
     (1..bodies.pose.len()).map(of_body).chain(of_springs).sum()
 }
 
-/// Returns the power dissipated by the dampers of springs, W. Requires body twists.
+/// Returns the power dissipated by the dampers of springs, W. The twists in `bodies` must be up to
+/// date.
 pub(super) fn damped(parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> f64 {
     spring_powers(parameters, bodies).map(|spring| spring.dissipated).sum()
 }
 
-/// Returns the power of all external loads, W. Requires body twists.
+/// Returns the power of all external loads, W. The twists in `bodies` must be up to date.
 pub(super) fn power_of_loads(loads: &[AppliedLoad<f64>], bodies: &Bodies<f64>) -> f64 {
     loads.iter().map(|load| bodies.twist[load.body.0].power(load.wrench(bodies))).sum()
 }
 
-/// Returns the rate of change of the potential energy, W. Requires body twists.
+/// Returns the rate of change of the potential energy of gravity and springs, W. The twists in
+/// `bodies` must be up to date.
 pub(super) fn exchange(parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> f64 {
     let of_body = |body: usize| {
         let com = bodies.pose[body].apply(parameters.com[body]);

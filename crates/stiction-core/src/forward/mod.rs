@@ -1,9 +1,9 @@
 //! Forward dynamics: motion of a mechanism under given forces, with joints that stick and slip.
 //!
 //! One linear system yields the accelerations and all reactions; the constraints are differentiated
-//! twice (index 1). The friction of a joint is bounded by the reaction of the same joint, and both
-//! are solved for together. The accelerations decide whether an interface at rest sticks; a
-//! sticking interface does not creep. See [`Forward`] and [`Simulation`].
+//! twice (index 1). The friction of a joint depends on the reaction of the same joint, so the
+//! solver computes frictions and reactions together. The accelerations decide whether an interface
+//! at rest sticks; a sticking interface does not creep. See [`Forward`] and [`Simulation`].
 //!
 //! [`Forward`] is the model. `Data` contains the quantities at one instant that do not depend on
 //! the stick-slip modes of the interfaces. A [`Simulation`] advances the state and stores the
@@ -188,7 +188,7 @@ impl Forward {
     }
 
     /// Forces the use of the dense solver for any number of DOFs. Tests compare the sparse solver
-    /// with it.
+    /// with the dense solver.
     #[doc(hidden)]
     pub fn solve_densely(&mut self) {
         (self.closures, self.projections) = (None, None);

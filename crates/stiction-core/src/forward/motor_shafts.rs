@@ -1,5 +1,7 @@
-//! Shafts that the model adds to the mechanism for motors that drive joints jointly with other
-//! motors. The shafts allow the simulation of the friction of each motor.
+//! Shafts that the model adds to the mechanism, so that the friction of each motor can be
+//! simulated. Motors that drive the same joints get separate shafts if the friction of a motor acts
+//! on several joints, or if the loss of a gear depends on the part of the effort that this gear
+//! transmits.
 //!
 //! Equation (G13) of the book's theory.
 

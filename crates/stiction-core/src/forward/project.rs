@@ -21,7 +21,7 @@ const OPEN: f64 = 1e-9;
 /// Largest number of Newton steps to close the loops.
 const STEPS: usize = 10;
 
-/// Position at which static friction locks a DOF.
+/// Relative pose at which static friction locks a DOF of a joint.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Anchor {
     pub(super) joint: usize,
@@ -37,7 +37,7 @@ const SMALL: f64 = 1e-9;
 /// Singularity index above which a decomposition may be reused.
 const REGULAR: f64 = 0.2;
 
-/// Buffers of projections.
+/// Buffers for [`Forward::project_in`].
 #[derive(Clone, Debug)]
 pub(super) struct Projection {
     bodies: Bodies<f64>,
@@ -184,8 +184,8 @@ impl Forward {
         Ok(())
     }
 
-    /// Lists the DOFs that the projection constrains: first the DOFs of actuators with prescribed
-    /// motion, then the anchored DOFs of cut joints.
+    /// Writes to `constrained` the DOFs that the projection constrains: first the DOFs of actuators
+    /// with prescribed motion, then the anchored DOFs of cut joints.
     fn constrain_anchors(
         &self,
         targets: &[Target<f64>],
@@ -207,7 +207,7 @@ impl Forward {
     }
 
     /// Computes the constraint rows of loops and constrained DOFs at a state, and the position
-    /// error of each row.
+    /// error of each row, m or rad.
     fn close(
         &self,
         state: &State<f64>,
@@ -238,7 +238,8 @@ impl Forward {
         errors.extend(self.cut_anchors(anchors).map(|anchor| self.displacement(bodies, anchor)));
     }
 
-    /// Removes the component of the rates that violates the constraints.
+    /// Sets the rates of frozen DOFs to zero and removes the component of the other rates that
+    /// violates the constraints.
     fn project_rates(
         &self,
         state: &mut State<f64>,

@@ -93,7 +93,8 @@ impl Rotor {
             each_dof(topology, joint, |tree_dof, sign| {
                 row[tree_dof] += sign * bodies.screws[tree_dof].power(covector);
             });
-            // For a joint of the spanning tree, the joint rate is itself a rate of the tree.
+            // The rate of a joint of the spanning tree is itself a rate of the tree, so only cut
+            // joints contribute to the bias.
             if let Role::Cut { .. } = topology.role[joint] {
                 bias += opening(topology, parameters, bodies, joint).power(covector);
             }
@@ -133,14 +134,14 @@ impl RotorTerm {
 }
 
 /// Returns the friction of all motors and gears on each degree of freedom, as interfaces with the
-/// friction coefficient one. The normal load of such an interface is the constant motor friction
-/// plus the gear loss, which is affine in the magnitude of the transmitted effort. Gears that act
-/// on the same degree of freedom have the same losses and transmit efforts in constant ratios; all
-/// other gears have separate shafts.
+/// friction coefficient one (zero if the friction is purely viscous). The normal load of such an
+/// interface is the constant motor friction plus the gear loss, which is affine in the magnitude of
+/// the transmitted effort. Gears that act on the same degree of freedom have the same losses and
+/// transmit efforts in constant ratios; all other gears have separate shafts.
 pub(super) fn shaft_friction(mechanism: &Mechanism) -> Vec<InterfaceParameters<f64>> {
     let mut frictions: Vec<InterfaceParameters<f64>> = Vec::new();
     for train in mechanism.drive_trains().iter().filter(|train| train.has_friction()) {
-        // Motors with friction that move several joints have separate shafts.
+        // Motors with friction that move several joints are simulated on separate shafts.
         let Some((joint, dof)) = train.only_dof() else { continue };
         let (n, friction) = (train.transmission().abs(), train.motor_friction);
         let (joint, joint_type) = (joint.0, mechanism.joints()[joint.0].joint_type);

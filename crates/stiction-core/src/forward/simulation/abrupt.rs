@@ -23,7 +23,7 @@ use crate::kinematics::State;
 const CHANGE: f64 = 1e-5;
 /// Largest residual of the energy balance over a step, as a fraction of the energy exchanged in the
 /// step plus the kinetic energy. A step of order eight with rates accurate to 1e-10 leaves a
-/// thousandth of this residual.
+/// residual about a thousand times smaller.
 const WRONG: f64 = 1e-5;
 /// Additional residual allowed for round-off, as a fraction of the total energy and the energy
 /// exchanged since the start.
@@ -125,7 +125,8 @@ impl Simulation<'_> {
         };
         let changed = size(&|k| arrived.state.rates[k] - free[k]);
         let largest = size(&|k| free[k]).max(self.fastest_rate);
-        // Rates at rest are round-off, and so are their changes.
+        // The absolute term covers mechanisms at rest, whose rates and changes of rates are
+        // round-off.
         if changed > allowed(CHANGE) * largest + 1e3 * self.settings.absolute {
             let targets = model.targets(time, inputs);
             let rows = model.constraint_rows(&arrived.bodies, &targets, &[]);

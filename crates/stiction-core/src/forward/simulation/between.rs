@@ -46,8 +46,8 @@ pub(super) struct LastStep<'a> {
     pub(super) shows: bool,
 }
 
-/// Distance from an instant at which rates are sampled in order to differentiate them numerically,
-/// as a fraction of the step.
+/// To differentiate rates numerically at an instant, the rates are sampled at this distance before
+/// and after the instant, as a fraction of the integration step.
 const BESIDE: f64 = 1e-4;
 
 impl<'a> Simulation<'a> {
@@ -144,8 +144,8 @@ impl<'a> Simulation<'a> {
                     copy.workspace.crosses = crosses.then_some(0.0);
                     copy.prepare_curve(from, inputs)?;
                     *has_curve = true;
-                    // For every instant of the step, Newton's method starts from the same normal
-                    // loads.
+                    // Newton's method then starts from the same normal loads for every instant of
+                    // the step.
                     copy.workspace.loads.clear();
                 }
                 copy.workspace.crosses = crosses.then_some(0.0);
@@ -233,7 +233,7 @@ impl<'a> Simulation<'a> {
         let moves = |state: &State<f64>| state.rates.iter().any(|rate| *rate != 0.0);
         if moves(&self.now.state) || moves(&to.state) {
             let targets = model.targets(time, inputs);
-            // Interfaces that begin to stick at the end of the step still move within it.
+            // Interfaces that begin to stick at the end of the step still move within the step.
             let (anchors, frozen) = self.places_of(&self.modes, &end.modes);
             model.project(time, &mut state, &targets, &anchors, &frozen)?;
         }
@@ -258,8 +258,8 @@ impl Energies {
     fn blend(&mut self, to: &Self, account: &Account, (part, span): (f64, f64)) {
         let between = |a: &mut f64, b: &f64, power: &f64| {
             let all = b - *a;
-            // The mean force in a velocity jump does no work after the jump, so its final power
-            // must not be extrapolated.
+            // The mean force of a velocity jump does no work after the jump. The work per step at
+            // the final power is therefore limited to between zero and twice the work in this step.
             let last = (span * power).clamp((2.0 * all).min(0.0), (2.0 * all).max(0.0));
             *a += part * (2.0 * all - last + part * (last - all));
         };

@@ -41,7 +41,8 @@ const MOST_INPUTS: usize = 1_000_000;
 /// guarantees the same order of the numbers.
 pub(super) enum Tape<'a> {
     Out(&'a mut Vec<f64>),
-    /// Reader: the remaining numbers, and a flag that is set if a number is missing or a count is invalid.
+    /// Reader: the remaining numbers, and a flag that is set if a number is missing or a count is
+    /// invalid.
     In(std::slice::Iter<'a, f64>, bool),
 }
 
@@ -138,7 +139,7 @@ impl<'a> Simulation<'a> {
         Checkpoint { numbers, events: self.recorded_events().to_vec() }
     }
 
-    /// Returns the events that [`Self::checkpoint`] would store at present.
+    /// Returns the events that [`Self::checkpoint`] would store if it were called now.
     pub fn recorded_events(&self) -> &[Event] {
         let LastStep { shows, events, .. } = self.last_step;
         if shows { &self.events[..events] } else { &self.events }

@@ -29,8 +29,8 @@ impl Simulation<'_> {
                 let changes = leaves || self.rests_as_prescribed(inputs);
                 if changes { self.reconsider(inputs, None) } else { Ok(()) }
             }
-            // Where the prescribed motion comes to rest, round-off can give the sliding velocity a
-            // sign.
+            // Where the prescribed motion comes to rest, the sliding velocity may change its sign
+            // by round-off alone. Friction has then not stopped the interface.
             Ending::Stops(_) if self.rests_as_prescribed(inputs) => self.reconsider(inputs, None),
             Ending::Stops(interface) => self.reconsider(inputs, Some(interface)),
             Ending::SlipOnset | Ending::Passes(_) => self.reconsider(inputs, None),
@@ -96,7 +96,8 @@ impl Simulation<'_> {
         let mut state = self.now.state.clone();
         let targets = model.targets(time, inputs);
         if let Some(interface) = stopped {
-            // Sets the velocity of this interface, and of all DOFs that it locks, to exactly zero.
+            // Sets the velocity of this interface, and of all DOFs that the interface locks, to
+            // exactly zero.
             let (anchors, frozen) = self.holds_of(&[interface]);
             let frozen: Vec<bool> =
                 frozen.iter().zip(&self.frozen).map(|(a, b)| *a || *b).collect();
@@ -166,8 +167,9 @@ impl Simulation<'_> {
         change > OTHER * size(&|k| rates[k]) && change > OTHER * self.fastest_rate
     }
 
-    /// Returns true if sticking of the interface reduces the mobility. At a dead centre it does
-    /// not: the interface is at rest only for an instant while the mechanism moves.
+    /// Returns true if the mobility decreases when the interface sticks. At a dead centre, sticking
+    /// does not reduce the mobility, because the interface is at rest only for an instant while the
+    /// mechanism moves.
     pub(super) fn takes_dof(
         &self,
         situation: &crate::forward::data::Data,
@@ -215,7 +217,7 @@ impl Simulation<'_> {
                 (_, InterfaceMode::Sticks | InterfaceMode::AtLimit(_)) => {
                     EventKind::Sticks { interface, joint }
                 }
-                // A gradual change of the direction is not an event, a reversal is.
+                // A gradual change of the direction of slip is not an event, but a reversal is.
                 (InterfaceMode::Slides(a), InterfaceMode::Slides(b))
                     if a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>() > 0.0 =>
                 {

@@ -42,8 +42,8 @@ impl Simulation<'_> {
         self.take_change(inputs)
     }
 
-    /// Applies changed friction coefficients and masses at the present instant. They are the
-    /// parameters of the model with which the simulation was
+    /// Applies changed friction coefficients and masses at the present instant. The new values are
+    /// the parameters of the model with which the simulation was
     /// [resumed](crate::forward::Forward::resume).
     ///
     /// # Errors
@@ -76,7 +76,7 @@ impl Simulation<'_> {
         if self.stepping.is_some() {
             self.forces_of_next_step(inputs)?;
         }
-        // The energy balance continues from the energy with the new masses.
+        // From now on the energy balance uses the energy with the new masses.
         let change = self.now.account.kinetic + self.now.account.potential - before;
         self.energies.payloads += change;
         self.energies.turnover += change.abs();

@@ -17,9 +17,9 @@ const WINDOW: usize = 2400;
 /// Number of evaluations in a step of the event-driven method. A step of the time-stepping method,
 /// including its two half steps, costs about the same.
 const EVALUATIONS: f64 = 12.0;
-/// Mean step size of the event-driven method, s, above which stability is not the limit. Such steps
-/// are limited by the motion, by its events or by a controller, which limit the time-stepping
-/// method as well.
+/// Mean step size of the event-driven method, s, above which stability does not limit the steps.
+/// Longer steps are limited by the motion, by its events or by a controller, which limit the
+/// time-stepping method as well.
 const SLOW: f64 = 2e-4;
 /// Length of the trial step, as a multiple of the mean event-driven step. The simulation changes to
 /// time stepping if the trial step meets its tolerance.
@@ -43,7 +43,7 @@ pub(super) struct Economy {
 }
 
 impl Economy {
-    /// Creates the record for a simulation that starts at `time`, s.
+    /// Creates the record of work and phases for a simulation that starts at `time`, s.
     pub(super) fn new(time: f64) -> Self {
         Self { work: 0, window: (0, time), phase: (time, 0.0) }
     }
@@ -86,8 +86,8 @@ impl Simulation<'_> {
         step <= SLOW && self.pays_to_step(step, end, inputs)
     }
 
-    /// Returns true if a trial step of the time-stepping method meets its tolerance; its length is
-    /// [`PAYS`] times the length `step`, s, of an event-driven step.
+    /// Returns true if a trial step of the time-stepping method meets its tolerance. The length of
+    /// the trial step is [`PAYS`] times the length `step`, s, of an event-driven step.
     fn pays_to_step(&mut self, step: f64, end: f64, inputs: &mut dyn Inputs) -> bool {
         let time = self.now.time;
         let longer = PAYS * step;

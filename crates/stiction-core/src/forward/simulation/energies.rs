@@ -17,8 +17,8 @@ pub struct Energies {
     pub impacts: f64,
     /// Energy of the parts that bodies pick up, minus the energy of the parts that bodies place, J.
     pub payloads: f64,
-    /// Energy dissipated in each friction interface, J. For bristle laws it includes the energy
-    /// stored in the bristles.
+    /// Energy dissipated in each friction interface, J. For bristle laws, this value includes the
+    /// energy stored in the bristles.
     pub interfaces: Vec<f64>,
     /// Time integral of the absolute values of all powers, including the exchange of kinetic and
     /// potential energy, J. The energy error is relative to this value.

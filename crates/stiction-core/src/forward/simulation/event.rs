@@ -33,9 +33,10 @@ pub enum EventKind {
         direction: [f64; 3],
     },
     /// More interfaces stick than are needed to lock the mechanism, so the friction laws do not
-    /// determine the individual friction forces. The simulation distributes them in proportion to
-    /// the friction limits (least squares). If a friction force exceeds its limit, the simulation
-    /// selects another distribution within all limits, or at most a relative 1e-5 above them.
+    /// determine the individual friction forces. The simulation distributes the friction forces in
+    /// proportion to the friction limits (least squares). If a friction force then exceeds its
+    /// limit, the simulation selects another distribution, in which friction forces exceed their
+    /// limits at most by the relative amount 1e-5.
     SharesNotUnique {
         /// Number of friction forces that are statically indeterminate.
         redundant: usize,

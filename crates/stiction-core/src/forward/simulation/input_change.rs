@@ -39,8 +39,8 @@ impl Simulation<'_> {
         };
         self.lists.push(y);
         let instant = found.ok()?;
-        // With statically indeterminate static friction, the friction forces are redistributed
-        // unless the mechanism is at rest.
+        // If the static friction forces are statically indeterminate, the mode search distributes
+        // them again, unless the mechanism is at rest.
         let sticks = self.modes.contains(&InterfaceMode::Sticks);
         let shared = sticks && instant.redundant > 0 && !still;
         let unique = instant.coupling.is_some_and(|coupling| coupling < 1.0);

@@ -9,13 +9,13 @@ use crate::kinematics::{Bodies, State, Target};
 use crate::mechanism::JointId;
 use crate::statics::AppliedLoad;
 
-/// Largest number of difference steps; each step is a quarter of the previous one.
+/// Largest number of step sizes for which a difference quotient is computed. Each step size is a
+/// quarter of the previous step size.
 const STEPS: usize = 24;
 /// Weights of the central difference of order six for the points one, two and three steps from the
 /// centre.
 const STENCIL: [f64; 3] = [0.75, -0.15, 1.0 / 60.0];
-/// Largest number of corrections that reset the independent coordinates after the loops have been
-/// closed.
+/// Largest number of iterations that correct the independent coordinates and close the loops again.
 const CORRECTIONS: usize = 12;
 
 /// Inputs in which the effort of one actuator is changed by a constant amount, N or N m.
@@ -42,8 +42,8 @@ impl Inputs for Nudged<'_> {
     }
 }
 
-/// Variable that is changed for a difference: an independent coordinate, its rate, or an effort, by
-/// index.
+/// Variable that is changed for a difference quotient, with its index: an independent coordinate,
+/// the rate of an independent coordinate, or the effort of an actuator.
 #[derive(Clone, Copy)]
 pub(super) enum Change {
     Position(usize),
@@ -51,8 +51,8 @@ pub(super) enum Change {
     Effort(usize),
 }
 
-/// Accelerations of the independent coordinates, and actuator coordinates, near the operating
-/// point.
+/// Accelerations of the independent coordinates, and displacements of the actuator coordinates from
+/// the operating point, at a state near this point; or the derivatives of both.
 pub(super) type Beside = (Vec<f64>, Vec<f64>);
 
 impl Simulation<'_> {
@@ -111,8 +111,9 @@ impl Simulation<'_> {
         Ok(state)
     }
 
-    /// Evaluates the accelerations of the independent coordinates and the actuator coordinates with
-    /// one variable changed by `amount`. `None` if a sliding interface would reverse.
+    /// Evaluates the accelerations of the independent coordinates, and the displacements of the
+    /// actuator coordinates, after one variable has been changed by `amount`. Returns `None` if a
+    /// sliding interface would reverse.
     fn beside(
         &mut self,
         lin: &Linearisation,
@@ -170,8 +171,9 @@ impl Simulation<'_> {
         Ok(Some((accelerations.collect(), positions.collect())))
     }
 
-    /// Returns the derivative with respect to one variable, and its estimated error. `first` is the
-    /// largest difference step.
+    /// Returns the derivatives of the accelerations and actuator coordinates with respect to one
+    /// variable, and the estimated error of the accelerations' derivatives. `first` is the largest
+    /// step size of the difference quotients.
     pub(super) fn difference(
         &mut self,
         lin: &Linearisation,
@@ -230,8 +232,8 @@ impl Simulation<'_> {
         slow.collect()
     }
 
-    /// Returns the central difference of order six with respect to one variable; `None` if a
-    /// sliding interface would reverse.
+    /// Returns the central difference quotients of order six with respect to one variable, for the
+    /// step size `step`. Returns `None` if a sliding interface would reverse.
     fn central(
         &mut self,
         lin: &Linearisation,

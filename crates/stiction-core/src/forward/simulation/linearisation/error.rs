@@ -1,8 +1,8 @@
-//! Reasons why an operating point cannot be linearised.
+//! Reasons why the dynamics cannot be linearised at an operating point.
 
 use crate::forward::error::ForwardError;
 
-/// Reason why an operating point cannot be linearised.
+/// Reason why the dynamics cannot be linearised at an operating point.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LinearisationError {
@@ -18,7 +18,7 @@ pub enum LinearisationError {
          {distance:.1e}), so the accelerations have no derivatives"
     )]
     Singular {
-        /// Singularity index of the constraints.
+        /// Singularity index of the constraints, between zero and one.
         distance: f64,
     },
     /// The friction of an interface at rest is at its limit.
@@ -52,7 +52,8 @@ pub enum LinearisationError {
         /// Indices of the friction interfaces that begin to slide.
         interfaces: Vec<usize>,
     },
-    /// A possible motion of the mechanism changes no joint coordinate.
+    /// No scalar joint coordinate describes a possible motion of the mechanism, for example the
+    /// rotation of a ball joint.
     #[error(
         "a motion of the mechanism has no joint coordinate that describes it, such as that of a free \
          body or of a ball joint; replace the ball joint by revolute joints or a universal joint"
