@@ -8,7 +8,7 @@ use crate::kinematics::{Bodies, State, Target};
 use crate::spatial::Twist;
 use crate::statics::AppliedLoad;
 
-/// Position, velocity and inputs at one instant, and quantities that depend only on these.
+/// Configuration, velocity and inputs at one instant, and quantities that depend only on these.
 #[derive(Clone, Debug)]
 pub(super) struct Data {
     /// Time, s.
@@ -21,9 +21,9 @@ pub(super) struct Data {
     pub(super) loads: Vec<AppliedLoad<f64>>,
     /// Target coordinates, rates and accelerations of the actuators with prescribed motion.
     pub(super) targets: Vec<Target<f64>>,
-    /// Sliding velocity at the surface of each interface, m/s.
+    /// Sliding velocity at the surface of each interface along each of its DOFs, m/s.
     pub(super) velocities: Vec<[f64; 3]>,
-    /// Bristle deflections of each interface, m.
+    /// Bristle deflection of each interface along each of its DOFs, m.
     pub(super) bristles: Vec<[f64; 3]>,
     /// State of the inputs: internal states, signs of the switching functions, unwrapped angles.
     pub(super) input: InputState,

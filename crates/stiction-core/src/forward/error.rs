@@ -39,7 +39,7 @@ pub enum ForwardError {
     NoAcceleration {
         /// Time, s.
         time: f64,
-        /// Joint whose normal load grows most.
+        /// Name of the joint whose normal load grows most.
         joint: String,
         /// Fraction of the given friction coefficients at which the solution branch ends, percent.
         percent: f64,
@@ -89,7 +89,7 @@ pub enum ForwardError {
         /// Closure error, m or rad.
         gap: f64,
     },
-    /// The tolerance requires a step shorter than the smallest allowed one.
+    /// The tolerance requires a step shorter than the shortest allowed step.
     #[error(
         "at t = {t} s steps of {step:.1e} s are still too long for the tolerance {tolerance:.0e}: \
          the motion changes too fast there{around}; allow a larger tolerance, or check the forces \
@@ -99,7 +99,7 @@ pub enum ForwardError {
         time: f64,
         /// Length of the rejected step, s.
         step: f64,
-        /// Relative tolerance.
+        /// Relative tolerance of the integration.
         tolerance: f64,
         /// Text for the message that names the joint or position where the motion changes too fast;
         /// may be empty.
@@ -118,9 +118,9 @@ pub enum ForwardError {
         time: f64,
         /// Description of the formula or limit that switches.
         what: String,
-        /// Number of switches.
+        /// Number of switches between the branches of the formula.
         count: usize,
-        /// Time span of the switches, s.
+        /// Time span in which these switches occur, s.
         span: f64,
     },
     /// The simulated time hardly advances over many evaluations.
@@ -135,7 +135,7 @@ pub enum ForwardError {
         time: f64,
         /// Number of evaluations without progress.
         evaluations: usize,
-        /// Joint with the largest normal force, if joints have friction.
+        /// Name of the joint with the largest normal force, if joints have friction.
         joint: Option<String>,
     },
     /// The start values contradict each other or the loop constraints.

@@ -157,7 +157,7 @@ impl Instant {
         if !self.state.accelerations.iter().all(|a| a.is_finite()) {
             return Some("an acceleration");
         }
-        // Results include magnitudes, so the squares must be finite as well.
+        // Results include magnitudes of vectors, so the squared magnitudes must be finite as well.
         let is_finite = |w: &Wrench<f64>| [w.force, w.moment].iter().all(|v| v.dot(*v).is_finite());
         (!self.wrenches.iter().all(is_finite)).then_some("a reaction")
     }

@@ -1,4 +1,4 @@
-//! Motion of single joints.
+//! Coordinates and motion of single joints, and the closure error of the loops.
 
 use super::Forward;
 use super::inputs::joint_coordinate;

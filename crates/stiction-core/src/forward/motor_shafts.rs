@@ -31,8 +31,8 @@ impl Forward {
         shafts.find(|shaft| shaft.joint.0 == joint)
     }
 
-    /// Returns the wrench of each motor or actuator with a nonzero effort in `data`, with the index
-    /// of its joint.
+    /// Returns, for each motor or actuator with a nonzero effort in `data`, the index of its joint
+    /// and the wrench that it exerts at this joint.
     pub(super) fn actuator_wrenches<'a>(
         &'a self,
         data: &'a Data,

@@ -46,7 +46,8 @@ pub(super) struct Projection {
     errors: Vec<f64>,
     scaled: Vec<f64>,
     space: RowSpace,
-    /// Sparse decomposition of the constraint rows; `None` if the model is not suited to it.
+    /// Sparse decomposition of the constraint rows; `None` if the model uses only dense linear
+    /// algebra.
     sparse: Option<SparseRows>,
     /// True if the sparse decomposition is valid at the present configuration.
     is_sparse: bool,

@@ -119,9 +119,9 @@ impl Rotor {
 }
 
 impl RotorTerm {
-    /// Returns the kinetic energy of the rotor, J, minus the kinetic energy of a rotor that does
-    /// not turn relative to its carrier. `parts` are the joints of all rotors, and `twists` the
-    /// twists of all bodies.
+    /// Returns the kinetic energy of the rotor, J, minus the kinetic energy that the rotor would
+    /// have if it did not turn relative to the body that carries it. `parts` are the joints of all
+    /// rotors, and `twists` the twists of all bodies.
     pub(super) fn kinetic(&self, parts: &[RotorPart], twists: &[Twist<f64>]) -> f64 {
         let of_joint = |part: &RotorPart| {
             let (predecessor, successor) = part.ends;

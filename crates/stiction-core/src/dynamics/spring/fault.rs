@@ -22,7 +22,7 @@ pub(crate) enum SpringFault {
     /// of twist, rad.
     Twisted(usize, f64),
     /// The spring with this index acts on a cut joint whose angle is nearly half a turn from the
-    /// middle of its range. The second value is this angle, rad.
+    /// middle of its range. The second value is the angle minus the middle of the range, rad.
     Uncounted(usize, f64),
 }
 

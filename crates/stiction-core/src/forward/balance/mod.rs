@@ -36,7 +36,8 @@ use redundancy::RedundancyResolution;
 use sparse::SparseBalance;
 
 /// A constraint row counts as linearly dependent if its component orthogonal to the span of the
-/// other rows is below this fraction of its norm. Equal to the rank threshold in `statics/rank.rs`.
+/// other rows is below this fraction of its norm. This fraction equals the rank threshold in
+/// `statics/rank.rs`.
 pub(super) const DEPENDENT: f64 = 1e-10;
 
 /// A dependent row contradicts the other rows if its relative residual exceeds this value. Smaller
@@ -53,7 +54,7 @@ pub(super) struct Massless {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Balance {
     pub(super) rows: ConstraintRows,
-    /// Sparse factorisation; `None` if the model is not suited to it.
+    /// Sparse factorisation; `None` if the model uses only dense linear algebra.
     sparse: Option<Box<SparseBalance>>,
     /// True if the equations are always factorised densely, for example in a search for stick-slip
     /// modes.

@@ -187,7 +187,7 @@ fn weigh(
             actuated.map(|(row, m)| m * weight(row.scale != 1.0)).for_each(put);
         }
         Criterion::Energy | Criterion::Reactions => {
-            // Joints that the model adds for motor shafts are not part of the machine.
+            // The joints of added motor shafts are not part of the machine and are excluded.
             let own = model.mechanism.joints().len();
             for (joint, wrench) in response.wrenches.iter().take(own).enumerate() {
                 let j = &data.bodies.frame_j[joint];

@@ -2,7 +2,8 @@
 
 use crate::spatial::Wrench;
 
-/// Response of the mechanism to given efforts. The response is linear in the efforts.
+/// Response of the mechanism to given joint wrenches. The response is linear in these wrenches if
+/// it excludes loads, inertia forces and prescribed accelerations, and affine otherwise.
 #[derive(Debug, Default)]
 pub(in crate::forward) struct Response {
     /// Accelerations of the spanning tree, rad/s^2 or m/s^2.

@@ -81,7 +81,8 @@ pub(super) struct SparseWorkspace {
 }
 
 impl SparseBalance {
-    /// Creates the sparse factorisation of a model; `None` if the model is not suited to it.
+    /// Allocates the sparse factorisation of a model. Returns `None` if the model uses only dense
+    /// linear algebra.
     pub(super) fn new(model: &Forward) -> Option<Self> {
         let closures = Closures::clone(model.closures.as_ref()?);
         Some(Self {
@@ -262,8 +263,8 @@ impl Balance {
                 break;
             }
         }
-        // Multipliers of the rows in the spanning tree: the effort that the joint must transmit,
-        // minus the given forces.
+        // The multiplier of a constraint row in the spanning tree is the effort that the joint must
+        // transmit, minus the given generalised force on its DOF.
         for &(tree_dof, row) in &sparse.rows {
             let joint = rows[row].joint;
             let Role::Tree { node } = topology.role[joint] else { continue };
@@ -330,7 +331,8 @@ fn gradient(
         let own = weighed(model, data, joint, &one.wrenches[joint]);
         let mut sum = dot(&own, &weighed(model, data, joint, &row.covector));
         for &(node, sign) in &topology.cuts[cut].path {
-            // The wrench of a tree joint on its outer body balances the multiplier of the row.
+            // A unit multiplier changes the wrench of each tree joint in the loop by `-sign` times
+            // the covector of the row.
             let Link::Joint { joint, .. } = topology.nodes[node].link else { continue };
             let demand = weighed(model, data, joint, &one.demand[topology.nodes[node].body]);
             sum -= sign * dot(&demand, &weighed(model, data, joint, &row.covector));

@@ -15,7 +15,7 @@ pub(super) struct Stages<T> {
     /// Acceleration of each body due to the accelerations of the tree coordinates, without
     /// velocity-dependent terms.
     pub(super) twists: Vec<Twist<T>>,
-    /// Wrench that the joints must exert on each body.
+    /// Wrench that the joints must exert on each body, about the reference point in world axes.
     pub(super) demand: Vec<Wrench<T>>,
     /// Wrench that the joints must exert on each body at zero acceleration of the spanning tree and
     /// with zero multipliers.

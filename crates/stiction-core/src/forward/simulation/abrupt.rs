@@ -1,12 +1,12 @@
 //! Detection of impacts: loop constraints, locks or prescribed motions that would stop a motion
 //! instantly.
 //!
-//! At a dead centre a lock permits rates that it does not permit an instant later, because its
-//! constraint row vanishes there. The acceleration that the lock requires then contradicts the
-//! other constraints, and no finite force satisfies all of them. The simulation refuses such a
-//! start. During the motion, the same condition is detected when rates are projected onto the loop
-//! constraints after a step: the projection then changes the rates by more than the error of the
-//! step.
+//! At a dead centre a lock permits rates that it does not permit an instant later, because the
+//! constraint row of the lock vanishes at the dead centre. The acceleration that the lock requires
+//! then contradicts the other constraints, and no finite force satisfies all of them. The
+//! simulation refuses such a start. During the motion, the same condition is detected when rates
+//! are projected onto the loop constraints after a step: the projection then changes the rates by
+//! more than the error of the step.
 
 use super::packing::parts;
 use super::{Energies, Simulation};

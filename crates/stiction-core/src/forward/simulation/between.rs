@@ -30,7 +30,8 @@ pub(super) enum Interpolation {
 /// simulation at a requested instant within the step.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LastStep<'a> {
-    /// State at the start of the step, in the format of [`Simulation::checkpoint`].
+    /// State at the start of the step, in the format of [`Simulation::checkpoint`] without its
+    /// first number.
     pub(super) numbers: Vec<f64>,
     /// Number of events before the step.
     pub(super) events: usize,
@@ -104,8 +105,8 @@ impl<'a> Simulation<'a> {
         };
         let was_alike = is_alike(copy);
         copy.take_state(numbers);
-        // If the mechanism is at rest, the factorised constraints of the previous request remain
-        // valid.
+        // If the mechanism has not moved and no mode has changed, the factorised constraints of the
+        // previous request remain valid.
         copy.workspace.conditions_hold &= was_alike && is_alike(copy);
         copy.workspace.loads.clear();
         copy.update_slip_directions();

@@ -146,7 +146,7 @@ impl Simulation<'_> {
             }
             _ => self.evaluate(time, &y, inputs, false)?,
         };
-        // A sliding interface must not reverse.
+        // The derivatives are valid only while no sliding interface reverses.
         let reverses = self.modes.iter().zip(&at.interfaces).any(|(mode, interface)| match mode {
             InterfaceMode::Slides(direction) => {
                 let along = interface.velocity.iter().zip(direction).map(|(v, d)| v * d);
