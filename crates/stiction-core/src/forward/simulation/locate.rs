@@ -16,9 +16,10 @@ pub(super) const SLIP_EXCESS: f64 = 1e-9;
 /// end of a step, but their error is far below this margin.
 const FAR_FROM_LIMIT: f64 = 0.01;
 
-/// A dip of the margin to zero between two samples is searched for only if the relative margin of
-/// at least one of the samples is at most this value. Such a dip is either a kink or the part of a
-/// sine wave within an eighth of a period of its peak.
+/// Between two samples, the margin may fall to zero and rise again. The search for such a dip is
+/// skipped if the relative margin exceeds this value at both samples. For comparison: if a friction
+/// that varies sinusoidally just reaches its limit at the peak, the margin an eighth of a period
+/// from the peak is 1 - cos(45 deg) = 0.29.
 const DEEPEST_DIP: f64 = 0.3;
 /// Fraction of the interval between two samples over which the slope at each end is computed.
 const BESIDE: f64 = 1e-4;
@@ -35,9 +36,9 @@ pub(super) enum Ending {
     Stops(usize),
     /// The friction of a sticking interface reaches its limit.
     SlipOnset,
-    /// A ball or plate is much slower at the end of the step than at its start, so the step may
-    /// have missed a stick onset. The onset would occur about this many seconds after the start of
-    /// the step, and must be approached by shorter steps.
+    /// The sliding speed of a ball or plate is much smaller at the end of the step than at its
+    /// start, so the step may have missed a stick onset. The value is the estimated time of this
+    /// onset, in seconds after the start of the step. Shorter steps must approach the onset.
     Passes(f64),
 }
 
@@ -53,8 +54,9 @@ impl Simulation<'_> {
         )
     }
 
-    /// Finds the first event within the last step. Returns its time as a fraction of the step, and
-    /// the kind of event.
+    /// Finds the first event within the step just integrated, which starts at `time` and has the
+    /// length `step`, both in s. Returns the time of the event as a fraction of the step, and the
+    /// kind of event.
     pub(super) fn first_event(
         &mut self,
         time: f64,
@@ -84,12 +86,13 @@ impl Simulation<'_> {
                 InterfaceMode::Smooth | InterfaceMode::AtLimit(_) => {}
             }
         }
-        // The stages of the step are samples over its whole length.
+        // `margin` is the smallest margin at the stages of the step, which are spread over the
+        // whole step.
         holds &= self.workspace.margin.min(self.least_margin(arrived)) < FAR_FROM_LIMIT;
         if suspects.is_empty() && !holds && prescribed.is_none() {
             return Ok(None);
         }
-        // Dense output of the step.
+        // Prepares the dense output of the step.
         let mut last = self.list();
         self.derivative_into(arrived, &mut last);
         let mut steps = std::mem::take(&mut self.steps);
@@ -147,8 +150,8 @@ impl Simulation<'_> {
         let (part, value) = below?;
         let at_before = speed(before);
         if before == 0.0 && at_before <= 0.0 {
-            // The velocity reverses immediately after the start, which is round-off of a decision
-            // just made.
+            // The velocity reverses immediately after the start of the step. If the reversed
+            // velocity is tiny, it is round-off of the stick-slip decision made at the start.
             return (value.abs() > REST * self.fastest).then_some(0.5 * part);
         }
         // A coarse tolerance suffices, because the shortened step is corrected afterwards.
@@ -158,7 +161,8 @@ impl Simulation<'_> {
     }
 
     /// Returns the smallest relative margin to the friction limit among all sticking interfaces.
-    /// The result is negative if an interface exceeds its limit or must start to move.
+    /// The result is negative if a sticking interface exceeds its limit, or if the loop constraints
+    /// force it to move (see [`Instant::gives_way`]).
     pub(super) fn least_margin(&self, at: &Instant) -> f64 {
         if at.gives_way.is_some() {
             return -1.0;
@@ -220,10 +224,10 @@ impl Simulation<'_> {
     }
 }
 
-/// Finds the first zero between `low` and `high` of a function that is positive at `low`. Both
-/// bounds are pairs of argument and value. Returns the upper end of an interval of length `fine`
-/// around the zero. Also finds a dip below zero between the two bounds if the function is convex
-/// there.
+/// Finds the first zero of a function between `low` and `high`; the function is positive at `low`.
+/// Both bounds are pairs of argument and value. Returns the upper end of an interval of length
+/// `fine` around the zero. If the function is convex between the bounds, a dip below zero between
+/// two positive values is also found.
 pub(super) fn falls_below(
     low: (f64, f64),
     high: (f64, f64),
@@ -234,8 +238,8 @@ pub(super) fn falls_below(
         return Ok(Some(crossing(low, high, fine, f)?));
     }
     let length = high.0 - low.0;
-    // A margin that is zero at the start is no dip: the interface either slips or continues to
-    // stick.
+    // If the margin is zero at the start of the interval, it cannot dip to zero later: the
+    // interface slips at once or continues to stick.
     if low.1 < SLIP_EXCESS || low.1.min(high.1) > DEEPEST_DIP {
         return Ok(None);
     }
@@ -301,8 +305,8 @@ pub(super) fn crossing<E>(
     Ok(high.0)
 }
 
-/// Returns true if the cubic with values `v0`, `v1` and slopes `a0`, `a1` at 0 and 1 is negative
-/// somewhere between 0 and 1.
+/// Returns true if the cubic with values `v0`, `v1` and slopes `a0`, `a1` at 0 and 1 is negative at
+/// one or more of the points 1/8, 2/8, ..., 7/8.
 fn dips((v0, a0): (f64, f64), (v1, a1): (f64, f64)) -> bool {
     (1..8).any(|k| {
         let x = f64::from(k) / 8.0;
@@ -317,20 +321,21 @@ fn dips((v0, a0): (f64, f64), (v1, a1): (f64, f64)) -> bool {
 mod tests {
     use super::*;
 
-    /// Returns the first zero of `f` between samples at 0 and 1.
+    /// Searches for the first zero of `f` between 0 and 1, given the values of `f` at 0 and 1.
     fn first(f: impl Fn(f64) -> f64) -> Option<f64> {
         falls_below((0.0, f(0.0)), (1.0, f(1.0)), 1e-13, |x| Ok(f(x))).unwrap()
     }
 
     #[test]
     fn a_dip_between_two_samples_is_found() {
-        // A parabola that is negative from 0.3 to 0.4, a parabola that is barely negative near 0.7,
-        // and a kink.
+        // Three functions that fall below zero: a parabola that is negative from 0.3 to 0.4, a
+        // parabola that is barely negative near 0.7, and a function with a kink.
         let roots = |a: f64, b: f64| move |x: f64| 0.5 * (x - a) * (x - b);
         assert!((first(roots(0.3, 0.4)).unwrap() - 0.3).abs() < 1e-12);
         assert!((first(roots(0.6999, 0.7001)).unwrap() - 0.6999).abs() < 1e-12);
         assert!((first(|x: f64| 0.2 * (x - 0.61).abs() - 0.002).unwrap() - 0.6).abs() < 1e-12);
-        // No zero: positive minimum, monotonically falling, monotonically rising.
+        // Three functions without a zero: one with a positive minimum, one that falls, and one that
+        // rises.
         assert_eq!(first(|x: f64| 0.2 * (x - 0.6).powi(2) + 1e-6), None);
         assert_eq!(first(|x: f64| 0.2 - 0.1 * x), None);
         assert_eq!(first(|x: f64| 0.1 + 0.1 * x), None);

@@ -1,4 +1,5 @@
-//! Locks for sticking joints, which keep the joint coordinates constant without drift by round-off.
+//! Locks of sticking joints. A lock keeps the joint coordinates exactly constant, so that round-off
+//! does not accumulate to a drift.
 
 use super::{Event, EventKind, Simulation};
 use crate::forward::affine_friction::InterfaceMode;
@@ -35,7 +36,8 @@ impl Simulation<'_> {
         (anchors, frozen)
     }
 
-    /// Locks the sticking joints, or the whole mechanism if its mobility is zero.
+    /// Locks the joints of all sticking interfaces, or the whole mechanism if its mobility is zero.
+    /// If any interface sticks, also recomputes the present accelerations and forces.
     pub(super) fn hold(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         let model = self.model;
         self.workspace.conditions_hold = false;
@@ -58,8 +60,8 @@ impl Simulation<'_> {
         let solved = model
             .solve(&situation, &self.modes, Some(&loads), true)
             .map_err(|u| model.unsolved(situation.time, u))?;
-        // The whole mechanism is locked only if no mobility is left. A single immobile degree of
-        // freedom in a moving mechanism may be at a dead centre.
+        // The whole mechanism is locked only if no mobility is left. In a moving mechanism, a
+        // degree of freedom without mobility may be at a dead centre and is not locked.
         if model.prescribed.is_empty() && solved.balance.mobility(model.topology.dofs()) == 0 {
             self.frozen.fill(true);
         }

@@ -48,7 +48,8 @@ use between::LastStep;
 use economy::Economy;
 use scratch::Scratch;
 
-/// Fraction of the largest sliding velocity below which a friction interface counts as at rest.
+/// A friction interface counts as at rest below this fraction of the largest sliding velocity since
+/// the start of the simulation.
 const REST: f64 = 1e-10;
 
 /// Number of evaluations after which progress is checked. The simulation stalls if time has
@@ -77,7 +78,8 @@ pub struct Simulation<'a> {
     switch_at: f64,
     /// Flag for each switching function: true if it changes its sign at `switch_at`.
     switching: Vec<bool>,
-    /// Number of sign changes of switching functions at one time, and the value of this time, s.
+    /// Number of sign changes of switching functions that occurred at the same time, and this time,
+    /// s.
     switches_at_once: (usize, f64),
     /// Start, s, of the last time step that was shortened because of a switching function.
     shortened_at: f64,
@@ -89,7 +91,8 @@ pub struct Simulation<'a> {
     energies: Energies,
     energy_at_start: f64,
     fastest: f64,
-    /// Largest rate of the spanning tree so far, rad/s or characteristic lengths per second.
+    /// Largest rate of any degree of freedom of the spanning tree since the start, rad/s or
+    /// characteristic lengths per second.
     fastest_rate: f64,
     /// Largest relative error of a step through a singular configuration, if above the tolerance;
     /// zero otherwise.
@@ -109,10 +112,10 @@ pub struct Simulation<'a> {
     /// Number of events counted for the event rate, and the time at which the count began, s.
     event_rate: (usize, f64),
     dropped: f64,
-    /// Number of steps limited by stability since the last reset, and number of other steps in
-    /// succession, see `is_stiff`.
+    /// Number of steps limited by stability since the last reset, and number of consecutive steps
+    /// not limited by stability; see `is_stiff`.
     stiff: (usize, usize),
-    /// Number of very short steps in succession, see `is_stiff`.
+    /// Number of consecutive very short steps, see `is_stiff`.
     crawling: usize,
     /// Number of evaluations, and the time in s, at the last check for a stall.
     progress: (usize, f64),
@@ -124,7 +127,8 @@ pub struct Simulation<'a> {
     /// Unused vectors, stored for reuse of their memory.
     lists: Vec<Vec<f64>>,
     last_step: LastStep<'a>,
-    /// Time of the next sampled change of the inputs, s; infinite if there is no further change.
+    /// Time, s, of the next jump of an input or controller sample, see [`Inputs::next_change`];
+    /// infinite if none follows.
     change_at: f64,
 }
 
@@ -154,15 +158,15 @@ impl<'a> Simulation<'a> {
         &self.shown().modes
     }
 
-    /// Returns the relative change of the start rates by the projection onto the constraints. The
-    /// value exceeds round-off if loops, prescribed joints or locked joints do not allow the given
-    /// start rates.
+    /// Returns the relative change of the initial rates due to their projection onto the
+    /// constraints. The value exceeds round-off if loops, prescribed joints or locked joints do not
+    /// allow the given initial rates.
     pub fn dropped(&self) -> f64 {
         self.dropped
     }
 
-    /// Returns the largest estimated relative error of a step near a singular configuration of the
-    /// loops, where round-off prevents a smaller error. Returns zero if all steps meet the
+    /// Returns the largest estimated relative error of all steps near singular configurations of
+    /// the loops, at which round-off prevents a smaller error. Returns zero if all steps meet the
     /// tolerance.
     pub fn coarsest(&self) -> f64 {
         self.coarsest
@@ -215,9 +219,10 @@ impl<'a> Simulation<'a> {
         self.switch(inputs)
     }
 
-    /// Returns the latest end of the next step, s: the next change of the inputs or of a switching
-    /// function. Results within a step at rest are not interpolated. Such a step ends at `until` if
-    /// the inputs are constant until then, otherwise after at most the longest step.
+    /// Returns the latest time, s, at which the next step may end: the next change of the inputs or
+    /// of a switching function. A step at rest is shorter, because results within it are not
+    /// interpolated: it ends at `until` if the inputs are constant until then, and otherwise
+    /// extends over at most the longest step.
     fn step_end(&mut self, until: f64, inputs: &mut dyn Inputs) -> f64 {
         let time = self.now.time;
         let change = inputs.next_change(time);
@@ -255,7 +260,8 @@ impl<'a> Simulation<'a> {
         Ok(())
     }
 
-    /// Returns the longest step, s, for which a few samples resolve the inputs.
+    /// Returns the longest step from `time`, s, that the settings allow and for which a few samples
+    /// resolve the inputs (see [`Inputs::seen_until`]).
     fn longest_step(&self, time: f64, inputs: &dyn Inputs) -> f64 {
         let seen = inputs.seen_until(time) - time;
         self.settings.longest_step.min(seen).max(self.settings.shortest_step)
@@ -282,7 +288,8 @@ impl<'a> Simulation<'a> {
                 self.begin_stepping();
                 if self.now.time > start {
                     // The step reached the event at which no accelerations were found. The step
-                    // ends there, because results within it are interpolated by its own method.
+                    // ends there, because results within a step are interpolated by the method of
+                    // this step.
                     return Ok(());
                 }
                 // If time stepping fails as well, report the error of the event-driven method.

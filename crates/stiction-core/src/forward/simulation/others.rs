@@ -1,4 +1,5 @@
-//! Search for other solutions that satisfy all friction laws.
+//! Search for other accelerations and reactions that also satisfy all friction laws at the present
+//! instant.
 
 use super::{Event, EventKind, Simulation};
 use crate::forward::error::ForwardError;
@@ -6,9 +7,9 @@ use crate::forward::inputs::Inputs;
 use crate::mechanism::JointId;
 
 impl Simulation<'_> {
-    /// Searches for other solutions if the uniqueness bound is one or more, so that it does not
-    /// exclude other solutions. Records the solutions found as an event. Searches only once in each
-    /// time interval with such bounds.
+    /// Searches for other solutions at the present instant if the uniqueness bound is one or more;
+    /// a smaller bound proves that the solution is unique. Records any solutions found as an event.
+    /// While the bound remains at one or more, only the first call searches.
     pub(super) fn look_for_others(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         let Some(coupling) = self.now.coupling.filter(|c| *c >= 1.0) else {
             self.reported_others = false;

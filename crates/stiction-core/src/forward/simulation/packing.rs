@@ -51,14 +51,15 @@ impl Simulation<'_> {
         rates.extend_from_slice(&at.input_rates);
     }
 
-    /// Returns an empty vector that reuses the memory of an unused one if possible.
+    /// Returns an empty vector, which reuses the memory of an unused vector if possible.
     pub(super) fn list(&mut self) -> Vec<f64> {
         self.lists.pop().unwrap_or_default()
     }
 
-    /// Returns the scale of the error estimate for each component of the state vector: the
-    /// characteristic length for lengths, the largest deflection for bristles. The scale of
-    /// energies is infinite, because energies are integrals that do not affect the motion.
+    /// Returns the scale of the error estimate for each component of the state vector: one for
+    /// angles, the characteristic length for lengths, the largest steady deflection for bristles,
+    /// and the magnitudes given by the inputs for their internal states. The scale of energies is
+    /// infinite, because energies are integrals that do not affect the motion.
     pub(super) fn error_scales(&self) -> Vec<f64> {
         let (topology, columns) = (&self.model.topology, &self.model.columns);
         let mut scales = vec![1.0; topology.coordinates()];

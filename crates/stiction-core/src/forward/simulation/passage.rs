@@ -2,25 +2,25 @@
 //!
 //! Near a singular configuration of the loops, at the singularity index `s`, a closure error `e`
 //! due to round-off changes the coordinates by `e / s`, the rates by `e / s^2` and the
-//! accelerations by `e / s^3`: the constraints do not distinguish the branches that meet there. On
-//! each branch the motion is smooth nevertheless. Therefore a single step crosses the singular
-//! configuration, with its stages as far from this configuration as possible.
+//! accelerations by `e / s^3`: the constraints do not distinguish the branches of motion that meet
+//! there. On each branch the motion is smooth nevertheless. Therefore a single step crosses the
+//! singular configuration, with its stages as far from this configuration as possible.
 
 use super::Simulation;
 use super::singular::golden_section;
 use crate::forward::integrator::NODES_OF_OUTPUT;
 
-/// Singularity index above which no singular configuration is expected ahead.
+/// Singularity index above which the search for a singular configuration ahead is skipped.
 const NEAR: f64 = 0.5;
 /// Largest singularity index of a minimum that counts as a singular configuration.
 const NARROW: f64 = 0.02;
-/// Factor by which the singularity index on both sides must exceed a minimum that counts as a
-/// singular configuration.
+/// A minimum of the singularity index counts as a singular configuration only if the index on both
+/// sides exceeds the minimum by this factor.
 const RISES: f64 = 3.0;
-/// Smallest change of the singularity index over one half of the searched interval if a singular
-/// configuration lies in the other half, as a fraction of the index at the outer end of that other
-/// half. Near a singular configuration the index is proportional to the time until or since this
-/// configuration.
+/// Condition for a singular configuration in one half of the searched interval: over the other
+/// half, the singularity index changes by at least this fraction of the index at the outer end of
+/// the tested half. The reason is that the index near a singular configuration is proportional to
+/// the time until or since this configuration.
 const CHANGES: f64 = 0.3;
 /// Number of subintervals of the searched interval; the singularity index is sampled at their ends.
 const SAMPLES: usize = 24;
@@ -33,8 +33,8 @@ const SHORTEST: f64 = 0.25;
 /// Largest possible time between the singular configuration and the nearest stage, as a fraction of
 /// the step.
 const BEST: f64 = 0.13;
-/// The longest candidate step is selected for which the time between singular configuration and
-/// nearest stage is at least this fraction of the best value.
+/// Fraction of the largest possible time between the singular configuration and the nearest stage,
+/// over all candidate steps. The longest candidate step that reaches this fraction is selected.
 const GIVEN_UP: f64 = 0.75;
 /// Round-off of the relative closure error, including its amplification within a step.
 const ROUNDING: f64 = 2e-14;
@@ -114,8 +114,9 @@ impl Simulation<'_> {
         ROUNDING / (distance * distance) < self.settings.relative.max(FINE)
     }
 
-    /// Returns the smallest relative tolerance, limited by round-off, that can be met at the stages
-    /// of the last step.
+    /// Returns the relative tolerance of the last step: the tolerance of the settings, or a larger
+    /// value, at most [`COARSEST`], if round-off near a singular configuration prevents this
+    /// tolerance.
     pub(super) fn attainable_tolerance(&self) -> f64 {
         let nearest = self.workspace.nearest;
         let rounding = (ROUNDING / (nearest * nearest)).max(self.workspace.crosses.unwrap_or(0.0));

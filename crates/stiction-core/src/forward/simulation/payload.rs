@@ -46,7 +46,8 @@ impl<'a> Simulation<'a> {
     /// [`super::Energies::impacts`].
     ///
     /// # Errors
-    /// See [`ForwardError`]: no velocities after the impact, or no accelerations, were found.
+    /// See [`ForwardError`]: for example, no velocities after the impact or no accelerations were
+    /// found.
     pub fn change_payload(
         &mut self,
         model: &'a Forward,
@@ -90,8 +91,8 @@ impl<'a> Simulation<'a> {
         Ok(())
     }
 
-    /// Replaces the forces at the present instant by the mean forces over a first time step that
-    /// starts there.
+    /// Replaces the forces at the present instant by the mean forces over a short time step that
+    /// starts at this instant.
     pub(super) fn forces_of_next_step(
         &mut self,
         inputs: &mut dyn Inputs,
@@ -110,7 +111,8 @@ impl<'a> Simulation<'a> {
         Ok(())
     }
 
-    /// Computes the velocities after the impact and sets them as the present velocities.
+    /// Computes the velocities after the impact with the part, and sets them as the present
+    /// velocities.
     fn pick_up(
         &mut self,
         change: PayloadChange<'_>,
@@ -167,7 +169,7 @@ fn work(change: PayloadChange<'_>, before: &Bodies<f64>, after: &Bodies<f64>) ->
     0.5 * (part.mass * com.dot(com_after) + spin.dot(part.inertia * spin_after))
 }
 
-/// Inputs with one additional load.
+/// Adds one load to the loads of other inputs: the impulse of a part that is picked up.
 struct WithImpulse<'i> {
     inputs: &'i mut dyn Inputs,
     impulse: AppliedLoad<f64>,

@@ -1,5 +1,5 @@
-//! Friction interfaces in joints with prescribed motion, which determines stick, slip and the
-//! direction of slip.
+//! Stick, slip and slip direction of friction interfaces in joints with prescribed motion. The
+//! prescribed motion determines all three.
 
 use super::{REST, Simulation};
 use crate::forward::Forward;
@@ -65,7 +65,7 @@ impl Forward {
         self.is_prescribed_interface(interface).then_some(InterfaceMode::Sticks)
     }
 
-    /// Returns true if all prescribed coordinates are at rest, both at this time and [`AHEAD`]
+    /// Returns true if all prescribed coordinates are at rest, both at `time` and [`AHEAD`] seconds
     /// later. Returns false if no coordinate is prescribed.
     fn is_prescribed_at_rest(&self, (time, fastest): (f64, f64), inputs: &mut dyn Inputs) -> bool {
         let least = self.least_prescribed_speed(fastest);

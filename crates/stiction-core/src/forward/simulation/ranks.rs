@@ -8,7 +8,7 @@ use crate::forward::sparse::rows::SparseRows;
 use crate::kinematics::{Bodies, State, Target};
 use crate::linalg::RowSpace;
 
-/// Buffers for computing the rank at a configuration.
+/// Buffers for computing the rank of the constraints at a configuration.
 #[derive(Clone, Debug)]
 pub(super) struct Ranks {
     bodies: Bodies<f64>,
@@ -58,8 +58,8 @@ impl Ranks {
         (space.rank(), space.least_part())
     }
 
-    /// Returns the rank and the singularity index at the configuration that the present rates reach
-    /// after `time`, s. Negative times are allowed.
+    /// Returns the rank of the constraints and the singularity index at the configuration that the
+    /// rates in `state` reach after `time`, s. Negative times are allowed.
     pub(super) fn ahead(&mut self, model: &Forward, state: &State<f64>, time: f64) -> (usize, f64) {
         let mut ahead = state.clone();
         let by: Vec<f64> = state.rates.iter().map(|rate| time * rate).collect();

@@ -2,11 +2,12 @@
 //!
 //! The friction of an interface with several degrees of freedom acts along `-v / |v|`. Stick onset
 //! is a zero of `|v|`, not a change of sign, and the direction turns faster as the slip becomes
-//! slower: with the time `s` to the stop, the velocity behaves like `s d + s^p e` with some `p >
-//! 1`, which is not a polynomial. Therefore a step ends at a fixed fraction of the remaining time,
-//! which is estimated from the present deceleration. Each of these steps is similar to the previous
-//! one on a smaller scale. About twenty steps reduce any speed to a negligible value; direction and
-//! normal load have then converged to their values at the stop.
+//! slower: as a function of the remaining time `s`, the velocity behaves like `s d + s^p e` with
+//! constant vectors `d` and `e` and an exponent `p > 1` that is in general no integer. Therefore a
+//! step ends at a fixed fraction of the remaining time, which is estimated from the present
+//! deceleration. Each of these steps is similar to the previous one on a smaller scale. About
+//! twenty steps reduce any speed to a negligible value; direction and normal load have then
+//! converged to their values at the stop.
 
 use super::between::Interpolation;
 use super::locate::Ending;
@@ -15,8 +16,9 @@ use crate::forward::affine_friction::{InterfaceMode, norm};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 
-/// Fraction of the largest sliding velocity below which a plate or ball is advanced directly to its
-/// stop. The remaining time is then the same fraction of the time since the largest velocity.
+/// A plate or ball is advanced directly to its stop if its speed is below this fraction of the
+/// largest sliding velocity. At constant deceleration, the remaining time is then about the same
+/// fraction of the time since the largest velocity.
 pub(super) const SLOW: f64 = 10.0 * REST;
 /// Longest step as a fraction of the estimated time to the stop.
 const PART: f64 = 0.7;
@@ -27,9 +29,10 @@ pub(super) const PASSED: f64 = 0.25;
 /// Approach of a sliding plate or ball to its stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Approach {
-    /// The interface decelerates towards a stop; `most` is the longest step, s.
+    /// At least one plate or ball decelerates towards a stop; `most` is the longest allowed length
+    /// of the next step, s.
     Nears { most: f64 },
-    /// The interface arrives at a stop, because its speed is negligible.
+    /// The speed of a plate or ball is negligible, so that the next step ends at its stop.
     Arrives {
         /// Index of the friction interface.
         interface: usize,
@@ -80,8 +83,8 @@ impl Simulation<'_> {
         (start, first): (&[f64], &[f64]),
         inputs: &mut dyn Inputs,
     ) -> Result<(), ForwardError> {
-        // Rates decrease linearly. Second-order changes of all other quantities are negligible over
-        // this time.
+        // The sliding velocity decreases linearly to zero. Second-order changes of all other
+        // quantities are negligible within this short time.
         let y: Vec<f64> = start.iter().zip(first).map(|(y, rate)| y + within * rate).collect();
         let time = self.now.time;
         self.last_step.interpolation = Interpolation::Line;

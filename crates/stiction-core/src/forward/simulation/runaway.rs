@@ -12,8 +12,9 @@ use crate::forward::error::ForwardError;
 const SPEED_OF_LIGHT: f64 = 299_792_458.0;
 
 impl Simulation<'_> {
-    /// Checks that no body exceeds the speed of light, in translation or rotation, and that no
-    /// spring is twisted too far.
+    /// Checks that no body exceeds the speed of light, either by the velocity of its centre of mass
+    /// or by its angular velocity times the characteristic length, and that no bushing or joint
+    /// spring is rotated too far.
     pub(super) fn check_speeds(&self) -> Result<(), ForwardError> {
         let parameters = &self.model.parameters;
         let bodies = &self.now.bodies;

@@ -1,9 +1,10 @@
 //! Linearisation of the equations of motion in independent coordinates.
 //!
-//! Derivatives of the accelerations are central differences of order six, with closed loops and
-//! with the present modes of the friction interfaces. Each difference step is a quarter of the
-//! previous one. The result is the estimate that differs least from the next one, and this
-//! difference is the error estimate.
+//! Derivatives of the accelerations are computed by central differences of order six. Each sample
+//! satisfies the loop constraints, and the friction interfaces keep their present modes. The
+//! differences are repeated with a quarter of the step each time. The result is the estimate that
+//! differs least from the estimate with the next smaller step; this difference is the error
+//! estimate.
 
 mod differences;
 mod error;
@@ -30,8 +31,9 @@ const DEPENDENT: f64 = 1e-6;
 const PREFERRED: f64 = 1e-2;
 /// Singularity index of the constraints below which no linearisation is computed.
 const SINGULAR: f64 = 1e-6;
-/// Largest first difference step: rad or characteristic lengths for coordinates, rad or
-/// characteristic lengths per characteristic time for rates.
+/// Initial difference step, which is also the largest one. Coordinates: rad or characteristic
+/// lengths. Rates: rad or characteristic lengths per characteristic time. Efforts: fraction of the
+/// weight of the mechanism, times the characteristic length for torques.
 const FIRST_STEP: f64 = 2e-2;
 
 /// Linear equations of motion about an operating point: `dq/dt = v`, `dv/dt = a0 + K q + D v + B
@@ -51,9 +53,10 @@ pub struct Linearisation {
     /// acceleration.
     pub by_rate: Vec<Vec<f64>>,
     /// Matrix `B`: derivatives of the accelerations with respect to the efforts of the actuators
-    /// [`Self::inputs`], one row per acceleration.
+    /// listed in [`Self::inputs`], one row per acceleration.
     pub by_effort: Vec<Vec<f64>>,
-    /// Indices of the actuators that exert efforts.
+    /// Indices of the actuators whose efforts are the inputs `u`: all actuators without prescribed
+    /// motion.
     pub inputs: Vec<usize>,
     /// Matrix `C`: derivatives of the coordinates of all actuators with respect to the independent
     /// coordinates, one row per actuator.
@@ -62,18 +65,21 @@ pub struct Linearisation {
     pub positions: Vec<f64>,
     /// Efforts of all actuators at the operating point, N or N m.
     pub efforts: Vec<f64>,
-    /// Modes of the friction interfaces, which the linearisation assumes constant.
+    /// Mode of each friction interface. The linearisation assumes that the modes do not change.
     pub modes: Vec<InterfaceMode>,
-    /// Number of local degrees of freedom that the linearisation omits, such as the spin of a rod about its own axis.
+    /// Number of local degrees of freedom that the linearisation omits, such as the spin of a rod
+    /// about its own axis.
     pub local: usize,
     /// Largest estimated error of any derivative, relative to the largest entry of its matrix.
     pub error: f64,
-    /// Rates of the spanning tree for a unit rate of each independent coordinate.
+    /// For each independent coordinate, the rates of all degrees of freedom of the spanning tree at
+    /// a unit rate of this coordinate.
     directions: Vec<Vec<f64>>,
 }
 
 impl Simulation<'_> {
-    /// Linearises the equations of motion about the present instant, with the present modes of the friction interfaces.
+    /// Linearises the equations of motion about the present state, with the present modes of the
+    /// friction interfaces.
     ///
     /// # Errors
     /// See [`LinearisationError`].
@@ -85,7 +91,8 @@ impl Simulation<'_> {
     }
 
     /// Linearises like [`Self::linearise`], but computes only the derivatives with respect to
-    /// coordinates; the matrices of derivatives with respect to rates and efforts are empty.
+    /// coordinates; the rows of the matrices of derivatives with respect to rates and efforts are
+    /// empty.
     ///
     /// # Errors
     /// See [`LinearisationError`].
@@ -235,8 +242,8 @@ impl Simulation<'_> {
         self.state_beside(lin, change, Some(&rates), inputs)
     }
 
-    /// Returns the force from which the first effort step is derived, N: the weight of the
-    /// mechanism, at least one newton.
+    /// Returns the characteristic force that scales the difference steps of efforts, N: the weight
+    /// of the mechanism, but at least one newton.
     fn force_scale(&self) -> f64 {
         let bodies = self.model.simulated().bodies();
         let mass: f64 = bodies.iter().map(|body| body.mass).sum();
@@ -244,8 +251,8 @@ impl Simulation<'_> {
     }
 
     /// Selects independent joint coordinates for the motions in `basis` (null space of the
-    /// constraints), actuated coordinates first. Returns the coordinates, the tree rates for a unit
-    /// rate of each coordinate, and the number of local degrees of freedom.
+    /// constraints), actuated coordinates first. Returns the coordinates, the rates of the spanning
+    /// tree for a unit rate of each coordinate, and the number of local degrees of freedom.
     #[allow(clippy::type_complexity)]
     fn independent(
         &self,
@@ -351,8 +358,8 @@ impl Simulation<'_> {
             }
             bodies.move_with(topology, &rates);
             let size = |v: Vec3<f64>| v.norm() / model.parameters.length;
-            // A local spin keeps the centre of mass in place and has a single axis; a body in a
-            // ball joint has several.
+            // A local spin keeps the centre of mass in place and has a single axis. A body that is
+            // free to rotate in a ball joint has several axes, and its rotation is not local.
             for (body, twist) in bodies.twist.iter().enumerate() {
                 let centre = bodies.pose[body].apply(model.parameters.com[body]);
                 let turn = twist.angular;
@@ -380,7 +387,7 @@ impl Simulation<'_> {
 }
 
 /// Returns the characteristic rate, 1/s: the natural frequency of a pendulum of the characteristic
-/// length, at least 1/s.
+/// length, but at least 1/s.
 fn self_rate(model: &crate::forward::Forward) -> f64 {
     (model.parameters.gravity.norm() / model.parameters.length).sqrt().max(1.0)
 }
