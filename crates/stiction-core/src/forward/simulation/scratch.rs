@@ -20,16 +20,18 @@ pub(super) struct Scratch {
     pub(super) projection: Projection,
     /// Normal loads from which Newton's method starts, N.
     pub(super) loads: Vec<f64>,
-    /// True if the factorised constraint matrix belongs to the present configuration, at rest.
+    /// True if the stored factorisation of the constraint matrix is valid for the present
+    /// configuration of a mechanism at rest.
     pub(super) conditions_hold: bool,
-    /// Smallest relative margin to the friction limit among all sticking interfaces and all stages of a step.
+    /// Smallest relative margin to the friction limit among all sticking interfaces and all stages
+    /// of a step.
     pub(super) margin: f64,
     /// Smallest singularity index among the stages of a step, see [`Instant::distance`].
     pub(super) nearest: f64,
     /// Expected relative error of the present step if it crosses a singular configuration,
     /// otherwise `None`.
     pub(super) crosses: Option<f64>,
-    /// Buffer: state vector during its projection onto the loop constraints.
+    /// Buffer for a state vector while it is projected onto the loop constraints.
     pub(super) y: Vec<f64>,
     /// State at the start of the last step.
     pub(super) before: State<f64>,
@@ -56,14 +58,14 @@ impl Scratch {
         }
     }
 
-    /// Returns an [`Instant`] with arbitrary values, which reuses the memory of an unused one if
-    /// possible.
+    /// Returns an [`Instant`] with arbitrary values, which reuses the memory of an unused instant
+    /// if possible.
     pub(super) fn instant(&mut self, model: &Forward) -> Instant {
         self.spare.pop().unwrap_or_else(|| Instant::new(model))
     }
 
-    /// Stores an [`Instant`] that is no longer used for later reuse. Only a few are stored, since
-    /// only a few are needed at the same time.
+    /// Stores an [`Instant`] that is no longer used for later reuse. Stores at most [`MOST_SPARE`]
+    /// instants, since only a few are needed at the same time.
     pub(super) fn spare(&mut self, instant: Instant) {
         if self.spare.len() < MOST_SPARE {
             self.spare.push(instant);

@@ -8,12 +8,13 @@ pub struct Settings {
     /// Absolute tolerance of an event-driven step: rad for angles and rad/s for rates; lengths are
     /// in characteristic lengths.
     pub absolute: f64,
-    /// Longest step, s. Steps grow to this length while nothing moves; an input pulse between the
-    /// stages of such a step has no effect.
+    /// Longest step, s. Steps grow to this length while nothing moves; an input pulse between two
+    /// stages of such a long step is missed.
     pub longest_step: f64,
     /// Shortest step, s. The event-driven method fails if the tolerance requires a shorter step.
     pub shortest_step: f64,
-    /// True to search for other solutions where uniqueness is not certain.
+    /// True to search for other accelerations that satisfy all friction laws, at instants at which
+    /// the uniqueness of the solution is not guaranteed.
     pub look_for_others: bool,
     /// Integration scheme.
     pub method: Method,

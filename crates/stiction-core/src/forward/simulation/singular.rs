@@ -16,21 +16,23 @@ use crate::spatial::Wrench;
 /// Singularity index above which no passage through a singular configuration is possible in the
 /// next step.
 const NEAR: f64 = 0.2;
-/// Singularity index below which a minimum counts as a singular configuration.
+/// A minimum of the singularity index counts as a singular configuration if the index is below this
+/// value.
 const PASSED: f64 = 1e-6;
-/// Singularity index above which a passage has ended.
+/// Singularity index above which the passage through a singular configuration has ended.
 const LEFT: f64 = 0.01;
 /// Spacing of the configurations from which the results at a singular start are extrapolated, as
 /// motion of the fastest degree of freedom, rad or characteristic lengths.
 const BESIDE: f64 = 1e-3;
-/// Fraction of a step over which the slope of the singularity index is computed.
+/// Fraction of a step over which the slope of the singularity index at either end of the step is
+/// computed.
 const LITTLE: f64 = 1e-3;
 
 impl Simulation<'_> {
     /// Determines accelerations and reactions if the motion starts at a configuration at which the
-    /// loop constraints lose rank. The results are limits along the branch of the initial rates.
-    /// The constraints at the configuration itself do not determine the results, since a constraint
-    /// row can vanish there while its time derivative does not.
+    /// loop constraints lose rank. The results are limits along the branch of motion to which the
+    /// initial rates belong. The constraints at the configuration itself do not determine the
+    /// results, since a constraint row can vanish there while its time derivative does not.
     pub(super) fn start_on_one_way(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         let (model, time) = (self.model, self.now.time);
         if model.topology.closures() == 0 || self.fastest_rate == 0.0 {
@@ -95,8 +97,8 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// Records a singular configuration that the last step has passed. The step began at `time`, s,
-    /// in the state [`Scratch::before`].
+    /// Records the singular configuration that the last step has passed, if any. The step began at
+    /// `time`, s, in the state [`Scratch::before`].
     pub(super) fn watch_rank(
         &mut self,
         time: f64,

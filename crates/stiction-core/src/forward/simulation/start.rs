@@ -71,8 +71,8 @@ impl<'a> Simulation<'a> {
         let mut bodies = Bodies::new(&model.topology);
         bodies.place(&model.topology, &model.parameters, &state.coordinates);
         bodies.move_with(&model.topology, &state.rates);
-        // Sliding velocities before the projection. Prescribed and locked actuators reduce rates to
-        // the round-off of these velocities.
+        // Sliding velocities before the projection onto the constraints. The projection may reduce
+        // these velocities to their round-off, which must not count as slip.
         let pitch = &model.parameters.pitch;
         let velocities =
             interfaces.iter().map(|c| bodies.surface_velocity(&model.topology, c, pitch[c.joint]));
@@ -135,7 +135,7 @@ impl<'a> Simulation<'a> {
             if in_steps { None } else { Some(model.choose(&mut situation, &modes, &resting)) };
         let (mut friction_scales, mut reference_frictions) =
             (situation.friction_scales.clone(), situation.reference_frictions.clone());
-        // If the modes were not searched for, these lists are empty.
+        // These lists are empty if no mode search was made.
         friction_scales.resize(interfaces.len(), 1.0);
         reference_frictions.resize(interfaces.len(), [0.0; 3]);
         let limit_factor = situation.limit_factor;
@@ -236,8 +236,8 @@ impl<'a> Simulation<'a> {
         simulation.step = 1e-4 * settings.longest_step.min(1.0);
         if stepping {
             simulation.begin_stepping();
-            // The start is valid only if another step succeeds; otherwise the original error is
-            // returned.
+            // The simulation can start in this way only if the following step also succeeds;
+            // otherwise, the error of the mode search, if any, is returned.
             let mut trial = simulation.clone();
             let goes_on = trial.step_through(time + settings.longest_step, inputs);
             return match goes_on {

@@ -25,22 +25,23 @@ const SINGULAR: f64 = 1e-9;
 const BOUNDED_BY_STABILITY: f64 = 6.1;
 /// Number of steps limited by stability after which the problem counts as stiff.
 const STIFF: usize = 15;
-/// Number of other steps in succession that resets the count of steps limited by stability.
+/// Number of consecutive steps not limited by stability that resets the count of steps limited by
+/// stability.
 const CALM: usize = 6;
 
 /// Step size, s, below which the simulation changes to time stepping if a stage of a step has no
 /// accelerations.
 const LOST: f64 = 1e-6;
 
-/// Number of short steps in succession after which the event-driven method counts as too slow. A
-/// step is short if the motion in it, at the largest rate so far, is below [`SHORT_WAY`].
+/// Number of consecutive short steps after which the event-driven method counts as too slow. A step
+/// is short if the motion in it, at the largest rate so far, is below [`SHORT_WAY`].
 const CRAWLING: usize = 200;
-/// Largest motion in a short step, rad or characteristic lengths. In steps of order eight the
-/// motion is usually a thousand times larger.
+/// Largest motion in a short step, rad or characteristic lengths. The motion in a usual step of
+/// this method is a thousand times larger.
 const SHORT_WAY: f64 = 2e-4;
 
-/// Longest step with friction, as a fraction of the longest step without friction. The event search
-/// samples each step only at a few instants, so steps must not be too long.
+/// Longest step of a mechanism with friction, as a fraction of the longest step in the settings.
+/// The search for events samples each step only at a few instants, so steps must not be too long.
 const FREQUENT: f64 = 0.1;
 
 /// Distance from the end of a shortened step to the event, as a fraction of the step, below which a
@@ -152,8 +153,9 @@ impl Simulation<'_> {
     }
 
     /// Returns true if the implicit time-stepping method should take over: either stability has
-    /// limited many steps in succession, for example because of friction on a light rod between
-    /// balls, or the steps are very short.
+    /// limited many recent steps, for example because of friction on a light rod between balls, or
+    /// many consecutive steps were very short. Returns false without friction, and unless the
+    /// method is automatic.
     fn is_stiff(&mut self, step: f64) -> bool {
         let mut bounded = step < DENSE;
         if bounded {
@@ -231,7 +233,7 @@ impl Simulation<'_> {
         Ok(result? * self.settings.relative / self.attainable_tolerance())
     }
 
-    /// Accepts a step up to its first event, and returns the reason why it ends.
+    /// Accepts a step up to its first event, and returns the reason why the accepted step ends.
     pub(super) fn finish(
         &mut self,
         start: &[f64],
@@ -254,7 +256,7 @@ impl Simulation<'_> {
             self.watch_rank(time, inputs)?;
             return Ok(Ending::Smooth);
         };
-        // Repeats the step with its end at the event.
+        // Repeats the step with a length such that it ends at the event.
         let mut arrived = arrived;
         let mut nudge = None;
         for _ in 0..4 {
@@ -304,7 +306,8 @@ impl Simulation<'_> {
         Ok(ending)
     }
 
-    /// Updates the stored slip directions of balls and plates, at the start of a step.
+    /// Sets the stored slip directions of balls and plates to the directions of their present
+    /// velocities. Called at the start of a step.
     pub(super) fn update_slip_directions(&mut self) {
         for (interface, mode) in self.modes.iter_mut().enumerate() {
             if let InterfaceMode::Slides(direction) = mode

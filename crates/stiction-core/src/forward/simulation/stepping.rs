@@ -17,17 +17,18 @@ use crate::parameters::Parameters;
 /// Initial and smallest number of time steps without a stick-slip transition after which the
 /// simulation tries the event-driven method again.
 pub(super) const QUIET: usize = 8;
-/// Upper limit of the number of time steps without a stick-slip transition. This number doubles
-/// after each failure of the event-driven method.
+/// Upper limit of the number of time steps without a stick-slip transition that must pass before
+/// the event-driven method is tried again. The number doubles after each failure of the
+/// event-driven method, up to this limit.
 pub(super) const LONGEST_WAIT: usize = 4096;
-/// Length of the first time step, s.
+/// Length, s, of the first time step after a change to the time-stepping method.
 pub(super) const FIRST: f64 = 1e-6;
 /// Number of events after which their mean interval is compared with [`DENSE`].
 const MANY: usize = 40;
 /// Mean interval between events, s, below which the simulation changes to time stepping.
 pub(super) const DENSE: f64 = 5e-5;
-/// Fraction of the largest rate without friction below which changes of the rates count as
-/// round-off.
+/// Changes of the rates in a time step count as round-off if they are below this fraction of the
+/// largest rate that the step would reach without friction.
 const STILL: f64 = 1e-9;
 /// Fraction of the largest rate above which a change of velocity counts as a jump, if it happens
 /// almost completely within one half of a step of length [`SHORTEST_BEFORE_JUMP`].
@@ -45,7 +46,7 @@ const SMALL_PART: f64 = 1e-3;
 pub(super) struct Stepping {
     /// Length of the next step, s.
     pub(super) step: f64,
-    /// Number of steps in succession without a stick-slip transition.
+    /// Number of consecutive steps without a stick-slip transition.
     pub(super) quiet: usize,
     /// Number of steps without a stick-slip transition after which the simulation tries the
     /// event-driven method again.
@@ -66,10 +67,10 @@ impl Simulation<'_> {
         if self.shown().stepping.is_some() { Method::TimeStepping } else { Method::EventDriven }
     }
 
-    /// Returns true if time stepping may continue after this error of the event-driven method. It
-    /// may continue if no accelerations or no set of sticking joints was found, or if the steps
-    /// have become too short: velocities at the end of a step that satisfy all friction laws may
-    /// still exist.
+    /// Returns true if time stepping may continue the simulation after this error of the
+    /// event-driven method. This is so in the automatic method if no accelerations or no modes were
+    /// found, or if the steps have become too short: velocities at the end of a time step that
+    /// satisfy all friction laws may still exist.
     pub(super) fn may_step(&self, error: &ForwardError) -> bool {
         self.settings.method == Method::Automatic
             && self.stepping.is_none()
@@ -101,7 +102,8 @@ impl Simulation<'_> {
     }
 
     /// Returns the locks of the interfaces that stick both before and after the step: anchors,
-    /// whose poses do not change, and a flag for each locked degree of freedom.
+    /// which keep their previous poses, and a flag for each degree of freedom of the spanning tree
+    /// that is true if the degree of freedom is locked.
     pub(super) fn places_of(
         &self,
         before: &[InterfaceMode],
@@ -155,7 +157,8 @@ impl Simulation<'_> {
         let (anchors, mut frozen) = self.places_of(modes, &time_step.modes);
         let at_rest = from.rates.iter().all(|rate| *rate == 0.0);
         if at_rest && self.change(from, &state) <= STILL * time_step.free_rate {
-            // At rest: locks all degrees of freedom so that round-off does not move them.
+            // The mechanism stays at rest: locks all degrees of freedom so that round-off does not
+            // move them.
             frozen.fill(true);
         }
         self.restore(from, &mut state, &frozen);
@@ -178,9 +181,9 @@ impl Simulation<'_> {
     }
 
     /// Returns the modes at the start of a step, with stick instead of slip for each interface that
-    /// reverses its slip within the step. Such an interface passes through zero velocity, where
-    /// static friction may lock it. Returns `None` if no reversing interface has static friction
-    /// above its sliding friction.
+    /// reverses its slip within the step and has static friction above its sliding friction. Such
+    /// an interface passes through zero velocity, where static friction may lock it. Returns `None`
+    /// if there is no such interface.
     fn sticking_at_reversals(
         &self,
         modes: &[InterfaceMode],
@@ -202,8 +205,8 @@ impl Simulation<'_> {
         (stands != modes).then_some(stands)
     }
 
-    /// Resets the coordinates of locked degrees of freedom to those in `from`, and sets their rates
-    /// to zero.
+    /// Resets the coordinates of locked degrees of freedom to the coordinates in `from`, and sets
+    /// the rates of these degrees of freedom to zero.
     fn restore(&self, from: &State<f64>, state: &mut State<f64>, frozen: &[bool]) {
         for (rate, frozen) in state.rates.iter_mut().zip(frozen) {
             if *frozen {
@@ -282,8 +285,8 @@ impl Simulation<'_> {
                 }
             };
             let error = self.apart(&whole, &second, step);
-            // A velocity whose change in one half of the step is nearly that in the whole step
-            // jumps.
+            // The velocities jump if their change in one half of the step is nearly as large as
+            // their change in the whole step.
             let all = self.change(&from, &whole.state);
             let one =
                 self.change(&from, &first.state).max(self.change(&first.state, &second.state));
@@ -412,8 +415,8 @@ impl Simulation<'_> {
         self.keep_fastest();
     }
 
-    /// Returns to the event-driven method after enough steps without a stick-slip transition, if it
-    /// finds accelerations.
+    /// Returns to the event-driven method after enough steps without a stick-slip transition, if
+    /// the event-driven method finds accelerations at the present instant.
     fn leave_stepping(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         let Some(stepping) = &mut self.stepping else { return Ok(()) };
         if self.settings.method != Method::Automatic || stepping.quiet < stepping.wait {

@@ -8,21 +8,23 @@ use crate::forward::inputs::Inputs;
 
 /// Number of sampling instants of the switching functions within a step, in addition to its ends.
 const SAMPLES: usize = 3;
-/// A minimum between two samples is searched for if the tangents at the samples intersect below
-/// this fraction of the smaller sample.
+/// The minimum of a switching function between two samples is searched for if the tangents at the
+/// samples intersect below this fraction of the smaller sample.
 const NEAR_ZERO: f64 = 0.2;
 /// Number of golden-section iterations in the search for a minimum.
 const SECTIONS: usize = 24;
 /// Longest time step, s, at the end of which a switching function may have the wrong sign.
 const CHATTER: f64 = 1e-5;
-/// Number of sign changes per switching function at one instant after which the signs count as not
-/// settling.
+/// Largest number of sign changes per switching function at one instant. If the signs change more
+/// often, they do not settle, and the simulation changes to time stepping or, if the method is
+/// fixed, returns an error.
 const MOST_AT_ONCE: usize = 3;
-/// Number of sign changes in rapid succession after which a formula counts as chattering.
+/// Largest number of sign changes in rapid succession; more sign changes count as chattering and
+/// are an error.
 const MOST_CHANGES: usize = 2000;
-/// Longest time between two sign changes in rapid succession, s.
+/// Longest time, s, between two sign changes that count as being in rapid succession.
 const QUICK: f64 = 4.0 * CHATTER;
-/// Fraction of the interval between two samples over which slopes are computed.
+/// Fraction of the interval between two samples over which the slope at each sample is computed.
 const SLOPE: f64 = 1e-3;
 /// If a function is zero at the start of an interval, its sign is evaluated at this fraction of the
 /// interval.
@@ -30,8 +32,8 @@ const BEYOND: f64 = 1e-6;
 /// Length of the interval in which a sign change is located, as a fraction of the step.
 const FINE: f64 = 1e-14;
 
-/// Values of the switching functions at an instant, multiplied by -1 for functions whose stored
-/// side is negative.
+/// Values of the switching functions at an instant. The values of functions whose stored sign is
+/// negative are multiplied by -1, so that a negative value always indicates a sign change.
 struct SwitchValues {
     time: f64,
     values: Vec<f64>,
@@ -44,7 +46,7 @@ impl<'a> Simulation<'a> {
         self.ended_by.filter(|_| !self.last_step.shows)
     }
 
-    /// Returns true if the simulation has ended and results are those at its end.
+    /// Returns true if the simulation has ended and the present results are those at its end.
     pub(super) fn is_over(&self) -> bool {
         self.ended_by().is_some()
     }
@@ -81,7 +83,8 @@ impl<'a> Simulation<'a> {
             return Ok(false);
         }
         let numbers = std::mem::take(&mut self.last_step.numbers);
-        // Repeated evaluations are counted, so a simulation that only repeats steps stalls.
+        // Repeated evaluations are counted, so that a simulation that only repeats steps is
+        // detected as stalled.
         let evaluations = self.evaluations;
         self.take_state(&numbers);
         self.evaluations = evaluations;
@@ -106,7 +109,8 @@ impl<'a> Simulation<'a> {
         Ok(true)
     }
 
-    /// Updates the sides of the switching functions that change their sign at the present instant.
+    /// Updates the stored signs of the switching functions that change their sign at the present
+    /// instant.
     pub(super) fn switch(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         if self.now.time != self.switch_at {
             return Ok(());
@@ -205,7 +209,9 @@ impl<'a> Simulation<'a> {
         Ok(Some((time, switching)))
     }
 
-    /// Finds the first time, s, at which the switching function `k` changes its sign.
+    /// Finds the first time within the last step, s, at which the switching function `k` changes
+    /// its sign. `samples` are the values at several instants of the step, and `beside` the values
+    /// shortly after the start and before the end of each interval between samples.
     fn change_of(
         &mut self,
         k: usize,
@@ -266,7 +272,8 @@ impl<'a> Simulation<'a> {
         Ok(None)
     }
 
-    /// Locates a sign change by the Illinois method. Returns the upper end of a short interval
+    /// Locates a sign change of the switching function `k` between `low` and `high`, which are
+    /// pairs of time and value, by the Illinois method. Returns the upper end of a short interval
     /// around the sign change, s.
     fn change_between(
         &mut self,
@@ -303,8 +310,8 @@ impl<'a> Simulation<'a> {
             inputs.switches(&self.shown().view(), &mut values);
             self.last_step.shows = false;
         }
-        // Uses the sides at the start of the step, which a controller sample at the end of the step
-        // does not change.
+        // Uses the stored signs, which are those at the start of the step: a controller sample at
+        // the end of the step does not change them.
         for (value, side) in values.iter_mut().zip(&self.input.sides) {
             if !side {
                 *value = -*value;

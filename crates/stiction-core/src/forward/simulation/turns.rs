@@ -7,7 +7,7 @@ use crate::kinematics::{Bodies, State, Target};
 use crate::mechanism::JointId;
 
 impl Forward {
-    /// Returns the angles of cut joints, reduced to half a turn about zero, each with its rate.
+    /// Returns the angles of cut joints, reduced to the range from -pi to pi, each with its rate.
     pub(super) fn angles(&self, time: f64, state: &State<f64>, bodies: &Bodies<f64>) -> Vec<Angle> {
         let topology = &self.topology;
         let mut angles = Vec::new();

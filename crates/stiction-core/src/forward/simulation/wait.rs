@@ -9,7 +9,7 @@ use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
 
-/// Number of checks of the friction limits per longest step.
+/// Number of checks of the friction limits within an interval of the length of the longest step.
 const SAMPLES: f64 = 4.0;
 
 impl Simulation<'_> {
@@ -20,8 +20,8 @@ impl Simulation<'_> {
             && self.frozen.iter().all(|frozen| *frozen)
     }
 
-    /// Returns true if only time and forces change, because the mechanism is at rest and the inputs
-    /// have no internal states.
+    /// Returns true if the mechanism is locked at rest and the inputs have no internal states, so
+    /// that only time and forces change.
     pub(super) fn waits(&self) -> bool {
         self.is_still() && self.input.values.is_empty()
     }
@@ -76,7 +76,9 @@ impl Simulation<'_> {
         self.follow_up(ending, time, inputs)
     }
 
-    /// Evaluates the forces at another time, s, in the unchanged configuration.
+    /// Evaluates accelerations and reactions at the time `time`, s, in the present configuration,
+    /// which does not change during rest. Reuses the factorisation of the constraints if it is
+    /// valid.
     pub(super) fn watch(
         &mut self,
         time: f64,
@@ -102,8 +104,8 @@ impl Simulation<'_> {
         situation.input.values.copy_from_slice(&y[states..]);
         model.update_data(situation, inputs);
         let done = model.couple(situation, &self.modes, Some(loads), measure, solved);
-        // The work is counted as in an evaluation, so that a resumed simulation counts the same
-        // work.
+        // The computing work is counted as in `evaluate`, so that a simulation resumed from a
+        // checkpoint counts the same work.
         self.economy.spend(solved.continuation_steps());
         done.map_err(|u| model.unsolved(time, u))?;
         model.instant_into(situation, &self.modes, solved, &mut instant);
