@@ -11,11 +11,12 @@ use crate::friction_problem::continuation::Lock;
 use crate::kinematics::{Bodies, Target};
 use crate::spatial::Wrench;
 
-/// Number of DOFs of the spanning tree from which decisions between stick and slip also use the
-/// sparse solver.
+/// Smallest number of DOFs of the spanning tree for which the decision between stick and slip uses
+/// the sparse solver. For smaller mechanisms, it uses the dense solver.
 const LARGE: usize = 150;
 
-/// Solution for accelerations and reactions, for given modes of the interfaces.
+/// Accelerations and reactions for given modes of the interfaces, with the factorised equations of
+/// motion and buffers for reuse.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Solved {
     pub(super) coupled: Coupled,
@@ -40,7 +41,8 @@ impl Solved {
 
 /// Reason why given modes have no solution.
 pub(super) enum Unsolved {
-    /// Friction locks the mechanism.
+    /// Friction locks the mechanism: the normal loads grow without bound below the full friction
+    /// coefficients, see [`Lock`].
     Locked(Lock),
     /// A body can move without inertia.
     Massless(Massless),
@@ -104,8 +106,8 @@ impl Forward {
         rows
     }
 
-    /// Factorises the equations of motion for the given modes, with equal scales for all static
-    /// frictions.
+    /// Factorises the equations of motion for the given modes. All static frictions have the scale
+    /// one (see [`Data::friction_scales`]).
     pub(super) fn balance(
         &self,
         data: &Data,
@@ -209,9 +211,10 @@ impl Forward {
             coupling.need_influence((self, data), balance, sticking, workspace);
             *coupling_bound = Some(coupling.bound(self, data));
         }
-        // If the influence matrix is small, Newton's method takes less time. If the bound is one or
-        // more, other solutions may exist, and only Newton's method stays on the present solution
-        // branch.
+        // The fixed-point iteration is used for mechanisms with a sparse factorisation. For smaller
+        // mechanisms, Newton's method with the influence matrix takes less time. If the bound is
+        // one or more, other solutions may exist, and only Newton's method stays on the present
+        // solution branch.
         let is_unique = !coupling_bound.is_some_and(|bound| bound >= 1.0);
         let iterated = known.filter(|_| is_unique && balance.is_sparse()).is_some_and(|known| {
             let results = (&mut *workspace, &mut *coupled);
@@ -227,7 +230,7 @@ impl Forward {
         Ok(())
     }
 
-    /// Searches for other solutions in the given modes from many random starts.
+    /// Searches for other solutions in the given modes, starting from many random normal loads.
     pub(super) fn others(
         &self,
         data: &Data,

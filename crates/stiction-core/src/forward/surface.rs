@@ -16,7 +16,7 @@ impl Forward {
     }
 
     /// Returns the relative acceleration of the surfaces of an interface along each of its DOFs,
-    /// m/s^2. Requires body accelerations.
+    /// m/s^2. `bodies` must contain the accelerations of all bodies.
     pub(super) fn surface_acceleration(&self, bodies: &Bodies<f64>, interface: usize) -> [f64; 3] {
         let (topology, parameters) = (&self.topology, &self.parameters);
         let content = &parameters.interfaces[interface];

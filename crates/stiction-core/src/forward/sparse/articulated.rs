@@ -12,8 +12,8 @@ use crate::parameters::Parameters;
 use crate::spatial::{Twist, Vec3, Wrench};
 use crate::topology::{Link, Topology};
 
-/// Fraction of the inertia of the rigid subtree below which the articulated-body inertia of a
-/// motion counts as round-off.
+/// The articulated-body inertia along a DOF counts as round-off if it is below this fraction of the
+/// inertia that the subtree would have as a rigid body.
 const NEGLIGIBLE: f64 = 1e-11;
 
 /// Articulated-body inertia as a 6 x 6 matrix: force and moment per linear and angular
@@ -37,8 +37,9 @@ pub(in crate::forward) struct Articulated {
 }
 
 impl Articulated {
-    /// Eliminates all DOFs of the spanning tree. DOFs with `prescribed` acceleration count as
-    /// rigid. Returns false if the inertia of a motion is zero or below round-off.
+    /// Eliminates all DOFs of the spanning tree. DOFs whose acceleration is `prescribed` are not
+    /// eliminated and act as rigid connections. Returns false if the articulated-body inertia along
+    /// a DOF is zero or below round-off.
     pub(in crate::forward) fn update(
         &mut self,
         (topology, parameters): (&Topology, &Parameters<f64>),
@@ -90,7 +91,8 @@ impl Articulated {
     }
 
     /// Applies the forward elimination to the generalised forces of a wrench on a body. Calls `put`
-    /// with each DOF between the body and its root, and with the reduced force of the DOF.
+    /// once for each DOF between the body and the root of its tree, with the index of the DOF and
+    /// its reduced force.
     pub(in crate::forward) fn reduce(
         &self,
         topology: &Topology,
@@ -173,7 +175,7 @@ impl Articulated {
     }
 }
 
-/// Returns the 6 x 6 inertia of a body about a point.
+/// Returns the 6 x 6 inertia of a body about a point, in world axes.
 fn inertia_about(
     parameters: &Parameters<f64>,
     bodies: &Bodies<f64>,

@@ -2,7 +2,8 @@
 //! cut joint.
 //!
 //! `V` has a column for each DOF of the spanning tree. For projections, `V` is the constraint
-//! Jacobian. For accelerations, `V` is the constraint Jacobian after forward elimination of the
+//! Jacobian, and the diagonal matrix `W` contains one for each DOF that may change and zero for all
+//! other DOFs. For accelerations, `V` is the constraint Jacobian after forward elimination of the
 //! tree, and `W` is the diagonal matrix of the inverse pivots. The rows of one cut joint form a
 //! block; `S` couples two blocks only if their loops share bodies. If constraints are redundant,
 //! `S` is singular. A small multiple of a definite matrix is then added; the pivots of the sum show
@@ -17,18 +18,19 @@ use crate::topology::{Role, Topology};
 const ZERO: f64 = 1e-20;
 /// Size of the added definite matrix, relative to the scaled system with unit diagonal.
 const ADDED: f64 = 1e-8;
-/// Smallest pivot of an independent row, relative to the diagonal; pivots of dependent rows are below [`DEPENDENT`].
+/// Smallest pivot of an independent row, relative to the diagonal; pivots of dependent rows are
+/// below [`DEPENDENT`].
 const INDEPENDENT: f64 = 1e-5;
 const DEPENDENT: f64 = 2e-7;
-/// Singularity index above which a solution without an added matrix needs no refinement: its
-/// round-off is the round-off of the system divided by the square of the index.
+/// Singularity index above which a solution without an added matrix needs no iterative refinement.
+/// The relative error of such a solution is the unit round-off divided by the square of the index.
 const REGULAR: f64 = 0.03;
-/// Fraction of the right-hand side below which the residual ends the iterative refinement.
+/// The iterative refinement ends if the residual is below this fraction of the right-hand side.
 const SETTLED: f64 = 1e-15;
 /// Largest number of refinement iterations.
 const CORRECTIONS: usize = 6;
 
-/// Set of DOFs in which the rows of a cut joint have nonzero entries.
+/// Set of DOFs for which the rows of a cut joint have nonzero entries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::forward) enum Reach {
     /// DOFs on the path between the two bodies of the joint.
@@ -37,8 +39,9 @@ pub(in crate::forward) enum Reach {
     Roots,
 }
 
-/// Definite matrix over the constraint rows. The function calls its argument with each pair of rows
-/// and the corresponding entry.
+/// Symmetric positive definite matrix with one row and one column for each constraint row, in the
+/// form of a function. The function calls its argument with each pair of rows that contributes, and
+/// with the contribution to the entry of this pair.
 pub(in crate::forward) type Definite<'a> = &'a dyn Fn(&mut dyn FnMut(Place, Place, f64));
 
 /// Location of a constraint row in the system: index of the block, and index of the row in the
@@ -59,21 +62,22 @@ pub(in crate::forward) struct Closures {
     counts: Vec<usize>,
     /// Scale factor of each row that makes residuals of angles and lengths comparable.
     units: Vec<Part>,
-    /// Start of the list of each node in `blocks`; the list contains the blocks with entries in the
-    /// DOFs of the node. The last number is the total length of `blocks`.
+    /// For each node, the index in `blocks` at which the list of the node starts. The last number
+    /// is the length of `blocks`.
     starts: Vec<usize>,
-    /// Blocks with entries in the DOFs of each node, in ascending order, concatenated for all
-    /// nodes.
+    /// Concatenated lists, one for each node: the blocks that have nonzero entries for the DOFs of
+    /// the node, in ascending order.
     blocks: Vec<usize>,
-    /// Start of the list of each node in `slots`; the list has a slot for each pair of blocks with
-    /// entries in the DOFs of the node.
+    /// For each node, the index in `slots` at which the list of the node starts. The list contains
+    /// the slot of `matrix` for each pair of blocks in the list of the node in `blocks`.
     pairs: Vec<usize>,
     slots: Vec<Slot>,
     /// For each DOF, the start of its column in `values`.
     firsts: Vec<usize>,
     /// Node of each DOF.
     nodes: Vec<usize>,
-    /// Entries of `V`, column by column: one part for each block with entries in the DOF.
+    /// Nonzero entries of `V`, column by column. For each DOF, there is one array per block with
+    /// nonzero entries for this DOF, with one number per row of the block.
     values: Vec<Part>,
     /// Factor of each row that scales the diagonal of `S` to one.
     scales: Vec<Part>,
@@ -166,7 +170,7 @@ impl Closures {
     }
 
     /// Assigns the constraint rows to blocks and sets all entries to zero. Returns false if a block
-    /// has too many rows, or if a row belongs to a gearing.
+    /// has too many rows, or if a row is the constraint of a gearing.
     pub(in crate::forward) fn assign(
         &mut self,
         topology: &Topology,
@@ -204,8 +208,8 @@ impl Closures {
     }
 
     /// Computes and factorises the system. `weights` contains the weight of each DOF, which is zero
-    /// for excluded DOFs. Adds the matrix `definite` if rows are redundant. Returns false if the
-    /// pivots do not clearly separate independent from dependent rows.
+    /// for excluded DOFs. Adds a small multiple of the matrix `definite` if rows are redundant.
+    /// Returns false if the pivots do not clearly separate independent from dependent rows.
     pub(in crate::forward) fn factor(
         &mut self,
         weights: impl Iterator<Item = f64>,
@@ -261,7 +265,7 @@ impl Closures {
     fn add_definite(&mut self, definite: Definite<'_>) {
         let Self { scales, matrix, added, diagonal, .. } = self;
         let scale = |at: Place| scales[at.block][at.row];
-        // An entry is the sum of contributions of all joints along the loop.
+        // A diagonal entry is the sum of the contributions of all joints along the loop.
         diagonal.fill([0.0; BLOCK]);
         definite(&mut |a, b, entry| {
             if a == b {
@@ -311,8 +315,9 @@ impl Closures {
         }
     }
 
-    /// Counts the independent rows by their pivots. Returns false if a pivot is neither clearly
-    /// that of an independent row nor clearly that of a dependent row.
+    /// Counts the independent rows by their pivots, and sets `rank` and `distance`. Returns false
+    /// if a pivot is neither large enough for an independent row nor small enough for a dependent
+    /// row.
     fn count_independent(&mut self, some_dependent: bool) -> bool {
         let (mut least, mut rank) = (1.0_f64, 0);
         for (block, &count) in self.counts.iter().enumerate() {
@@ -329,19 +334,22 @@ impl Closures {
         true
     }
 
-    /// Scales a right-hand side in place, which has one part for each block.
+    /// Multiplies a right-hand side in place by the scale factors of the rows. `right` has one
+    /// array for each block.
     pub(in crate::forward) fn scaled(&self, right: &mut [Part]) {
         for (right, scale) in right.iter_mut().zip(&self.scales) {
             (0..BLOCK).for_each(|k| right[k] *= scale[k]);
         }
     }
 
-    /// Returns the solution for the row at `at`, converted to physical units.
+    /// Returns the entry of a solution for the row at `at`, converted from scaled to physical
+    /// units.
     pub(in crate::forward) fn unscaled(&self, solution: &[Part], at: Place) -> f64 {
         solution[at.block][at.row] * self.scales[at.block][at.row]
     }
 
-    /// Adds `factor` times `V x` to `to`, with scaled rows.
+    /// Adds `factor` times `V x` to `to`. The rows of `V` are scaled; `x` returns the entry for a
+    /// DOF.
     pub(in crate::forward) fn add_product(
         &self,
         x: impl Fn(usize) -> f64,
@@ -361,7 +369,7 @@ impl Closures {
         }
     }
 
-    /// Returns the component of `V^T y` for a DOF of the spanning tree.
+    /// Returns the component of `V^T y` for a DOF of the spanning tree. The rows of `V` are scaled.
     pub(in crate::forward) fn along(&self, tree_dof: usize, y: &[Part]) -> f64 {
         let node = self.nodes[tree_dof];
         let own = &self.blocks[self.starts[node]..self.starts[node + 1]];
@@ -385,8 +393,8 @@ impl Closures {
         self.add_product(|d| along[d], factor, to);
     }
 
-    /// Solves `S y = right` in the row space, and writes the solution to `right`. Ignores the
-    /// component of `right` outside the row space, which is round-off.
+    /// Solves `S y = right` and writes the solution to `right`. If `S` is singular, ignores the
+    /// component of `right` outside the range of `S`, which is round-off.
     pub(in crate::forward) fn solve(&self, right: &mut [Part], buffers: &mut Buffers) {
         let Buffers { residual, solution, along, one } = buffers;
         let size = largest(right);
@@ -410,7 +418,7 @@ impl Closures {
             residual.copy_from_slice(right);
             self.add_system(solution, -1.0, residual, along);
             let left = largest(residual);
-            // The residual is round-off, or a component outside the row space.
+            // The remaining residual is round-off, or lies outside the range of `S`.
             if left <= SETTLED * size || left > 0.5 * before || left.is_nan() {
                 break;
             }

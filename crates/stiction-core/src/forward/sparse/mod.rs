@@ -6,7 +6,8 @@
 //! unknowns are the multipliers of the loop closures. Their system couples two loops only if these
 //! loops share bodies, so it is sparse; see [`closures`]. The dense factorisation of
 //! [`super::balance`] is the reference in tests. The dense factorisation is also used if a
-//! mechanism is not suited to the sparse one, or if the pivots do not decide the rank.
+//! mechanism is not suited to the sparse factorisation, or if the pivots do not show the rank of
+//! the constraints clearly.
 
 pub(super) mod articulated;
 pub(super) mod closures;

@@ -1,5 +1,5 @@
-//! Sparse projection onto the constraint rows: minimum-norm changes of the tree coordinates, and
-//! the rank of the rows.
+//! Sparse decomposition of the constraint rows. It determines the rank of the rows, and the
+//! minimum-norm change of the tree coordinates that changes the constraints by given values.
 
 use super::closures::{Buffers, Closures, Place};
 use crate::forward::Forward;
@@ -21,7 +21,8 @@ pub(in crate::forward) struct SparseRows {
 }
 
 impl SparseRows {
-    /// Allocates the rows of a model; `None` if the model is not suited to the sparse projection.
+    /// Allocates the decomposition for a model. Returns `None` if the model is not suited to the
+    /// sparse decomposition.
     pub(in crate::forward) fn new(model: &Forward) -> Option<Self> {
         Some(Self {
             closures: Closures::clone(model.projections.as_ref()?),
@@ -69,10 +70,11 @@ impl SparseRows {
             weights[tree_dof] = 0.0;
             prescribed.push((tree_dof, index));
         }
-        // Temporarily moves the places out of the system; the factorisation does not use them.
+        // Temporarily moves the row locations out of the system, because the closure borrows them.
+        // The factorisation does not use them.
         let places = std::mem::take(&mut closures.places);
         let units = |put: &mut dyn FnMut(Place, Place, f64)| {
-            // In these units the scaled rows are of order one.
+            // With these diagonal entries, the entries of the scaled matrix are of order one.
             for (row, place) in rows.rows.iter().zip(&places) {
                 place.iter().for_each(|at| put(*at, *at, 1.0 / (row.scale * row.scale)));
             }
@@ -92,8 +94,9 @@ impl SparseRows {
         self.closures.distance
     }
 
-    /// Computes the minimum-norm change of the tree coordinates, in scaled DOFs, for which the
-    /// products of the constraint rows with the change equal `values`.
+    /// Computes the change `step` of the tree DOFs, rad or m, for which the products of the
+    /// constraint rows with the change equal `values`. Among all such changes, selects the one with
+    /// the smallest norm, after division of each component by the scale of the DOF in `columns`.
     pub(in crate::forward) fn shortest(
         &mut self,
         columns: &[f64],

@@ -11,15 +11,16 @@ use nalgebra::{Matrix3, Vector3};
 /// Fraction of the largest acceleration below which the relative acceleration of the surfaces
 /// counts as round-off.
 const ROUND_OFF: f64 = 1e-10;
-/// The iteration has converged when no direction changes by more than this.
+/// The iteration of the directions has converged if no unit vector changes by this amount or more.
 const SETTLED: f64 = 1e-12;
-/// Largest number of iterations of the directions.
+/// Largest number of iterations for the directions.
 const PASSES: usize = 40;
 
 impl Forward {
-    /// Solves the equations of motion for given modes, and iterates the slip onset directions of
-    /// balls and plates until they agree with the relative accelerations of the surfaces. If an
-    /// interface would slide against its direction, also returns the index of this interface.
+    /// Solves the equations of motion for the modes in `trial`. Iterates the slip onset directions
+    /// of the balls and plates in `resting` until each direction agrees with the relative
+    /// acceleration of the surfaces. If an interface would slide against its direction, stops and
+    /// also returns the index of this interface.
     pub(super) fn solve_directions(
         &self,
         data: &Data,
@@ -62,11 +63,11 @@ impl Forward {
         Ok((solved, None))
     }
 
-    /// Computes the direction `d` of slip onset of a ball or plate, for a given normal load and
-    /// given friction of the other interfaces. Let `K` be the decrease of the surface acceleration
-    /// per newton of friction, `a` the acceleration without this friction, and `c` the magnitude of
-    /// the friction. Then `d = (x + c K)^-1 a`, where `x` is the magnitude of the acceleration for
-    /// which `d` has length one.
+    /// Computes the direction `d` of slip onset of a ball or plate, for the normal load and the
+    /// friction of the other interfaces in `solved`. Let `K` be the decrease of the surface
+    /// acceleration per newton of friction, `a` the acceleration without this friction, and `c` the
+    /// magnitude of the friction. Then `d = (x + c K)^-1 a`, where `x` is the magnitude of the
+    /// acceleration for which `d` has length one.
     fn direction(
         &self,
         data: &Data,

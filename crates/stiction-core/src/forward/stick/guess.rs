@@ -16,7 +16,7 @@ use crate::friction_problem::complementarity::{DryFriction, MemberLaw};
 const ROUND_OFF: f64 = 1e-9;
 /// Friction counts as being at its limit if it differs from the limit by less than this fraction.
 const AT_LIMIT: f64 = 1e-7;
-/// Number of times that the problem is solved with updated sliding friction.
+/// Largest number of times that the problem is solved again with updated sliding friction.
 const PASSES: usize = 8;
 
 /// Modes, frictions and normal loads that satisfy the friction laws approximately.

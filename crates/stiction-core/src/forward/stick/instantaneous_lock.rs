@@ -18,7 +18,8 @@ const ROUND_OFF: f64 = 1e-6;
 const PART: f64 = 1e-6;
 
 impl Forward {
-    /// Finds a sticking interface that must start to move, and the direction of its motion.
+    /// Finds a sticking interface that the loop constraints force to move, as described in the
+    /// module documentation. Returns the index of the interface and the direction of its motion.
     pub(in crate::forward) fn instantaneous_lock(
         &self,
         data: &Data,

@@ -26,8 +26,9 @@ use verify::Verdict;
 
 /// Largest number of steps in a mode search; each step changes the mode of one interface.
 const CHANGES: usize = 60;
-/// Smallest friction scale relative to the largest one; bounds the condition number of the linear
-/// systems.
+/// Smallest friction scale of an interface, relative to the largest friction scale. This bound
+/// limits the condition number of the linear systems. The friction scale is the estimated friction
+/// limit, see [`Data::friction_scales`].
 const SMALLEST_SCALE: f64 = 1e-6;
 /// Relative amount by which statically indeterminate frictions may exceed their limits. Without
 /// this allowance the frictions would have to be redistributed at every instant until an interface
@@ -49,8 +50,8 @@ impl Forward {
     /// interfaces keep their modes.
     ///
     /// # Errors
-    /// [`ForwardError::NoChoice`] if no modes are found, or the error of the last trial if its
-    /// modes have no solution.
+    /// [`ForwardError::NoChoice`] if no modes are found, or the error of the last trial if the
+    /// equations of motion have no solution in its modes.
     pub(super) fn choose(
         &self,
         data: &mut Data,
@@ -64,8 +65,8 @@ impl Forward {
         if let Ok(Verdict::Stands(solved)) = self.verify(data, &mut trial, resting) {
             return Ok(Choice { modes: trial, solved: *solved });
         }
-        // The distributed frictions exceed a limit, or an interface must slide: the friction laws
-        // of all interfaces must be solved together.
+        // With all interfaces sticking, a friction exceeds its limit, or an interface must slide:
+        // the friction laws of all interfaces must be solved together.
         let guess = self.guess(data, modes, resting, 1.0);
         if let Some(guess) = &guess
             && guess.moves
@@ -76,7 +77,8 @@ impl Forward {
         let all = self.solve(data, &all_sticking(modes, resting), None, false);
         let shared = all.is_ok_and(|all| all.balance.redundant() > permanent);
         if shared && guess.as_ref().is_some_and(|guess| !guess.moves) {
-            // All interfaces can stick: friction keeps a margin to its limits if possible.
+            // All interfaces can stick, but their frictions are statically indeterminate: prefers
+            // frictions with a margin to their limits.
             for bound in BOUNDS {
                 let Some(guess) = self.guess(data, modes, resting, bound) else { continue };
                 if guess.moves {
@@ -102,8 +104,9 @@ impl Forward {
         Err(failure.unwrap_or(ForwardError::NoChoice { time: data.time, joint }))
     }
 
-    /// Computes the friction scales of the interfaces at rest from their frictionless normal loads.
-    /// Returns the number of constraints that remain redundant if none of these interfaces sticks.
+    /// Computes the friction scales of the interfaces from the normal loads that result if the
+    /// interfaces at rest exert no friction. Returns the number of constraints that remain
+    /// redundant if none of these interfaces sticks.
     fn set_friction_scales(
         &self,
         data: &mut Data,
@@ -173,7 +176,8 @@ impl Forward {
             .then_some(Choice { modes, solved })
     }
 
-    /// Changes the mode of one interface at a time until all friction laws are satisfied.
+    /// Changes the mode of one interface at a time until all friction laws are satisfied. Stops if
+    /// modes repeat or after [`CHANGES`] steps.
     fn improve(
         &self,
         data: &Data,

@@ -19,7 +19,7 @@ pub(super) enum Verdict {
 
 impl Forward {
     /// Solves the equations of motion for given modes of the interfaces at rest and checks the
-    /// friction laws. Interfaces at their limit that begin to slide are changed to slip.
+    /// friction laws. Interfaces at their limit that begin to slide get the mode slip in `trial`.
     pub(super) fn verify(
         &self,
         data: &Data,
@@ -35,8 +35,8 @@ impl Forward {
         let slips = |c: &usize| matches!(trial[*c], InterfaceMode::AtLimit(_)) && begins(*c);
         let slides: Vec<usize> = resting.iter().copied().filter(slips).collect();
         if !slides.is_empty() {
-            // These interfaces slide with sliding friction. If sliding friction is less than static
-            // friction, the interfaces accelerate even more.
+            // Repeats the solution with sliding friction for these interfaces. If their sliding
+            // friction is less than their static friction, they accelerate even more.
             let kept = trial.to_vec();
             for &interface in &slides {
                 if let InterfaceMode::AtLimit(direction) = trial[interface] {
@@ -66,8 +66,9 @@ impl Forward {
 
     /// Changes interfaces at their limit to slip if their sliding friction is less than their
     /// static friction. At slip onset under a slowly changing load, the acceleration is zero with
-    /// friction at the static limit, but not with sliding friction. Returns `None` if other
-    /// constraints prevent the slip.
+    /// friction at the static limit, but not with sliding friction. Returns the solution with the
+    /// changed modes, or `None` if no mode is changed, for example because other constraints
+    /// prevent the slip.
     fn weaken(
         &self,
         data: &Data,
@@ -106,8 +107,9 @@ impl Forward {
     }
 
     /// Finds the sticking interface whose friction exceeds its limit by the largest ratio, and
-    /// returns its index and friction. If an interface cannot stick, returns that interface and the
-    /// direction of its motion instead: at a dead centre a slider is at rest only for an instant.
+    /// returns the index and the friction of this interface. If an interface cannot stick, for
+    /// example a slider at a dead centre, which is at rest only for an instant, returns this
+    /// interface and the direction of its motion instead.
     pub(super) fn beyond_limit(
         &self,
         data: &Data,
