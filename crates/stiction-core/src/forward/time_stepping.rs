@@ -1,17 +1,19 @@
 //! Time step of Moreau's method (Moreau 1988, Jean 1999): the unknowns are velocities, and the
 //! friction laws hold at the end of the step.
 //!
-//! With the mass matrix `M` of the spanning tree at the middle of the step, the velocities `v`
-//! before the step, and `w` after the step:
+//! With the mass matrix `M` of the spanning tree and the constraint Jacobian `J`, both at the
+//! middle of the step, the length `h` of the step, and the velocities `v` before and `w` after the
+//! step:
 //!
 //! ```text
 //! M (w - v) = h (efforts and loads) + J^T (impulses of loops and prescribed actuators) + (impulses of friction)
 //! ```
 //!
-//! `J w` has its prescribed value at the end of the step. The friction laws relate the friction
-//! impulses to `w`. The friction of each interface is bounded by the reaction of the same joint in
-//! the same step. Stick onset and reversals within the step need no event detection. A sticking
-//! interface has zero velocity at the end of the step. Velocities may jump if friction requires it.
+//! The velocities `w` satisfy the constraints: `J w` is zero for loops and gearings, and equals the
+//! prescribed rate for prescribed actuators. The friction laws relate the friction impulses to `w`.
+//! The friction of each interface is bounded by the reaction of the same joint in the same step.
+//! Stick onset and reversals within the step need no event detection. A sticking interface has zero
+//! velocity at the end of the step. Velocities may jump if friction requires it.
 //!
 //! Equation (D7) of the book's theory.
 
@@ -34,12 +36,12 @@ use crate::parameters::InterfaceParameters;
 
 /// Largest accepted residual of the friction laws, relative to the largest force.
 const RESIDUAL: f64 = 1e-9;
-/// Weight of the residual rates of sticking interfaces relative to residual forces. Accepted
-/// residual rates are at most 1e-6 of the largest rate.
+/// Weight of the residual rates of sticking interfaces relative to the residual forces, in the
+/// residual that [`RESIDUAL`] limits. Accepted residual rates are at most 1e-6 of the largest rate.
 const SLACK: f64 = 1e-3;
 
-/// If friction exceeds the largest force without friction by this factor, it is part of a velocity
-/// jump.
+/// If a friction exceeds the largest force without friction by this factor, the friction is part of
+/// a velocity jump.
 const IMPULSIVE: f64 = 1e3;
 
 /// Results of a time step.
@@ -80,7 +82,8 @@ pub(super) struct StepStart<'a> {
     pub(super) bristles: &'a [[f64; 3]],
     /// Initial guess of the friction forces at the surfaces, N.
     pub(super) frictions: &'a [[f64; 3]],
-    /// Internal states, signs of the switching functions, and unwrapped angles of the inputs.
+    /// Internal states of the inputs, signs of their switching functions, and unwrapped joint
+    /// angles.
     pub(super) input: &'a InputState,
 }
 
@@ -211,7 +214,8 @@ impl Forward {
             .flat_map(|m| from.frictions[m.interface][..m.places.len()].to_vec())
             .collect();
         // Frictions in a velocity jump are impulses divided by a short time. Where static frictions
-        // are not unique, a search that starts from these values would keep them as a self-stress.
+        // are statically indeterminate, a search that starts from such large values would keep them
+        // as a self-stress.
         let largest = near.iter().fold(0.0_f64, |m, f| m.max(f.abs()));
         let forces = base.wrenches.iter().map(|wrench| wrench.force.norm());
         if largest > IMPULSIVE * forces.fold(0.0, f64::max) {

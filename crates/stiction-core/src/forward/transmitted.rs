@@ -1,7 +1,7 @@
-//! Wrenches that gears transmit to their loads.
+//! Wrenches that gears transmit from their motors to the driven joints.
 //!
-//! A gear lies between its motor and its joint, and its loss depends on the effort that it
-//! transmits. The transmitted effort is the effort of the complete joint wrench, without the
+//! A gear connects its motor to a joint, and the loss of the gear depends on the effort that the
+//! gear transmits. The transmitted effort is the effort of the complete joint wrench, without the
 //! friction of the joint itself and without the efforts of gearings at this joint. The constraints
 //! exert the efforts of actuators with prescribed motion at the joints of these actuators. If
 //! motors with added shafts move such a joint, the gears of these motors also transmit a part of
@@ -61,7 +61,7 @@ pub(super) fn parallel_to_gear<T: Scalar>(
     sum
 }
 
-/// Frictions and gearings that act between gears and their loads.
+/// Frictions and gearings that act on the load side of gears, between each gear and its load.
 #[derive(Clone, Copy)]
 pub(super) struct LoadSide<'a> {
     pub(super) model: &'a Forward,

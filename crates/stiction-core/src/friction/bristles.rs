@@ -32,21 +32,23 @@ pub struct Bristles<T = f64> {
 }
 
 impl<T: Scalar> Bristles<T> {
-    /// Computes the rate of the deflection `z` (m) at a sliding velocity (m/s); `mu` is the
-    /// positive friction coefficient at that velocity.
+    /// Computes the rate, m/s, of the deflection `z`, m, at a sliding velocity, m/s; `mu` is the
+    /// positive friction coefficient at this velocity.
     #[inline]
     pub fn rate(&self, z: T, velocity: T, mu: T) -> T {
         velocity - self.stiffness * velocity.abs() * z / mu
     }
 
-    /// Computes the friction per newton of normal load for the deflection `z` and its `rate`. The
-    /// sign is that of the velocity that the friction opposes.
+    /// Computes the friction force per newton of normal load, without the viscous part, for the
+    /// deflection `z`, m, and its `rate`, m/s. The sign is that of the velocity that the friction
+    /// opposes.
     #[inline]
     pub fn coefficient(&self, z: T, rate: T) -> T {
         self.stiffness * z + self.damping * rate
     }
 
-    /// Computes the steady deflection, m, at a nonzero velocity.
+    /// Computes the steady deflection, m, at a sliding velocity, m/s, with the friction coefficient
+    /// `mu`. Returns zero at zero velocity.
     #[inline]
     pub fn steady(&self, velocity: T, mu: T) -> T {
         let size = mu / self.stiffness;
@@ -106,7 +108,7 @@ mod tests {
             // The method's error is of the order (2.5 / 400)^4 = 1.5e-9.
             let found = bristles.coefficient(z, rate(z)).value.0[lane];
             assert!((found - mu * (1.0 - left)).abs() < 1e-9, "{found}");
-            // What remains of an initial deflection.
+            // The slope is the fraction that remains of a small initial deflection.
             assert!((z.slope[0].0[lane] - left).abs() < 1e-8);
         }
     }

@@ -10,33 +10,34 @@ pub struct JointFriction {
     /// Index of the interface in the list returned by [`interfaces_of`] for the joint's type.
     pub place: usize,
     /// Radius of the sliding surface, m; for a plate, the effective radius of friction against
-    /// rotation. `None` for guides, which slide along their axis.
+    /// rotation. `None` for guides, which only translate.
     pub radius: Option<f64>,
     /// Friction law: friction force as a function of speed and normal load.
     pub law: Law,
-    /// Law for backward sliding, if different from `law`; only for interfaces with one degree of
-    /// freedom.
+    /// Friction law for backward sliding, if different from `law`; only for interfaces with one
+    /// degree of freedom.
     pub backward: Option<Law>,
     /// Map from the joint's reaction to the normal load.
     pub load: NormalLoadMap<f64>,
 }
 
 impl JointFriction {
-    /// Creates the friction of a prismatic joint's guide, with the lateral force as normal load.
+    /// Creates the friction parameters of the guide of a prismatic joint, with the lateral force as
+    /// normal load.
     pub fn guide(law: Law) -> Self {
         Self { place: 0, radius: None, law, backward: None, load: NormalLoadMap::force_only() }
     }
 
-    /// Creates the friction of a joint's first interface, a rotating surface such as a pin, ball,
-    /// plate or thread, with its radius in m. The normal load is the resultant force on the
-    /// surface.
+    /// Creates the friction parameters of a joint's first interface (index 0), which rotates: a
+    /// pin, ball, plate or thread with the given radius, m. The normal load is the resultant force
+    /// on the surface.
     pub fn round(radius: f64, law: Law) -> Self {
         Self { radius: Some(radius), ..Self::guide(law) }
     }
 
-    /// Creates the friction of a cylindrical joint's sleeve: one surface that turns and slides,
-    /// with its radius in m and the lateral force as normal load. A joint has either a sleeve or a
-    /// separate pin (index 0) and guide (index 1).
+    /// Creates the friction parameters of the sleeve of a cylindrical joint: one surface that
+    /// rotates and translates, with the given radius, m, and the lateral force as normal load. A
+    /// joint has either a sleeve or a separate pin (index 0) and guide (index 1).
     pub fn sleeve(radius: f64, law: Law) -> Self {
         Self { place: SLEEVE, ..Self::round(radius, law) }
     }
@@ -48,7 +49,8 @@ const SLEEVE: usize = 2;
 /// Geometry of a friction interface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InterfaceShape {
-    /// Pin that turns about coordinate axis `axis` of frame J or K, fixed in the body `carrier`.
+    /// Pin that rotates about a coordinate axis of frame J or K: `axis` is the number of the
+    /// coordinate axis, and `carrier` the body in which it is fixed.
     Pin {
         /// Index of the rotation among the joint's degrees of freedom.
         dof: usize,
@@ -57,12 +59,12 @@ pub enum InterfaceShape {
         /// Body in which the axis is fixed.
         carrier: Carrier,
     },
-    /// A guide that slides along the z axis of J.
+    /// A guide that translates along the z axis of J.
     Guide {
         /// Index of the translation among the joint's degrees of freedom.
         dof: usize,
     },
-    /// A thread about the z axis of J, which slides along its helix.
+    /// A thread about the z axis of J, whose flanks slide along the helix.
     Thread,
     /// A sleeve about the z axis of J: degree of freedom 0 is the rotation, 1 the translation.
     Sleeve,
@@ -73,7 +75,7 @@ pub enum InterfaceShape {
     Shaft {
         /// Index of the driven degree of freedom.
         dof: usize,
-        /// Type of the joint.
+        /// Type of the joint to which the driven degree of freedom belongs.
         joint_type: JointType,
     },
     /// A plate with its midpoint at the origin of K on a plane normal to the z axis of J: degrees
@@ -98,7 +100,8 @@ impl InterfaceShape {
         !matches!(self, Self::Guide { .. } | Self::Shaft { .. })
     }
 
-    /// Returns `true` if the surfaces slide along one line, forward or backward.
+    /// Returns `true` if the interface has a single degree of freedom, so that its surfaces slide
+    /// only forward or backward.
     pub const fn has_one_dof(self) -> bool {
         !matches!(self, Self::Ball | Self::Plate | Self::Sleeve)
     }
@@ -108,8 +111,8 @@ const PIN_Z: InterfaceShape =
     InterfaceShape::Pin { dof: 0, axis: 2, carrier: Carrier::Predecessor };
 
 /// Returns the friction interfaces of a joint type, each with its name. The name is empty if there
-/// is only one. Fixed and free joints have no interfaces. A cylindrical joint has either its sleeve
-/// or its pin and guide.
+/// is only one interface, and for the sleeve of a cylindrical joint. Fixed and free joints have no
+/// interfaces. A cylindrical joint has either its sleeve or its pin and guide.
 pub const fn interfaces_of(joint_type: JointType) -> &'static [(&'static str, InterfaceShape)] {
     match joint_type {
         JointType::Revolute => &[("", PIN_Z)],

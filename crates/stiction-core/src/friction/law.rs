@@ -8,8 +8,8 @@ use crate::scalar::Scalar;
 /// Friction law, affine in the normal load: `force = viscous * speed + coefficient(speed) * load`,
 /// opposite to the motion.
 ///
-/// Source of the special case of Coulomb and viscous friction: Zhang et al. 2018, section 5.1, with
-/// the force (not a torque) as its result.
+/// Source of the special case of Coulomb and viscous friction: Zhang et al. 2018, section 5.1. The
+/// result here is a force, not a torque.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Law<T = f64> {
     /// Kinetic friction coefficient, dimensionless and nonnegative. If the coefficient depends on
@@ -19,8 +19,9 @@ pub struct Law<T = f64> {
     pub viscous: T,
     /// Dependence of the friction coefficient on speed, including the coefficient at rest.
     pub curve: Curve<T>,
-    /// Regularisation speed, m/s: the coefficient is multiplied by `tanh(speed / regularisation)` and
-    /// vanishes at rest, so that the surfaces creep instead of sticking.
+    /// Regularisation speed, m/s: the friction coefficient is multiplied by `tanh(speed /
+    /// regularisation)` and vanishes at rest, so that the surfaces creep instead of sticking.
+    /// `None` for a law without regularisation.
     pub regularisation: Option<T>,
     /// Internal state of the law (bristle deflection); the other fields then describe steady
     /// sliding. `None` for a law without a state.
@@ -30,9 +31,9 @@ pub struct Law<T = f64> {
 /// Dependence of a friction coefficient on the sliding speed.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Curve<T = f64> {
-    /// Constant coefficient, with the same value at rest.
+    /// Same coefficient at all speeds and at rest.
     Constant,
-    /// Constant coefficient while sliding, with a different coefficient at rest.
+    /// Same coefficient at all nonzero speeds, with a different coefficient at rest.
     Static {
         /// Static friction coefficient.
         mu_static: T,
@@ -76,7 +77,8 @@ pub struct Resistance<T> {
 }
 
 impl<T: Scalar> Resistance<T> {
-    /// Returns the Coulomb and viscous friction at a sliding speed of magnitude `speed`, m/s.
+    /// Evaluates Coulomb and viscous friction, with the kinetic coefficient `mu` and the viscous
+    /// coefficient `viscous`, N s/m, at the sliding speed `speed`, m/s.
     #[inline]
     pub fn coulomb_viscous(mu: T, viscous: T, speed: T) -> Self {
         Self { coefficient: mu, constant: viscous * speed }
@@ -90,7 +92,8 @@ impl<T: Scalar> Resistance<T> {
 }
 
 impl<T: Scalar> Law<T> {
-    /// Creates a law of Coulomb and viscous friction.
+    /// Creates a law of Coulomb and viscous friction, with the kinetic coefficient `mu`, which is
+    /// also the static coefficient, and the viscous coefficient `viscous`, N s/m.
     pub fn coulomb_viscous(mu: T, viscous: T) -> Self {
         Self { mu, viscous, curve: Curve::Constant, regularisation: None, bristles: None }
     }
@@ -126,7 +129,8 @@ impl<T: Scalar> Law<T> {
         }
     }
 
-    /// Static friction coefficient: the static friction limit per newton of normal load.
+    /// Static friction coefficient: the static friction limit per newton of normal load. Zero for a
+    /// regularised law.
     pub fn at_rest(&self) -> T {
         if self.regularisation.is_some() {
             return T::zero();
@@ -235,7 +239,7 @@ mod tests {
         Law { curve, regularisation, ..Law::coulomb_viscous(0.1, 3.0) }
     }
 
-    /// Creates one law of each kind of curve.
+    /// Creates laws that cover all kinds of curves, some of them regularised.
     fn laws() -> Vec<Law> {
         let stribeck = |exponent| Curve::Stribeck {
             mu_static: 0.25,
@@ -255,7 +259,8 @@ mod tests {
     fn curves_agree_with_their_formulas() {
         let found = |curve: Curve, speed: f64| law(curve, None).sliding(speed).coefficient;
         let stribeck = |exponent, velocity| Curve::Stribeck { mu_static: 0.3, velocity, exponent };
-        // At the Stribeck velocity, the factor 1/e of the difference remains, for any exponent.
+        // At the Stribeck velocity, 1/e of the difference between static and kinetic coefficient
+        // remains, for any exponent.
         let one_over_e = 0.1 + 0.2 / std::f64::consts::E;
         for exponent in [1.0, 2.0, 0.5, 7.0] {
             let curve = stribeck(Exponent::new(exponent), 0.04);
@@ -287,7 +292,8 @@ mod tests {
 
     proptest! {
         /// Checks that eight SIMD lanes yield the same digits as eight single numbers, that dual
-        /// numbers yield the derivative, and that every law dissipates power.
+        /// numbers yield the derivative with respect to speed, and that no law yields negative
+        /// friction.
         #[test]
         fn all_scalars_agree(speeds in prop::array::uniform8(0.0..0.5_f64)) {
             for law in laws() {
@@ -320,7 +326,8 @@ mod tests {
         }
     }
 
-    /// Checks that derivatives at zero speed are finite.
+    /// Checks that the derivative of the friction coefficient with respect to speed is finite at
+    /// zero speed.
     #[test]
     fn no_law_has_an_infinite_slope_at_rest() {
         for law in laws() {

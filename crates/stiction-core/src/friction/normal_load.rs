@@ -12,14 +12,14 @@ use crate::spatial::{Twist, Vec3, Wrench};
 /// | part | pin (R, C, U), sleeve (C) | guide (P, C) | thread (H) | ball (S) | plate (E) |
 /// | --- | --- | --- | --- | --- | --- |
 /// | always | radial force | lateral force | radial force, normal force of the flanks | resultant force | normal force |
-/// | `bending_span` | 2 x bending moment / span | the same | the same | - | 2 x tilting moment / span |
+/// | `bending_span` | 2 x bending moment / span | as pin | as pin | - | 2 x tilting moment / span |
 /// | `axial_ratio` | axial force x ratio (collar radius / pin radius), not of a sleeve | - | - | - | - |
 /// | `torsion_arm` | - | torsional moment / arm | - | - | - |
 /// | `preload` | added | added | added | added | added |
 ///
 /// [`Combine`] defines how the parts are combined. Moments are about the midpoint between the
-/// supports, see [`Supports`]. By default, this is the joint's origin; for a plate, it is the
-/// origin of K. A part is omitted if its length or ratio is not given.
+/// supports, see [`Supports`]. By default, this midpoint is the origin of frame J; for a plate, it
+/// is the origin of frame K. A part is omitted if its length or ratio is not given.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NormalLoadMap<T> {
     /// Distance between the two supports of a pin or guide, or across a plate, m.
@@ -32,15 +32,16 @@ pub struct NormalLoadMap<T> {
     pub preload: T,
     /// Rule that combines the parts of the normal load.
     pub combine: Combine,
-    /// Positions of the supports along the axis.
+    /// Positions of the two supports along the axis of the pin or guide.
     pub supports: Supports<T>,
     /// Cosine of a thread's half flank angle in the section normal to the thread.
     pub flank_cosine: Option<T>,
     /// Smoothing force, N. It rounds the kink of every norm at zero:
     /// `sqrt(x^2 + smoothing^2) - smoothing`.
     pub smoothing: Option<T>,
-    /// Losses of a motor's gear per unit of transmitted effort, first while the motor drives, then
-    /// while it is driven. Only for the shaft of a motor; see [`Self::in_gear`].
+    /// Losses of a motor's gear per unit of transmitted effort. The first value applies while the
+    /// motor drives the load, the second while the load drives the motor. Only for the shaft of a
+    /// motor; see [`Self::in_gear`].
     pub gear: Option<[T; 2]>,
 }
 
@@ -82,9 +83,9 @@ pub enum Supports<T> {
 pub struct Load<T> {
     /// Normal load, N, nonnegative.
     pub value: T,
-    /// Gradient with respect to the wrench, as a twist: a small change `d` of the wrench changes
-    /// the load by `gradient.power(d)`. Parts of the load that are zero do not contribute to the
-    /// gradient.
+    /// Gradient with respect to the wrench of the reaction, as a twist: a small change `d` of the
+    /// wrench changes the load by `gradient.power(d)`. Parts of the load that are zero do not
+    /// contribute to the gradient.
     pub gradient: Twist<T>,
 }
 
@@ -105,14 +106,14 @@ impl<T: Scalar> NormalLoadMap<T> {
     }
 
     /// Returns the map without preload and smoothing, which is a seminorm of the reaction: applied
-    /// to a change of the reaction, it bounds the change of the load.
+    /// to a change of the reaction, the seminorm is an upper bound of the change of the load.
     pub fn seminorm(&self) -> Self {
         Self { preload: T::zero(), smoothing: None, ..*self }
     }
 
-    /// Computes the distance between two supports that are on different bodies, m, when the origin
-    /// of K is at `slide` along the axis of J; positive for overlapping bodies. `None` if both
-    /// supports are on the same body.
+    /// Computes the distance between the supports, m, if they are on different bodies. `slide` is
+    /// the position of the origin of K along the axis of J, m. The distance is positive if the
+    /// bodies overlap. Returns `None` if both supports are on the same body.
     #[inline]
     pub fn overlap(&self, slide: T) -> Option<T> {
         let Supports::OneOnEach { gland, piston } = self.supports else { return None };
@@ -120,9 +121,9 @@ impl<T: Scalar> NormalLoadMap<T> {
         Some(apart.if_positive(apart - slide, slide - apart))
     }
 
-    /// Computes the normal load of a pin, a guide or the bore of a thread under `wrench` (about the
-    /// reference point). The surface lies around an axis with the unit vector `axis`; `j` and `k`
-    /// are the origins of the frames J and K.
+    /// Computes the normal load of a pin, a guide or the bore of a thread under the reaction
+    /// `wrench`. The surface lies around an axis with the unit vector `axis`; `j` and `k` are the
+    /// origins of the frames J and K.
     #[inline(always)]
     pub fn between(&self, wrench: Wrench<T>, j: Vec3<T>, k: Vec3<T>, axis: Vec3<T>) -> Load<T> {
         let (middle, span) = match self.supports {
@@ -137,17 +138,17 @@ impl<T: Scalar> NormalLoadMap<T> {
         self.across(wrench, middle, axis, span)
     }
 
-    /// Computes the normal load of a pin or guide under `wrench` (about the reference point). The
-    /// surface lies around an axis through `point`, the midpoint between the supports, with the
-    /// unit vector `axis`.
+    /// Computes the normal load of a pin or guide under the reaction `wrench`. The surface lies
+    /// around an axis through `point`, the midpoint between the supports, with the unit vector
+    /// `axis`.
     pub fn around_axis(&self, wrench: Wrench<T>, point: Vec3<T>, axis: Vec3<T>) -> Load<T> {
         self.across(wrench, point, axis, self.bending_span)
     }
 
     /// Computes the normal load of a motor shaft: the preload plus the loss of the gear. The gear
-    /// transmits `wrench` (about the reference point) to a degree of freedom with the unit twist
-    /// `unit`. The loss depends on the direction of motion, 1 or -1; pass zero if the direction is
-    /// unknown.
+    /// transmits `wrench` to a degree of freedom with the unit twist `unit`. The loss depends on
+    /// the direction of motion `direction`, 1 or -1. If the direction is unknown, pass zero, which
+    /// selects the mean of the two losses.
     pub fn in_gear(&self, wrench: Wrench<T>, unit: Twist<T>, direction: T) -> Load<T> {
         let Some([driving, driven]) = self.gear else {
             return Load { value: self.preload, gradient: Twist::zero() };
@@ -171,7 +172,7 @@ impl<T: Scalar> NormalLoadMap<T> {
         }
     }
 
-    /// Sums all parts of the normal load.
+    /// Computes the normal load as the sum of all parts, without smoothing.
     #[inline(always)]
     fn sum(&self, wrench: Wrench<T>, point: Vec3<T>, axis: Vec3<T>, span: Option<T>) -> Load<T> {
         let moment = wrench.moment_about(point);
@@ -200,7 +201,7 @@ impl<T: Scalar> NormalLoadMap<T> {
         sum.load(point)
     }
 
-    /// Combines and smooths the parts of the normal load according to `combine` and `smoothing`.
+    /// Computes the normal load for any rule `combine`, with smoothing if `smoothing` is set.
     fn combined(
         &self,
         wrench: Wrench<T>,
@@ -250,7 +251,7 @@ impl<T: Scalar> NormalLoadMap<T> {
     }
 
     /// Computes the normal load of a plate with the origin `point` and the unit normal `normal`
-    /// under `wrench` (about the reference point).
+    /// under the reaction `wrench`.
     pub fn on_plane(&self, wrench: Wrench<T>, point: Vec3<T>, normal: Vec3<T>) -> Load<T> {
         let factor = self.bending_span.map_or(T::zero(), |span| T::from_f64(2.0) / span);
         let pressing = normal * wrench.force.dot(normal);
@@ -265,7 +266,8 @@ impl<T: Scalar> NormalLoadMap<T> {
         Sum { value: self.preload + value, by_force, by_moment }.load(point)
     }
 
-    /// Computes the normal load of a ball at `point` under `wrench` (about the reference point).
+    /// Computes the normal load of a ball under the reaction `wrench`; `point` is the centre of the
+    /// ball.
     #[inline(always)]
     pub fn at_point(&self, wrench: Wrench<T>, point: Vec3<T>) -> Load<T> {
         let resultant = self.norm(wrench.force);
@@ -332,7 +334,8 @@ struct Part<T, D> {
     direction: D,
 }
 
-/// Computes the length of a vector and its gradient, the unit vector; zero for a zero vector.
+/// Computes the length of a vector and the gradient of the length, which is the unit vector. For a
+/// zero vector, length and gradient are zero.
 #[inline(always)]
 fn norm<T: Scalar>(v: Vec3<T>) -> Part<T, Vec3<T>> {
     let value = v.norm();
@@ -376,7 +379,8 @@ mod tests {
 
     type D = Dual<f64, 6>;
 
-    /// Creates maps with all combinations of parts.
+    /// Creates maps that cover all combination rules, with and without smoothing, and all positions
+    /// of the supports.
     fn maps() -> Vec<NormalLoadMap<f64>> {
         let whole = NormalLoadMap {
             bending_span: Some(0.1),
@@ -396,7 +400,8 @@ mod tests {
         maps
     }
 
-    /// Computes the normal loads of all kinds of friction interfaces under a wrench.
+    /// Computes the normal loads of a pin with two ways to give its supports, of a plate and of a
+    /// ball under the same wrench.
     fn loads<T: Scalar>(map: &NormalLoadMap<T>, wrench: Wrench<T>) -> [Load<T>; 4] {
         let point = Vec3::new(0.2, -0.1, 0.3);
         let axis = Vec3::new(2.0, -1.0, 2.0).direction().unwrap();
@@ -414,8 +419,8 @@ mod tests {
     }
 
     proptest! {
-        /// Compares the gradient with exact derivatives of the value, and SIMD lanes with single
-        /// numbers.
+        /// Checks the gradient against exact derivatives of the load by dual numbers, and SIMD
+        /// lanes against single numbers.
         #[test]
         fn gradient_is_the_derivative_of_the_value(
             wrench in prop::array::uniform6(-5.0..5.0_f64)
@@ -441,8 +446,8 @@ mod tests {
             }
         }
 
-        /// Checks that normal loads satisfy the triangle inequality, on which the proof of
-        /// uniqueness is based.
+        /// Checks that the difference of two normal loads is at most the seminorm of the difference
+        /// of the two reactions. The proof of uniqueness is based on this inequality.
         #[test]
         fn loads_are_seminorms(
             a in prop::array::uniform6(-5.0..5.0_f64),
@@ -468,10 +473,10 @@ mod tests {
         }
     }
 
-    /// Compares two pads with a calculation by hand: a lateral force of 30 N and a moment of 4 N m
-    /// on pads 0.2 m apart. If the moment's forces are parallel to the lateral force, the pads
-    /// carry 15 N + 20 N and 15 N - 20 N; if they are perpendicular to it, each pad carries the
-    /// square root of 15^2 + 20^2.
+    /// Checks the normal load of two pads against a calculation by hand: a lateral force of 30 N
+    /// and a moment of 4 N m on pads 0.2 m apart. If the moment's forces are parallel to the
+    /// lateral force, the pads carry 15 N + 20 N and 15 N - 20 N; if they are perpendicular to it,
+    /// each pad carries the square root of 15^2 + 20^2.
     #[test]
     fn two_pads() {
         let map = NormalLoadMap {
@@ -498,8 +503,8 @@ mod tests {
         }
     }
 
-    /// Compares a rod that slides in a gland, with a lateral force at one end and a piston at the
-    /// other, with the law of the lever.
+    /// Checks the normal load of a rod against the law of the lever. The rod slides in a gland and
+    /// carries a lateral force at one end and a piston at the other end.
     #[test]
     fn gland_and_piston() {
         let map = NormalLoadMap {
@@ -508,7 +513,7 @@ mod tests {
             ..NormalLoadMap::force_only()
         };
         for slide in [0.65, 0.8, 0.95] {
-            // The gland is 0.5 from J, the piston at slide - 0.6, the force at slide.
+            // Positions along the axis from J, m: gland 0.5, piston slide - 0.6, force slide.
             let overlap = 0.5 - (slide - 0.6);
             assert!((map.overlap(slide).unwrap() - overlap).abs() < 1e-15);
             let force = Vec3::new(0.0, 40.0, 0.0);

@@ -18,9 +18,9 @@ use crate::spatial::{Twist, Vec3, Wrench};
 /// ```
 ///
 /// The equation is solved for `N`; it is linear on either side of `N = 0`. The actuator does not
-/// appear in it, so a motor may turn the spindle through this joint or through another one. The
-/// result agrees with the textbook torques `F r tan(l + r')` to raise a load and `F r tan(r' - l)`
-/// to lower it, with `tan r' = coefficient / cos b`.
+/// appear in the equation, so a motor may turn the spindle through this joint or through another
+/// joint. With the radius `r` and `tan r' = coefficient / cos b`, the result agrees with the
+/// textbook torques `F r tan(l + r')` to raise a load and `F r tan(r' - l)` to lower the load.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thread<T> {
     /// Contact radius of the flanks, m.
@@ -29,16 +29,16 @@ pub struct Thread<T> {
     pub pitch: T,
 }
 
-/// Friction force of one interface. In a thread, this force carries a part of the joint's axial
-/// force and thereby changes the normal force of the flanks.
+/// Friction force of one interface, affine in the normal load. In a thread, the friction force
+/// carries a part of the joint's axial force and thereby changes the normal force of the flanks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OwnFriction<T> {
     /// Friction force per newton of normal load.
     pub coefficient: T,
-    /// Friction force without normal load, N.
+    /// Friction force at zero normal load, N.
     pub constant: T,
-    /// Sliding direction: 1 for forward, -1 for backward. At rest, the mobilised fraction of static
-    /// friction.
+    /// Sliding direction: 1 for forward, -1 for backward. At rest, the value is the mobilised
+    /// fraction of static friction.
     pub direction: T,
 }
 
@@ -64,9 +64,10 @@ impl<T: Scalar> Thread<T> {
         (self.radius * self.radius + self.pitch * self.pitch).sqrt()
     }
 
-    /// Computes the normal load of a thread under `wrench` (about the reference point): the normal
-    /// force of the flanks plus `other`, the normal load of the bore as a pin. The load is infinite
-    /// if friction jams the thread.
+    /// Computes the normal load of a thread under the reaction `wrench`: the normal force of the
+    /// flanks plus `other`, the normal load of the bore, which is that of a pin. `axis` is the unit
+    /// vector of the thread's axis, and `own` the friction of the thread. The load is infinite if
+    /// friction jams the thread.
     pub fn load(
         &self,
         map: &NormalLoadMap<T>,
@@ -110,8 +111,8 @@ mod tests {
     };
 
     proptest! {
-        /// Compares the flanks' normal force and friction with the equilibrium of one flank,
-        /// resolved along and around the axis; compares the gradient with exact derivatives.
+        /// Checks that the normal force and the friction of a flank are in equilibrium with the
+        /// axial force, and checks the gradient of the normal load against exact derivatives.
         #[test]
         fn flanks_are_in_balance(
             c in prop::array::uniform6(-50.0..50.0_f64),
@@ -131,7 +132,8 @@ mod tests {
             let load = thread.load(&MAP, other, wrench, axis, own);
             prop_assert!(load.value >= other.value);
 
-            // Axial components per unit: cos b cos l of the normal force, sin l of the friction.
+            // Per newton, the axial component of the normal force is cos b cos l, and that of the
+            // friction is sin l.
             let lead = (pitch / thread.radius).atan();
             let normal = load.value - other.value;
             let friction = own.constant + coefficient * load.value;

@@ -5,10 +5,11 @@ use crate::friction::OwnFriction;
 /// Friction law of a member (one interface of the complementarity problem).
 #[derive(Clone, Debug)]
 pub(crate) enum MemberLaw {
-    /// Coulomb's law, with stick or slip to be determined.
+    /// Coulomb and viscous friction; the solver determines whether the interface sticks or slips.
     Dry(DryFriction),
-    /// Interface that slides in a known direction. Its unknown is the normal load, so its influence
-    /// on rates and wrenches is per newton of normal load.
+    /// Friction of an interface that slides in a known direction. The unknown of this interface is
+    /// its normal load, so the influence of the interface on rates and wrenches is stored per
+    /// newton of normal load.
     Sliding(OwnFriction<f64>),
     /// Friction as a smooth function of the sliding velocity.
     Smooth(Box<dyn SmoothFriction>),
@@ -21,7 +22,7 @@ pub(crate) struct DryFriction {
     pub(crate) forward: f64,
     /// Friction coefficient for negative surface rates.
     pub(crate) backward: f64,
-    /// Viscous coefficient, N s/m.
+    /// Viscous friction coefficient at the sliding surface, N s/m.
     pub(crate) viscous: f64,
 }
 
