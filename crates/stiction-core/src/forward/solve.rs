@@ -41,8 +41,8 @@ impl Solved {
 
 /// Reason why given modes have no solution.
 pub(super) enum Unsolved {
-    /// Friction locks the mechanism: the normal loads grow without bound below the full friction
-    /// coefficients, see [`Lock`].
+    /// Friction locks the mechanism: the normal loads grow without bound before the friction
+    /// coefficients reach their full values, see [`Lock`].
     Locked(Lock),
     /// A body can move without inertia.
     Massless(Massless),

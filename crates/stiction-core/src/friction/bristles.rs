@@ -1,4 +1,4 @@
-//! Friction laws with an internal state: Dahl's and the LuGre model.
+//! Friction laws with an internal state: Dahl's law and the LuGre model.
 //!
 //! Equation (L2) of the book.
 

@@ -29,8 +29,8 @@ impl JointFriction {
     }
 
     /// Creates the friction parameters of a joint's first interface (index 0), which rotates: a
-    /// pin, ball, plate or thread with the given radius, m. The normal load is the resultant force
-    /// on the surface.
+    /// pin, ball, plate or thread with the given radius, m. The normal load depends only on the
+    /// force of the joint's reaction, see [`NormalLoadMap::force_only`].
     pub fn round(radius: f64, law: Law) -> Self {
         Self { radius: Some(radius), ..Self::guide(law) }
     }

@@ -36,8 +36,8 @@ pub struct NormalLoadMap<T> {
     pub supports: Supports<T>,
     /// Cosine of a thread's half flank angle in the section normal to the thread.
     pub flank_cosine: Option<T>,
-    /// Smoothing force, N. It rounds the kink of every norm at zero:
-    /// `sqrt(x^2 + smoothing^2) - smoothing`.
+    /// Smoothing force, N. Each norm `x` of a force in the normal load is replaced by `sqrt(x^2 +
+    /// smoothing^2) - smoothing`, which has no kink at zero.
     pub smoothing: Option<T>,
     /// Losses of a motor's gear per unit of transmitted effort. The first value applies while the
     /// motor drives the load, the second while the load drives the motor. Only for the shaft of a
@@ -90,7 +90,8 @@ pub struct Load<T> {
 }
 
 impl<T: Scalar> NormalLoadMap<T> {
-    /// Creates the map whose normal load is the resultant force alone.
+    /// Creates the map whose normal load is the force in the row "always" of the table in
+    /// [`NormalLoadMap`], without any other part.
     pub fn force_only() -> Self {
         Self {
             bending_span: None,

@@ -17,10 +17,11 @@ use crate::spatial::{Twist, Vec3, Wrench};
 /// N cos b = | F / cos l + d R tan l |,    R = constant + coefficient (N + N_other)
 /// ```
 ///
-/// The equation is solved for `N`; it is linear on either side of `N = 0`. The actuator does not
-/// appear in the equation, so a motor may turn the spindle through this joint or through another
-/// joint. With the radius `r` and `tan r' = coefficient / cos b`, the result agrees with the
-/// textbook torques `F r tan(l + r')` to raise a load and `F r tan(r' - l)` to lower the load.
+/// Here, `N_other` is the normal load of the bore. The equation is solved for `N`; it is linear on
+/// either side of `N = 0`. The actuator does not appear in the equation, so a motor may turn the
+/// spindle through this joint or through another joint. With the radius `r` and `tan r' =
+/// coefficient / cos b`, the result agrees with the textbook torques `F r tan(l + r')` to raise a
+/// load and `F r tan(r' - l)` to lower the load.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thread<T> {
     /// Contact radius of the flanks, m.
@@ -58,7 +59,7 @@ impl OwnFriction<f64> {
 }
 
 impl<T: Scalar> Thread<T> {
-    /// Path length along the helix per radian, m.
+    /// Returns the path length along the helix per radian of rotation, m/rad.
     #[inline]
     pub fn way(&self) -> T {
         (self.radius * self.radius + self.pitch * self.pitch).sqrt()

@@ -30,7 +30,7 @@ const DIP_SECTIONS: usize = 30;
 
 /// Reason why a step ends.
 pub(super) enum Ending {
-    /// End of the step without an event.
+    /// The step ends without an event.
     Smooth,
     /// The sliding velocity of the interface with this index reaches zero.
     Stops(usize),

@@ -109,7 +109,8 @@ pub struct Simulation<'a> {
     scales: Vec<f64>,
     evaluations: usize,
     stepping: Option<stepping::Stepping>,
-    /// Number of events counted for the event rate, and the time at which the count began, s.
+    /// Number of events in the current count for the event rate, and the time at which this count
+    /// began, s.
     event_rate: (usize, f64),
     dropped: f64,
     /// Number of steps limited by stability since the last reset, and number of consecutive steps

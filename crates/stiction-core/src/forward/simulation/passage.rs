@@ -38,8 +38,8 @@ const BEST: f64 = 0.13;
 const GIVEN_UP: f64 = 0.75;
 /// Round-off of the relative closure error, including its amplification within a step.
 const ROUNDING: f64 = 2e-14;
-/// Smallest relative tolerance in the comparison with round-off; smaller tolerances are replaced by
-/// this value.
+/// Smallest relative tolerance with which the error due to round-off is compared. A smaller
+/// tolerance in the settings is replaced by this value.
 const FINE: f64 = 1e-10;
 
 impl Simulation<'_> {

@@ -64,7 +64,7 @@ impl Scratch {
         self.spare.pop().unwrap_or_else(|| Instant::new(model))
     }
 
-    /// Stores an [`Instant`] that is no longer used for later reuse. Stores at most [`MOST_SPARE`]
+    /// Keeps an unused [`Instant`], so that its memory can be reused. Stores at most [`MOST_SPARE`]
     /// instants, since only a few are needed at the same time.
     pub(super) fn spare(&mut self, instant: Instant) {
         if self.spare.len() < MOST_SPARE {

@@ -16,7 +16,7 @@ pub struct Settings {
     /// True to search for other accelerations that satisfy all friction laws, at instants at which
     /// the uniqueness of the solution is not guaranteed.
     pub look_for_others: bool,
-    /// Integration scheme.
+    /// Integration scheme: event-driven, time-stepping, or automatic.
     pub method: Method,
     /// Tolerance of a step of the time-stepping method, rad or characteristic lengths.
     pub time_step_tolerance: f64,

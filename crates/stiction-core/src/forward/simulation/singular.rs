@@ -59,7 +59,7 @@ impl Simulation<'_> {
             (interface.load, interface.friction, interface.limit) = (0.0, [0.0; 3], 0.0);
         }
         found.bristle_rates.fill([0.0; 3]);
-        // Extrapolation to the start, with an error of fourth order in the spacing.
+        // Extrapolates the results to the start, with an error of fourth order in the spacing.
         for (k, weight) in [(1.0, 4.0), (2.0, -6.0), (3.0, 4.0), (4.0, -1.0)] {
             let mut there = state.clone();
             let by: Vec<f64> = state.rates.iter().map(|rate| k * little * rate).collect();
@@ -115,7 +115,8 @@ impl Simulation<'_> {
         let (rank_before, distance_before) = ranks.at(model, before);
         self.in_passage &= distance.min(distance_before) < LEFT || rank != rank_before;
         if rank != rank_before {
-            // The step ended exactly at a singular configuration, or began at one at rest.
+            // The step ended exactly at a singular configuration, or began at rest at a singular
+            // configuration.
             let (at, lost) = if rank < rank_before {
                 (self.now.time, rank_before - rank)
             } else {
@@ -133,7 +134,7 @@ impl Simulation<'_> {
         if !(nears && leaves) {
             return Ok(());
         }
-        // Minimum of the singularity index along the dense output.
+        // Searches for the minimum of the singularity index along the dense output of the step.
         let mut ranks = ranks.clone();
         let mut last = self.list();
         self.derivative_into(&self.now, &mut last);

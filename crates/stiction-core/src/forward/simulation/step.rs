@@ -98,7 +98,7 @@ impl Simulation<'_> {
             let left = end - time;
             let most = longest.min(nearest).min(left);
             let mut step = self.length_across(self.step.min(most).min(frequent));
-            // Avoids a tiny last step.
+            // Avoids a tiny remaining step before `end`.
             if left - step < 0.01 * step || left < 1.01 * step {
                 step = left;
             } else if left < 2.0 * step {

@@ -455,7 +455,8 @@ pub(super) fn is_without_acceleration(error: &ForwardError) -> bool {
             | ForwardError::NoAcceleration { .. }
             | ForwardError::Stiff { .. }
             | ForwardError::Stalled { .. }
-            // Rates near a singular configuration change by more than the round-off of the loops.
+            // Near a singular configuration, the loops may require a change of the rates that
+            // exceeds round-off.
             | ForwardError::Impact { by_loop: true, .. }
     )
 }

@@ -283,7 +283,8 @@ impl<'a> Simulation<'a> {
         inputs: &mut dyn Inputs,
     ) -> Result<f64, ForwardError> {
         if low.1 <= 0.0 {
-            // The function is negative in the whole interval: the sign changes at the start.
+            // The function is zero or negative at the start. If it is negative immediately after
+            // the start, its sign changes at the start.
             let inner = low.0 + BEYOND * (high.0 - low.0);
             if inner <= low.0 || self.switch_values(inner, inputs)?.values[k] < 0.0 {
                 return Ok(low.0);

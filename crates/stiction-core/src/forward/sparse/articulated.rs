@@ -203,7 +203,7 @@ fn inertia_about(
 /// Adds `inertia` to `to`. The reference point of `inertia` lies at `arm` from the reference point
 /// of `to`.
 fn add_shifted(to: &mut Inertia, mut inertia: Inertia, arm: Vec3<f64>) {
-    // Columns, then rows: `X^T I X`.
+    // Multiplies by the shift matrix `X` from both sides: `X^T I X`.
     for row in &mut inertia {
         carry_force(row, arm);
     }

@@ -35,7 +35,7 @@ const CORRECTIONS: usize = 6;
 pub(in crate::forward) enum Reach {
     /// DOFs on the path between the two bodies of the joint.
     Loop,
-    /// DOFs on the paths from both bodies to their roots.
+    /// DOFs on the paths from both bodies of the joint to the roots of their trees.
     Roots,
 }
 

@@ -70,8 +70,8 @@ impl SparseRows {
             weights[tree_dof] = 0.0;
             prescribed.push((tree_dof, index));
         }
-        // Temporarily moves the row locations out of the system, because the closure borrows them.
-        // The factorisation does not use them.
+        // Temporarily moves the row locations out of the system, because the function `units`
+        // borrows them. The factorisation does not use them.
         let places = std::mem::take(&mut closures.places);
         let units = |put: &mut dyn FnMut(Place, Place, f64)| {
             // With these diagonal entries, the entries of the scaled matrix are of order one.

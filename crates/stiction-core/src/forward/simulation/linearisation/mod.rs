@@ -282,7 +282,7 @@ impl Simulation<'_> {
             }
         }
         let largest = rows.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-        // Pivoted orthogonalisation of the rows.
+        // Selects rows by orthogonalisation with pivoting.
         let mut rest = rows.clone();
         let mut chosen: Vec<usize> = Vec::new();
         while chosen.len() < free {
