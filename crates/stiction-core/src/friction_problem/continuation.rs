@@ -33,8 +33,9 @@ pub(crate) struct StepPolicy {
 }
 
 impl StepPolicy {
-    /// Extends the first step to the fraction, but at most to `until`, up to which the coupling
-    /// `bound` guarantees uniqueness.
+    /// Extends the first step to the fraction of the friction coefficients up to which the coupling
+    /// `bound` guarantees a unique solution, but not beyond `until`. `bound` refers to the full
+    /// friction coefficients.
     pub(crate) fn with_bound(self, bound: f64, until: f64) -> Self {
         let certain = if bound > 0.0 { CERTAIN / bound } else { f64::INFINITY };
         Self { first: certain.min(until).max(self.first), ..self }
@@ -143,7 +144,7 @@ mod tests {
         let mut ends = Narrow { reach: 0.2, end: 0.7, at: 0.0, trial: 0.0 };
         let lock = follow(&mut ends, policy, 1.0).unwrap_err();
         assert!(0.7 - lock.part < 2e-6 && lock.part < 0.7, "{lock:?}");
-        // 300 steps of at most 1e-5.
+        // The continuation makes at most 300 steps, each shorter than 1e-5.
         let mut narrow = Narrow { reach: 1e-5, end: f64::INFINITY, at: 0.0, trial: 0.0 };
         let lock = follow(&mut narrow, policy, 1.0).unwrap_err();
         assert!(lock.part < 300.0 * 1e-5, "{lock:?}");

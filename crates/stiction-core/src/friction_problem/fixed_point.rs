@@ -35,8 +35,8 @@ pub(crate) struct FixedPoint {
 
 impl FixedPoint {
     /// Solves `x = map(x)`, starting from `x`, which becomes the solution. Returns `false` if the
-    /// map does not contract along the iteration. The last evaluation of the map is at the
-    /// solution.
+    /// map does not contract along the iteration, or if the iteration does not converge. After a
+    /// success, the last argument of `map` agrees with the solution up to the tolerance.
     pub(crate) fn solve(
         &mut self,
         x: &mut Vec<f64>,
@@ -131,7 +131,7 @@ fn least_squares(vectors: &[Vec<f64>], right: &[f64]) -> [f64; MEMORY] {
 mod tests {
     use super::*;
 
-    /// Creates a linear map that scales by the given factors along rotated axes.
+    /// Creates an affine map that scales by the given factors along rotated axes.
     fn map(factors: [f64; 3]) -> impl Fn(&[f64], &mut Vec<f64>) {
         move |x: &[f64], out: &mut Vec<f64>| {
             let (a, b) = (0.6 * x[0] + 0.8 * x[1], -0.8 * x[0] + 0.6 * x[1]);

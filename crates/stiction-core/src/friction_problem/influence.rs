@@ -22,7 +22,7 @@ pub(crate) struct InfluenceMatrix {
 }
 
 impl InfluenceMatrix {
-    /// Stores an operator with `count` interfaces, reusing the buffer.
+    /// Stores `operator`, which has `count` interfaces with one unknown each. Reuses the buffer.
     pub(super) fn store(&mut self, count: usize, operator: &mut impl Influence) {
         let width = blocks_of(count);
         self.count = count;
@@ -37,8 +37,9 @@ impl InfluenceMatrix {
         });
     }
 
-    /// Stores an operator with `count` interfaces. `of(row, block)` returns the wrench at the joint
-    /// of interface `row` for a block of four columns.
+    /// Stores an operator that has `count` interfaces with one unknown each. `of(row, block)`
+    /// returns the wrench at the joint of interface `row` per unit of each of the four unknowns in
+    /// `block`.
     pub(super) fn store_blocks(&mut self, count: usize, of: impl Fn(usize, usize) -> Wrench<Four>) {
         let width = blocks_of(count);
         self.count = count;
@@ -67,7 +68,8 @@ impl InfluenceMatrix {
         Wrench { force: Vec3::new(a, b, c), moment: Vec3::new(d, e, f) }
     }
 
-    /// The six rows of an interface, each as blocks of four columns.
+    /// Iterates over the six rows of an interface (three force components, then three moment
+    /// components). Each row consists of blocks of four columns.
     pub(super) fn rows(&self, interface: usize) -> impl Iterator<Item = &[Four]> {
         let width = blocks_of(self.count);
         self.blocks[6 * width * interface..6 * width * (interface + 1)].chunks_exact(width)
@@ -107,7 +109,7 @@ impl InfluenceMatrix {
         Wrench { force, moment }
     }
 
-    /// Multiplies the six rows of an interface by one factor each and writes their sum to `sums`.
+    /// Writes to `sums` the linear combination of the six rows of an interface with `factors`.
     pub(super) fn combine(&self, interface: usize, factors: [f64; 6], sums: &mut [Four]) {
         let width = blocks_of(self.count);
         let rows = &self.blocks[6 * width * interface..6 * width * (interface + 1)];

@@ -16,7 +16,7 @@ use crate::spatial::{Twist, Wrench};
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Unknown {
     pub(super) interface: usize,
-    /// Friction of this interface; it affects the normal load of a thread.
+    /// Friction of this interface itself. The normal load of a thread or gear depends on it.
     pub(super) own: OwnFriction<f64>,
     /// Wrench at the joint of the interface, without the friction that depends on normal loads.
     pub(super) base: Wrench<f64>,
@@ -77,8 +77,8 @@ impl LoadProblem {
         self.unknowns.iter().map(|unknown| unknown.interface)
     }
 
-    /// Computes the normal loads, N, for zero friction coefficients. They are the loads without the
-    /// friction that depends on them.
+    /// Computes the normal loads, N, for zero friction coefficients, that is, without the friction
+    /// that depends on the normal loads.
     pub(crate) fn uncoupled_loads(&self, at: Configuration<'_>, loads: &mut Vec<f64>) {
         loads.clear();
         loads.extend(self.unknowns.iter().map(|unknown| {
@@ -135,10 +135,11 @@ impl LoadProblem {
         self.newton(at, loads, (1.0, accepted), &mut workspace.newton).is_some()
     }
 
-    /// Solves the adjoint problem at a solution: converts the derivatives `weights` of a function
-    /// with respect to the normal loads to its derivatives `y` with respect to the right-hand
-    /// sides. They satisfy `(I - J)^T y = weights` with the Jacobian `J` of the loads. Also
-    /// computes the gradients of the loads. Returns `None` if the system is singular.
+    /// Solves the adjoint problem at the solution `loads`. On entry, `weights` contains the
+    /// derivatives of a function with respect to the normal loads; on return, the derivatives `y`
+    /// of this function with respect to the right-hand sides of the load equations. They satisfy
+    /// `(I - J)^T y = weights` with the Jacobian `J` of the load map. Also computes the gradients
+    /// of the loads with respect to the joint wrenches. Returns `None` if the system is singular.
     pub(crate) fn adjoint(
         &self,
         at: Configuration<'_>,

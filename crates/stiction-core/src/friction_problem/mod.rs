@@ -18,14 +18,14 @@
 //! | [`normal_load`] | normal load of an interface under its joint's wrench |
 //! | [`influence`] | operator `A`, applied column by column or stored as a matrix |
 //! | [`load_problem`] | problem with the normal loads as unknowns |
-//! | [`fixed_point`] | iteration near a start that needs no influence matrix |
-//! | [`newton`] | Newton's method near a start |
+//! | [`fixed_point`] | fixed-point iteration on the normal loads, without an influence matrix |
+//! | [`newton`] | Newton's method on the normal loads, from an initial guess |
 //! | [`continuation`] | solution connected with the frictionless solution, by increasing `s` from zero |
 //! | [`uniqueness`] | bound on the coupling below which the solution is unique |
 //! | [`complementarity`] | friction vectors with unknown stick-slip modes of the interfaces |
 //!
-//! The callers provide the equations of motion: the sparse balance of inverse dynamics, the dense Newton-Euler
-//! system, or the decomposed balance of forward dynamics.
+//! The callers provide the equations of motion: the sparse balance of inverse dynamics, the dense
+//! Newton-Euler system, or the decomposed balance of forward dynamics.
 //!
 //! Equations (F5) to (F8), (D3) and (D5) of the book's theory.
 

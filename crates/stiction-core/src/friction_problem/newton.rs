@@ -49,9 +49,9 @@ impl Accepted {
 
 impl LoadProblem {
     /// Solves by Newton's method with `part` times the friction coefficients, starting from
-    /// `loads`, which become the solution. Returns `Some(true)` if the determinant is positive, as
-    /// it is on the branch of the frictionless solution and wherever the solution is unique.
-    /// Returns `None` if no solution is found or a load is too large.
+    /// `loads`, N, which become the solution. Returns `Some(true)` if the determinant of the Newton
+    /// matrix is positive, as on the branch of the frictionless solution and wherever the solution
+    /// is unique. Returns `None` if no solution is found or a load exceeds the limit in `accepted`.
     pub(super) fn newton(
         &self,
         at: Configuration<'_>,
@@ -102,8 +102,9 @@ impl LoadProblem {
         None
     }
 
-    /// Solves the transposed system of a Newton step at the given loads. Also writes the gradients
-    /// of the loads to `gradients`.
+    /// Solves the linear system with the transposed Newton matrix at the given loads and the
+    /// right-hand side `right`, which becomes the solution. Also writes the gradients of the loads
+    /// with respect to the joint wrenches to `gradients`. Returns `None` if the matrix is singular.
     pub(super) fn transposed(
         &self,
         at: Configuration<'_>,

@@ -17,7 +17,7 @@ pub(crate) struct Configuration<'a> {
 }
 
 impl Configuration<'_> {
-    /// Index of the joint of an interface.
+    /// Index of the joint to which a friction interface belongs.
     pub(crate) fn joint(&self, interface: usize) -> usize {
         self.parameters.interfaces[interface].joint
     }
@@ -25,7 +25,7 @@ impl Configuration<'_> {
     /// Computes the normal load of an interface, N. `wrench` is the total wrench of its joint or,
     /// for a motor shaft, the wrench that the gear transmits. `own` is the friction of the
     /// interface itself: the load of a thread depends on this friction, and the load of a gear
-    /// depends on its direction.
+    /// depends on the direction of this friction.
     pub(crate) fn normal_load(
         &self,
         interface: usize,

@@ -60,7 +60,8 @@ pub(super) fn solve_in_place(matrix: &mut [Four], right: &mut [f64]) -> Option<b
     by_width!(width, W => eliminate(matrix, W, right), eliminate(matrix, width, right))
 }
 
-/// Eliminates in place; inlined with a constant width, so that loops over the blocks of a row are unrolled.
+/// Solves the system like [`solve_in_place`], with `width` blocks per row. Inlined, so that a
+/// constant `width` unrolls the loops over the blocks of a row.
 #[inline(always)]
 fn eliminate(matrix: &mut [Four], width: usize, right: &mut [f64]) -> Option<bool> {
     let n = right.len();

@@ -52,7 +52,7 @@ pub(crate) struct RadiusWorkspace {
 pub(crate) enum BoundStart {
     /// Vector of ones: the bound does not depend on earlier bounds.
     New,
-    /// Eigenvector from the last bound.
+    /// Eigenvector from the computation of the previous bound.
     Last,
 }
 
@@ -213,7 +213,8 @@ fn bound_by_inverse_iteration(
         let largest = x.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
         let sign = if x[0] < 0.0 { -1.0 } else { 1.0 };
         x.iter_mut().for_each(|x| *x *= sign / largest);
-        // Happens for round-off close to the eigenvalue, or for a matrix that decouples.
+        // Some component is not positive because of round-off close to the eigenvalue, or because
+        // the matrix decouples.
         if !x.iter().all(|x| *x > 1e-9) {
             return None;
         }
@@ -221,9 +222,9 @@ fn bound_by_inverse_iteration(
     None
 }
 
-/// Takes one damped power iteration: the new vector is the product weighted by `part` plus the
-/// previous vector weighted by `1 - part`. Returns the largest ratio of the product to the previous
-/// vector.
+/// Performs one damped power iteration. The new vector is the product of matrix and vector,
+/// normalised and weighted by `part`, plus the previous vector weighted by `1 - part`. Returns the
+/// largest ratio of a component of the product to the same component of the previous vector.
 fn power_step(columns: &[Four], count: usize, x: &mut [Four], next: &mut [Four], part: f64) -> f64 {
     next.fill(Four::zero());
     for (k, column) in columns.chunks_exact(x.len()).enumerate() {
@@ -251,8 +252,9 @@ mod tests {
         super::radius_bound(matrix, matrix.len().isqrt(), &mut Default::default())
     }
 
-    /// Compares inverse iteration with power iterations, for matrices that change slowly and
-    /// matrices that decouple.
+    /// Checks the bound by inverse iteration against the spectral radius from dense eigenvalues,
+    /// for a sequence of slowly changing matrices. Also checks the bound for a matrix that
+    /// decouples.
     #[test]
     fn inverse_iteration_agrees_with_power_iterations() {
         use super::{RadiusWorkspace, bound_by_inverse_iteration};
@@ -268,7 +270,7 @@ mod tests {
                 .map(|(k, b)| b * (1.0 + 0.01 * f64::from(step * k as i32 % 7)))
                 .collect();
             let found = bound_by_inverse_iteration(&matrix, count, &mut workspace).unwrap();
-            // Both bounds are above the radius and within rounding of it.
+            // The bound agrees with the spectral radius to round-off.
             let dense = nalgebra::DMatrix::from_row_slice(count, count, &matrix);
             let radius = dense.complex_eigenvalues().iter().fold(0.0_f64, |m, z| m.max(z.norm()));
             assert!((found - radius).abs() <= 1e-13 * radius, "{found} {radius}");

@@ -1,5 +1,5 @@
-//! Joint types with their degrees of freedom and constraints. The file of each type defines the
-//! same set of items.
+//! Joint types with their degrees of freedom and constraints. Each joint type has its own module;
+//! all these modules define the same set of items.
 //!
 //! A joint connects frame J, fixed in its *predecessor* body, with frame K, fixed in its
 //! *successor*. At zero coordinates the frames coincide. The axis of a joint is the z axis of J.
@@ -153,7 +153,8 @@ impl JointType {
         of_type!(self, SYMBOL)
     }
 
-    /// Returns the joint type with this symbol.
+    /// Returns the joint type with the given [`Self::symbol`], or `None` if no type has this
+    /// symbol.
     pub fn from_symbol(symbol: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|t| t.symbol() == symbol)
     }

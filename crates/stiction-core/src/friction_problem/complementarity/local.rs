@@ -7,17 +7,18 @@ use nalgebra::{Matrix3, Vector3};
 use std::ops::Range;
 
 /// Surface rate of one member as a function of the member's own friction:
-/// `rates = free - V diag(values) V^T friction`, with the orthogonal matrix `V` (`vectors`). `free`
-/// is the rate without this friction.
+/// `rates = free - V diag(values) V^T friction`. The columns of the orthogonal matrix `V`
+/// (`vectors`) are eigenvectors; `free` is the rate for zero friction of this member.
 pub(super) struct LocalResponse {
     pub(super) vectors: Matrix3<f64>,
     pub(super) values: Vector3<f64>,
 }
 
 impl LocalResponse {
-    /// Computes eigenvectors and eigenvalues of a member's diagonal block of the `n` by `n` matrix
-    /// `compliance` (change of rate per unit of friction); `places` are the indices of the member's
-    /// unknowns.
+    /// Computes the eigenvectors and eigenvalues of one member's negated diagonal block of
+    /// `compliance`. This `n` by `n` matrix, stored row by row, contains the change of each surface
+    /// rate per unit of friction. `places` are the indices of the member's unknowns. Negative
+    /// eigenvalues, and those at round-off, become zero.
     pub(super) fn new(compliance: &[f64], places: &Range<usize>, n: usize) -> Self {
         let count = places.len();
         let entry = |i: usize, j: usize| match (i < count, j < count) {
@@ -32,9 +33,10 @@ impl LocalResponse {
         Self { vectors: eigen.eigenvectors, values }
     }
 
-    /// Computes the friction of this member by Coulomb's law with the friction limit `most`, N;
-    /// `free` is the rate of the member without its own friction. If the solution is not unique,
-    /// returns the one closest to `before`.
+    /// Computes the dry friction of this member, N, by Coulomb's law with the friction limit
+    /// `most`, N. `free` is the surface rate of the member without its own friction, and `viscous`
+    /// is the coefficient of viscous friction. Sticking friction keeps the component of `before` in
+    /// directions in which friction does not change the rate.
     pub(super) fn dry_friction(
         &self,
         free: [f64; 3],
@@ -59,7 +61,8 @@ impl LocalResponse {
         if can_stick && bounded(sticking) {
             return (self.vectors * sticking).into();
         }
-        // Sliding at speed `x` in direction `d`: `(x + most W) d = free`.
+        // Sliding at speed `x` in direction `d` satisfies `(x + most W) d = free`, with the
+        // diagonal matrix `W` of `values`.
         let direction = |x: f64| {
             Vector3::from_fn(|k, _| {
                 let divisor = x + most * values[k];
@@ -83,7 +86,9 @@ impl LocalResponse {
 }
 
 /// Solves a smooth friction law together with `velocity = free - friction / factor`, and returns
-/// the friction, N. `free` is the velocity without this friction, `factor` the effective mass.
+/// the friction, N. The member carries the normal load `load`, N. `free` is its velocity without
+/// this friction, and `factor` is the force per unit change of velocity. The iteration begins at
+/// the velocity `start`; only the first `count` components are used.
 pub(super) fn smooth_friction(
     law: &dyn SmoothFriction,
     load: f64,
@@ -109,7 +114,7 @@ pub(super) fn smooth_friction(
         if size <= 1e-12 * norm(free) {
             break;
         }
-        // Slope of the friction law along the error.
+        // Derivative of the friction law in the direction of the error.
         let step = 1e-6 * size;
         let ahead = law.friction(load, [0, 1, 2].map(|k| velocity[k] + step * error[k] / size));
         let slope: f64 =

@@ -60,13 +60,13 @@ const STEPS: StepPolicy =
 pub(crate) struct Solution {
     /// Values of the unknowns, N: friction at the surfaces or, for sliding members, normal loads.
     pub(crate) amounts: Vec<f64>,
-    /// Surface rate along each unknown: acceleration, or velocity after a time step.
+    /// Surface rate along each unknown: acceleration, m/s^2, or velocity after a time step, m/s.
     pub(crate) rates: Vec<f64>,
     /// Normal load of each member, N.
     pub(crate) loads: Vec<f64>,
     /// Largest residual of the friction laws relative to the largest force.
     pub(crate) residual: f64,
-    /// Flag of each member: `true` if it sticks.
+    /// For each member, `true` if its interface sticks; always `false` without dry friction.
     pub(crate) sticks: Vec<bool>,
 }
 
@@ -96,8 +96,8 @@ impl Complementarity<'_> {
         Some(self.complete(x))
     }
 
-    /// Returns the interface that violates its friction law most after a run of the projected
-    /// Gauss-Seidel method.
+    /// Returns the index of the interface that violates its friction law most after a run of the
+    /// projected Gauss-Seidel method from the values `start` of the unknowns.
     pub(crate) fn worst(&self, start: &[f64]) -> Option<usize> {
         let mut x = start.to_vec();
         self.project(&mut x, 1.0, 4 * SWEEPS);
@@ -147,7 +147,8 @@ impl Complementarity<'_> {
     }
 }
 
-/// Solution branch, parametrised by the factor on the friction coefficients, from 0 to 1.
+/// Solution branch of the complementarity problem. Its parameter is the multiplier of all friction
+/// coefficients, from 0 (no friction) to 1 (full friction).
 struct FrictionBranch<'a> {
     problem: &'a Complementarity<'a>,
     x: Vec<f64>,

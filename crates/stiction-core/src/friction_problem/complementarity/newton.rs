@@ -9,15 +9,16 @@ use crate::linalg::RowSpace;
 const STAGNATED: f64 = 1e-9;
 /// Largest number of Newton steps.
 const STEPS: usize = 40;
-/// Largest number of times that a step is halved until the residual decreases.
+/// Largest number of step lengths tried in one line search: the full Newton step and its successive
+/// halves, until the residual decreases.
 const HALVINGS: usize = 10;
 /// A row of the Newton matrix counts as dependent on the others if its component orthogonal to them
 /// is at most this fraction of the largest row norm (or of 1, if that is greater).
 const DEPENDENT: f64 = 1e-11;
 
 impl Complementarity<'_> {
-    /// Runs Newton's method from `x` with `part` times the friction coefficients. Returns `true` if
-    /// it converges to a solution.
+    /// Runs Newton's method from the unknowns `x` with `part` times the friction coefficients; `x`
+    /// becomes the last iterate. Returns `true` if the method converges to a solution.
     pub(super) fn newton(&self, x: &mut Vec<f64>, part: f64) -> bool {
         let n = self.count();
         let (mut matrix, mut space) = (Vec::new(), RowSpace::default());

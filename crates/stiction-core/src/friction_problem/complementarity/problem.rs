@@ -127,11 +127,12 @@ impl<'a> Complementarity<'a> {
     }
 
     /// Computes the factor that scales surface rates of a member to the magnitude of forces.
+    /// `places` are the indices of the member's unknowns.
     pub(super) fn rate_factor(&self, places: &Range<usize>) -> f64 {
         let n = self.count();
         let compliance: f64 = places.clone().map(|i| -self.compliance[i * n + i]).sum();
         if compliance <= 0.0 {
-            // Friction does not change these rates.
+            // Friction does not change the rates of this member.
             return self.force_per_rate(&self.free[places.clone()]);
         }
         match self.scaling {

@@ -24,7 +24,9 @@ struct View<'a> {
 
 impl Complementarity<'_> {
     /// Solves the friction law of each member in turn, with `part` times the friction coefficients,
-    /// and updates rates and wrenches after each. Repeats this at most `sweeps` times.
+    /// and updates the rates and wrenches of all members after each solution. Makes at most
+    /// `sweeps` passes over the members. `x` contains the unknowns: the initial guess, then the
+    /// result.
     pub(super) fn project(&self, x: &mut [f64], part: f64, sweeps: usize) {
         let n = self.count();
         let mut rates = self.rates(x);
@@ -65,8 +67,9 @@ impl Complementarity<'_> {
         }
     }
 
-    /// Computes the friction of a ball or plate. Solves for all components together, because the
-    /// effective masses in different directions may differ by orders of magnitude.
+    /// Computes the dry and viscous friction of a ball or plate, N. Solves for all components
+    /// together, because the effective masses in different directions may differ by orders of
+    /// magnitude.
     fn coupled_friction(
         &self,
         local: &LocalResponse,
@@ -85,7 +88,8 @@ impl Complementarity<'_> {
         }
         let most = (part * forward * load).max(0.0);
         let dry = local.dry_friction(free, most, viscous, before);
-        // `rate = (1 + viscous W)^-1 (free - W dry)`.
+        // The rate is `(1 + viscous W)^-1 (free - W dry)` with the negated compliance `W` of the
+        // member.
         let vectors = &local.vectors;
         let (free, dry) = (Vector3::from(free), Vector3::from(dry));
         let (f, d) = (vectors.transpose() * free, vectors.transpose() * dry);
@@ -97,7 +101,8 @@ impl Complementarity<'_> {
     }
 }
 
-/// Computes dry friction by projection onto the friction limit at the present normal load.
+/// Computes the friction of a member with one component, N: projects dry friction onto the friction
+/// limit at the present normal load, then adds viscous friction.
 fn projected_friction(law: DryFriction, view: &View<'_>) -> [f64; 3] {
     let View { places, x, rates, load, part, factor } = view;
     let viscous = law.viscous;

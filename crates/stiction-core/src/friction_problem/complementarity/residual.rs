@@ -12,7 +12,8 @@ const ROUND_OFF: f64 = 1e-14;
 pub(super) struct Residual {
     /// Residual of each unknown, N.
     pub(super) values: Vec<f64>,
-    /// Largest force, N; residuals are divided by it.
+    /// Largest magnitude among the unknowns, the friction limits and the normal loads of sliding
+    /// members, N. Relative residuals refer to this force.
     scale: f64,
     /// For each unknown of a sticking member: [`Complementarity::slack`] times the rate relative to
     /// the largest frictionless rate; infinite for all other unknowns.
@@ -48,7 +49,7 @@ struct Point<'a> {
     /// Multiplier of the given friction coefficients; 1 for full friction.
     part: f64,
     rates: Vec<f64>,
-    /// Largest surface rate without friction at any member.
+    /// Largest magnitude of the surface rates if all members are frictionless.
     largest: f64,
 }
 
@@ -112,7 +113,8 @@ impl Complementarity<'_> {
     ) {
         let (n, part) = (self.count(), point.part);
         let load = self.load_at(point, index);
-        // The influence refers to the full friction coefficient.
+        // The unknown is a normal load, and the influence matrix contains the full friction
+        // coefficient. The factor `part` therefore multiplies the load.
         let i = self.members[index].places.start;
         residual.scale = residual.scale.max(load.value.abs());
         residual.values[i] = point.x[i] - part * load.value;
