@@ -277,7 +277,7 @@ impl<T: Scalar> Bodies<T> {
     /// Computes the accelerations of all bodies; requires [`Self::move_with`].
     pub fn accelerate(&mut self, topology: &Topology, accelerations: &[T]) {
         for node in &topology.nodes {
-            // Accelerations beyond the bias add up along the tree.
+            // Accelerations without the bias add up along the tree.
             let parent = parent_body(topology, node.parent);
             let mut sum = match node.link {
                 Link::Floating => Twist::zero(),
@@ -290,10 +290,10 @@ impl<T: Scalar> Bodies<T> {
         }
     }
 
-    /// Adds `amount` times the accelerations that `accelerations` of the spanning tree cause to the
-    /// accelerations of all bodies.
+    /// Increases the acceleration of each body by `amount` times the contribution of the given
+    /// `accelerations` of the spanning tree.
     pub(crate) fn accelerate_more(&mut self, topology: &Topology, accelerations: &[T], amount: T) {
-        // The bias is unchanged: accelerations add up along the tree.
+        // The bias does not change; contributions of the degrees of freedom add up along the tree.
         for node in &topology.nodes {
             let mut sum = Twist::zero();
             let mut next = Some(node);
@@ -363,8 +363,9 @@ impl<T: Scalar> Bodies<T> {
         dof.effort(&self.frame_j[joint], &self.frame_k[joint])
     }
 
-    /// Computes the rate and acceleration of a joint's degree of freedom. Returns them together
-    /// with the coordinate, which the caller passes as `value`.
+    /// Computes the rate and acceleration of a joint's degree of freedom. Returns both together
+    /// with the coordinate, which the caller passes as `value`. Rate and acceleration are zero if
+    /// the joint has no degree of freedom `dof`.
     pub fn joint_motion(
         &self,
         topology: &Topology,

@@ -20,7 +20,8 @@ const RELATIVE: f64 = 1e-5;
 /// reversal.
 const ABSOLUTE: f64 = 1e-9;
 
-/// A violated constraint equation: its row, and its residual (`by`) in m or rad per s or s².
+/// A violated constraint equation: its row, and the magnitude `by` of its residual. The unit of the
+/// residual is m/s or rad/s for rates, and m/s² or rad/s² for accelerations.
 #[derive(Clone, Copy, Default)]
 struct Missed {
     row: usize,
@@ -30,8 +31,8 @@ struct Missed {
 }
 
 impl Kinematics<f64> {
-    /// Returns an error if rates or accelerations violate a loop or a prescribed coordinate; requires
-    /// [`Self::differentiate`].
+    /// Returns an error if rates or accelerations violate a loop constraint or a prescribed
+    /// coordinate. The rates and accelerations must be those of the last [`Self::differentiate`].
     pub(super) fn contradiction(
         &mut self,
         model: &KinematicModel,
@@ -61,8 +62,9 @@ impl Kinematics<f64> {
         Err(AssemblyError::Contradiction { order, joint, of_gearing, by: missed.by, unit })
     }
 
-    /// Returns `true` if rates or accelerations violate a loop or a prescribed coordinate; requires
-    /// [`Self::differentiate`]. Does not allocate.
+    /// Returns `true` if rates or accelerations violate a loop constraint or a prescribed
+    /// coordinate. The rates and accelerations must be those of the last [`Self::differentiate`].
+    /// Does not allocate.
     pub(crate) fn contradicts(
         &mut self,
         model: &KinematicModel,

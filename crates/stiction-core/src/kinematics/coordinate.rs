@@ -4,8 +4,8 @@ use crate::joint::JointType;
 use crate::mechanism::{BodyId, JointId};
 use crate::scalar::Scalar;
 
-/// A scalar coordinate of a mechanism that a motion may prescribe. Loop closure determines the rest of the
-/// configuration.
+/// A scalar coordinate of a mechanism that a motion may prescribe. Loop closure determines the rest
+/// of the configuration.
 ///
 /// Poses of bodies are in the frame of the ground ([`crate::mechanism::Mechanism::base`]), so the
 /// motions of a robot do not depend on its mounting.
@@ -46,8 +46,8 @@ pub enum Coordinate {
 }
 
 impl Coordinate {
-    /// Returns `true` if the coordinate is an angle (rad), `false` if it is a length (m), given the types of all
-    /// joints.
+    /// Returns `true` if the coordinate is an angle (rad), `false` if it is a length (m).
+    /// `joint_types` contains the types of all joints of the mechanism.
     pub fn is_angle(&self, joint_types: &[JointType]) -> bool {
         match *self {
             Self::Position { .. } => false,
@@ -78,7 +78,8 @@ impl AngleOrder {
         self.0
     }
 
-    /// Returns `true` if all three axes differ (Tait-Bryan), so that an angle can be named by its axis.
+    /// Returns `true` if all three axes differ (Tait-Bryan angles), so that each angle can be named
+    /// by its axis.
     pub const fn is_tait_bryan(self) -> bool {
         self.0[0] != self.0[2]
     }
@@ -89,9 +90,9 @@ impl AngleOrder {
 pub struct Target<T> {
     /// Value, rad or m.
     pub value: T,
-    /// First time derivative.
+    /// First time derivative, rad/s or m/s.
     pub rate: T,
-    /// Second time derivative.
+    /// Second time derivative, rad/s^2 or m/s^2.
     pub acceleration: T,
 }
 

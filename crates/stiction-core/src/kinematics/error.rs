@@ -97,9 +97,9 @@ pub enum AssemblyError {
     Jump {
         /// Body with the largest displacement.
         body: String,
-        /// Displacement not explained by its velocity, mm.
+        /// Displacement that the body's velocity does not explain, mm.
         distance_mm: f64,
-        /// Rotation not explained by its velocity, deg.
+        /// Rotation that the body's velocity does not explain, deg.
         angle_deg: f64,
         /// Time between the two instants, s.
         step: f64,
@@ -114,9 +114,9 @@ pub struct Gap {
     pub joint: Option<String>,
     /// True if `joint` is a gearing.
     pub of_gearing: bool,
-    /// Distance by which `joint` is open, m.
+    /// Distance by which `joint` is open, or the error of a gearing between lengths, m.
     pub length: f64,
-    /// Angle by which `joint` is open, rad.
+    /// Angle by which `joint` is open, or the error of a gearing between angles, rad.
     pub angle: f64,
     /// Largest deviation from a prescribed length, m.
     pub missed_length: f64,

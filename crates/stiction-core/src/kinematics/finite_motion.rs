@@ -14,11 +14,11 @@ const STRIDES: usize = 20;
 const CORRECTIONS: usize = 8;
 /// Damping of the corrections; it suppresses singular values below 1e-6.
 const DAMPING: f64 = 1e-12;
-/// Largest permitted scaled loop error along the motion. It admits dimensions given with six
-/// digits.
+/// Largest permitted scaled loop error along the motion. This tolerance admits dimensions given
+/// with six digits.
 const OPEN: f64 = 1e-6;
-/// The motion ends if a corrected step has a component along the previous direction below this
-/// fraction of its intended size.
+/// The motion ends if the component of a corrected step along the previous direction is less than
+/// this fraction of [`STRIDE`].
 const REMAINS: f64 = 0.5;
 
 /// A motion of a mechanism over a finite distance.

@@ -28,9 +28,9 @@ impl State<f64> {
         }
     }
 
-    /// Corrects a step of floating bodies for twists that do not commute at two instants (Magnus
-    /// expansion): adds `factor` times the Lie bracket of `a` and `b`, which are rates or
-    /// accelerations.
+    /// Corrects `step` for floating bodies, whose twists at two instants do not commute (Magnus
+    /// expansion). Adds `factor` times the Lie bracket of `a` and `b`, which are rates or
+    /// accelerations of the spanning tree.
     pub(crate) fn add_bracket(
         topology: &Topology,
         step: &mut [f64],
@@ -59,8 +59,8 @@ mod tests {
     use crate::joint::JointType;
     use crate::mechanism::{BodySpec, JointSpec, MechanismBuilder};
 
-    /// Compares one step with many small steps for a twist that changes at a constant rate: the
-    /// error of the one step is of fourth order.
+    /// Checks, by comparison with many small steps, that the error of one large step is of fourth
+    /// order. The twist changes at a constant rate.
     #[test]
     fn one_step_follows_a_changing_twist() {
         // Three legs of one ball joint each: all three joints are cut.

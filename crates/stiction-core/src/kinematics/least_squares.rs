@@ -32,7 +32,7 @@ const STRIDE: f64 = 0.25;
 
 /// Number of steps after which further steps include a correction for the curvature of the errors.
 const SLOW: usize = 20;
-/// Largest permitted norm of this correction, as a fraction of the norm of the step.
+/// Largest permitted norm of the correction for curvature, as a fraction of the norm of the step.
 const BEND: f64 = 0.375;
 /// Length of the finite difference for the curvature along a step, as a fraction of the step.
 const PROBE: f64 = 0.1;
@@ -300,9 +300,10 @@ fn by_normal_matrix(
     })
 }
 
-/// Computes the damped step from the triangular factor `R` of the stacked rows `J` and `sqrt(d) 1`,
-/// with `R^T R = J^T J + d 1`, or of `J^T` and `sqrt(d) 1`. For chains of bodies and rows of loops,
-/// the cost grows linearly with their length.
+/// Computes the damped step from the triangular factor `R` of the stacked matrices `J` and
+/// `sqrt(d) 1`, with `R^T R = J^T J + d 1`. For a wide `J`, uses the transpose of `J` in place of
+/// `J`. For chains of bodies and rows of loops, the cost grows linearly with their length. Returns
+/// `None` if the step is not finite or `R` is singular.
 fn by_triangular_factor(
     jacobian: &SparseMatrix,
     errors: &DVector<f64>,

@@ -17,8 +17,8 @@ impl Assembly {
     }
 
     /// Restores the data saved by [`Self::save`] from the start of `numbers` and returns the
-    /// remaining numbers. `None` if numbers are missing or the rate equations cannot be compiled at
-    /// the saved configuration.
+    /// remaining numbers. Returns `None` if numbers are missing or the rate equations cannot be
+    /// compiled at the saved configuration.
     pub(crate) fn restore<'n>(
         &mut self,
         parameters: &Parameters<f64>,

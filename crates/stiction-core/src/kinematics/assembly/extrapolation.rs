@@ -8,9 +8,9 @@ const UNKNOWN: f64 = 1e-3;
 /// configuration whenever the estimate rules such a step out. The step is thus tried again later.
 const HOPE: f64 = 0.7;
 
-/// State of the extrapolation. Extrapolated results depend on the previous configurations, within
-/// round-off. An assembly that must continue with bitwise identical results from its configuration
-/// alone therefore must not extrapolate.
+/// State of the extrapolation. With extrapolation, the round-off of results depends on the previous
+/// configurations. An assembly that must continue with bitwise identical results from its
+/// configuration alone therefore must not extrapolate.
 #[derive(Clone, Debug)]
 pub(super) struct Extrapolation {
     is_active: bool,
@@ -43,10 +43,11 @@ impl Extrapolation {
         (self.steps, self.passed) = ([None; 2], None);
     }
 
-    /// Begins a step of `step` seconds. Returns two factors, s^2, for the changes of the
-    /// accelerations in the last two steps (newest first). The sum of the products corrects the
-    /// predicted change of the coordinates. `None` if the last step is unknown. Clears the step
-    /// history unless [`Self::stepped`] follows.
+    /// Begins a step of `step` seconds. Returns two factors, s^2, by which the changes of the
+    /// accelerations in the last two steps (newest first) are multiplied. The sum of the two
+    /// products corrects the predicted change of the coordinates. Returns `None` if the last step
+    /// is unknown. Clears the step history; [`Self::stepped`] restores it and adds the present
+    /// step.
     pub(super) fn weights(&mut self, step: f64) -> Option<[f64; 2]> {
         let [last, before] = core::mem::take(&mut self.steps);
         self.passed = last;

@@ -1,5 +1,5 @@
-//! Tracking of a motion: prediction from the last configuration, and distinction between jumps and
-//! kinks.
+//! Tracking of a motion: prediction from the last configuration, and distinction between jumps of
+//! the mechanism and kinks of the prescribed motion.
 
 use super::Assembly;
 use super::check::check_targets;
@@ -14,8 +14,8 @@ use crate::spatial::Pose;
 const NEGLIGIBLE: f64 = 1e-6;
 /// Maximum number of halvings of a step of the motion.
 const HALVINGS: u32 = 12;
-/// A step longer than this fraction of the motion that does not converge is halved without a
-/// search.
+/// If a step longer than this fraction of the motion does not converge, it is halved without a
+/// search by damped least squares.
 const LONG: f64 = 1.0 / 16.0;
 
 impl Assembly {
@@ -38,8 +38,8 @@ impl Assembly {
         }
         let (mut now, mut step) = (from, to - from);
         let smallest = step * 0.5_f64.powi(HALVINGS as i32);
-        // A singular configuration explains a failure better than a jump, and an unreachable one
-        // better than the singular configuration before it.
+        // Of several errors, the one that explains the failure best is returned: an unreachable end
+        // of the motion, otherwise a singular configuration, otherwise a jump.
         let mut singular = None;
         self.passed.copy_from_slice(&self.targets);
         while now != to {
@@ -129,9 +129,9 @@ impl Assembly {
         arrived
     }
 
-    /// Takes one step along a motion. Fails if the bodies do not move as their velocities predict.
-    /// If Newton's method does not converge and `may_search` is set, searches by damped least
-    /// squares.
+    /// Takes one step of the duration `step`, s, along a motion. Fails if the bodies do not move as
+    /// their velocities predict. If Newton's method does not converge and `may_search` is set,
+    /// searches by damped least squares.
     fn step_smoothly(
         &mut self,
         parameters: &Parameters<f64>,
@@ -175,7 +175,7 @@ impl Assembly {
             return Err(AssemblyError::Undetermined { open: Vec::new() });
         }
 
-        // Fourth-order prediction from velocities and accelerations at both ends.
+        // Fourth-order prediction from the velocities and accelerations at both ends of the step.
         let ends = self.before.rates.iter().zip(&self.state.rates);
         let bends = self.before.accelerations.iter().zip(&self.state.accelerations);
         for ((move_by, (v0, v1)), (a0, a1)) in self.step.iter_mut().zip(ends).zip(bends) {
@@ -209,9 +209,10 @@ impl Assembly {
         Ok(())
     }
 
-    /// Returns `true` if the prescribed coordinates determine the configuration. Otherwise a better
-    /// prediction would change the result: the angles of local degrees of freedom, whose rates are
-    /// zero, depend on the steps along the motion.
+    /// Returns `true` if the prescribed coordinates determine the configuration, that is, if no
+    /// body has a local degree of freedom. The rates of local degrees of freedom are set to zero,
+    /// so their angles depend on the steps along the motion, and a better prediction would change
+    /// them.
     pub(super) fn is_determined(&self) -> bool {
         self.model.constraints.spins().is_empty()
     }
@@ -228,7 +229,7 @@ impl Assembly {
         let reach = places.map(|pose| (pose.position - base).norm()).fold(0.0, f64::max);
         let pitch = parameters.pitch.iter().fold(0.0_f64, |most, pitch| most.max(pitch.abs()));
         let turned = 4.0 * (1.0 + (2.0 * reach + pitch) / parameters.length);
-        // Twice the first-order estimate.
+        // The factor 2 is a safety margin on the first-order estimate.
         2.0 * apart * (turned + 1.0 / parameters.length) <= NEGLIGIBLE
     }
 

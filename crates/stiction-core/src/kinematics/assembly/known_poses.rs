@@ -15,8 +15,8 @@ const ACROSS: u64 = 1;
 const HOME: u64 = 1 << 20;
 /// Cost of a path segment across a joint whose coordinates are not all given.
 const UNKNOWN: u64 = 1 << 40;
-/// Two values given for the same quantity conflict if they differ by more than this; in rad or
-/// characteristic lengths.
+/// Two values given for the same quantity are reported as a conflict if they differ by more than
+/// this threshold, in rad or characteristic lengths.
 pub(super) const CONFLICT: f64 = 1.0;
 
 /// Poses of all bodies relative to the reference point.
@@ -34,7 +34,8 @@ pub(super) struct BodyPoses {
 
 impl Given<'_> {
     /// Computes the poses of all bodies relative to the reference point. Each pose follows along
-    /// the cheapest path from the ground, a prescribed pose or a home pose.
+    /// the cheapest path from the ground, a prescribed pose or a home pose. If `prescribed` is
+    /// false, ignores prescribed poses. Adds contradictory home poses to `conflicts`.
     pub(super) fn body_poses(
         &self,
         prescribed: bool,

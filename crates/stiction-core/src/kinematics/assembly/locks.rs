@@ -12,7 +12,7 @@ use crate::linalg::{RowSpace, StaticLu, Svd};
 use crate::mechanism::{BodyId, JointId};
 use nalgebra::{DMatrix, DVector};
 
-/// Singular vectors with singular values below this limit count as the near-null space.
+/// Singular vectors with singular values below this limit span the near-null space of the Jacobian.
 const NEARLY_SINGULAR: f64 = 1e-5;
 /// Step of the central differences of the Jacobian, in rad or in characteristic lengths.
 const DIFFERENCE: f64 = 1e-4;
@@ -21,9 +21,9 @@ const REFINEMENTS: usize = 4;
 
 impl Given<'_> {
     /// Finds coordinates, with their values, that lock all instantaneous motions left undetermined
-    /// by the prescribed coordinates at the configuration near the reference. If these coordinates
-    /// are prescribed as well, the configuration is regular even if the mechanism is singular or
-    /// shaky.
+    /// by the prescribed coordinates at the closed configuration near the reference. If the found
+    /// coordinates are prescribed as well, the configuration is regular even if the mechanism is
+    /// singular or shaky.
     pub(in crate::kinematics) fn locks(&self) -> Result<Vec<(Coordinate, f64)>, AssemblyError> {
         let (topology, parameters) = (self.topology, self.parameters);
         let values: Vec<f64> = self.targets.iter().map(|target| target.value).collect();
@@ -43,7 +43,8 @@ impl Given<'_> {
         let mut rates = DMatrix::zeros(candidates.len(), open.len());
         let mut values = vec![0.0; candidates.len()];
         // Prescribing all three components of a rotation vector yields other equations than
-        // prescribing one alone.
+        // prescribing one alone. Each group therefore contains at most one of the three components
+        // for each body.
         for axis in 0..3 {
             let is_of = |coordinate: &Coordinate| match coordinate {
                 Coordinate::RotationVector { axis: own, .. } => *own == axis,
@@ -60,8 +61,9 @@ impl Given<'_> {
                 values[k] = errors[first + row];
             }
         }
-        // Rates of all candidates in the undetermined motions; repeatedly lock a candidate with a
-        // large rate.
+        // `rates` contains the rate of each candidate (row) in each undetermined motion (column).
+        // Repeatedly lock a candidate with a large rate, and remove the locked motion from the
+        // rates.
         let mut locks = Vec::new();
         for _ in 0..open.len() {
             let sizes: Vec<f64> = rates.row_iter().map(|row| row.norm()).collect();
@@ -77,8 +79,9 @@ impl Given<'_> {
         Ok(locks)
     }
 
-    /// Computes the Jacobian and the errors of loop closure, the prescribed coordinates and the
-    /// `further` coordinates, all with zero targets. The rows of `further` come last.
+    /// Computes the scaled Jacobian and the unscaled errors of loop closure, the prescribed
+    /// coordinates and the `further` coordinates. All targets are zero, so the error of a
+    /// coordinate is its value. The rows of `further` come last.
     fn rows(&self, state: &State<f64>, further: &[Coordinate]) -> (DMatrix<f64>, Vec<f64>) {
         let topology = self.topology;
         let all = [self.coordinates, further].concat();
@@ -114,8 +117,9 @@ impl Given<'_> {
 
     /// Refines a singular configuration, which loop closure determines only to the square root of
     /// round-off. The singular values vanish linearly, so Newton's method on the near-null space of
-    /// the Jacobian determines the configuration to round-off. It solves `P J(q + V t) V = 0` with
-    /// the near-null vectors `V` and the projection `P` on the left near-null space.
+    /// the Jacobian determines the configuration to round-off. This method solves
+    /// `P J(q + V t) V = 0` for `t`, with the near-null vectors `V` and the projection `P` on the
+    /// left near-null space.
     fn refine_singular(&self, state: &mut State<f64>) {
         let topology = self.topology;
         let constraints = MotionConstraints::new(topology, self.coordinates, &[]);

@@ -53,7 +53,8 @@ impl Metric<'_> {
         (moved / self.length).hypot(turned)
     }
 
-    /// Computes the root-mean-square displacement of all bodies between two configurations.
+    /// Computes the root mean square of [`Self::displacement`] over all bodies between two
+    /// configurations.
     pub(super) fn between(&self, a: &Bodies<f64>, b: &Bodies<f64>) -> f64 {
         let pairs = a.pose.iter().zip(&b.pose).enumerate().skip(1);
         rms(pairs.map(|(body, (a, b))| self.displacement(body, a, b))).unwrap_or(0.0)
@@ -71,8 +72,9 @@ impl Metric<'_> {
         pairs.any(|(a, b)| (b - a).norm() > SAME_MODE * self.length)
     }
 
-    /// Rotates the pose `found` about the axis of the body's local degree of freedom to the angle
-    /// closest to `given`; `None` without such a degree of freedom.
+    /// Rotates the pose `found` about the axis of the body's local degree of freedom, to the angle
+    /// at which it is closest to the pose `given`. Returns `None` for a body without a local degree
+    /// of freedom.
     pub(super) fn turned(
         &self,
         body: usize,

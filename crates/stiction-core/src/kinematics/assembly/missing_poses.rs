@@ -16,9 +16,9 @@ use core::f64::consts::PI;
 /// Tolerance of loop closure, in rad or characteristic lengths. It is large because home poses and
 /// start coordinates are given with few digits.
 const ROUGHLY_CLOSED: f64 = 0.05;
-/// Number of starts of the search for the coordinates of a [`Group`].
+/// Maximum number of initial guesses from which the coordinates of a [`Group`] are searched.
 const STARTS: usize = 16;
-/// Number of steps of the search from each start.
+/// Maximum number of steps of the search from each initial guess.
 const STEPS: usize = 60;
 /// The loops of groups with more degrees of freedom than this are closed one at a time.
 const LARGE: usize = 60;
@@ -33,8 +33,9 @@ struct Group {
 }
 
 impl Given<'_> {
-    /// Computes poses of bodies with unknown poses by closing loops with known bodies. Bodies whose
-    /// loops close become known.
+    /// Computes the poses of bodies with unknown poses by closing their loops with bodies whose
+    /// poses are known. The poses of bodies whose loops close become known. If `prescribed` is
+    /// false, ignores the prescribed coordinates.
     ///
     /// The spanning tree used here follows [`BodyPoses::paths`], so the result does not depend on
     /// the mechanism's own spanning tree.
@@ -117,8 +118,9 @@ impl Given<'_> {
         }
     }
 
-    /// Collects the prescribed coordinates and the start coordinates of cut joints. The spanning
-    /// tree does not contain the latter.
+    /// Collects the prescribed coordinates (none if `prescribed` is false) and the start
+    /// coordinates of cut joints, with their targets. Cut joints are not in the spanning tree, so
+    /// their start coordinates are prescribed as well.
     fn given_coordinates(
         &self,
         prescribed: bool,
@@ -168,9 +170,9 @@ impl Given<'_> {
     }
 }
 
-/// Forms groups of nodes with undetermined coordinates that are connected by common rows, together
-/// with these rows. Divides large groups into parts; the rows of a part connect its nodes only to
-/// each other and to nodes of earlier parts.
+/// Forms groups of nodes with undetermined coordinates that are connected by common rows of the
+/// position equations; each group includes these rows. Divides large groups into parts; the rows of
+/// a part connect its nodes only to each other and to nodes of earlier parts.
 fn groups(topology: &Topology, constraints: &MotionConstraints, is_open: &[bool]) -> Vec<Group> {
     let open_nodes: Vec<Vec<usize>> = constraints
         .rows

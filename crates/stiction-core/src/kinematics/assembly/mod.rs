@@ -41,8 +41,9 @@ use std::sync::Arc;
 const CLOSED: f64 = 1e-14;
 /// Closure tolerance near a singular configuration, which magnifies round-off.
 const CLOSED_AT_WORST: f64 = 1e-12;
-/// A search that ends with a larger closure error has not found a singular configuration. Near one,
-/// a search stops at about 1e-12, because the errors decrease with the square of the distance.
+/// Largest closure error of a search that has found a singular configuration. Near a singular
+/// configuration, a search stops at about 1e-12, because the errors there decrease with the square
+/// of the distance to the solution.
 const SINGULAR: f64 = 1e-10;
 /// Closure error below which Newton's method converges quadratically.
 const NEAR: f64 = 1e-7;
@@ -169,8 +170,8 @@ impl Assembly {
         Ok(assembly)
     }
 
-    /// Enables extrapolation from the last three configurations while tracking a motion. Results
-    /// then depend on the previous configurations, within round-off.
+    /// Enables extrapolation from the last three configurations while tracking a motion. The
+    /// round-off of results then depends on the previous configurations.
     pub(crate) fn extrapolate(&mut self) {
         self.extrapolation.activate();
     }
@@ -219,8 +220,8 @@ impl Assembly {
         self.plans
     }
 
-    /// Copies the configuration of another assembly with the same elimination plan. Call
-    /// [`Self::reverse`] to update the rates.
+    /// Copies the state and the targets of another assembly with the same elimination plan. Does
+    /// not update the poses and twists of the bodies; a following call of [`Self::reverse`] does.
     pub(crate) fn go_to(&mut self, other: &Self) {
         self.extrapolation.forget();
         self.state.clone_from(&other.state);
@@ -297,8 +298,8 @@ impl Assembly {
             let Self { kinematics, model, state, .. } = self;
             kinematics.move_with(&model.topology, state);
             if !model.constraints.spins().is_empty() {
-                // The dynamics require the accelerations due to passive spins, which need the
-                // factors.
+                // The dynamics compute the accelerations due to passive spins with the factors of
+                // the rate equations.
                 kinematics.factor_here(model, parameters);
             }
         } else {

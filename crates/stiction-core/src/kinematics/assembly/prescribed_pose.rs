@@ -14,7 +14,7 @@ pub(super) struct PrescribedPose {
 }
 
 impl PrescribedPose {
-    /// Collects the prescribed coordinates of each of `bodies`.
+    /// Collects the prescribed coordinates of each body; `bodies` is the number of bodies.
     pub(super) fn of_bodies(
         bodies: usize,
         coordinates: &[Coordinate],

@@ -131,9 +131,10 @@ impl Given<'_> {
         values
     }
 
-    /// Returns the coordinates of all joints: prescribed values, otherwise start coordinates,
-    /// otherwise zero. Start angles are shifted by whole turns to be nearest to the prescribed
-    /// value.
+    /// Returns the coordinates of all joints: prescribed values (ignored if `prescribed` is false),
+    /// otherwise start coordinates, otherwise zero. Start angles are shifted by whole turns to be
+    /// nearest to the prescribed value. Adds start coordinates that contradict prescribed values to
+    /// `conflicts`.
     fn joint_coordinates(
         &self,
         prescribed: bool,
@@ -194,8 +195,8 @@ impl Reference {
         self.is_certain[body]
     }
 
-    /// Computes the root-mean-square displacement of the bodies with certain poses; zero if no pose
-    /// is certain.
+    /// Computes the root-mean-square displacement, from their given poses, of the bodies for which
+    /// [`Self::is_certain`] is true; zero if there is no such body.
     pub(super) fn certain_distance(&self, bodies: &Bodies<f64>, metric: &Metric<'_>) -> f64 {
         let pairs = self.poses.iter().zip(&bodies.pose).enumerate().skip(1);
         let certain = pairs.filter(|(body, _)| self.is_certain[*body]);
@@ -206,7 +207,7 @@ impl Reference {
     }
 
     /// Finds the body farthest from its given pose. Returns the index of the body and its
-    /// displacement in m and rad.
+    /// displacement in m and rad; `None` if no body has a given pose.
     pub(super) fn farthest(
         &self,
         bodies: &Bodies<f64>,
@@ -221,7 +222,8 @@ impl Reference {
         each.max_by(|a, b| size(a.1, a.2).total_cmp(&size(b.1, b.2)))
     }
 
-    /// Rotates bodies about the axes of their passive spins towards their given poses.
+    /// Rotates bodies about the axes of their passive spins towards their given poses, and updates
+    /// the coordinates of the spanning tree in `state`.
     pub(super) fn turn_spins(
         &self,
         topology: &Topology,

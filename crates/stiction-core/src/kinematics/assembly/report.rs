@@ -4,7 +4,7 @@ use super::ties::TIE;
 use crate::words::significant;
 use core::fmt;
 
-/// A note is reported if [`AssemblyReport::distance`] exceeds this value.
+/// The user receives a note if [`AssemblyReport::distance`] exceeds this value.
 pub(super) const FAR: f64 = 0.5;
 /// Another assembly mode is reported if its distance from the given configuration is less than this
 /// multiple of the distance of the assembled configuration.
@@ -104,7 +104,8 @@ impl fmt::Display for OpenMode {
 /// passive spin, these are the displacement of the centre of mass and the tilt of the spin axis.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct AssemblyReport {
-    /// Distance of the assembled configuration from the given one; `None` if no data are given.
+    /// Distance of the assembled configuration from the given one; `None` if the given data do not
+    /// determine the pose of any body.
     pub distance: Option<f64>,
     /// Distances of other assembly modes that the search found, nearest first. The list may be
     /// incomplete.
@@ -118,8 +119,9 @@ pub struct AssemblyReport {
 }
 
 impl AssemblyReport {
-    /// Composes notes to the user: on conflicts, on a configuration far from the given one, and on
-    /// another assembly mode at a similar distance.
+    /// Composes notes to the user: on conflicts, on assembly modes that the given data do not
+    /// distinguish, on a configuration far from the given one, and on another assembly mode at a
+    /// similar distance.
     pub fn notes(&self) -> Vec<String> {
         let mut notes: Vec<String> = self.conflicts.iter().map(ToString::to_string).collect();
         notes.extend(self.open_mode.as_ref().map(ToString::to_string));

@@ -32,8 +32,9 @@ const FOUND: f64 = 1e-6;
 const UNDEFINED_AT_MOST: usize = 8;
 /// Minimum size of a random perturbation, in rad and characteristic lengths.
 const NUDGE: f64 = 0.1;
-/// Overshoot of the search that starts on the opposite side of the reference: from the reference,
-/// its start is displaced by the reversed displacement to the first result times this factor.
+/// Factor for the search that starts on the opposite side of the reference configuration. The start
+/// of this search is displaced from the reference by the negative displacement of the first search,
+/// multiplied by this factor.
 const OVERSHOOT: f64 = 1.3;
 /// Maximum number of searches from random configurations.
 const RANDOM_STARTS: usize = 12;
@@ -50,12 +51,13 @@ pub(super) const SAME_MODE: f64 = 1e-3;
 struct Mode {
     state: State<f64>,
     bodies: Bodies<f64>,
-    /// Distance from the reference configuration.
+    /// Root-mean-square displacement of the bodies from the reference configuration, in
+    /// characteristic lengths.
     distance: f64,
 }
 
-/// Moves each degree of freedom of the spanning tree by a random step of at most `size`, in rad and
-/// characteristic lengths.
+/// Moves each degree of freedom of the spanning tree by a random step. `size` returns the maximum
+/// step of a degree of freedom, in rad or characteristic lengths.
 pub(super) fn perturb(
     topology: &Topology,
     parameters: &Parameters<f64>,
@@ -130,9 +132,9 @@ impl Assembly {
         some.then(|| (MotionConstraints::new(&self.model.topology, &coordinates, spins), targets))
     }
 
-    /// Runs damped least squares on all rows from the current state. Where the rates of prescribed
-    /// angles are undefined (for example for the order zxz between parallel frames), first perturbs
-    /// all coordinates.
+    /// Runs damped least squares on all position equations from the current state. If it reaches a
+    /// configuration at which the rates of prescribed angles are undefined (for example, for the
+    /// order zxz between parallel frames), perturbs all coordinates and continues.
     fn search_directly(
         &mut self,
         parameters: &Parameters<f64>,
@@ -349,8 +351,8 @@ impl Assembly {
         self.report.other_modes = modes.iter().filter(is_other).map(|mode| mode.distance).collect();
     }
 
-    /// Returns the number of prescribed coordinates and the number of degrees of freedom if the
-    /// former is larger.
+    /// Returns the number of prescribed coordinates and the mobility of the mechanism if the number
+    /// exceeds the mobility.
     pub(super) fn over_prescribed(
         &mut self,
         parameters: &Parameters<f64>,
@@ -368,7 +370,8 @@ impl Assembly {
         (prescribed > mobility).then_some((prescribed, mobility))
     }
 
-    /// Computes the gap at the current state.
+    /// Collects the largest error of a loop or gearing and the largest deviations from prescribed
+    /// coordinates, for the poses of the bodies that were computed last.
     pub(super) fn gap(&mut self, parameters: &Parameters<f64>) -> Gap {
         let prescribed = self.over_prescribed(parameters);
         let errors = self.kinematics.errors();

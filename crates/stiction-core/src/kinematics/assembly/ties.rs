@@ -14,7 +14,8 @@ use crate::random::Random;
 use core::f64::consts::TAU;
 use std::sync::Arc;
 
-/// Number of searches.
+/// Number of searches for other assembly modes, each from a random perturbation of the assembled
+/// configuration.
 const STARTS: usize = 12;
 /// Sizes of the random steps before the searches, in rad and characteristic lengths.
 const SIZES: [f64; 3] = [1.0, 2.0, 3.0];
@@ -24,7 +25,8 @@ const STEPS: usize = 25;
 /// Error at which a search that moves only the undetermined degrees of freedom ends. A search with
 /// all degrees of freedom follows.
 const ROUGHLY: f64 = 1e-3;
-/// Distances that differ by less than this count as equal.
+/// Distances from the reference configuration that differ by less than this value, in
+/// characteristic lengths, count as equal.
 pub(super) const TIE: f64 = 1e-6;
 
 impl Assembly {
@@ -98,8 +100,8 @@ impl Assembly {
     }
 
     /// Returns `true` if a prismatic joint has opposite coordinates of equal magnitude in two
-    /// placements. In one of the placements, such a leg has passed through its foot, so that
-    /// placement is no assembly mode of the robot.
+    /// placements of the bodies. In one of the placements, the leg with this joint has passed
+    /// through its foot, so that placement is no assembly mode of the robot.
     fn reverses_slides(&self, parameters: &Parameters<f64>, both: [&Bodies<f64>; 2]) -> bool {
         let types = &self.model.topology.joint_types[..parameters.frame_j.len()];
         let mut slides =
