@@ -21,12 +21,12 @@ const CERTAIN: f64 = 0.99;
 pub(crate) struct StepPolicy {
     /// Size of the first step, unless [`Self::with_bound`] extends it.
     pub(crate) first: f64,
-    /// Growth factor of the step after a success.
+    /// Factor by which the step size is multiplied after a successful step.
     pub(crate) growth: f64,
     /// Largest step, relative to the fraction of the friction coefficients reached so far.
     pub(crate) longest: f64,
-    /// Smallest step, below which the continuation stops; relative to the fraction reached so far
-    /// if that exceeds one.
+    /// Step size below which the continuation stops. If the fraction of the friction coefficients
+    /// reached so far exceeds one, this size is relative to that fraction.
     pub(crate) shortest: f64,
     /// Largest number of steps, failed ones included.
     pub(crate) most: usize,

@@ -61,14 +61,14 @@ impl FixedPoint {
             }
             smallest = smallest.min(change);
             if step > 0 {
-                // Changes of the point and of the residual in the last iteration.
+                // Changes of `x` and of the residual since the previous iteration.
                 let place = (step - 1) % MEMORY;
                 used = used.max(place + 1);
                 points.resize_with(MEMORY, Vec::new);
                 residuals.resize_with(MEMORY, Vec::new);
                 difference(&mut points[place], x, &before.0);
                 difference(&mut residuals[place], residual, &before.1);
-                // The change of `map(x)` is the sum of the changes of the point and the residual.
+                // The change of `map(x)` is the sum of the changes of `x` and of the residual.
                 let moved = points[place].iter().zip(&residuals[place]);
                 let mapped = moved.fold(0.0_f64, |m, (p, r)| m.max((p + r).abs()));
                 if mapped > CONTRACTS * largest(&points[place]) && change > STAGNATED * size {

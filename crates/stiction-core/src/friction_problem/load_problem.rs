@@ -59,8 +59,8 @@ impl LoadProblem {
         self.unknowns.push(Unknown { interface, own, base });
     }
 
-    /// Stores the influence of each normal load, through its friction, on the wrenches at the
-    /// joints of all unknowns.
+    /// Stores the influence of each unknown normal load, through the friction that it causes, on
+    /// the joint wrenches of all interfaces with unknown loads.
     pub(crate) fn set_influence(&mut self, operator: &mut impl Influence) {
         self.influence.store(self.unknowns.len(), operator);
     }
@@ -72,7 +72,7 @@ impl LoadProblem {
         self.influence.store_blocks(self.unknowns.len(), of);
     }
 
-    /// Index of the interface of each unknown.
+    /// Iterates over the indices of the interfaces whose normal loads are unknowns.
     pub(crate) fn interfaces(&self) -> impl Iterator<Item = usize> {
         self.unknowns.iter().map(|unknown| unknown.interface)
     }
@@ -151,9 +151,9 @@ impl LoadProblem {
         self.transposed(at, loads, weights, gradients, &mut workspace.newton)
     }
 
-    /// Computes a bound on the coupling, see [`coupling_bound`](super::uniqueness::coupling_bound).
-    /// Returns the first bound found that is at most `accepted`, without searching for the smallest
-    /// bound.
+    /// Computes an upper bound on the coupling of friction and normal loads; see
+    /// [`coupling_bound`](super::uniqueness::coupling_bound). Returns the first bound found that is
+    /// at most `accepted`, without searching for the smallest bound.
     pub(crate) fn coupling_bound(
         &self,
         at: Configuration<'_>,

@@ -1,5 +1,5 @@
-//! Coupled problem of friction and the reactions that determine its limits. Inverse and forward
-//! dynamics use it in common.
+//! Coupled problem of friction and the joint reactions that determine the friction limits. Both
+//! inverse and forward dynamics use this module.
 //!
 //! A friction interface carries a normal load `N`, and its friction is affine in `N`. All joint
 //! wrenches are affine in the friction forces. If all coefficients of friction are multiplied by

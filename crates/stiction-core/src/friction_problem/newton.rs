@@ -6,7 +6,7 @@ use super::small_system::{Four, blocks_of, pack, solve_in_place};
 use crate::scalar::Scalar;
 use crate::spatial::Twist;
 
-/// Largest number of Newton steps from one start.
+/// Largest number of Newton steps from one initial guess.
 const STEPS: usize = 30;
 /// The iteration has converged if the relative change of the loads in the last step is at most this
 /// value. The remaining error is about the square of this change, so it is at round-off even if the
@@ -22,14 +22,15 @@ pub(crate) const UNBOUNDED: f64 = 1e9;
 #[derive(Clone, Debug, Default)]
 pub(super) struct NewtonWorkspace {
     blocks: Vec<Four>,
-    /// Residual before the linear solve; afterwards the change of the loads in the Newton step.
+    /// Residual of the load equations, N, before the linear solve; afterwards the change of the
+    /// loads in the Newton step, N.
     change: Vec<f64>,
-    /// Gradients of the loads with respect to the wrenches.
+    /// Gradients of the loads with respect to the joint wrenches.
     gradients: Vec<Twist<f64>>,
     matrix: Vec<Four>,
 }
 
-/// Criteria for accepting a solution.
+/// Criteria for accepting normal loads as a solution.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Accepted {
     /// Largest accepted load, N.

@@ -15,7 +15,8 @@ const PLAIN: usize = 30;
 const DAMPED: usize = 60;
 /// Relative changes of the bound in one iteration below this value count as round-off.
 const STILL: f64 = 1e-13;
-/// The iteration stops after this number of successive changes at round-off.
+/// The iteration stops after this number of successive iterations in which the bound changes only
+/// by round-off.
 const REPEATED: usize = 3;
 
 /// Largest number of steps of inverse iteration.
@@ -121,8 +122,10 @@ pub(crate) fn coupling_bound_in_blocks(
     radius_bound(matrix, count, vectors)
 }
 
-/// Computes an upper bound on the spectral radius of a nonnegative matrix: the largest ratio of
-/// `(matrix x)_i` to `x_i`, for any positive `x` (Collatz and Wielandt).
+/// Computes an upper bound on the spectral radius of a nonnegative `count` by `count` matrix,
+/// stored row by row. The bound is the largest ratio of `(matrix x)_i` to `x_i`, which is valid for
+/// any positive `x` (Collatz and Wielandt). Inverse iteration improves `x`; if it fails, power
+/// iterations do.
 pub(crate) fn radius_bound(matrix: &[f64], count: usize, workspace: &mut RadiusWorkspace) -> f64 {
     let mut bound = f64::INFINITY;
     if count == 0 {
@@ -284,7 +287,7 @@ mod tests {
         let rotation = [0.0, 0.5, 0.5, 0.0];
         let nilpotent = [0.0, 3.0, 0.0, 0.0];
         let mixed = [0.1, 0.2, 0.3, 0.2];
-        // Plain iterations alternate between two vectors with the same ratio.
+        // Undamped power iterations alternate between two vectors with the same ratio.
         let alternating = [0.0, 3.6, 0.225, 0.0];
         assert!((radius_bound(&alternating) - 0.9).abs() < 1e-9);
         assert!((radius_bound(&rotation) - 0.5).abs() < 1e-9);

@@ -64,9 +64,9 @@ pub enum JointType {
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Carrier {
-    /// Predecessor body; axes and point are those of frame J.
+    /// Predecessor body: the axis of the motion is an axis of frame J, through the origin of J.
     Predecessor,
-    /// Successor body; axes and point are those of frame K.
+    /// Successor body: the axis of the motion is an axis of frame K, through the origin of K.
     Successor,
 }
 
@@ -78,7 +78,7 @@ pub struct Dof {
     pub motion: Motion,
     /// Axis: 0, 1, 2 for x, y, z.
     pub axis: usize,
-    /// Body in which axis and point are fixed.
+    /// Body to which the axis of the motion is fixed.
     pub carrier: Carrier,
     /// Name of the coordinate, unique within the joint.
     pub name: &'static str,
@@ -377,7 +377,7 @@ fn bounded_tangent<T: Scalar>(turn: Mat3<T>) -> Vec3<T> {
 /// Computes the angle of a rotation about z, rad.
 #[inline]
 fn angle_about_z<T: Scalar>(rotation: &Mat3<T>) -> T {
-    // Best fit if the rotation is not exactly about z.
+    // This is the best-fitting angle if the rotation is not exactly about z.
     (rotation.at(1, 0) - rotation.at(0, 1)).atan2(rotation.at(0, 0) + rotation.at(1, 1))
 }
 
@@ -455,7 +455,7 @@ mod tests {
                     let angular = (ahead.rotation * behind.rotation.transpose()).rotation_vector() * scale;
                     let velocity = (ahead.position - behind.position) * scale;
                     let twist = dof.twist(&j, &k, PITCH);
-                    // Central differences: error of the order of step squared.
+                    // Central differences have an error of the order of the step squared.
                     prop_assert!((twist.angular - angular).norm() < 1e-9);
                     prop_assert!((twist.velocity_at(k.position) - velocity).norm() < 1e-9);
                 }

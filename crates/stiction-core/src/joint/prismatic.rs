@@ -22,7 +22,7 @@ pub(super) fn pose<T: Scalar>(q: &[T], _pitch: T) -> Pose<T> {
 
 #[inline]
 pub(super) fn nearest<T: Scalar>(relative: Pose<T>, pitch: T) -> (Pose<T>, [T; 3]) {
-    // Displacement along the successor's axis; a small tilt does not change it.
+    // Displacement along the successor's z axis, which a small tilt changes only at second order.
     let slide = relative.rotation.columns[2].dot(relative.position);
     (pose(&[slide], pitch), [slide, T::zero(), T::zero()])
 }

@@ -248,7 +248,8 @@ impl<T: Scalar> Bodies<T> {
         self.spring_coordinates = places;
     }
 
-    /// Computes the twists and bias accelerations of all bodies; requires [`Self::place`].
+    /// Computes the twists and bias accelerations of all bodies at the configuration of the last
+    /// [`Self::place`].
     pub fn move_with(&mut self, topology: &Topology, rates: &[T]) {
         for node in &topology.nodes {
             let parent = parent_body(topology, node.parent);
@@ -274,7 +275,8 @@ impl<T: Scalar> Bodies<T> {
         }
     }
 
-    /// Computes the accelerations of all bodies; requires [`Self::move_with`].
+    /// Computes the accelerations of all bodies, with the bias accelerations of the last
+    /// [`Self::move_with`].
     pub fn accelerate(&mut self, topology: &Topology, accelerations: &[T]) {
         for node in &topology.nodes {
             // Accelerations without the bias add up along the tree.

@@ -47,7 +47,8 @@ pub(super) fn open_motions(
     let columns: Vec<usize> = (0..scaled.ncols()).collect();
     let decomposition = Decomposition::new(scaled, &columns, Limit::OfOrderOne(OPEN));
     let null = decomposition.orthonormal_null_space(decomposition.rank());
-    // Rates of the spanning tree in each undetermined motion, then the twists of the bodies.
+    // Compute the rates of the spanning tree in each undetermined motion, then the twists of the
+    // bodies.
     let rates: Vec<DVector<f64>> = null
         .iter()
         .map(|n| DVector::from_iterator(n.len(), n.iter().zip(column_scales).map(|(x, s)| x * s)))
@@ -82,7 +83,7 @@ pub(crate) fn body_twists(
     twists
 }
 
-/// Computes the rate of an actuator from the twists of all bodies.
+/// Computes the rate of an actuator, rad/s or m/s, from the twists of all bodies.
 pub(crate) fn actuator_rate(
     topology: &Topology,
     bodies: &Bodies<f64>,
@@ -169,7 +170,7 @@ fn in_words(
     };
     let body = (1..twists.len()).max_by(|&a, &b| size(a).total_cmp(&size(b))).unwrap_or(0);
     let twist = twists[body];
-    // Twist about the world's origin.
+    // Convert the twist from the reference point to the origin of the world frame.
     let in_world = twist.about(-parameters.origin);
     let largest = twist.angular.norm() * parameters.length + twist.linear.norm();
     let motion = describe_motion(in_world * (1.0 / largest), parameters.length);

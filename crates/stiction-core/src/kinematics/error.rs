@@ -53,7 +53,7 @@ pub enum AssemblyError {
          is not finite or exceeds 1e30 in magnitude"
     )]
     NotFinite {
-        /// Index among the prescribed coordinates.
+        /// Index of the prescribed coordinate, counted from 0.
         index: usize,
     },
     /// The start or end time of a motion is not finite.

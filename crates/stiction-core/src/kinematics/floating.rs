@@ -63,7 +63,8 @@ mod tests {
     /// order. The twist changes at a constant rate.
     #[test]
     fn one_step_follows_a_changing_twist() {
-        // Three legs of one ball joint each: all three joints are cut.
+        // Three ball joints connect the body to the ground. All three are cut, so the body is
+        // floating.
         let mut held = MechanismBuilder::new("held").body(BodySpec::new("body").mass(1.0));
         for name in ["a", "b", "c"] {
             held = held.joint(JointSpec::new(name, JointType::Spherical, "ground", "body"));

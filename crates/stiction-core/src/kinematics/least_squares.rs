@@ -16,11 +16,11 @@ use crate::topology::Topology;
 use core::cell::OnceCell;
 use nalgebra::DVector;
 
-/// Initial damping.
+/// Initial damping of the least-squares steps.
 const DAMPING: f64 = 1e-3;
-/// Smallest damping.
+/// Smallest damping of the least-squares steps.
 const LEAST_DAMPING: f64 = 1e-15;
-/// Largest damping.
+/// Damping at which the attempts to find a step that reduces the errors end.
 const GREATEST_DAMPING: f64 = 1e12;
 /// Factor by which the damping is multiplied after a successful step.
 const RELAX: f64 = 0.2;
@@ -36,7 +36,8 @@ const SLOW: usize = 20;
 const BEND: f64 = 0.375;
 /// Length of the finite difference for the curvature along a step, as a fraction of the step.
 const PROBE: f64 = 0.1;
-/// Maximum number of steps that leave stationary points of the error sum other than minima.
+/// Maximum number of times that a search leaves a stationary point of the sum of squared errors
+/// that is not a minimum.
 const STEPS_OFF: usize = 3;
 
 /// Position equations of a mechanism, restricted to selected equations and selected degrees of
@@ -88,7 +89,8 @@ impl<'a> PositionEquations<'a> {
         Self { topology, parameters, constraints, targets, rows, columns }
     }
 
-    /// Multiplies the scale of each row by a factor; removes rows with the factor zero.
+    /// Multiplies the scale of each equation by `factor`, which receives the index of the equation.
+    /// Removes equations with the factor zero.
     pub(super) fn weighted(mut self, factor: impl Fn(usize) -> f64) -> Self {
         self.rows.iter_mut().for_each(|(row, scale)| *scale *= factor(*row));
         self.rows.retain(|(_, scale)| *scale != 0.0);
@@ -141,9 +143,9 @@ impl<'a> PositionEquations<'a> {
         rates
     }
 
-    /// Computes half the second derivative of the errors along a step, by a finite difference. With
-    /// this correction, steps follow the curved valleys of the error sum near singular
-    /// configurations (geodesic acceleration, Transtrum and Sethna 2012).
+    /// Computes half the second derivative of the errors along a step, by a finite difference. A
+    /// correction for this curvature makes steps follow the curved valleys of the sum of squared
+    /// errors near singular configurations (geodesic acceleration, Transtrum and Sethna 2012).
     fn half_acceleration(
         &self,
         kinematics: &mut Kinematics<f64>,
@@ -157,8 +159,8 @@ impl<'a> PositionEquations<'a> {
         (slope - DVector::from_vec(jacobian.times(step.as_slice()))) / PROBE
     }
 
-    /// Moves `state` until all scaled errors are below `close`, until the error sum stops
-    /// decreasing at a minimum, or for at most `most` steps.
+    /// Moves `state` until all scaled errors are below `close`, until the sum of squared errors
+    /// stops decreasing at a minimum, or for at most `most` steps.
     pub(super) fn solve(
         &self,
         kinematics: &mut Kinematics<f64>,
@@ -253,8 +255,8 @@ impl<'a> PositionEquations<'a> {
     }
 }
 
-/// Minimum number of columns for sparse factors, which are then faster than the dense normal
-/// matrix.
+/// Number of columns from which sparse factors are used, because they are then faster than the
+/// dense normal matrix.
 const LARGE: usize = 60;
 
 /// Computes damped least-squares steps for matrices with the same pattern of nonzeros.
@@ -264,7 +266,8 @@ pub(super) struct DampedSteps {
 }
 
 impl DampedSteps {
-    /// Computes the damped step `-(J^T J + d 1)^-1 J^T e`; `None` if it cannot be computed.
+    /// Computes the damped step `-(J^T J + d 1)^-1 J^T e` for the Jacobian `J`, the errors `e` and
+    /// the damping `d`. Returns `None` if the step cannot be computed.
     pub(super) fn step(
         &self,
         jacobian: &SparseMatrix,

@@ -42,16 +42,17 @@ const SETTLED: f64 = 1e-12;
 const SWEEPS: usize = 40;
 /// Largest number of alternations between Gauss-Seidel sweeps and Newton's method.
 const ROUNDS: usize = 6;
-/// Scalings of the rates for Newton's method, tried in this order. The effective mass of a member
-/// is that of its lightest direction, so larger multiples are tried as well: a rod between balls
-/// spins far more easily than it swings.
+/// Scalings of the surface rates that Newton's method tries, in this order. The effective mass of a
+/// member is that of its lightest direction. Larger multiples are tried as well, because the
+/// effective masses in different directions may differ: a rod between balls spins far more easily
+/// than it swings.
 const SCALINGS: [Scaling; 4] = [
     Scaling::EffectiveMass(1.0),
     Scaling::ForcePerRate,
     Scaling::EffectiveMass(30.0),
     Scaling::EffectiveMass(1000.0),
 ];
-/// Step sizes of the continuation from zero friction.
+/// Step sizes of the continuation from zero to full friction.
 const STEPS: StepPolicy =
     StepPolicy { first: 0.1, growth: 1.5, longest: f64::INFINITY, shortest: 1e-4, most: 300 };
 
@@ -60,7 +61,8 @@ const STEPS: StepPolicy =
 pub(crate) struct Solution {
     /// Values of the unknowns, N: friction at the surfaces or, for sliding members, normal loads.
     pub(crate) amounts: Vec<f64>,
-    /// Surface rate along each unknown: acceleration, m/s^2, or velocity after a time step, m/s.
+    /// Surface rate in the direction of each friction unknown: acceleration, m/s^2, or velocity
+    /// after a time step, m/s.
     pub(crate) rates: Vec<f64>,
     /// Normal load of each member, N.
     pub(crate) loads: Vec<f64>,

@@ -9,11 +9,11 @@ use crate::friction_problem::normal_load::Configuration;
 use crate::spatial::Wrench;
 use std::ops::Range;
 
-/// Member of the problem: one friction interface.
+/// Member of the complementarity problem: one friction interface with its friction law.
 #[derive(Clone, Debug)]
 pub(crate) struct Member {
     pub(crate) interface: usize,
-    /// Indices of the member's unknowns.
+    /// Indices of the member's unknowns among the unknowns of all members.
     pub(crate) places: Range<usize>,
     pub(crate) law: MemberLaw,
 }
@@ -23,19 +23,20 @@ pub(crate) struct Member {
 pub(crate) struct Complementarity<'a> {
     at: Configuration<'a>,
     pub(crate) members: Vec<Member>,
-    /// Surface rate along each unknown without friction at any member; unused for members with
-    /// [`MemberLaw::Sliding`].
+    /// Surface rate in the direction of each unknown if no member has friction; unused for members
+    /// with [`MemberLaw::Sliding`].
     pub(super) free: Vec<f64>,
     /// Change of each surface rate (rows) per unit of each unknown (columns), row by row.
     pub(super) compliance: Vec<f64>,
-    /// Wrench at each member's joint without friction at any member.
+    /// Wrench at each member's joint if no member has friction.
     base: Vec<Wrench<f64>>,
     /// Change of the wrench at each member's joint (rows) per unit of each unknown (columns), row
     /// by row.
     pub(super) influence: Vec<Wrench<f64>>,
-    /// Tolerance factor for sticking members: the relative residual of such a member is at most
-    /// this factor times its rate relative to the largest frictionless rate. If the factor is
-    /// infinite, only the force residual counts.
+    /// Tolerance factor for sticking members. The relative residual of a sticking member is the
+    /// smaller of two numbers: its force residual relative to the largest force, and this factor
+    /// times its rate relative to the largest frictionless rate. If the factor is infinite, only
+    /// the force residual counts.
     pub(crate) slack: f64,
     /// For each dry member with several components (ball or plate), its surface rate as a function
     /// of its own friction; `None` for all other members.
@@ -49,10 +50,11 @@ pub(crate) struct Complementarity<'a> {
 /// comparable with friction forces. It affects convergence, but not the solutions.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Scaling {
-    /// Multiple of the member's effective mass.
+    /// The factor `rho` is this multiple of the member's effective mass.
     EffectiveMass(f64),
-    /// Largest friction force divided by the largest rate, but at least the effective mass. It
-    /// defines a scale for prescribed rates, which do not change with friction.
+    /// The factor `rho` is the largest friction force divided by the largest frictionless rate, but
+    /// at least the effective mass. This scale exists even for prescribed rates, which do not
+    /// change with friction.
     ForcePerRate,
 }
 

@@ -11,7 +11,7 @@ use std::ops::Range;
 
 /// Data from which the friction law of one member is evaluated.
 struct View<'a> {
-    /// Indices of the member's unknowns.
+    /// Indices of the member's unknowns among the unknowns of all members.
     places: Range<usize>,
     x: &'a [f64],
     rates: &'a [f64],

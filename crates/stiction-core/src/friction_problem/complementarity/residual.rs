@@ -5,12 +5,12 @@ use super::problem::Complementarity;
 use crate::friction::Load;
 use crate::friction_problem::surface_vector::norm;
 
-/// Rates below this fraction of the largest frictionless rate count as round-off.
+/// Surface rates below this fraction of the largest frictionless rate count as round-off.
 const ROUND_OFF: f64 = 1e-14;
 
 /// Residuals of the friction laws of all members.
 pub(super) struct Residual {
-    /// Residual of each unknown, N.
+    /// Residual of the friction law for each unknown, N.
     pub(super) values: Vec<f64>,
     /// Largest magnitude among the unknowns, the friction limits and the normal loads of sliding
     /// members, N. Relative residuals refer to this force.

@@ -40,8 +40,8 @@ impl Assembly {
         }
         self.state.coordinates.copy_from_slice(coordinates);
         self.differentiate(parameters);
-        // At a singular configuration, the saved rates and accelerations differ from the solution
-        // of the equations.
+        // Restore the saved rates and accelerations as well: at a singular configuration, they
+        // differ from the solution of the equations.
         self.state.rates.copy_from_slice(rates);
         self.state.accelerations.copy_from_slice(accelerations);
         Some(rest)
@@ -52,8 +52,8 @@ impl Assembly {
         &self.state.coordinates
     }
 
-    /// Computes the poses of all bodies for other coordinates of the spanning tree, with the
-    /// current targets.
+    /// Moves to the given `coordinates` of the spanning tree. Computes the poses, rates and
+    /// accelerations at these coordinates for the current targets.
     pub(crate) fn place_at(&mut self, parameters: &Parameters<f64>, coordinates: &[f64]) {
         self.extrapolation.forget();
         self.state.coordinates.copy_from_slice(coordinates);

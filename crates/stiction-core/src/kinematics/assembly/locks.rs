@@ -93,7 +93,7 @@ impl Given<'_> {
         (equations.jacobian(&mut kinematics).to_dense(), kinematics.errors().to_vec())
     }
 
-    /// Converts a violated condition to a [`Gap`].
+    /// Converts a condition that the assembly does not satisfy to a [`Gap`] for the error message.
     fn gap_of(&self, missed: &Missed) -> Gap {
         let scale = self.parameters.length;
         let (length, angle) = if missed.is_angle { (0.0, missed.by) } else { (missed.by, 0.0) };

@@ -47,8 +47,8 @@ const CLOSED_AT_WORST: f64 = 1e-12;
 const SINGULAR: f64 = 1e-10;
 /// Closure error below which Newton's method converges quadratically.
 const NEAR: f64 = 1e-7;
-/// Closure error below which a Newton step with the matrix of the previous step reduces the error
-/// to about the product of the errors before the two steps.
+/// If the closure error before a Newton step is below this value, a second step with the same
+/// matrix reduces the error to about the product of the errors before the two steps.
 const CLOSE: f64 = 1e-3;
 /// Errors below this fraction of the closure tolerance are comparable to round-off.
 const ROUNDED: f64 = 0.1;
@@ -209,8 +209,7 @@ impl Assembly {
         }
     }
 
-    /// Returns the compiled kinematics and the motion of all bodies; the dynamics read and update
-    /// the latter.
+    /// Returns the compiled kinematics, and the motion of all bodies, which the dynamics update.
     pub(crate) fn parts(&mut self) -> (&KinematicModel, &mut Kinematics<f64>) {
         (&self.model, &mut self.kinematics)
     }
@@ -259,7 +258,7 @@ impl Assembly {
             // The search ended with open loops, for which no forces are defined.
             self.state.clone_from(&self.before);
             self.targets.copy_from_slice(&self.passed);
-            // The search may have replaced the plan.
+            // The search may have replaced the elimination plan.
             let is_sound = self.differentiates(parameters) && self.agree(parameters).is_ok();
             if !is_sound && self.plan(parameters).is_ok() {
                 self.differentiate(parameters);
@@ -354,8 +353,8 @@ impl Assembly {
         self.is_differentiated()
     }
 
-    /// Solves for rates and accelerations at the solution of [`Self::newton`], reusing the factors
-    /// computed there; returns `false` if rates or accelerations are not finite.
+    /// Solves for rates and accelerations at the solution of [`Self::newton`], reusing the poses
+    /// computed there. Returns `false` if rates or accelerations are not finite.
     fn differentiates_here(&mut self, parameters: &Parameters<f64>) -> bool {
         let Self { kinematics, model, state, targets, .. } = self;
         kinematics.differentiate_here(model, parameters, state, targets);
@@ -367,7 +366,7 @@ impl Assembly {
         derivatives.all(|x| x.is_finite())
     }
 
-    /// Checks rates and accelerations against the loops and the prescribed coordinates.
+    /// Returns an error if rates or accelerations violate the loops or the prescribed coordinates.
     fn agree(&mut self, parameters: &Parameters<f64>) -> Result<(), AssemblyError> {
         self.kinematics.contradiction(
             &self.model,
@@ -385,7 +384,7 @@ impl Assembly {
         self.complete(parameters)
     }
 
-    /// Closes the loops to round-off by Newton's method with a new plan.
+    /// Closes the loops to round-off by Newton's method with a new elimination plan.
     fn complete(&mut self, parameters: &Parameters<f64>) -> Result<(), AssemblyError> {
         if let Err(error) = self.plan(parameters) {
             // A search ends with open loops only if no closed configuration is near.
@@ -451,7 +450,7 @@ impl Assembly {
                 self.state.clone_from(&self.sound);
                 return false;
             }
-            // Error before the present step.
+            // The errors are those of the poses before the present step.
             let before = self.scaled_error();
             if before < CLOSE {
                 error = self.place(parameters);
@@ -479,7 +478,8 @@ impl Assembly {
         self.scaled_error()
     }
 
-    /// Largest error, with lengths divided by the characteristic length; infinite if undefined.
+    /// Largest error of the position equations, with lengths divided by the characteristic length;
+    /// infinite if any error is NaN.
     fn scaled_error(&self) -> f64 {
         let errors =
             self.kinematics.errors().iter().zip(&self.row_scales).map(|(e, s)| (e * s).abs());

@@ -180,8 +180,8 @@ impl Given<'_> {
 }
 
 impl Reference {
-    /// Computes the root-mean-square displacement of the bodies from their given poses; `None` if
-    /// no poses are given.
+    /// Computes the root-mean-square displacement of the bodies from their given poses, in
+    /// characteristic lengths. Returns `None` if no poses are given.
     pub(super) fn distance(&self, bodies: &Bodies<f64>, metric: &Metric<'_>) -> Option<f64> {
         let pairs = self.poses.iter().zip(&bodies.pose).enumerate().skip(1);
         rms(pairs.filter_map(|(body, (given, found))| {

@@ -107,8 +107,8 @@ pub struct AssemblyReport {
     /// Distance of the assembled configuration from the given one; `None` if the given data do not
     /// determine the pose of any body.
     pub distance: Option<f64>,
-    /// Distances of other assembly modes that the search found, nearest first. The list may be
-    /// incomplete.
+    /// Distances of other assembly modes from the given configuration, nearest first. The list
+    /// contains only modes that the search found, and may be incomplete.
     pub other_modes: Vec<f64>,
     /// Body farthest from its given pose: name, displacement of its origin, m, and rotation, rad.
     pub farthest: Option<(String, f64, f64)>,

@@ -268,7 +268,7 @@ impl Assembly {
             }
             Err(error) => (None, error),
         };
-        // The locked spins are valid only for the first result.
+        // Remove the locked spins, because they are valid only for the first result.
         let coordinates = self.model.constraints.coordinates().to_vec();
         self.constrain(&coordinates, &[]);
         if let Some(twin) = twin {

@@ -30,13 +30,13 @@ const ROUGHLY: f64 = 1e-3;
 pub(super) const TIE: f64 = 1e-6;
 
 impl Assembly {
-    /// Searches for assembly modes that agree with the given poses as well as the assembled one
-    /// does, and reports the first one found. Does nothing if the given data determine the poses of
-    /// all bodies.
+    /// Searches for other assembly modes that agree with the given poses about as closely as the
+    /// assembled mode (see [`NEARLY_AS_NEAR`]), and reports the first mode found. Does nothing if
+    /// the given data determine the poses of all bodies, or if the mechanism is large.
     ///
-    /// Two modes count as the same if bodies, such as the legs of a hexapod, only rotate about a
-    /// line through their joints and their centre of mass. Modes with a leg that points in the
-    /// opposite direction do not count.
+    /// Two modes count as the same if they differ only in rotations of bodies, such as the legs of
+    /// a hexapod, about a line through the joints and the centre of mass of the body. Modes with a
+    /// leg that points in the opposite direction do not count.
     pub(super) fn find_ties(
         &mut self,
         parameters: &Parameters<f64>,
