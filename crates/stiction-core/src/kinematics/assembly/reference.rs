@@ -196,7 +196,7 @@ impl Reference {
     }
 
     /// Computes the root-mean-square displacement, from their given poses, of the bodies for which
-    /// [`Self::is_certain`] is true; zero if there is no such body.
+    /// [`Self::is_certain()`] is true; zero if there is no such body.
     pub(super) fn certain_distance(&self, bodies: &Bodies<f64>, metric: &Metric<'_>) -> f64 {
         let pairs = self.poses.iter().zip(&bodies.pose).enumerate().skip(1);
         let certain = pairs.filter(|(body, _)| self.is_certain[*body]);
