@@ -1,4 +1,5 @@
-//! Formulas that contain the time and measured coordinates.
+//! Formulas that contain the time and measured coordinates: control laws, load components and stop
+//! conditions.
 
 use crate::expression::Formula;
 use stiction_core::kinematics::{Coordinate, Target};
@@ -8,7 +9,8 @@ use stiction_core::kinematics::{Coordinate, Target};
 #[derive(Clone, Debug)]
 pub struct Law {
     formula: Formula,
-    /// Measured coordinates; the flag is true for rates.
+    /// Measured variables of the formula: the coordinate, and true if its rate is measured instead
+    /// of its value.
     measured: Vec<(Coordinate, bool)>,
 }
 
@@ -17,7 +19,8 @@ impl Law {
         Self { formula, measured }
     }
 
-    /// Number of switching functions: kinks and jumps of `abs`, `min`, `max` and `sign`.
+    /// Number of switching functions: arguments whose sign selects the branch of an `abs`, `min`,
+    /// `max` or `sign` in the formula.
     pub fn switches(&self) -> usize {
         self.formula.switches()
     }
@@ -33,8 +36,10 @@ impl Law {
         self.formula.resolved_until(t)
     }
 
-    /// Value, in SI units, at time `t`, s; `sides` gives the sign of each switching function, which
-    /// selects the branch of `abs`, `min`, `max` or `sign`; see [`Self::switches`].
+    /// Returns the value of the formula, in SI units, at time `t`, s. `measure` returns the
+    /// measured motion of a coordinate. `sides` contains the sign of each switching function
+    /// ([`Self::switches`]), true for positive, which selects the branch; a function beyond the end
+    /// of `sides` has the sign of its own value.
     pub fn at(
         &self,
         t: f64,
@@ -46,8 +51,8 @@ impl Law {
         self.formula.at_state(t, &measured, |value| sides.next().copied().unwrap_or(value >= 0.0))
     }
 
-    /// Appends the values of the switching functions, computed on the branches that `sides`
-    /// selects.
+    /// Appends the values of the switching functions at time `t`, s, to `values`. They are computed
+    /// on the branches that `sides` selects, as in [`Self::at`].
     pub fn switches_at(
         &self,
         t: f64,
@@ -104,7 +109,7 @@ impl Condition {
         if !self.or_equal {
             return distance;
         }
-        // Equal up to rounding counts as equal.
+        // Sides that are equal up to rounding count as equal.
         let rounding = 8.0 * f64::EPSILON * (left.abs() + right.abs());
         if distance.abs() <= rounding { -f64::MIN_POSITIVE } else { distance }
     }

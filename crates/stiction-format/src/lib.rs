@@ -1,4 +1,4 @@
-//! Reader of model files: from text to a mechanism, or to diagnostics.
+//! Reads model files: converts text to a mechanism with motions and loads, or reports diagnostics.
 //!
 //! A model is a TOML file that contains a mechanism, its named motions and its named loads. [`read`] converts it to a
 //! [`ModelFile`], or returns [`Diagnostics`]: all errors at once, each with its place, what was expected, and a
@@ -129,7 +129,7 @@ mod law;
 #[cfg(feature = "mcap")]
 mod mcap;
 mod model_file;
-// A browser has no files, and its archives would need functions of the page.
+// Browsers have no files, and unpacking archives would require functions of the web page.
 #[cfg(not(target_arch = "wasm32"))]
 mod npz;
 mod parameters;

@@ -85,17 +85,19 @@ pub struct Motion {
     pub start: f64,
     /// Duration, s; zero for a single pose.
     pub duration: f64,
-    /// Time between samples of the result, s, if given.
+    /// Time step of the computed results, s; `None` if the model file does not specify it.
     pub step: Option<f64>,
-    /// Times of the samples of a recording, s, strictly increasing.
+    /// Sample times of the recording that defines the motion, s, strictly increasing; `None` if the
+    /// motion is not a recording.
     pub samples: Option<SampleTimes>,
     /// Prescribed coordinates with their signals, rad or m.
     pub coordinates: Vec<(Coordinate, Signal)>,
-    /// Description of the interpolation between samples.
+    /// Description of the interpolation between the samples of a recording, in words.
     pub interpolation: Option<String>,
     /// Peak speeds and accelerations of recorded coordinates, one sentence each.
     pub notes: Vec<String>,
-    /// Doubtful data of a recording: noise, outliers, columns that contradict each other.
+    /// Warnings about doubtful data of a recording: noise, outliers, columns that contradict each
+    /// other.
     pub warnings: Diagnostics,
 }
 
@@ -140,14 +142,16 @@ impl Motion {
 pub struct Drives {
     /// One-line description; may be empty.
     pub title: String,
-    /// Efforts by actuator index ([`Mechanism::actuators`]), N or N m; those of other actuators are
-    /// zero.
+    /// Efforts as functions of time, N or N m, by actuator index ([`Mechanism::actuators`]).
+    /// Actuators that are neither in this list nor in `laws` have zero effort.
     pub efforts: Vec<(usize, Signal)>,
-    /// Efforts as formulas of measured coordinates, by actuator index; no actuator is in both lists.
+    /// Efforts as formulas of measured coordinates, N or N m, by actuator index; no actuator is in
+    /// both lists.
     pub laws: Vec<(usize, Law)>,
-    /// Times of the samples of a recording, s, strictly increasing.
+    /// Sample times of recorded efforts, s, strictly increasing; `None` if the efforts are not
+    /// recorded.
     pub samples: Option<SampleTimes>,
-    /// Description of the interpolation between samples.
+    /// Description of the interpolation between the samples of recorded efforts, in words.
     pub interpolation: Option<String>,
 }
 
@@ -238,9 +242,10 @@ pub struct Channel {
 pub struct LoadCase {
     /// One-line description; may be empty.
     pub title: String,
-    /// Loads, at most one per body.
+    /// Forces and moments on bodies as functions of time, at most one entry per body.
     pub wrenches: Vec<AppliedWrench>,
-    /// Components that are formulas of the measured state, in addition to `wrenches`; only simulations use them.
+    /// Force and moment components that are formulas of the measured state, in addition to
+    /// `wrenches`; only simulations use them.
     pub laws: Vec<LoadLaw>,
     /// Payloads that bodies carry during intervals of time.
     pub payloads: Vec<Payload>,
@@ -322,7 +327,7 @@ pub enum Side {
 const SAME_TIME: f64 = 1e-9;
 
 impl Payload {
-    /// Tests if the part is carried on one side of an instant, s.
+    /// Tests if the body carries the payload just before or just after the time `time`, s.
     pub fn is_carried(&self, time: f64, side: Side) -> bool {
         let time = match side {
             Side::Before => time - SAME_TIME,
@@ -331,7 +336,7 @@ impl Payload {
         (self.from..self.until).contains(&time)
     }
 
-    /// Tests if the part is picked up or placed at an instant, s.
+    /// Tests if the payload is picked up or placed at the time `time`, s.
     pub fn changes_at(&self, time: f64) -> bool {
         self.is_carried(time, Side::Before) != self.is_carried(time, Side::After)
     }
@@ -355,8 +360,8 @@ impl LoadCase {
         Ok((loaded, Self { payloads: Vec::new(), ..self.clone() }))
     }
 
-    /// Payloads that are picked up or placed between two times, s, in the order of time; at the same instant, parts
-    /// are placed before others are picked up.
+    /// Returns all events between two times, s, at which payloads are picked up or placed, in order
+    /// of time. At the same instant, payloads are placed before others are picked up.
     pub fn payload_changes(&self, (start, end): (f64, f64)) -> Vec<PayloadChange<'_>> {
         let inside = |time: f64| (start + SAME_TIME..end - SAME_TIME).contains(&time);
         let mut changes: Vec<PayloadChange<'_>> = Vec::new();
@@ -380,7 +385,7 @@ impl LoadCase {
         })
     }
 
-    /// Tests if a payload is picked up or placed at an instant, s.
+    /// Tests if any payload is picked up or placed at the time `time`, s.
     pub fn jumps_at(&self, time: f64) -> bool {
         self.payloads.iter().any(|payload| payload.changes_at(time))
     }
@@ -429,8 +434,8 @@ impl AppliedWrench {
 }
 
 impl ModelFile {
-    /// Reads the files of the meshes; `files` returns the bytes of a file that the model names, or the reason for a
-    /// failure. A mesh that cannot be shown becomes a warning.
+    /// Reads the files of the meshes; `files` returns the bytes of a file that the model names, or
+    /// the reason for a failure. A mesh that cannot be shown adds a warning to `warnings`.
     pub fn load_meshes(&mut self, files: &dyn Fn(&str) -> Result<Vec<u8>, String>) {
         visual::load(&mut self.visuals, &mut self.warnings, files);
     }
@@ -451,7 +456,7 @@ impl ModelFile {
         self.loads.iter().find(|(known, _)| known == name).map(|(_, load)| load)
     }
 
-    /// Leg to which a joint belongs; `None` for a joint outside the legs.
+    /// Returns the leg to which a joint belongs; `None` for a joint outside the legs.
     pub fn leg_of_joint(&self, joint: JointId) -> Option<&Leg> {
         self.legs.iter().find(|leg| leg.joints.contains(&joint))
     }

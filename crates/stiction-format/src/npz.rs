@@ -1,13 +1,13 @@
-//! Recordings in NumPy archives (NPZ), converted to tables.
+//! Converts recordings in NumPy archives (NPZ) to CSV tables.
 
 use std::fmt::Write;
 use std::io::{Cursor, Read};
 use zip::ZipArchive;
 
-/// Largest size of the arrays of an archive, bytes.
+/// Maximum total size of the unpacked arrays of an archive, bytes.
 const LARGEST: u64 = 1 << 30;
 
-/// An array of an archive: name and numbers.
+/// An array of the archive, which becomes a column of the table.
 struct Column {
     name: String,
     numbers: Vec<f64>,
@@ -69,7 +69,8 @@ pub fn csv_of_npz(bytes: &[u8]) -> Result<String, String> {
     Ok(out)
 }
 
-/// Numbers of an array that is one-dimensional, or has a single row or column.
+/// Reads the numbers of an array in NumPy's format NPY. The array must be one-dimensional, or have
+/// a single row or column.
 fn array(content: &[u8]) -> Result<Vec<f64>, String> {
     let not_array = || "is not a NumPy array".to_owned();
     let rest = content.strip_prefix(b"\x93NUMPY").ok_or_else(not_array)?;
@@ -112,7 +113,7 @@ fn array(content: &[u8]) -> Result<Vec<f64>, String> {
     Ok(numbers)
 }
 
-/// Decodes numbers of a type such as `<f8`; `None` for any other type.
+/// Decodes real numbers of a NumPy type such as `<f8`; returns `None` if the type is not supported.
 fn numbers(descr: &str, data: &[u8]) -> Option<Vec<f64>> {
     let (order, kind) = descr.split_at_checked(1)?;
     let is_big = match order {
@@ -151,7 +152,8 @@ fn numbers(descr: &str, data: &[u8]) -> Option<Vec<f64>> {
 mod tests {
     use super::*;
 
-    /// A file as `numpy.save` writes it: header of version 1.0, padded to 64 bytes.
+    /// Creates an array file as `numpy.save` writes it, with a header of version 1.0 padded to a
+    /// multiple of 64 bytes.
     fn npy(descr: &str, shape: &str, data: &[u8]) -> Vec<u8> {
         let mut text =
             format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}");
@@ -186,7 +188,7 @@ mod tests {
         assert!(why(&npy("|O", "(1,)", &[0; 16])).contains("`|O`"));
         assert!(why(&npy("<f8", "(3,)", &[0; 16])).contains("has 2 numbers, its header says 3"));
         for end in 0..100 {
-            // No truncated file causes a panic.
+            // Checks that truncated files cause no panic.
             let _ = array(&npy("<f8", "(1,)", &[0; 8])[..end]);
         }
         assert!(csv_of_npz(b"time,x\n").unwrap_err().contains("not an NPZ archive"));

@@ -1,4 +1,4 @@
-//! Named quantities of a model.
+//! Parameters of a model: named quantities that expressions can use.
 
 use crate::diagnostic::quoted;
 use crate::expression::{self, Quantity, Scope};
@@ -8,8 +8,8 @@ use std::collections::HashMap;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Parameters {
     names: Vec<String>,
-    /// Value of each parameter; `None` if its definition or its name is invalid, so that errors in
-    /// its uses are suppressed.
+    /// Value of each parameter; `None` if its definition or its name is invalid. Errors in
+    /// expressions that use such a parameter are suppressed.
     values: Vec<Option<Quantity>>,
     index: HashMap<String, usize>,
 }

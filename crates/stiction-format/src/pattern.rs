@@ -1,4 +1,4 @@
-//! Patterns of names.
+//! Matches names against patterns with wildcards.
 
 /// Tests if a name fits a pattern in which `*` stands for any text.
 pub fn fits(pattern: &str, name: &str) -> bool {

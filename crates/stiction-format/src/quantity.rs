@@ -1,10 +1,11 @@
-//! Single quantities with units, for options of programs.
+//! Parses single quantities with units, for options of programs.
 
 use crate::expression::unit::Scale;
 use crate::expression::{Dimension, Measure, constant, parse, unit_of};
 use crate::parameters::Parameters;
 
-/// A time in seconds: a plain number (`0.01`), or an expression with units (`10 ms`, `1 min + 30 s`).
+/// Parses a time, returned in s: a plain number (`0.01`), or an expression with units (`10 ms`,
+/// `1 min + 30 s`).
 ///
 /// ```
 /// use stiction_format::seconds;
@@ -15,12 +16,13 @@ use crate::parameters::Parameters;
 /// ```
 ///
 /// # Errors
-/// The reason, one line.
+/// If the text is not a time, returns the reason in one line.
 pub fn seconds(text: &str) -> Result<f64, String> {
     quantity(text, Measure::Time)
 }
 
-/// A frequency in Hz: a plain number (`20`), or an expression with units (`20 Hz`, `1/(50 ms)`).
+/// Parses a frequency, returned in Hz: a plain number (`20`), or an expression with units (`20 Hz`,
+/// `1/(50 ms)`).
 ///
 /// ```
 /// use stiction_format::hertz;
@@ -32,12 +34,13 @@ pub fn seconds(text: &str) -> Result<f64, String> {
 /// ```
 ///
 /// # Errors
-/// The reason, one line.
+/// If the text is not a frequency, returns the reason in one line.
 pub fn hertz(text: &str) -> Result<f64, String> {
     quantity(text, Measure::Frequency)
 }
 
-/// A length in m or an angle in rad: a plain number, or an expression with units.
+/// Parses a length, returned in m, or an angle, returned in rad: a plain number, or an expression
+/// with units.
 ///
 /// ```
 /// use stiction_format::length_or_angle;
@@ -48,7 +51,7 @@ pub fn hertz(text: &str) -> Result<f64, String> {
 /// ```
 ///
 /// # Errors
-/// The reason, one line.
+/// If the text is neither a length nor an angle, returns the reason in one line.
 pub fn length_or_angle(text: &str) -> Result<f64, String> {
     let length = quantity(text, Measure::Length);
     let other = |why: String| why.replace("expected a length", "expected a length or an angle");
@@ -97,13 +100,14 @@ impl Amount {
     /// Parses a finite number with an optional unit.
     ///
     /// # Errors
-    /// The reason, one line.
+    /// If the text is not a finite number with an optional unit, returns the reason in one line.
     pub fn parse(text: &str) -> Result<Self, String> {
         let text = text.trim();
         let is_of_number = |(at, c): &(usize, char)| match c {
             '0'..='9' | '.' => true,
             '+' | '-' => *at == 0 || text[..*at].ends_with(['e', 'E']),
-            // An exponent, unless the letter begins a unit.
+            // The letter belongs to an exponent only if a digit or a sign follows; else it begins a
+            // unit.
             'e' | 'E' => {
                 text[at + 1..].starts_with(|c: char| c.is_ascii_digit() || "+-".contains(c))
             }
@@ -124,7 +128,7 @@ impl Amount {
     /// is returned unchanged if the unit is the same.
     ///
     /// # Errors
-    /// The reason, one line.
+    /// If the number cannot be converted to the unit, returns the reason in one line.
     pub fn to_unit(&self, unit: &str) -> Result<f64, String> {
         // Zero needs no unit.
         if unit == self.unit || (self.unit.is_empty() && self.number == 0.0) {

@@ -1,21 +1,24 @@
-//! Masses of the surfaces of bodies of simple shape, with 1 kg/m², centred at the origin: MuJoCo's `shellinertia`.
+//! Mass properties of thin shells of simple shape with 1 kg/m², centred at the origin, as MuJoCo
+//! computes them for geoms with `shellinertia`.
 
 use super::inertia::Mass;
 use super::solid::with_moments;
 use std::f64::consts::PI;
 
-/// Mass properties of the surface of a sphere with this radius, m.
+/// Computes the mass properties of a spherical shell of 1 kg/m² with this radius, m.
 pub(super) fn sphere(radius: f64) -> Mass {
     let mass = 4.0 * PI * radius * radius;
     with_moments(mass, [2.0 / 3.0 * mass * radius * radius; 3])
 }
 
-/// Mass properties of the surface of an ellipsoid with these half axes, m, by MuJoCo's rules: the
-/// area by Thomsen's approximation (accurate to 1.1 %), and the mass distribution of a thin layer
-/// between the ellipsoid and one whose half axes are longer by a constant.
+/// Computes the mass properties of an ellipsoidal shell of 1 kg/m² with these half axes, m, by
+/// MuJoCo's rules. The area follows Thomsen's approximation (accurate to 1.1 %). The mass
+/// distribution is that of a thin solid layer between the ellipsoid and an ellipsoid whose half
+/// axes are all longer by the same length.
 pub(super) fn ellipsoid([a, b, c]: [f64; 3]) -> Mass {
     const EXPONENT: f64 = 1.6075;
-    /// Thickness of the layer, m: that of MuJoCo, whose results depend on it to first order.
+    /// Difference between the half axes of the two ellipsoids, m. MuJoCo's value is used because
+    /// the moments of inertia depend on it to first order.
     const LAYER: f64 = 1e-6;
     let sum = (a * b).powf(EXPONENT) + (b * c).powf(EXPONENT) + (c * a).powf(EXPONENT);
     let mass = 4.0 * PI * (sum / 3.0).powf(EXPONENT.recip());
@@ -26,13 +29,14 @@ pub(super) fn ellipsoid([a, b, c]: [f64; 3]) -> Mass {
     with_moments(mass, [moment(0), moment(1), moment(2)])
 }
 
-/// Mass properties of the surface of a box with these half edges, m.
+/// Computes the mass properties of the shell of a box, 1 kg/m², with half edges `half`, m, along x,
+/// y and z.
 pub(super) fn cuboid(half: [f64; 3]) -> Mass {
     let (mut mass, mut moments) = (0.0, [0.0; 3]);
     for across in 0..3 {
         let (u, v) = ((across + 1) % 3, (across + 2) % 3);
         let squares = half.map(|edge| edge * edge);
-        // Both faces across this axis.
+        // Mass of the two faces perpendicular to this axis.
         let faces = 8.0 * half[u] * half[v];
         mass += faces;
         moments[across] += faces * (squares[u] + squares[v]) / 3.0;
@@ -42,16 +46,16 @@ pub(super) fn cuboid(half: [f64; 3]) -> Mass {
     with_moments(mass, moments)
 }
 
-/// Mass properties of the wall of a cylinder about the z axis, without its ends, with this radius
-/// and half length, m.
+/// Computes the mass properties of the lateral surface of a cylinder about the z axis, 1 kg/m²,
+/// without its end discs. The radius and the half length are in m.
 fn wall(radius: f64, half: f64) -> Mass {
     let mass = 4.0 * PI * radius * half;
     let side = mass * (radius * radius / 2.0 + half * half / 3.0);
     with_moments(mass, [side, side, mass * radius * radius])
 }
 
-/// Mass properties of the surface of a cylinder about the z axis with this radius and half length,
-/// m.
+/// Computes the mass properties of the shell of a closed cylinder about the z axis, 1 kg/m². The
+/// radius and the half length are in m.
 pub(super) fn cylinder(radius: f64, half: f64) -> Mass {
     let ends = 2.0 * PI * radius * radius;
     let side = ends * (radius * radius / 4.0 + half * half);
@@ -59,12 +63,13 @@ pub(super) fn cylinder(radius: f64, half: f64) -> Mass {
     wall(radius, half).with(ends)
 }
 
-/// Mass properties of the surface of a capsule: a cylinder about the z axis with a hemisphere at
-/// each end, with the radius and the half length of the cylinder, m.
+/// Computes the mass properties of the shell of a capsule, 1 kg/m²: a cylinder about the z axis
+/// with a hemisphere at each end. `half` is the half length of the cylinder, m, without the
+/// hemispheres.
 pub(super) fn capsule(radius: f64, half: f64) -> Mass {
     let ball = sphere(radius);
     let axial = ball.inertia.at(2, 2);
-    // The centre of mass of a hemisphere is at half of its radius.
+    // The centre of mass of a hemispherical shell is half a radius away from its flat side.
     let side = axial + ball.mass * half * (half + radius);
     wall(radius, half).with(with_moments(ball.mass, [side, side, axial]))
 }
@@ -73,7 +78,8 @@ pub(super) fn capsule(radius: f64, half: f64) -> Mass {
 mod tests {
     use super::*;
 
-    /// Mass and moments that MuJoCo 4.0.0 compiles for geoms with `shellinertia` and 1000 kg/m².
+    /// Checks masses and moments of inertia against the values that MuJoCo 4.0.0 computes for geoms
+    /// with `shellinertia` and 1000 kg/m².
     #[test]
     fn shells_are_those_of_mujoco() {
         let cases = [
@@ -95,7 +101,8 @@ mod tests {
         for (shell, expected) in cases {
             let found = [shell.mass, shell.inertia.at(0, 0), shell.inertia.at(2, 2)];
             for (found, expected) in found.into_iter().zip(expected) {
-                // The layer of the ellipsoid is a difference of nearly equal numbers.
+                // The tolerance allows for cancellation: the moments of the ellipsoidal layer are
+                // differences of nearly equal numbers.
                 let error = (1000.0 * found - expected).abs() / expected;
                 assert!(error < 1e-9, "{found} {expected}");
             }

@@ -1,4 +1,4 @@
-//! Masses of simple solids with density 1, centred at the origin.
+//! Mass properties of simple solids with a density of 1 kg/m³, centred at the origin.
 
 use super::inertia::Mass;
 use std::f64::consts::PI;
@@ -8,21 +8,24 @@ pub(super) fn with_moments(mass: f64, moments: [f64; 3]) -> Mass {
     Mass { mass, com: Vec3::zero(), inertia: Mat3::diagonal(Vec3::from(moments)) }
 }
 
-/// Mass properties of an ellipsoid with these half axes, m.
+/// Computes the mass properties of a solid ellipsoid of 1 kg/m³ with these half axes, m, along x, y
+/// and z.
 pub(super) fn ellipsoid([a, b, c]: [f64; 3]) -> Mass {
     let mass = 4.0 / 3.0 * PI * a * b * c;
     let moment = |u: f64, v: f64| mass / 5.0 * (u * u + v * v);
     with_moments(mass, [moment(b, c), moment(a, c), moment(a, b)])
 }
 
-/// Mass properties of a box with these half edges, m.
+/// Computes the mass properties of a solid box of 1 kg/m³ with these half edges, m, along x, y and
+/// z.
 pub(super) fn cuboid([a, b, c]: [f64; 3]) -> Mass {
     let mass = 8.0 * a * b * c;
     let moment = |u: f64, v: f64| mass / 3.0 * (u * u + v * v);
     with_moments(mass, [moment(b, c), moment(a, c), moment(a, b)])
 }
 
-/// Mass properties of a cylinder about the z axis with this radius and half length, m.
+/// Computes the mass properties of a solid cylinder of 1 kg/m³ about the z axis with this radius
+/// and half length, m.
 pub(super) fn cylinder(radius: f64, half: f64) -> Mass {
     let square = radius * radius;
     let mass = PI * square * 2.0 * half;
@@ -30,8 +33,8 @@ pub(super) fn cylinder(radius: f64, half: f64) -> Mass {
     with_moments(mass, [side, side, mass * square / 2.0])
 }
 
-/// Mass properties of a capsule: a cylinder about the z axis with a hemisphere at each end, with
-/// the radius and the half length of the cylinder, m.
+/// Computes the mass properties of a solid capsule of 1 kg/m³: a cylinder about the z axis with a
+/// hemisphere at each end. `half` is the half length of the cylinder, m, without the hemispheres.
 pub(super) fn capsule(radius: f64, half: f64) -> Mass {
     let cylinder = cylinder(radius, half);
     let ball = 4.0 / 3.0 * PI * radius.powi(3);
@@ -44,7 +47,8 @@ pub(super) fn capsule(radius: f64, half: f64) -> Mass {
 mod tests {
     use super::*;
 
-    /// Integrates numerically over thin slices along z.
+    /// Integrates a solid of revolution about z, with radius `radius_at(z)` for `|z| <= half`, over
+    /// thin slices. Returns the mass and the moments of inertia about x and about z.
     fn sliced(radius_at: impl Fn(f64) -> f64, half: f64) -> (f64, f64, f64) {
         let count = 200_000;
         let step = 2.0 * half / f64::from(count);
@@ -69,7 +73,8 @@ mod tests {
         for (solid, (mass, side, axial)) in cases {
             let found = [solid.mass, solid.inertia.at(0, 0), solid.inertia.at(2, 2)];
             for (found, expected) in found.into_iter().zip([mass, side, axial]) {
-                // The thickness of the slices is 1e-5 of the length; the relative error is the square of this ratio.
+                // A slice is 5e-6 of the length thick; the relative error is of the order of this
+                // ratio squared.
                 assert!((found - expected).abs() < 1e-8 * expected, "{found} {expected}");
             }
         }

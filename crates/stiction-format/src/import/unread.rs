@@ -1,15 +1,17 @@
-//! Content of a robot file that its reader does not read: every such element and attribute is named with its lines.
+//! Reports the elements and attributes of a robot file that the importer does not read, with their
+//! lines in the file.
 //!
-//! Each format lists what it knows: what its reader reads or reports itself, and what does not matter here, such as
-//! colours, contacts and settings of solvers. Everything else is reported.
+//! Each format has a list of known content: content that the importer reads or reports itself, and
+//! content without influence on the model, such as colours, contacts and solver settings.
+//! Everything else is reported.
 
 use super::context::Context;
 use super::xml::Element;
 
-/// Attributes and children of one element that are known.
+/// Entry in the list of known content: the known attributes and children of one type of element.
 ///
-/// An entry `name=value` is known only with this value, the default of the format: numbers that are all equal to it,
-/// or the same word (`true` and `1`, `false` and `0` are the same).
+/// A word `name=value` matches only if the file contains the format's default `value`: numbers that
+/// are all equal to it, or the same word. `true` equals `1`, and `false` equals `0`.
 pub(super) struct Known {
     /// Tag of the element, or `parent/tag` where the parent matters.
     pub(super) tag: &'static str,
@@ -20,7 +22,7 @@ pub(super) struct Known {
     pub(super) children: &'static str,
 }
 
-/// Creates the entry of an element in a list of known content.
+/// Creates the entry of an element type in a list of known content.
 pub(super) const fn known(
     tag: &'static str,
     attributes: &'static str,
@@ -29,10 +31,10 @@ pub(super) const fn known(
     Known { tag, attributes, children }
 }
 
-/// Matches all attributes, or all children with their content.
+/// Entry that matches all attributes, or all children with their content.
 pub(super) const ANY: &str = "*";
 
-/// Reports all elements and attributes that are not known.
+/// Reports all elements and attributes below `root` that are not in the list of known content.
 pub(super) fn note(context: &Context<'_>, root: &Element, list: &[Known]) {
     let entry = |parent: &str, tag: &str| {
         let is_own = |entry: &&Known| {
@@ -45,7 +47,7 @@ pub(super) fn note(context: &Context<'_>, root: &Element, list: &[Known]) {
         entry("", &root.tag).map(|own| (root, own)).into_iter().collect();
     while let Some((element, own)) = open.pop() {
         for attribute in &element.attributes {
-            // Attributes with a prefix belong to other programs.
+            // Attributes with a namespace prefix belong to other programs.
             if own.attributes != ANY
                 && !attribute.name.contains(':')
                 && !is_known(own.attributes, &attribute.name, &attribute.value)
@@ -70,7 +72,7 @@ pub(super) fn note(context: &Context<'_>, root: &Element, list: &[Known]) {
                 }
             }
         }
-        // In the order of the file.
+        // The children are pushed in reverse so that elements are visited in the order of the file.
         open.extend(below.into_iter().rev());
     }
 }

@@ -1,4 +1,5 @@
-//! XML elements with their places, and their attributes as numbers.
+//! Parses robot files into XML elements with their places in the file, and reads numbers from these
+//! elements.
 
 use super::context::Context;
 use super::extension::NAMESPACE;
@@ -6,7 +7,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, number, quoted};
 use crate::source::{Place, Source, Span};
 use std::sync::Arc;
 
-/// Greatest nesting depth of a robot file.
+/// Maximum nesting depth of the elements in a robot file.
 const DEEPEST: usize = 1000;
 /// Greatest accepted magnitude of a number, as in the model file.
 const LARGEST: f64 = 1e30;
@@ -17,7 +18,7 @@ const MOST_NODES: u32 = 4_000_000;
 pub(super) const XACRO: &str = "this is a xacro file, a template from which URDF is generated";
 pub(super) const EXPAND_XACRO: &str = "expand it first: `xacro robot.urdf.xacro > robot.urdf`";
 
-/// Attribute with its place.
+/// Attribute of an XML element, with its place in the file.
 #[derive(Clone, Debug)]
 pub(super) struct Attribute {
     pub(super) name: String,
@@ -27,7 +28,7 @@ pub(super) struct Attribute {
 }
 
 impl Attribute {
-    /// Place of the attribute with its name and value.
+    /// Place of the whole attribute, both name and value, in the file.
     pub(super) fn place(&self) -> Place {
         Place::new(&self.source, self.span.clone())
     }
@@ -36,21 +37,22 @@ impl Attribute {
 /// Element of a robot file.
 #[derive(Clone, Debug)]
 pub(super) struct Element {
-    /// Name as written, with its prefix: `foo:joint` is no joint of the robot. The prefix that the
-    /// file declares for this program's own namespace is omitted.
+    /// Name of the element as written, with its namespace prefix: `foo:joint` does not count as a
+    /// joint of the robot. The prefix that the file declares for this program's own namespace is
+    /// omitted.
     pub(super) tag: String,
-    /// Namespace, or the empty text for a name without one.
+    /// Namespace of the element; empty if the name has no namespace.
     pub(super) namespace: String,
     pub(super) attributes: Vec<Attribute>,
     pub(super) children: Vec<Element>,
-    /// Text directly in the element, trimmed.
+    /// Text directly in the element, outside its children, trimmed.
     pub(super) text: String,
     span: Span,
     source: Arc<Source>,
 }
 
 impl Element {
-    /// Place of the start tag's name.
+    /// Place of the element's name in its start tag.
     pub(super) fn place(&self) -> Place {
         Place::new(&self.source, self.span.clone())
     }
@@ -84,16 +86,18 @@ impl Element {
     }
 }
 
-/// Greatest number of prefixes for names that a file may use without declaring them.
+/// Maximum number of namespace prefixes that a file may use without declaring them.
 const MOST_PREFIXES: usize = 32;
 
-/// Text of a file in which all prefixes of names are declared.
+/// Text of a file, with declarations inserted for namespace prefixes that the file does not
+/// declare.
 ///
-/// The readers of URDF accept `<sensor:camera>` without a declaration of `sensor`, so files in use have such names.
+/// URDF parsers accept `<sensor:camera>` without a declaration of the prefix `sensor`, so existing
+/// files contain such names.
 struct Declared {
     text: String,
     prefixes: Vec<String>,
-    /// Offset at which the declarations were inserted, and their length.
+    /// Byte offset of the inserted declarations; `inserted` is their total length, bytes.
     at: usize,
     inserted: usize,
 }
@@ -141,7 +145,7 @@ fn end_of_root_name(text: &str) -> Option<usize> {
     }
 }
 
-/// Parses a file into elements.
+/// Parses an XML file and returns its root element.
 ///
 /// # Errors
 /// The text is not well-formed XML, declares entities, or is nested too deeply.
@@ -156,8 +160,8 @@ pub(super) fn parse(source: &Arc<Source>) -> Result<Element, Diagnostics> {
         let at = declared.original(offset(&declared.text, error.pos()));
         let place = Place::new(source, at..at);
         match error {
-            // If the error occurs again for the same prefix, the declaration does not reach the
-            // name.
+            // A second error for the same prefix is reported: the inserted declaration has no
+            // effect on the name.
             roxmltree::Error::UnknownNamespace(prefix, _)
                 if prefix != "xacro" && !declared.prefixes.contains(&prefix) =>
             {
@@ -201,7 +205,7 @@ fn offset(text: &str, position: roxmltree::TextPos) -> usize {
     start + column.map_or(rest.len(), |(at, _)| at)
 }
 
-/// Copies the elements; not recursively, because files may be nested deeply.
+/// Copies the parsed nodes into [`Element`]s, without recursion because files may be nested deeply.
 fn build(
     root: roxmltree::Node<'_, '_>,
     source: &Arc<Source>,
@@ -257,7 +261,8 @@ fn element(node: roxmltree::Node<'_, '_>, source: &Arc<Source>, declared: &Decla
     }
 }
 
-/// Reads numbers separated by white space; returns `None` with a message if one is not a finite number.
+/// Reads numbers separated by white space or commas; reports the first word that is not a finite
+/// number of accepted magnitude, and then returns `None`.
 pub(super) fn numbers_in(context: &Context, text: &str, place: &Place) -> Option<Vec<f64>> {
     let mut numbers = Vec::new();
     for word in text.split([' ', '\t', '\n', '\r', ',']).filter(|word| !word.is_empty()) {
@@ -279,7 +284,8 @@ pub(super) fn numbers_in(context: &Context, text: &str, place: &Place) -> Option
     Some(numbers)
 }
 
-/// Reads exactly `N` numbers.
+/// Reads exactly `N` numbers from a text; reports an error if the text has another count of
+/// numbers.
 pub(super) fn array<const N: usize>(
     context: &Context,
     text: &str,
@@ -318,7 +324,7 @@ impl Element {
         self.numbers::<1>(context, name).map(|[value]| value)
     }
 
-    /// Value of a required attribute; reports its absence.
+    /// Returns the value of a required attribute; reports an error if the attribute is missing.
     pub(super) fn required(&self, context: &Context, name: &str) -> Option<&str> {
         let value = self.get(name);
         if value.is_none() {
@@ -333,7 +339,8 @@ impl Element {
         array(context, &self.text, &self.place())
     }
 
-    /// Reads the text of a child as a number; `None` if there is no such child or its text is empty.
+    /// Reads the text of the child with this tag as a number; returns `None` if there is no such
+    /// child or its text is empty.
     pub(super) fn child_number(&self, context: &Context, tag: &str) -> Option<f64> {
         let child = self.child(tag).filter(|child| !child.text.is_empty())?;
         child.text_numbers::<1>(context).map(|[value]| value)

@@ -1,4 +1,4 @@
-//! The subset of YAML used for loop closures: a mapping of lists and texts.
+//! Reads the subset of YAML used for loop closures: a mapping of keys to texts and lists.
 
 use crate::diagnostic::{Diagnostic, Diagnostics, quoted};
 use crate::source::{Place, Source};
@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 /// Maximum size of a YAML file, bytes.
 const LONGEST: usize = 1 << 20;
-/// Greatest number of brackets: nested ones are read by recursion.
+/// Maximum nesting depth of lists and mappings, which are read recursively.
 const DEEPEST: usize = 64;
 
 /// A text in the YAML file, with its place.
@@ -25,7 +25,7 @@ pub(super) enum Value {
 }
 
 impl Value {
-    /// All texts in the value.
+    /// Returns all texts in the value, including those of nested lists.
     pub(super) fn words(&self) -> Vec<&Word> {
         match self {
             Self::Word(word) => vec![word],
@@ -33,7 +33,7 @@ impl Value {
         }
     }
 
-    /// Items of a list; a text counts as a list with one item.
+    /// Returns the items of a list; a text counts as a list with one item.
     pub(super) fn items(&self) -> &[Self] {
         match self {
             Self::Word(_) => std::slice::from_ref(self),
@@ -42,10 +42,10 @@ impl Value {
     }
 }
 
-/// Entries of the mapping, in their order.
+/// Parses a YAML file and returns the keys and values of its mapping in the order of the file.
 ///
 /// # Errors
-/// The text is not YAML, or not a mapping.
+/// The text is not valid YAML, is not a mapping, is too long, or is nested too deeply.
 pub(super) fn parse(source: &Arc<Source>) -> Result<Vec<(Word, Value)>, Diagnostics> {
     let text = source.text.as_str();
     let refused = |message: String, at: usize| {
@@ -74,7 +74,8 @@ pub(super) fn parse(source: &Arc<Source>) -> Result<Vec<(Word, Value)>, Diagnost
     Ok(entries.into_iter().filter_map(entry).collect())
 }
 
-/// Byte offset at which lists or mappings become nested too deeply; `None` if they do not.
+/// Returns the byte offset at which lists or mappings become nested too deeply; `None` if the
+/// nesting is within the limit.
 fn too_deep(text: &str) -> Option<usize> {
     let mut depth = 0_usize;
     let mut start = 0;
@@ -125,7 +126,7 @@ fn value_of(source: &Arc<Source>, node: &MarkedYaml<'_>, depth: usize) -> Option
     }
 }
 
-/// Message for a list whose length does not fit another one.
+/// Formats the message that the list `key` and the list `other` differ in their numbers of entries.
 pub(super) fn lengths(key: &str, other: &str, (found, expected): (usize, usize)) -> String {
     format!("{} has {found} entries, but {} has {expected}", quoted(key), quoted(other))
 }

@@ -1,27 +1,28 @@
-//! Decoding of joint states in the encodings of ROS 2, ROS 1 and JSON.
+//! Decodes messages with joint states in the encodings of ROS 2, ROS 1 and JSON.
 
 use serde_json::Value;
 
 /// Positions and efforts of the joints in one message.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct JointState {
-    /// Time in the message, ns; 0 if the message has none.
+    /// Time stamp in the message, ns; 0 if the message has no time stamp.
     pub(super) time: u64,
     pub(super) names: Vec<String>,
     pub(super) positions: Vec<f64>,
-    /// Efforts by joint; the list is empty, or has an entry for each position. In Foxglove's schema
-    /// single joints may lack an effort.
+    /// Efforts of the joints, N or N m, in the order of `names`. The list is empty if the message
+    /// has no efforts; in Foxglove's schema, single joints may lack an effort.
     pub(super) efforts: Vec<Option<f64>>,
 }
 
 impl JointState {
-    /// Effort of a joint; `None` if the state has none.
+    /// Returns the effort of the joint with this index in `names`, N or N m; `None` if the message
+    /// does not contain it.
     pub(super) fn effort(&self, joint: usize) -> Option<f64> {
         self.efforts.get(joint).copied().flatten()
     }
 }
 
-/// Encoding of messages.
+/// Binary or text encoding of the messages in a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Encoding {
     /// Common Data Representation, of ROS 2.
@@ -47,7 +48,8 @@ pub(super) fn decode(encoding: Encoding, data: &[u8]) -> Option<JointState> {
     match encoding {
         Encoding::Json => of_json(&serde_json::from_slice(data).ok()?),
         Encoding::Cdr => {
-            // The encapsulation names plain CDR, version 1, by 0 and its byte order: 1 for little-endian.
+            // The first byte of the encapsulation header is 0 for plain CDR, version 1; the second
+            // byte is the byte order, 1 for little-endian.
             let (head, body) = data.split_first_chunk::<4>()?;
             if head[0] != 0 || head[1] > 1 {
                 return None;
@@ -70,7 +72,7 @@ struct Reader<'a> {
 impl Reader<'_> {
     fn state(mut self) -> Option<JointState> {
         if !self.is_cdr {
-            // Sequence number of the message.
+            // In ROS 1, the header begins with the sequence number of the message.
             self.whole()?;
         }
         let (seconds, nanoseconds) = (self.whole()?, self.whole()?);
@@ -88,7 +90,8 @@ impl Reader<'_> {
         Some(JointState { time, names, positions, efforts })
     }
 
-    /// The next `N` bytes, aligned to `N` in CDR.
+    /// Reads the next `N` bytes, which are aligned to `N` in CDR, and returns them in little-endian
+    /// order.
     fn bytes<const N: usize>(&mut self) -> Option<[u8; N]> {
         if self.is_cdr {
             self.at = self.at.next_multiple_of(N);

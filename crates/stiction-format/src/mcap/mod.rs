@@ -1,4 +1,4 @@
-//! Joint states in MCAP logs, also in bags of ROS 2, read as tables.
+//! Reads joint states from MCAP logs, including bags of ROS 2, as tables.
 
 mod decode;
 
@@ -7,20 +7,20 @@ use decode::{Encoding, JointState, decode};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// Largest size of all joint states of a log, bytes.
+/// Maximum total size of the messages with joint states in a log, bytes.
 const LARGEST: usize = 1 << 30;
-/// Names of the schemas of joint states: of ROS 2, of ROS 1 and of Foxglove.
+/// Names of the message schemas for joint states in ROS 2, ROS 1 and Foxglove.
 const SCHEMAS: [&str; 3] =
     ["sensor_msgs/msg/JointState", "sensor_msgs/JointState", "foxglove.JointStates"];
-/// Topic that is read if there are several topics.
+/// Topic that is read if a log has joint states in several topics.
 const USUAL_TOPIC: &str = "/joint_states";
-/// Largest number of topics or names listed in an error.
+/// Maximum number of topics or joint names listed in an error message.
 const LISTED: usize = 8;
 
 /// Joint states of one topic, in the order of the log; each state is a row.
 struct Recorded {
     names: Vec<String>,
-    /// Times in the log and in the messages, ns; the latter are 0 if messages have none.
+    /// Log time and time stamp of each message, ns; the time stamp is 0 if the message has none.
     times: Vec<[u64; 2]>,
     /// Positions of all joints, row by row, m or rad.
     positions: Vec<f64>,
@@ -30,11 +30,12 @@ struct Recorded {
     efforts: Vec<f64>,
 }
 
-/// Converts the joint states of an MCAP log to a table in CSV: time from the first state, s, the position of each
-/// joint, m or rad, under its name, and with `efforts` the effort of each joint that has one, N or N m, under its
-/// name with `.effort`.
+/// Converts the joint states of an MCAP log to a CSV table. The columns are the time since the
+/// first state, s, and the position of each joint, m or rad, under the name of the joint. With
+/// `efforts`, a column `NAME.effort`, N or N m, follows for each joint that has efforts.
 ///
-/// Times are those in the messages, or else those of the log. If there are several topics, `/joint_states` is read.
+/// Times are the time stamps of the messages, or the times of the log if no message has a time
+/// stamp. If there are several topics with joint states, `/joint_states` is read.
 ///
 /// # Errors
 /// The reason, as the end of the sentence "cannot read FILE: ".
@@ -89,7 +90,7 @@ pub fn csv_of_mcap(bytes: &[u8], efforts: bool) -> Result<String, String> {
     choose(topics, &others)?.csv(efforts)
 }
 
-/// Selects the only topic of joint states, or the usual one of several.
+/// Selects the only topic with joint states, or [`USUAL_TOPIC`] if there are several topics.
 fn choose(
     mut topics: BTreeMap<String, Result<Recorded, String>>,
     others: &[String],
@@ -110,7 +111,8 @@ fn choose(
 }
 
 impl Recorded {
-    /// Creates the table with the first state.
+    /// Creates the table of a topic from its first state; `time` contains the log time and the time
+    /// stamp, ns.
     fn of(time: [u64; 2], state: &JointState) -> Result<Self, String> {
         if let Some(name) = state.names.iter().find(|name| !is_header(name)) {
             return Err(format!("the name of the joint {name:?} cannot be that of a column"));
@@ -170,7 +172,8 @@ impl Recorded {
         if efforts && self.efforts.is_empty() {
             return Err("its joint states have no efforts".to_owned());
         }
-        // A simulator's first message may have the time zero.
+        // Only if all time stamps are 0, log times are used: the first message of a simulator may
+        // have time 0.
         let clock = usize::from(self.times.iter().any(|[_, own]| *own != 0));
         let first = self.times.first().map_or(0, |times| times[clock]);
         let mut out = "time [s]".to_owned();
@@ -201,7 +204,7 @@ impl Recorded {
     }
 }
 
-/// Tests if a text can be the name of a column.
+/// Tests if a text can be the name of a column in a CSV table.
 fn is_header(name: &str) -> bool {
     !name.is_empty() && !name.contains(['"', '\n', '\r', ',', ';', '\t'])
 }
@@ -212,7 +215,8 @@ mod tests {
     use ::mcap::{Writer, records::MessageHeader};
     use std::io::Cursor;
 
-    /// A log with one message per payload, at intervals of 0.1 s from 5 s on.
+    /// Creates an MCAP log with one message for each topic and payload. The log times begin at 5 s
+    /// and increase by 0.1 s.
     fn log(schema: &str, encoding: &str, topics: &[&str], payloads: &[Vec<u8>]) -> Vec<u8> {
         let mut file = Vec::new();
         {
@@ -251,7 +255,7 @@ mod tests {
         assert!(csv_of_mcap(&file, true).unwrap_err().contains("/gripper, message 0"));
     }
 
-    /// A state of two joints as text of JSON.
+    /// Formats the state of two joints, `A` and `B`, as JSON; `first` names the joint listed first.
     fn json(first: &str, positions: [f64; 2], efforts: &str) -> Vec<u8> {
         let second = if first == "A" { "B" } else { "A" };
         format!(
@@ -314,7 +318,7 @@ mod tests {
         assert!(why(&changed).contains("its joints are C"));
         let file = of(SCHEMAS[0], "json", &["/a"]);
         for end in (0..file.len()).step_by(7) {
-            // No truncated file causes a panic.
+            // Checks that truncated files cause no panic.
             let _ = csv_of_mcap(&file[..end], true);
         }
     }

@@ -1,4 +1,4 @@
-//! Reader of drive trains.
+//! Reads drive trains from the tables of actuators.
 
 use super::check_values::check_values;
 use super::context::{Context, Record};
@@ -12,15 +12,16 @@ use crate::source::Span;
 use std::f64::consts::TAU;
 use stiction_core::mechanism::{DriveTrainSpec, GearLoss, Mesh, MotorFriction, MotorLimits};
 
-/// Drive train as read, with the places of its values in the text.
+/// Drive train as read from a model file, with the places of its values in the text for messages.
 pub(crate) struct ActuatorDraft {
     pub(crate) name: String,
-    /// Specification of the drive train; `None` if its joint or its mesh is invalid.
+    /// Specification of the drive train; `None` if the table has an error that leaves the drive
+    /// train undefined.
     pub(crate) spec: Option<DriveTrainSpec>,
     pub(crate) spans: ActuatorSpans,
 }
 
-/// Places of the parts of a drive train.
+/// Places of the name, joint and values of a drive train in the text.
 pub(crate) struct ActuatorSpans {
     pub(crate) name: Span,
     pub(crate) joint: Span,
@@ -28,16 +29,17 @@ pub(crate) struct ActuatorSpans {
     pub(crate) values: Vec<(String, Span)>,
 }
 
-/// Names in the leg to which a drive train belongs.
+/// Names in a leg that are needed to read a drive train of this leg.
 #[derive(Clone, Copy)]
 pub(crate) struct Leg<'a> {
     /// Joint that the drive train moves.
     pub(crate) joint: &'a str,
-    /// Bodies of the leg, each by its name in the chain and in the model.
+    /// Bodies of the leg, each with its name in the chain and its name in the model.
     pub(crate) bodies: &'a [(String, String)],
 }
 
-/// Reads a drive train; `leg` is given for the drive train of a leg. `what` describes it in messages.
+/// Reads a drive train. `leg` is `None` unless the drive train belongs to a leg; `what` describes
+/// the drive train in messages.
 pub(crate) fn read(
     context: &Context<'_>,
     (name, span): (String, &Span),
@@ -147,7 +149,7 @@ fn spec(
     let lead = record.quantity("lead");
     match lead {
         Some(lead) => spec = spec.lead(lead),
-        // If the lead is invalid, an apparent conflict with the joint type may be only a
+        // Without a valid lead, a conflict with the joint type may be reported that is only a
         // consequence.
         None if record.value("lead").is_some() => return None,
         None => {}

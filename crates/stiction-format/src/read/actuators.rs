@@ -1,4 +1,4 @@
-//! Names of actuators.
+//! Finds actuators by name, and reports unknown names.
 
 use super::context::Context;
 use crate::diagnostic::{Diagnostic, did_you_mean, quoted};
@@ -41,7 +41,7 @@ impl Actuators {
         self.all.len()
     }
 
-    /// Index of the actuator with this name.
+    /// Returns the index of the actuator with this name.
     pub(crate) fn find(&self, name: &str) -> Option<usize> {
         self.all.iter().position(|a| a.name == name || a.long_name == name)
     }
@@ -50,13 +50,14 @@ impl Actuators {
         self.all.iter().map(|actuator| actuator.name.as_str())
     }
 
-    /// Selects the linear measure for an actuator that translates and the angular one otherwise.
+    /// Returns `linear` for an actuator that translates, and `angular` for an actuator that
+    /// rotates.
     pub(crate) fn measure(&self, actuator: usize, linear: Measure, angular: Measure) -> Measure {
         let translates = self.all.get(actuator).is_none_or(|actuator| actuator.translates);
         if translates { linear } else { angular }
     }
 
-    /// Message and help for an unknown actuator.
+    /// Returns the message and the advice for an unknown name of an actuator.
     pub(crate) fn unknown(&self, name: &str) -> (String, Option<String>) {
         if self.joints.iter().any(|joint| joint == name) {
             let message = format!("joint {} has no actuator", quoted(name));

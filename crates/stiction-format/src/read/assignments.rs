@@ -1,12 +1,13 @@
-//! Assignments in one line, `platform.x = 5 mm*sin(2*pi*t); duration = 2 s`, read as a table.
+//! Reads assignments in one line, such as `platform.x = 5 mm*sin(2*pi*t); duration = 2 s`, as a
+//! table.
 
 use super::context::Context;
 use crate::diagnostic::{Diagnostic, quoted};
 use crate::document::{Key, Node, Table, Text, Value};
 use crate::source::Span;
 
-/// Reads the assignments of the context's text. Names with dots nest, as in TOML; values are
-/// strings or lists of strings.
+/// Reads all assignments in the context's text into a table. Names with dots address nested tables,
+/// as in TOML; values are strings or lists of strings.
 pub(crate) fn read(context: &Context<'_>) -> Table {
     let text = context.source.text.as_str();
     let mut table = Table { span: 0..text.len(), entries: Vec::new() };
@@ -61,7 +62,8 @@ fn segments(text: &str, key: &Span) -> Vec<Key> {
         .collect()
 }
 
-/// Inserts a value; returns the place of an earlier value under the same name as an error.
+/// Inserts a value under a dotted name, given as a path of keys. If this name already has a value,
+/// returns the place of the earlier name as an error.
 fn insert(table: &mut Table, path: Vec<Key>, value: Value) -> Result<(), Span> {
     let mut table = table;
     let mut path = path.into_iter().peekable();
@@ -154,7 +156,7 @@ fn split_outside(text: &str, range: &Span, separator: char) -> Option<Vec<Span>>
     (depth == 0 && quote.is_none()).then_some(parts)
 }
 
-/// Range without white space at its ends.
+/// Returns the range without the white space at both ends of its text.
 fn trimmed(text: &str, range: Span) -> Span {
     let content = text.get(range.clone()).unwrap_or_default();
     let start = range.start + content.len() - content.trim_start().len();

@@ -1,4 +1,4 @@
-//! Reader of bodies.
+//! Reads bodies and their meshes.
 
 use super::context::{Context, Record};
 use crate::document::{Key, Table, Value};
@@ -7,7 +7,7 @@ use crate::source::{Place, Span};
 use stiction_core::mechanism::BodySpec;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// Body as read, with the places of its values in the text.
+/// Body as read from a model file, with the places of its values in the text for messages.
 pub(crate) struct BodyDraft {
     pub(crate) name: String,
     pub(crate) spec: BodySpec,
@@ -18,7 +18,7 @@ pub(crate) struct BodyDraft {
     pub(crate) inertia_span: Span,
 }
 
-/// Mesh of a body, with the place of its file name.
+/// Mesh of a body, with the place of its file name in the text.
 pub(crate) struct VisualDraft {
     pub(crate) file: String,
     pub(crate) place: Place,
@@ -48,7 +48,7 @@ fn visuals(context: &Context<'_>, value: &Value, what: &str) -> Vec<VisualDraft>
     items.iter().filter_map(visual).collect()
 }
 
-/// Reads a body; `what` describes it in messages.
+/// Reads a body; `what` describes the body in messages.
 pub(crate) fn read(
     context: &Context<'_>,
     name: String,

@@ -1,4 +1,4 @@
-//! Reader of bushings.
+//! Reads bushings, which are six-dimensional spring-dampers between two bodies.
 
 use super::context::{Context, Record};
 use super::spring::{AnySpring, SpringDraft, SpringSpans};
@@ -8,14 +8,14 @@ use crate::fields::tables::BUSHING;
 use stiction_core::mechanism::{BushingSpec, SixBySix};
 use stiction_core::spatial::Pose;
 
-/// Measures of the three kinds of blocks of a 6x6 matrix: force per displacement, coupling, moment
-/// per rotation.
+/// Measures of the 3x3 blocks of a 6x6 stiffness or damping matrix: force per displacement (or
+/// velocity), coupling, and moment per rotation (or angular velocity).
 type Measures = [Measure; 3];
 
 const STIFFNESS: Measures = [Measure::Stiffness, Measure::Force, Measure::AngularStiffness];
 const DAMPING: Measures = [Measure::Damping, Measure::Impulse, Measure::AngularDamping];
 
-/// Reads a bushing; `what` describes it in messages.
+/// Reads a bushing; `what` describes the bushing in messages.
 pub(crate) fn read(context: &Context<'_>, key: &Key, table: &Table, what: &str) -> SpringDraft {
     let record = Record::new(context, table, BUSHING, what);
     if record.value("stiffness").is_none() && record.value("damping").is_none() {
@@ -40,7 +40,7 @@ pub(crate) fn read(context: &Context<'_>, key: &Key, table: &Table, what: &str) 
     SpringDraft { name: key.name.clone(), spec, spans: SpringSpans::new(&record, key) }
 }
 
-/// Reads a matrix, given by the six entries of its diagonal or by six rows of six.
+/// Reads a 6x6 matrix, given by the six entries of its diagonal or by six rows of six entries.
 fn matrix(context: &Context<'_>, value: &Value, measures: Measures) -> Option<SixBySix> {
     const FORMS: &str = "the 6 entries of a diagonal, x y z before rx ry rz, or 6 rows of 6";
     let Some(list) = value.as_list().filter(|list| list.len() == 6) else {

@@ -1,4 +1,4 @@
-//! Reader of a leg's chain, written as `R cylinder P* rod S` or as `R P* S`.
+//! Reads the chain of a leg, written as `R cylinder P* rod S` or as `R P* S`.
 
 use super::context::Context;
 use super::names;
@@ -9,19 +9,21 @@ use crate::source::Span;
 use std::collections::HashMap;
 use stiction_core::joint::JointType;
 
-/// Joints and the bodies between them, in order.
+/// Chain of a leg: its joints and the bodies between them, in order.
 pub(crate) struct Chain {
     pub(crate) joints: Vec<JointLink>,
     pub(crate) bodies: Vec<Link>,
 }
 
-/// A body or joint of the chain: its key in the tables of the group, and its span in the text.
+/// A body or joint of the chain: its key in the tables of the group of legs, and its span in the
+/// text.
 pub(crate) struct Link {
     pub(crate) key: String,
     pub(crate) span: Span,
 }
 
-/// A joint of the chain.
+/// A joint of the chain: its key in the tables of the group of legs, its span in the text, and its
+/// type.
 pub(crate) struct JointLink {
     pub(crate) key: String,
     pub(crate) span: Span,
@@ -93,13 +95,13 @@ impl Text<'_> {
     }
 }
 
-/// Symbol of a joint, without the asterisk that marks it as actuated.
+/// Returns the symbol of a joint, without the asterisk that marks the joint as actuated.
 fn symbol(word: &str) -> &str {
     word.trim_end_matches('*')
 }
 
-/// Separates joints that are written without blanks, such as `RP*S`; the result is suggested in a
-/// message.
+/// Inserts blanks between joints that are written without blanks, such as `RP*S`, to suggest a
+/// correction in a message. Returns `None` unless the word consists of several joint symbols.
 fn apart(word: &str) -> Option<String> {
     let letters = word.chars().filter(|c| !matches!(c, '-' | '_' | ',' | '.'));
     let mut apart = String::new();
@@ -114,8 +116,8 @@ fn apart(word: &str) -> Option<String> {
     (all && joints().count() > 1).then_some(apart)
 }
 
-/// Tests if a chain lists only joints: its second word is a joint symbol, and every word looks like
-/// one.
+/// Tests if a chain lists only joints: its second word is a joint symbol, and each other word is a
+/// joint symbol, a single character, or a word with an asterisk.
 fn is_bare(words: &[Word<'_>]) -> bool {
     let is_joint = |word: &str| JointType::from_symbol(symbol(word)).is_some();
     let is_letter = |word: &str| symbol(word).chars().count() == 1 || word.ends_with('*');
@@ -124,7 +126,8 @@ fn is_bare(words: &[Word<'_>]) -> bool {
 }
 
 impl Chain {
-    /// Reads the chain, with body names from `between` if given; `None` if the chain is invalid.
+    /// Reads the chain, with the names of the bodies from `between` if given; returns `None` if the
+    /// chain is invalid.
     pub(crate) fn read(
         context: &Context<'_>,
         value: &Value,
@@ -219,7 +222,7 @@ impl Chain {
     }
 }
 
-/// Reads the names of `count` bodies.
+/// Reads a list of `count` body names; returns `None` after an error.
 fn names_of(context: &Context<'_>, list: &Value, count: usize) -> Option<Vec<Link>> {
     let expected = "a list of names such as [\"cylinder\", \"rod\"]";
     let Some(items) = list.as_list() else {
@@ -266,7 +269,7 @@ fn are_different(context: &Context<'_>, bodies: &[Link]) -> bool {
     different
 }
 
-/// Splits a text at white space into words with their places.
+/// Splits a text at white space into words, each with its span in the text.
 fn words(text: &str) -> Vec<Word<'_>> {
     let mut words: Vec<Span> = Vec::new();
     let mut inside = false;

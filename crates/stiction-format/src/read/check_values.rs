@@ -1,9 +1,10 @@
-//! Value checks for a table of unknown kind, such as that of a joint without a type.
+//! Checks the values in a table of unknown type, such as the table of a joint without the key
+//! `type`.
 
 use super::context::Record;
 use crate::fields::{Field, Shape};
 
-/// Reports values that are invalid in every kind of table.
+/// Reports values that are invalid for every type of the table.
 pub(crate) fn check_values(record: &Record<'_>, fields: &'static [Field]) {
     for field in fields {
         let Some(value) = record.value(field.key) else { continue };

@@ -1,4 +1,4 @@
-//! Reader of single values, with their error messages.
+//! Reads single values of a model file, such as quantities and vectors, and reports errors in them.
 
 use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean, nearest, or, quoted};
 use crate::document::{Node, Table, Text, Value};
@@ -22,11 +22,12 @@ const SHORTEST: f64 = 1e-30;
 /// underflow.
 const SMALLEST: f64 = 1e-150;
 
-/// Text of a model with its parameters, and the messages about it.
+/// Text of a model with its parameters, and the diagnostics collected while the text is read.
 pub(crate) struct Context<'a> {
     pub(crate) source: Arc<Source>,
     pub(crate) parameters: &'a Parameters,
-    /// Lines with syntax errors, for which no further messages are reported.
+    /// Ranges of the text with syntax errors, sorted by start. No further messages are reported for
+    /// these ranges.
     pub(crate) broken: &'a [Span],
     pub(crate) out: RefCell<Diagnostics>,
 }
@@ -48,7 +49,8 @@ impl<'a> Context<'a> {
     pub(crate) fn push(&self, diagnostic: Diagnostic) {
         let is_broken = |place: &Place| {
             let at = place.span.start;
-            // Sorted by start; an unclosed value can begin in a broken line and end far below.
+            // A value without its closing quote or bracket can begin in a broken range and end far
+            // below.
             let candidates = self.broken.partition_point(|part| part.start <= at);
             let mut before = self.broken.iter().take(candidates).rev().take(20);
             Arc::ptr_eq(&place.source, &self.source) && before.any(|part| at <= part.end)
@@ -118,13 +120,14 @@ impl<'a> Context<'a> {
         );
     }
 
-    /// Reads a number or an expression.
+    /// Reads a number or an expression; returns its value in SI units.
     pub(crate) fn quantity(&self, value: &Value, measure: Measure) -> Option<f64> {
         self.quantity_of(value, &[measure]).map(|(number, _)| number)
     }
 
-    /// Reads a number or an expression that may be of several kinds, such as a length or an angle.
-    /// Bare numbers and error messages refer to the first kind. Returns the value and its kind.
+    /// Reads a number or an expression that may be one of several measures, such as a length or an
+    /// angle. Bare numbers and error messages refer to the first measure. Returns the value in SI
+    /// units and its measure.
     pub(crate) fn quantity_of(
         &self,
         value: &Value,
@@ -148,7 +151,7 @@ impl<'a> Context<'a> {
                         None => {
                             let bare = quantity.dimension == Dimension::NONE;
                             self.doubt(value, measure, quantity.value, bare);
-                            // A lead without an angle is per revolution.
+                            // Leads are stored per revolution; a lead per radian is converted.
                             let per_angle =
                                 measure == Measure::Lead && quantity.dimension.has_angle();
                             let turn = if per_angle { std::f64::consts::TAU } else { 1.0 };
@@ -232,11 +235,12 @@ impl<'a> Context<'a> {
         );
     }
 
-    /// Rejects numbers that are not finite or too large, and replaces negligible ones by zero.
+    /// Rejects numbers that are not finite or too large, and replaces numbers of negligible
+    /// magnitude by zero.
     fn finite(&self, value: &Value, number: f64, measure: Measure) -> Option<f64> {
         if number.abs() <= LARGEST {
             let smallest = match measure {
-                // A parameter may be an arbitrary factor.
+                // A parameter may be an arbitrarily small factor.
                 Measure::Any => 0.0,
                 Measure::Length => SHORTEST,
                 _ => SMALLEST,
@@ -260,7 +264,7 @@ impl<'a> Context<'a> {
         None
     }
 
-    /// Reads a list of three items.
+    /// Reads a list of three items; `each` is the plural noun for the items in messages.
     pub(crate) fn three<'v>(&self, value: &'v Value, each: &str) -> Option<[&'v Value; 3]> {
         if let Some([x, y, z]) = value.as_list() {
             return Some([x, y, z]);
@@ -281,7 +285,7 @@ impl<'a> Context<'a> {
         None
     }
 
-    /// Reads a list of three quantities.
+    /// Reads a list of three quantities of the same measure, in SI units.
     pub(crate) fn vector(&self, value: &Value, measure: Measure) -> Option<Vec3<f64>> {
         let each = format!("{}s", plural_stem(measure));
         let components = self.three(value, &each)?.map(|item| self.quantity(item, measure));
@@ -291,7 +295,7 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// Reads a string.
+    /// Reads a string; `what` describes the expected string in messages.
     pub(crate) fn text<'v>(&self, value: &'v Value, what: &str) -> Option<&'v str> {
         let text = value.as_text();
         if text.is_none() {
@@ -327,7 +331,8 @@ pub(crate) fn of_the_top(key: &str) -> Option<String> {
     Some(format!("`{key}` belongs to the whole model: put it above the first [table]"))
 }
 
-/// Plural noun for a measure without its article: `lengths` for `a length`.
+/// Returns the noun for a measure without its article, to which a plural `s` can be appended:
+/// `length` for `a length`.
 fn plural_stem(measure: Measure) -> &'static str {
     match measure {
         Measure::Inertia => "moment",
@@ -335,7 +340,7 @@ fn plural_stem(measure: Measure) -> &'static str {
     }
 }
 
-/// A table with a known list of fields.
+/// A table of the model file with the list of keys that it may contain.
 pub(crate) struct Record<'a> {
     pub(crate) context: &'a Context<'a>,
     pub(crate) table: &'a Table,
@@ -361,7 +366,7 @@ impl<'a> Record<'a> {
             }
         }
         for field in fields.iter().filter(|field| field.required) {
-            // A misspelt key is not also reported as missing.
+            // A required key is not reported as missing if it was only misspelt.
             if table.get(field.key).is_none() && !meant.contains(&field.key) {
                 record.missing(field.key, "");
             }
@@ -393,7 +398,8 @@ impl<'a> Record<'a> {
         );
     }
 
-    /// Reports a missing key and the condition that requires it.
+    /// Reports a missing key; `why` is the end of the message, with the condition that requires the
+    /// key.
     pub(crate) fn missing(&self, key: &str, why: &str) {
         let doc = fields::find(self.fields, key).map_or("", |field| field.summary());
         let message = format!("{} has no `{key}`{why}", self.what);
@@ -414,18 +420,18 @@ impl<'a> Record<'a> {
         );
     }
 
-    /// Value of a key; `None` if the key is missing.
+    /// Returns the value of a key; `None` if the key is missing.
     pub(crate) fn value(&self, key: &str) -> Option<&'a Value> {
         debug_assert!(fields::find(self.fields, key).is_some(), "no field {key}");
         self.table.get(key)
     }
 
-    /// Tests if a key belongs to the table.
+    /// Tests if the table may contain this key.
     pub(crate) fn knows(&self, key: &str) -> bool {
         fields::find(self.fields, key).is_some()
     }
 
-    /// Place of a key's value, or of the table if the key is missing.
+    /// Returns the place of a key's value, or the place of the table if the key is missing.
     pub(crate) fn span(&self, key: &str) -> Span {
         self.table.get(key).map_or(&self.table.span, |value| &value.span).clone()
     }
@@ -449,7 +455,8 @@ impl<'a> Record<'a> {
         self.context.vector(self.value(key)?, self.measure(key))
     }
 
-    /// Reads a line of text, empty if absent; control characters become blanks.
+    /// Reads the string under a key as one line of text, in which blanks replace control
+    /// characters; returns an empty string if the key is missing.
     pub(crate) fn line(&self, key: &str) -> String {
         let text = self.text(key).unwrap_or_default().trim();
         let pieces: Vec<&str> = text.split(char::is_control).filter(|p| !p.is_empty()).collect();
@@ -465,7 +472,7 @@ impl<'a> Record<'a> {
         self.context.text(self.value(key)?, what)
     }
 
-    /// Reads pairs of quantities, each with its place.
+    /// Reads the list of pairs of quantities under a key; returns each pair with its place.
     pub(crate) fn pairs(&self, key: &str) -> Option<Vec<([f64; 2], Span)>> {
         let value = self.value(key)?;
         let Some(Shape::Pairs(first, second)) = fields::find(self.fields, key).map(|f| f.shape)
@@ -490,7 +497,7 @@ impl<'a> Record<'a> {
         pairs.into_iter().collect()
     }
 
-    /// Reads one of the words of the field.
+    /// Reads the word under a key, which must be one of the words that the key permits.
     pub(crate) fn choice(&self, key: &str) -> Option<&'static str> {
         match fields::find(self.fields, key).map(|field| field.shape) {
             Some(Shape::Choice(words)) => self.context.choice(self.value(key)?, words),
@@ -498,7 +505,7 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// Tables in the table under a key, each with its name.
+    /// Returns the tables nested in the table under a key, each with its name.
     pub(crate) fn tables(&self, key: &str) -> Vec<(&'a crate::document::Key, &'a Table)> {
         let Some(value) = self.value(key) else { return Vec::new() };
         let Some(table) = self.sub_table(value, key) else { return Vec::new() };
@@ -508,7 +515,7 @@ impl<'a> Record<'a> {
         table.entries.iter().filter_map(each).collect()
     }
 
-    /// Table under a key.
+    /// Returns the table under a key; reports an error if the value is not a table.
     pub(crate) fn table(&self, key: &str) -> Option<&'a Table> {
         self.sub_table(self.value(key)?, key)
     }

@@ -1,4 +1,4 @@
-//! Reader of controllers.
+//! Reads controllers of the actuators.
 
 use super::actuators::Actuators;
 use super::context::{Context, Record};
@@ -12,11 +12,11 @@ use crate::source::{Place, Source};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// Names of the controllers that can be given by name alone.
+/// Names of the controllers that need no further settings.
 const DEFAULTS: [&str; 3] = ["pd", "computed-torque", "computed-torque+friction"];
 /// Default sampling period, s.
 const PERIOD: f64 = 1e-3;
-/// Default natural frequency of the closed loop, Hz.
+/// Default natural frequency of the closed loop without friction, Hz.
 const BANDWIDTH: f64 = 10.0;
 const DAMPING: f64 = 1.0;
 
@@ -42,7 +42,7 @@ pub(super) fn usual(name: &str, actuators: &Actuators) -> Option<Control> {
     })
 }
 
-/// Diagnostic for an unknown controller.
+/// Creates the diagnostic for an unknown name of a controller.
 pub(super) fn unknown(source: &Arc<Source>, name: &str) -> Diagnostics {
     let place = Place::new(source, 0..source.text.len());
     Diagnostic::error("unknown-name", format!("there is no controller {}", quoted(name)))
@@ -75,7 +75,7 @@ pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) 
     let mut channels = usual.channels;
     for key in CHANNEL {
         let Some(value) = record.value(key) else { continue };
-        // Reported once, although the error concerns all actuators.
+        // An error in a value for all actuators is reported only once.
         let errors = || context.out.borrow().len();
         let before = errors();
         for (actuator, channel) in channels.iter_mut().enumerate() {
@@ -252,7 +252,8 @@ fn set(
     }
 }
 
-/// Checks that a number is positive, or zero if allowed, and reports it otherwise.
+/// Checks that the number `x` under `key` is positive, or zero if `zero` is true; reports other
+/// numbers.
 fn in_range(context: &Context<'_>, key: &str, value: &Value, x: f64, zero: bool) -> bool {
     let fine = x > 0.0 || (zero && x == 0.0);
     if !fine {

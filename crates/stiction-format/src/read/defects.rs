@@ -1,4 +1,5 @@
-//! Places in the text of the defects that the mechanism's builder reports.
+//! Reports the defects found by the mechanism's builder, with their places in the text of the
+//! model.
 
 use super::actuator::ActuatorDraft;
 use super::body::BodyDraft;
@@ -73,7 +74,7 @@ impl Origin<'_> {
         }
     }
 
-    /// Message that describes a defect in the terms of the model file.
+    /// Formats the message for a defect in the terms of the model file.
     fn message(&self, defect: &Defect) -> String {
         let joint = |name: &str| self.joints.iter().find(|joint| joint.name == name);
         let symbol = |name: &str| {
@@ -149,7 +150,7 @@ impl Origin<'_> {
                 let draft = actuator(name);
                 let values = draft.into_iter().flat_map(|draft| &draft.spans.values);
                 let given = values.clone().find(|(key, _)| key == parameter);
-                // A value that is derived from another one has the place of that value.
+                // A derived parameter, which has no key, is located at the table that defines it.
                 let table = parameter.split('.').next().unwrap_or_default();
                 let given = given.or_else(|| values.clone().find(|(key, _)| key == table));
                 let span = given.map(|(_, span)| span).or(draft.map(|a| &a.spans.name));
@@ -271,7 +272,7 @@ impl Origin<'_> {
         (span, label.to_owned(), help)
     }
 
-    /// Place where a joint names this body.
+    /// Returns the place where a joint names this body.
     fn end_of(&self, joint: &str, body: &str) -> Span {
         let Some(draft) = self.joints.iter().find(|draft| draft.name == joint) else {
             return WHOLE;

@@ -1,4 +1,4 @@
-//! A parsed model text that can be read repeatedly with other values.
+//! A parsed model text that can be read repeatedly with changed values.
 
 use super::{completed, read_document};
 use crate::contents::Contents;
@@ -8,7 +8,7 @@ use crate::model_file::ModelFile;
 use crate::source::Source;
 use std::sync::Arc;
 
-/// Text of a model that is parsed once and can be read repeatedly with other values.
+/// Text of a model that is parsed once and can be read repeatedly with changed values.
 ///
 /// Reading with changes gives the same model as [`read`](crate::read) of the text with these changes.
 #[derive(Clone, Debug)]
@@ -22,8 +22,8 @@ pub struct Draft {
 }
 
 impl Draft {
-    /// Parses a text. Its own changes ([`Source::with_changes`]) are applied before those passed to
-    /// [`Self::read`].
+    /// Parses the text of a model. Changes that `source` already contains
+    /// ([`Source::with_changes`]) are applied before those passed to [`Self::read`].
     ///
     /// # Errors
     /// All syntax errors, each with its place.
@@ -58,10 +58,11 @@ impl Draft {
         completed(model, out)
     }
 
-    /// Checks that the model has the keys of these changes, whatever their values are.
+    /// Checks that the model has all keys to which these changes refer. The values of the changes
+    /// are not checked.
     ///
     /// # Errors
-    /// All unknown keys, each with the nearest known ones.
+    /// All unknown keys, each with the nearest known keys.
     pub fn check_keys<S: AsRef<str>>(&self, changes: &[S]) -> Result<(), Diagnostics> {
         let mut out = Diagnostics::new();
         self.changed(changes, &mut out);

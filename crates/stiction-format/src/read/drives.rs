@@ -1,4 +1,4 @@
-//! Reader of actuator efforts.
+//! Reads actuator efforts.
 
 use super::actuators::Actuators;
 use super::context::{Context, Record};
@@ -60,7 +60,7 @@ pub(crate) fn read(
     Drives { title, efforts, laws, samples: None, interpolation: None }
 }
 
-/// Diagnostic for an unknown name of efforts.
+/// Creates the diagnostic for a text that does not specify actuator efforts.
 pub(super) fn unknown(source: &Arc<Source>, name: &str) -> Diagnostics {
     let place = Place::new(source, 0..source.text.len());
     Diagnostic::error("unknown-name", format!("{} is not understood", quoted(name)))

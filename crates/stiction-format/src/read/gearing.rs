@@ -1,4 +1,4 @@
-//! Reader of rigid gearings.
+//! Reads rigid gearings, which couple the coordinates of several joints.
 
 use super::context::{Context, Record};
 use crate::document::{Key, Table};
@@ -8,16 +8,17 @@ use crate::source::Span;
 use stiction_core::joint::JointType;
 use stiction_core::mechanism::GearingSpec;
 
-/// Gearing as read, with the places of its values in the text.
+/// Gearing as read from a model file, with the places of its values in the text for messages.
 pub(crate) struct GearingDraft {
     pub(crate) name: String,
-    /// Specification of the gearing; `None` if a number is invalid.
+    /// Specification of the gearing; `None` if its joints are missing or a number is invalid.
     pub(crate) spec: Option<GearingSpec>,
     pub(crate) name_span: Span,
     pub(crate) joints_span: Span,
 }
 
-/// Reads a gearing; `what` describes it in messages, `type_of` returns the type of a joint from its name.
+/// Reads a gearing. `what` describes the gearing in messages; `type_of` returns the type of the
+/// joint with this name.
 pub(crate) fn read(
     context: &Context<'_>,
     key: &Key,
@@ -26,7 +27,7 @@ pub(crate) fn read(
     type_of: impl Fn(&str) -> Option<JointType>,
 ) -> GearingDraft {
     let record = Record::new(context, table, GEARING, what);
-    // The name is that of a joint with one degree of freedom, or `joint.dof`.
+    // The name is the name of a joint with one degree of freedom, or has the form `joint.dof`.
     let translates = |name: &str| {
         let own = type_of(name).and_then(|joint_type| joint_type.dofs().first());
         let named = || {

@@ -1,4 +1,4 @@
-//! Writes tables of rigid gearings.
+//! Writes the tables of rigid gearings into the text of a model file.
 
 use super::super::context::Context;
 use super::super::description::{Description, Gearing};
@@ -9,8 +9,9 @@ use crate::diagnostic::quoted;
 use std::collections::HashSet;
 use std::fmt::Write;
 
-/// Terms of a gearing as in a model file: equal coordinates combined, zero factors removed. `None`
-/// if fewer than two terms remain, or a joint lacks the coordinate.
+/// Returns the terms of a gearing as written to the model file: (joint index, coordinate index,
+/// factor). Terms of the same coordinate are added, and terms with factor 0 removed. Returns `None`
+/// if fewer than two terms remain, a factor is not finite, or a joint lacks the coordinate.
 pub(in crate::import) fn terms(
     robot: &Description,
     gearing: &Gearing,
@@ -27,7 +28,8 @@ pub(in crate::import) fn terms(
     (terms.len() > 1 && terms.iter().all(|term| term.2.is_finite())).then_some(terms)
 }
 
-/// Writes all gearings; reports those that do not couple several joints.
+/// Writes the tables of all gearings; reports and omits gearings that do not couple two
+/// coordinates.
 pub(super) fn write(context: &Context<'_>, out: &mut String, robot: &Description) {
     let mut names: HashSet<String> = HashSet::new();
     for (name, table) in &robot.gearing_tables {

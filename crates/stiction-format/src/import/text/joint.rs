@@ -1,4 +1,4 @@
-//! Writes tables of joints.
+//! Writes the tables of joints into the text of a model file.
 
 use super::super::context::Context;
 use super::super::description::{Coordinate, Description, Joint};
@@ -8,10 +8,11 @@ use std::fmt::Write;
 use stiction_core::joint::{JointType, Motion};
 use stiction_core::spatial::Mat3;
 
-/// Nominal pin radius, m, for damping given as a moment per angular rate; its value cancels.
+/// Nominal pin radius, m, written for rotary joints whose friction or damping is given as a moment.
+/// Friction moments in the model do not depend on its value, because it cancels.
 const RADIUS: f64 = 0.01;
-/// Friction coefficient written for constant friction, which is modelled by a preload. The
-/// coefficient is so small that the friction due to the joint's own load is negligible.
+/// Friction coefficient written for a joint with constant friction, which is modelled by a preload.
+/// It is so small that the friction due to the joint's reaction force is negligible.
 const SMALL: f64 = 1e-6;
 
 pub(super) fn write(
@@ -78,7 +79,7 @@ pub(super) fn frames(out: &mut String, joint: &Joint) {
 pub(super) fn actuation(out: &mut String, robot: &Description, index: usize) {
     let joint = &robot.joints[index];
     let names: Vec<String> = (0..joint.dofs.len())
-        // A drive train actuates its coordinate.
+        // Coordinates with a motor table need no key `actuated`.
         .filter(|&dof| {
             joint.dofs[dof].actuated
                 && !motor::is_written(robot, index, dof)
@@ -95,7 +96,8 @@ pub(super) fn actuation(out: &mut String, robot: &Description, index: usize) {
     };
 }
 
-/// Tests if a coordinate is an angle.
+/// Tests if the coordinate with index `dof` of a joint of this type is an angle rather than a
+/// length.
 pub(super) fn is_angle(kind: JointType, dof: usize) -> bool {
     kind.dofs()[dof].motion != Motion::Translation
 }
@@ -125,7 +127,7 @@ pub(super) fn start(out: &mut String, joint: &Joint, in_loop: bool) {
         (JointType::Spherical | JointType::Free, None) => {}
         _ => {
             let is_zero = joint.dofs.iter().all(|dof| dof.position == 0.0);
-            // The positions of closing joints follow from the others.
+            // The coordinates of joints that close a loop follow from those of the other joints.
             if is_zero && (!in_loop || joint.closes) {
                 return;
             }
@@ -143,7 +145,8 @@ pub(super) fn start(out: &mut String, joint: &Joint, in_loop: bool) {
 pub(super) fn ranges(out: &mut String, joint: &Joint) {
     if let Some(table) = &joint.range {
         let _ = match table.get("range") {
-            // A joint of one coordinate has a pair.
+            // For a joint with one coordinate, the table contains a pair of limits under the key
+            // `range`.
             Some(range) => writeln!(out, "range = {range}"),
             None => writeln!(out, "range = {}", toml::Value::Table(table.clone())),
         };
@@ -175,8 +178,8 @@ pub(super) fn ranges(out: &mut String, joint: &Joint) {
     }
 }
 
-/// Friction interfaces of a joint type: their names in a friction table, each with the index of its
-/// coordinate.
+/// Returns the friction interfaces of a joint type: the name of each interface in a friction table,
+/// and the index of its coordinate. The name is empty for the only interface of a joint.
 fn interfaces(kind: JointType) -> &'static [(&'static str, usize)] {
     match kind {
         JointType::Revolute | JointType::Prismatic => &[("", 0)],
@@ -210,7 +213,7 @@ pub(super) fn friction(context: &Context<'_>, out: &mut String, robot: &Descript
     for &(name, dof) in places {
         let turns = is_angle(joint.kind, dof);
         let own = &joint.dofs[dof];
-        // A drive train has constant friction at its motor.
+        // If the coordinate has a motor table, its constant friction is written there.
         let constant = if motor::is_written(robot, index, dof) { 0.0 } else { own.friction };
         if own.damping == 0.0 && constant == 0.0 {
             if places.len() > 1 && joint.dofs.iter().any(has) {
@@ -262,7 +265,7 @@ fn inline(out: &mut String, table: &toml::Table) {
     let _ = writeln!(out, "friction = {value}");
 }
 
-/// Checks that unit vectors remain perpendicular as written.
+/// Checks that axes of joints are written as names of coordinate axes where possible.
 #[cfg(test)]
 mod tests {
     use super::*;

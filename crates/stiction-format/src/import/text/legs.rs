@@ -1,4 +1,4 @@
-//! Writes tables of equal legs.
+//! Writes the tables of groups of equal legs into the text of a model file.
 
 use super::super::context::Context;
 use super::super::description::{Body, Description, Joint};
@@ -11,11 +11,11 @@ use std::collections::HashSet;
 use std::fmt::Write;
 use stiction_core::spatial::Vec3;
 
-/// Greatest number of lines of the imported file in the comment of a table.
+/// Maximum number of entries in the comment of a table that lists lines of the imported file.
 const MOST_LINES: usize = 12;
 
-/// Formats the properties that equal legs have in common as text: everything except places, frames
-/// and meshes.
+/// Formats the properties of joints and bodies that must agree in equal legs as text: everything
+/// except joint frames, initial coordinates and meshes.
 pub(in crate::import) fn properties(
     robot: &Description,
     joints: &[usize],
@@ -35,7 +35,7 @@ pub(in crate::import) fn properties(
     out
 }
 
-/// Formats the lines of a joint that are the same in all legs.
+/// Formats the lines of a joint's table that are the same in all legs of a group.
 fn of_joint(robot: &Description, index: usize) -> String {
     let context = silent();
     let mut out = String::new();
@@ -46,25 +46,27 @@ fn of_joint(robot: &Description, index: usize) -> String {
     joint::ranges(&mut out, &robot.joints[index]);
     joint::friction(&context, &mut out, robot, index);
     if is_marked(robot, index) {
-        // The chain marks the joint, which distinguishes it from a joint without a motor.
+        // This line distinguishes an actuated joint from a joint without a motor. It is not
+        // written: in the model file, the chain marks actuated joints.
         out += "# actuated\n";
     }
     out
 }
 
-/// Creates a context without files. Its remarks are ignored: they repeat those of earlier texts.
+/// Creates a context without files. Its notes are discarded because they repeat notes that were
+/// collected when an earlier text was written.
 fn silent() -> Context<'static> {
     Context::new(&|_| Err(String::new()), false)
 }
 
-/// Tests if the chain marks the joint as actuated.
+/// Tests if the chain of the leg marks the joint with `*` as actuated.
 fn is_marked(robot: &Description, index: usize) -> bool {
     let mut out = String::new();
     joint::actuation(&mut out, robot, index);
     robot.joints[index].dofs.len() == 1 && !out.is_empty()
 }
 
-/// Indices of the joints whose motors are written with their legs.
+/// Returns the indices of the joints whose motors are written in the tables of their legs.
 pub(super) fn driven(robot: &Description, groups: &[Group]) -> HashSet<usize> {
     let joints = groups.iter().flat_map(|group| &group.legs).flat_map(|leg| &leg.joints);
     joints.copied().filter(|joint| motor::of_leg(robot, *joint).is_some()).collect()
@@ -85,7 +87,7 @@ pub(super) fn write(out: &mut String, robot: &Description, groups: &[Group], in_
     }
 }
 
-/// Key and value of a leg's property.
+/// Key of a leg's property and its value, both as written in the model file.
 type Entry = (String, String);
 
 struct Writer<'a> {
@@ -180,7 +182,7 @@ impl Writer<'_> {
         words.join(" ")
     }
 
-    /// Writes the names of parts that differ from the default names.
+    /// Writes the name patterns of joints and bodies whose names differ from the default names.
     fn names(&self, out: &mut String) {
         let parts = self.group.joints.iter().chain(&self.group.bodies);
         let names: Vec<String> = parts
@@ -192,7 +194,8 @@ impl Writer<'_> {
         }
     }
 
-    /// Keys and values that may differ between legs.
+    /// Returns the keys and values of one leg that may differ between legs: its end points, joint
+    /// frames, initial coordinates and meshes.
     fn entries(&self, joints: &[Joint], bodies: &[usize]) -> Vec<Entry> {
         let last = joints.len() - 1;
         let mut entries = vec![
@@ -262,7 +265,8 @@ impl Writer<'_> {
         }
     }
 
-    /// Formats the lines of a part that are the same in all legs.
+    /// Formats the lines in the table of a joint or body that are the same in all legs. `kind` is
+    /// the name of the table, `joints` or `bodies`.
     fn shared(&self, kind: &str, part: &Part, shared: &[&Entry]) -> String {
         let prefix = format!("{kind}.{}.", key(&part.key));
         let own =
@@ -299,8 +303,8 @@ impl Writer<'_> {
         };
     }
 
-    /// Comments of a part in all legs. Comments that differ only in the leg's name are written
-    /// once.
+    /// Formats the comments that a joint or body has in the individual legs. Comments that differ
+    /// only in the leg's name are written once.
     fn remarks<'c>(&self, all: impl Iterator<Item = Option<&'c str>>) -> String {
         let mut known: Vec<(String, &str, Vec<&str>)> = Vec::new();
         let mut count = 0;

@@ -1,4 +1,4 @@
-//! Writes a description as the text of a model file.
+//! Writes the description of an imported robot as the text of a model file.
 
 pub(super) mod gearing;
 mod joint;
@@ -19,33 +19,34 @@ use std::collections::HashSet;
 use std::fmt::Write;
 use stiction_core::spatial::Vec3;
 
-/// Longest line of a comment, characters.
+/// Maximum length of a comment line, characters.
 const WIDTH: usize = 100;
 
 /// Coordinate with its value in the motion that fixes the robot's configuration.
 #[derive(Clone, Debug)]
 pub(super) struct Held {
-    /// Name of the coordinate, as in motions.
+    /// Name of the coordinate as a key of a motion.
     pub(super) name: String,
     pub(super) value: f64,
     pub(super) is_angle: bool,
 }
 
-/// Content of the text besides the robot: file name, remarks and motion.
+/// Content of the model file besides the robot's description: file name, notes, motion and groups
+/// of equal legs.
 #[derive(Clone)]
 pub(super) struct Draft<'a> {
     /// Name of the file from which the robot was imported.
     pub(super) file: &'a str,
-    /// Remarks, written at the top of the text.
+    /// Differences from the imported file, listed at the top of the model file.
     pub(super) notes: &'a [Note],
-    /// Coordinates that fix the robot's configuration; `None` for a text from which only the
-    /// mechanism is read.
+    /// Coordinates that fix the robot's configuration, written as a motion; `None` for a model file
+    /// without a motion, from which only the mechanism is read.
     pub(super) motion: Option<Vec<Held>>,
-    /// Parts that are written as equal legs.
+    /// Groups of joints and bodies that are written as equal legs.
     pub(super) legs: &'a [Group],
 }
 
-/// Writes the model file.
+/// Formats the text of the model file; `context` collects notes on properties that are left out.
 pub(super) fn write(context: &Context<'_>, robot: &Description, draft: &Draft<'_>) -> String {
     let mut out = String::new();
     let title = format!("{}, from the {} {}", robot.name, robot.format, draft.file);
@@ -214,7 +215,8 @@ fn wrapped(out: &mut String, text: &str, [first, next]: [&str; 2]) {
 }
 
 impl Description {
-    /// Tests for each joint if it is part of a loop, or of a gearing, which couples coordinates like a loop.
+    /// Tests for each joint if it is part of a closed loop, or if a gearing couples its coordinates
+    /// to those of another joint.
     pub(super) fn in_loops(&self) -> Vec<bool> {
         let mut found = self.in_loops_of_bodies();
         for (joint, ..) in
@@ -231,7 +233,8 @@ impl Description {
     }
 
     fn in_loops_of_bodies(&self) -> Vec<bool> {
-        // Open chains of many joints need no search.
+        // Open chains, with one joint for each body except the ground, contain no loops; no search
+        // is necessary.
         if self.joints.len() + 1 == self.bodies.len() {
             return vec![false; self.joints.len()];
         }

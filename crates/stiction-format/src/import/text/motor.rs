@@ -1,4 +1,4 @@
-//! Writes tables of motors.
+//! Writes the tables of motors into the text of a model file.
 
 use super::super::context::Context;
 use super::super::description::{Coordinate, Description, JointMotor, Motor};
@@ -20,8 +20,8 @@ pub(super) fn is_written(robot: &Description, joint: usize, dof: usize) -> bool 
         && (own.armature > 0.0 || own.friction > 0.0 || motors(robot, joint, dof).any(is_special))
 }
 
-/// Tests if a coordinate is driven by a motor of several joints, or by a motor from an extension
-/// element.
+/// Tests if a coordinate is driven by a motor that drives several joints, or by a motor from an
+/// extension element.
 pub(super) fn is_driven_otherwise(robot: &Description, joint: usize, dof: usize) -> bool {
     let several = || robot.joint_motors.iter().flat_map(|motor| &motor.terms);
     let name = robot.joints[joint].dof_name(dof);
@@ -32,7 +32,7 @@ pub(super) fn is_driven_otherwise(robot: &Description, joint: usize, dof: usize)
         })
 }
 
-/// Tests if a motor has properties that need a table, besides its name.
+/// Tests if a motor has a gear ratio other than 1 or a limit, which only a motor table can express.
 fn is_special(motor: &Motor) -> bool {
     motor.gear != 1.0 || motor.effort.is_some() || motor.rate.is_some()
 }
@@ -41,8 +41,9 @@ fn motors(robot: &Description, joint: usize, dof: usize) -> impl Iterator<Item =
     robot.motors.iter().filter(move |motor| (motor.joint, motor.dof) == (joint, dof))
 }
 
-/// Formats the keys of a joint's only motor for the table of a leg, without the key of the joint;
-/// `None` unless the joint has one degree of freedom and the motor has the name of the joint.
+/// Formats the motor table of a joint as part of a leg, without the key `joint`. Returns `None` if
+/// the joint needs no motor table, or if a leg cannot contain the table: the joint must have one
+/// degree of freedom and one motor with the name of the joint, and the motor no `rotor_axis`.
 pub(super) fn of_leg(robot: &Description, joint: usize) -> Option<String> {
     let own = &robot.joints[joint];
     if own.dofs.len() != 1 || own.kind.dofs().len() != 1 {
@@ -58,7 +59,7 @@ pub(super) fn of_leg(robot: &Description, joint: usize) -> Option<String> {
         let is_alone = motors(robot, joint, 0).next().is_none()
             && robot.joint_motors.iter().flat_map(|motor| &motor.terms).all(|term| term.0 != joint)
             && robot.motor_tables.iter().find(names).is_none();
-        // The axis of a rotor names a body.
+        // `rotor_axis` may name a body, which differs between legs.
         if !is_own || !is_alone || table.contains_key("rotor_axis") {
             return None;
         }
@@ -81,7 +82,8 @@ pub(super) fn of_leg(robot: &Description, joint: usize) -> Option<String> {
     Some(out)
 }
 
-/// Place of the motor of a joint in the imported file.
+/// Returns the place of a joint's motor in the imported file: the place of the joint if the file
+/// has no motor for it, `None` if the motor comes from an extension element.
 pub(super) fn place(robot: &Description, joint: usize) -> Option<&Place> {
     match motors(robot, joint, 0).next() {
         Some(motor) => motor.place.as_ref(),
@@ -92,7 +94,8 @@ pub(super) fn place(robot: &Description, joint: usize) -> Option<&Place> {
     }
 }
 
-/// Direct motor for a coordinate that has no motor in the file.
+/// Creates a motor with gear ratio 1 and without limits, for a coordinate that has no motor in the
+/// imported file.
 fn plain(robot: &Description, joint: usize, dof: usize) -> Motor {
     let own = &robot.joints[joint];
     Motor {
@@ -194,7 +197,8 @@ fn several(out: &mut String, robot: &Description, motor: &JointMotor) {
     }
 }
 
-/// Writes the motor of a coordinate; several motors share its effort, inertia and friction equally.
+/// Writes the table of one motor of a coordinate. All `count` motors of the coordinate share its
+/// effort, inertia and friction equally.
 fn one(out: &mut String, robot: &Description, motor: &Motor, (own, count): (&Coordinate, usize)) {
     let joint = &robot.joints[motor.joint];
     let header = format!("[actuators.{}]", key(&motor.name));
@@ -203,7 +207,7 @@ fn one(out: &mut String, robot: &Description, motor: &Motor, (own, count): (&Coo
     values(out, robot, motor, (own, count));
 }
 
-/// Writes the keys of a motor besides its joint.
+/// Writes all keys of a motor table except the key of the joint.
 fn values(
     out: &mut String,
     robot: &Description,

@@ -1,14 +1,15 @@
-//! Numbers with units, written as a person would write them.
+//! Formats numbers with units as a person would write them in a model file.
 
 use stiction_core::spatial::{Mat3, Vec3};
 
 /// Relative changes up to this size are attributed to rounding by the program that wrote the file.
 const ROUNDING: f64 = 6e-16;
-/// Maximum number of significant digits of a number that a person wrote.
+/// Digits after the first significant digit: a number written by a person has at most 12
+/// significant digits.
 const DIGITS: usize = 11;
 
-/// Nearest number with few digits if it differs from `value` only by rounding relative to `scale`;
-/// else `value`.
+/// Returns the nearest number with few digits if its difference from `value` is within rounding
+/// error, else `value`. The rounding error is relative to the larger of `|value|` and `scale`.
 pub(super) fn rounded(value: f64, scale: f64) -> f64 {
     let tolerance = ROUNDING * value.abs().max(scale);
     if value.abs() <= tolerance {
@@ -18,7 +19,7 @@ pub(super) fn rounded(value: f64, scale: f64) -> f64 {
     if (short - value).abs() <= tolerance { short } else { value }
 }
 
-/// Digits of a number times a power of ten: a shift of the decimal point, without rounding.
+/// Formats `value` times 10 to the power `power` by shifting the decimal point, without rounding.
 pub(super) fn shifted(value: f64, power: i32) -> String {
     let text = format!("{value:e}");
     let Some((digits, exponent)) = text.split_once('e') else { return text };
@@ -46,7 +47,7 @@ pub(super) fn shifted(value: f64, power: i32) -> String {
     if rest.is_empty() { format!("{sign}{whole}") } else { format!("{sign}{whole}.{rest}") }
 }
 
-/// Formats a quantity in quotes; zero becomes a plain number.
+/// Formats a value with its unit, in quotes; zero is written as a plain number.
 pub(super) fn quantity(value: f64, unit: &str) -> String {
     let value = rounded(value, 0.0);
     if value == 0.0 { "0".to_owned() } else { format!("\"{} {unit}\"", shifted(value, 0)) }
@@ -54,7 +55,7 @@ pub(super) fn quantity(value: f64, unit: &str) -> String {
 
 /// Formats a length in mm, or in m if it is at least 100 m.
 pub(super) fn length(value: f64) -> String {
-    // Robots of about a metre have no lengths below 1e-15 m.
+    // In robots of about a metre, lengths below 1e-15 m are rounding errors.
     let value = rounded(value, 1.0);
     match value.abs() {
         0.0 => "0".to_owned(),
@@ -69,7 +70,7 @@ pub(super) fn lengths(v: Vec3<f64>) -> String {
     format!("[{x}, {y}, {z}]")
 }
 
-/// Formats an angle in degrees if that number is short, else in rad.
+/// Formats an angle, given in rad, in degrees if four decimals suffice, else in rad.
 pub(super) fn angle(value: f64) -> String {
     let degrees = rounded_degrees(value);
     match (value, degrees) {
@@ -80,14 +81,16 @@ pub(super) fn angle(value: f64) -> String {
     }
 }
 
-/// Angle in degrees, if it has at most four decimals; else `None`.
+/// Converts an angle from rad to degrees; returns `None` if the angle in degrees has more than four
+/// decimals.
 fn rounded_degrees(value: f64) -> Option<f64> {
     let degrees = value.to_degrees();
     let short = (degrees * 1e4).round() / 1e4;
     ((short.to_radians() - value).abs() <= ROUNDING * value.abs().max(1.0)).then_some(short)
 }
 
-/// Formats an initial guess as a quantity with few digits.
+/// Formats the initial guess of a coordinate, given in rad or m, in degrees or mm with at most
+/// eight decimals.
 pub(super) fn guess(value: f64, is_angle: bool) -> String {
     match is_angle {
         true => format!("\"{} deg\"", shifted(decimals(value.to_degrees(), 1e8), 0)),
@@ -113,7 +116,8 @@ pub(super) fn axis(v: Vec3<f64>) -> String {
     format!("[{x}, {y}, {z}]")
 }
 
-/// Formats an inertia as three principal moments, or as all entries of the tensor.
+/// Formats an inertia tensor as three moments of inertia if all products of inertia are 0, else as
+/// a table of entries.
 pub(super) fn inertia(tensor: Mat3<f64>) -> String {
     let scale = (0..3).map(|k| tensor.at(k, k).abs()).fold(0.0, f64::max);
     let entry = |i: usize, j: usize| {
@@ -170,8 +174,8 @@ pub(super) fn rotation(rotation: Mat3<f64>) -> String {
     axis_angle(direction)
 }
 
-/// Intrinsic angles about z, the new y and the new x, in degrees, if all of them are whole; else
-/// `None`.
+/// Returns the intrinsic angles about z, the new y and the new x, in degrees, if all three are
+/// whole numbers; else `None`.
 fn short_angles(rotation: Mat3<f64>) -> Option<[f64; 3]> {
     let pitch = (-rotation.at(2, 0)).atan2(rotation.at(0, 0).hypot(rotation.at(1, 0)));
     let (yaw, roll) = if pitch.cos() > 1e-6 {

@@ -1,4 +1,4 @@
-//! Writes tables of springs.
+//! Writes the tables of springs into the text of a model file.
 
 use super::super::description::{Description, Joint, Spring};
 use super::super::legs::{Group, Leg};
@@ -8,8 +8,9 @@ use super::{entries, key, line, text};
 use std::collections::HashSet;
 use std::fmt::Write;
 
-/// Springs that all legs of a group have, under the default names of springs of legs. Returns the
-/// name in the chain and the keys of each spring, and the names of all these springs in the model.
+/// Finds the springs that occur in every leg of a group and have default names. Returns the name of
+/// each spring within the leg with the lines of its table, and the names of all these springs in
+/// the model.
 pub(super) fn of_legs(
     robot: &Description,
     group: &Group,
@@ -37,7 +38,8 @@ pub(super) fn of_legs(
 
 static NONE: Vec<(String, String)> = Vec::new();
 
-/// Springs on joint coordinates of a leg that have default names.
+/// Finds the springs on joint coordinates of a leg, for joints with default names. Returns the name
+/// of each spring within the leg and the lines of its table.
 fn on_joints_of(robot: &Description, group: &Group, leg: &Leg) -> Vec<(String, String)> {
     let mut springs = Vec::new();
     for (&index, part) in leg.joints.iter().zip(&group.joints) {
@@ -54,7 +56,7 @@ fn on_joints_of(robot: &Description, group: &Group, leg: &Leg) -> Vec<(String, S
     springs
 }
 
-/// Keys of a spring between points of bodies with these names.
+/// Formats the table of a spring between points of two bodies with these names.
 fn between(spring: &Spring, bodies: [&str; 2]) -> String {
     let [from, to] = bodies.map(text);
     let [at, to_at] = spring.points.map(lengths);
@@ -69,7 +71,8 @@ fn between(spring: &Spring, bodies: [&str; 2]) -> String {
     out
 }
 
-/// Springs between points of bodies of a leg.
+/// Finds the springs that connect points of two bodies of a leg. Returns the name of each spring
+/// within the leg and the lines of its table.
 fn between_bodies_of(robot: &Description, group: &Group, leg: &Leg) -> Vec<(String, String)> {
     let body = |end: usize| {
         let index = leg.bodies.iter().position(|body| *body == end)?;
@@ -83,7 +86,8 @@ fn between_bodies_of(robot: &Description, group: &Group, leg: &Leg) -> Vec<(Stri
     robot.springs.iter().filter_map(spring).collect()
 }
 
-/// Springs from extension elements that connect bodies of a leg or act on one of its joints.
+/// Finds the springs from extension elements that connect bodies of a leg or act on one of its
+/// joints. Returns the name of each spring within the leg and the lines of its table.
 fn tables_of(robot: &Description, group: &Group, leg: &Leg) -> Vec<(String, String)> {
     let bodies = leg.bodies.iter().zip(&group.bodies);
     let bodies: Vec<(&str, &str)> =
@@ -115,13 +119,15 @@ fn tables_of(robot: &Description, group: &Group, leg: &Leg) -> Vec<(String, Stri
     robot.spring_tables.iter().filter_map(spring).collect()
 }
 
-/// Tests if a spring other than the one on the joint has this name.
+/// Tests if a spring between bodies or from an extension element has this name, which is also the
+/// default name of a spring on a joint.
 fn is_used(robot: &Description, name: &str) -> bool {
     robot.spring_tables.iter().any(|(known, _)| known == name)
         || robot.springs.iter().any(|spring| spring.name == name)
 }
 
-/// Formats the keys of the spring on a coordinate, without the key of its joint.
+/// Formats the table of the spring on a coordinate, without the key `joint`; returns `None` if the
+/// coordinate has no spring.
 fn on_joint(joint: &Joint, dof: usize) -> Option<String> {
     let [stiffness, rest] = joint.dofs[dof].spring?;
     let (unit, rest) = match is_angle(joint.kind, dof) {

@@ -1,4 +1,4 @@
-//! Loop closures, given as elements `loop_joint` of the file.
+//! Reads loop closures from the `loop_joint` elements of a URDF file.
 
 use super::super::context::Context;
 use super::super::description::{Description, Joint};

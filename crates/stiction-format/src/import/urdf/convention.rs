@@ -1,8 +1,9 @@
-//! Closures and motors in a YAML file beside the URDF: the convention of *example-parallel-robots*.
+//! Reads loop closures and motors from a YAML file beside the URDF file, according to the
+//! convention of the robot collection *example-parallel-robots*.
 //!
 //! `closed_loop` lists pairs of joints or links whose frames coincide; `type` specifies if the
 //! whole frames (`6d`) or only their origins (`3d`) coincide. `name_mot` lists the actuated joints.
-//! `joint_name` with `joint_type` replaces joints of the URDF by others.
+//! `joint_name` lists joints of the URDF file whose types are replaced by those in `joint_type`.
 
 use super::super::context::Context;
 use super::super::description::{Coordinate, Description, Joint};
@@ -12,13 +13,14 @@ use super::joint::retype;
 use crate::diagnostic::{did_you_mean, quoted};
 use stiction_core::joint::JointType;
 
-/// Motors listed in the YAML file.
+/// Information from the YAML file that affects how motors of the URDF file are read.
 pub(super) struct Convention {
-    /// True if the file lists motors.
+    /// True if the YAML file lists the actuated joints (`name_mot`).
     pub(super) names_motors: bool,
 }
 
-/// Reads the file with this name, if it exists and follows the convention.
+/// Reads the YAML file with this name (without extension), or else `robot.yaml`, if it exists and
+/// follows the convention.
 pub(super) fn read(
     context: &Context<'_>,
     tree: &Tree,
@@ -120,7 +122,8 @@ fn replace(
     Some(())
 }
 
-/// Creates a joint at which two frames coincide.
+/// Creates the joint that closes a loop: a fixed joint if two frames coincide (`6d`, the default),
+/// or a spherical joint if only their origins coincide (`3d`).
 fn closure(
     context: &Context<'_>,
     tree: &Tree,
@@ -144,7 +147,7 @@ fn closure(
             return None;
         }
     };
-    // The frame of a joint is that of its child.
+    // The frame of a joint is the frame of its child link.
     let frame = |name: &Word| {
         let of_joint = tree.joints.get(&name.text).map(|&joint| robot.joints[joint].to);
         let found = of_joint.or_else(|| tree.links.get(&name.text).copied());
@@ -174,9 +177,10 @@ fn closure(
     Some(joint)
 }
 
-/// Name of a closure: what both names have in common, or else the first name.
+/// Returns the name of a loop closure: the common beginning of the names of both frames if it has
+/// at least three characters, else the first name with the suffix `_closure`.
 fn closure_name(first: &Word, second: &Word) -> String {
-    // Links that mark the frames of a joint, as this program writes them.
+    // When this program exports a robot, links with these suffixes mark the two frames of a joint.
     let marked = [".from", ".frame"].iter().find_map(|ending| first.text.strip_suffix(ending));
     if let (Some(own), Some(other)) = (marked, second.text.strip_suffix(".to"))
         && own == other

@@ -1,4 +1,4 @@
-//! Joints of URDF.
+//! Reads the joints of a URDF file.
 
 use super::super::context::Context;
 use super::super::description::{Coordinate, Description, Gearing, Joint};
@@ -9,10 +9,11 @@ use crate::diagnostic::{did_you_mean, quoted};
 use stiction_core::joint::JointType;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// Limits of this size and above count as absent; the format requires limits for some joints.
+/// Limits of this magnitude and above count as absent. Files contain such limits because URDF
+/// requires limits for some joint types.
 pub(super) const UNLIMITED: f64 = 1e9;
 
-/// Joint types by their names in the file.
+/// Names of the joint types in URDF, and the corresponding joint types of the model.
 const TYPES: [(&str, JointType); 7] = [
     ("revolute", JointType::Revolute),
     ("continuous", JointType::Revolute),
@@ -20,7 +21,7 @@ const TYPES: [(&str, JointType); 7] = [
     ("fixed", JointType::Fixed),
     ("floating", JointType::Free),
     ("planar", JointType::Planar),
-    // An extension of Isaac Sim and of others.
+    // Extension of URDF by Isaac Sim and other programs.
     ("spherical", JointType::Spherical),
 ];
 
@@ -57,7 +58,8 @@ pub(super) fn kind_of(context: &Context<'_>, element: &Element) -> Option<JointT
     found
 }
 
-/// Index of the body that belongs to the link named by a child element.
+/// Returns the index of the body of a link, whose name is in the attribute `key` of the child
+/// element `tag`; reports a missing or unknown link.
 pub(super) fn link(
     context: &Context<'_>,
     tree: &Tree,
@@ -82,7 +84,8 @@ pub(super) fn link(
     found
 }
 
-/// Creates a frame with z along the joint axis, which is x by default.
+/// Creates a frame with z along the joint axis. An element without `axis` has the joint axis x;
+/// joint types without an axis have the identity as frame.
 pub(super) fn axis_frame(
     context: &Context<'_>,
     element: &Element,
@@ -103,7 +106,7 @@ pub(super) fn axis_frame(
     Some(Pose { rotation: z_to(direction), position: Vec3::zero() })
 }
 
-/// Reads limits, damping and friction.
+/// Reads the limits, damping and friction of a joint from its element.
 fn properties(context: &Context<'_>, element: &Element, joint: &mut Joint) {
     let is_continuous = element.get("type") == Some("continuous");
     let place = || Some(element.place());
@@ -138,8 +141,8 @@ fn properties(context: &Context<'_>, element: &Element, joint: &mut Joint) {
     }
 }
 
-/// Reads the coupling of a joint with another one: its coordinate is `multiplier` times the coordinate of the other
-/// plus `offset`.
+/// Reads the element `mimic`, which couples a joint to another joint: the coordinate of the joint
+/// is `multiplier` times the coordinate of the other joint, plus `offset`.
 pub(super) fn read_mimic(
     context: &Context<'_>,
     tree: &Tree,

@@ -1,4 +1,5 @@
-//! Elements and attributes of URDF that the reader reads, that it reports itself, or that do not matter for mechanics.
+//! Lists the elements and attributes of URDF that the importer reads or reports itself, or that do
+//! not matter for mechanics.
 
 use super::super::unread::{Known, known};
 

@@ -1,4 +1,4 @@
-//! URDF: a tree of links, with additional loop closures.
+//! Imports URDF files, which contain a tree of links, with additional loop closures.
 
 mod closures;
 mod convention;
@@ -17,12 +17,12 @@ use crate::diagnostic::quoted;
 use std::collections::HashMap;
 use stiction_core::spatial::{Pose, Vec3};
 
-/// Gravity, m/s²; URDF does not contain it.
+/// Gravitational acceleration along z, m/s², assumed because URDF files do not contain it.
 const GRAVITY: f64 = -9.81;
 
 /// Indices of links and joints by their names in the file.
 pub(super) struct Tree {
-    /// Index of the body of each link.
+    /// Index of the body of each link, by the name of the link in the file.
     pub(super) links: HashMap<String, usize>,
     /// Index of each joint by its name in the file.
     pub(super) joints: HashMap<String, usize>,
@@ -90,7 +90,8 @@ fn refuse_xacro(context: &Context<'_>, root: &Element) -> Option<()> {
     Some(())
 }
 
-/// Name of the link that is not the child of any joint.
+/// Returns the name of the root link, which is not the child of any joint; reports an error unless
+/// exactly one link is a root.
 fn base_of(context: &Context<'_>, root: &Element) -> Option<String> {
     let carried: Vec<&str> = root
         .all("joint")
@@ -148,7 +149,8 @@ fn link_body(context: &Context<'_>, link: &Element, name: String) -> Body {
     body
 }
 
-/// Mesh of a `visual` element whose file exists.
+/// Returns the mesh of a `visual` element; `None` if the element has no mesh or the mesh file does
+/// not exist.
 fn mesh_of(context: &Context<'_>, visual: &Element) -> Option<VisualMesh> {
     let mesh = visual.child("geometry")?.child("mesh")?;
     let file = mesh.get("filename").filter(|file| context.has_mesh(file, mesh.place()))?.to_owned();
@@ -156,7 +158,7 @@ fn mesh_of(context: &Context<'_>, visual: &Element) -> Option<VisualMesh> {
     Some(VisualMesh { file, scale, pose: origin(context, visual) })
 }
 
-/// Makes the root link part of the ground.
+/// Notes that the root link is the ground, and writes this into the ground's comment.
 fn ground(context: &Context<'_>, robot: &mut Description, link: &Body) {
     let mut comment = format!("The root link of the file, {}, is the ground.", quoted(&link.name));
     if link.mass > 0.0 {
@@ -166,7 +168,8 @@ fn ground(context: &Context<'_>, robot: &mut Description, link: &Body) {
     robot.bodies[GROUND].comment = Some(comment);
 }
 
-/// Pose of an element, from its child `origin`.
+/// Reads the pose of an element from its child `origin`; the pose is the identity without this
+/// child.
 pub(super) fn origin(context: &Context<'_>, element: &Element) -> Pose<f64> {
     match element.child("origin") {
         Some(origin) => placed(context, origin),
@@ -174,7 +177,7 @@ pub(super) fn origin(context: &Context<'_>, element: &Element) -> Pose<f64> {
     }
 }
 
-/// Pose, from the attributes `xyz` and `rpy`.
+/// Reads a pose from the attributes `xyz`, m, and `rpy`, rad, or `quat_xyzw`, a quaternion.
 pub(super) fn placed(context: &Context<'_>, element: &Element) -> Pose<f64> {
     let position = element.numbers::<3>(context, "xyz").unwrap_or([0.0; 3]);
     let mut pose = rotation::pose(position, [0.0; 3]);

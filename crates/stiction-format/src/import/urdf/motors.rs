@@ -1,4 +1,5 @@
-//! Motors of URDF: transmissions, command interfaces, or joints with an effort limit.
+//! Reads the motors of a URDF file from transmissions, command interfaces or the effort limits of
+//! joints.
 
 use super::super::context::Context;
 use super::super::description::{Description, Motor};
@@ -9,7 +10,8 @@ use super::joint::UNLIMITED;
 use crate::diagnostic::quoted;
 use std::collections::HashMap;
 
-/// Reads the motors from the URDF unless the YAML file lists motors.
+/// Reads motors and their limits from the URDF file. If neither this file nor the YAML file names
+/// actuated joints, motors are assumed at the joints of an open chain.
 pub(super) fn read(
     context: &Context<'_>,
     tree: &Tree,
@@ -78,7 +80,8 @@ fn read_transmission(
     Some(())
 }
 
-/// Effort and rate limits of each joint by name, N or N m, and m/s or rad/s.
+/// Reads the effort limit, N or N m, and the rate limit, m/s or rad/s, of each joint. The keys are
+/// the names of the joints.
 fn limits_of(context: &Context<'_>, root: &Element) -> HashMap<String, [Option<f64>; 2]> {
     let read = |joint: &Element| {
         let limit = joint.child("limit")?;
@@ -88,7 +91,9 @@ fn limits_of(context: &Context<'_>, root: &Element) -> HashMap<String, [Option<f
     root.all("joint").filter_map(read).collect()
 }
 
-/// Assumes, for an open chain without information on motors, a motor at each joint that may have an effort.
+/// Assumes a motor at each joint with one degree of freedom, except joints that follow another
+/// joint or have an effort limit of 0, and reports this assumption. For a closed chain, only
+/// reports that the file does not name actuated joints.
 fn guess(context: &Context<'_>, root: &Element, tree: &Tree, robot: &mut Description) {
     if robot.joints.iter().any(|joint| joint.closes) {
         context.note(
@@ -115,7 +120,8 @@ fn guess(context: &Context<'_>, root: &Element, tree: &Tree, robot: &mut Descrip
     );
 }
 
-/// Assigns the limits of joints to their motors.
+/// Assigns the effort and rate limits of joints to their motors; creates motors for actuated joints
+/// that have limits but no motor.
 fn limits(context: &Context<'_>, root: &Element, tree: &Tree, robot: &mut Description) {
     let limits = limits_of(context, root);
     let mut names: Vec<(&String, &usize)> = tree.joints.iter().collect();

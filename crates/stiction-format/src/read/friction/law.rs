@@ -1,12 +1,13 @@
-//! Reader of friction laws.
+//! Reads the friction laws of friction interfaces.
 
 use super::layers::{Given, Layers, Notes};
 use crate::diagnostic::Diagnostic;
 use crate::expression::Measure;
 use stiction_core::friction::{Bristles, Curve, Exponent, Law};
 
-/// Reads the law that the tables define. `arm` is the sliding distance of the surface in metres per
-/// radian, or `None` for a guide. Contradictions are reported and ignored.
+/// Reads the friction law that the tables of an interface define. `arm` is the sliding distance of
+/// the surface in metres per radian of joint rotation, or `None` for a guide. Keys that contradict
+/// each other are reported and ignored.
 pub(super) fn read(layers: &Layers<'_>, arm: Option<f64>, notes: &mut Notes) -> Law {
     let given = |key| layers.given(key);
     let word = layers.word("law").unwrap_or_default();
@@ -59,8 +60,8 @@ fn viscous_of(
     Some(number)
 }
 
-/// Finds the table of friction coefficients that applies; `None` if there is no table, or if a more
-/// specific layer contains `mu` instead.
+/// Finds the table of friction coefficients that applies. Returns `None` if there is no such table,
+/// or if `mu` in a more specific layer overrides it.
 fn table_in_force<'a>(layers: &Layers<'a>, notes: &mut Notes) -> Option<Given<'a>> {
     let table = layers.given("table")?;
     let Some(mu) = layers.given("mu") else { return Some(table) };
@@ -86,7 +87,8 @@ fn curve_of_table(layers: &Layers<'_>, word: &str, table: Given<'_>, notes: &mut
     rows(table).map_or(Curve::Constant, Curve::Table)
 }
 
-/// Reads the rows of a table and checks their order.
+/// Reads the rows of a table: sliding speed, m/s, and friction coefficient. The speeds must begin
+/// at 0 and increase; the first invalid row is reported.
 fn rows(table: Given<'_>) -> Option<Vec<[f64; 2]>> {
     let rows = table.record.pairs("table")?;
     let context = table.record.context;
@@ -180,8 +182,8 @@ fn curve_of_numbers(layers: &Layers<'_>, word: &str, law: &Law, notes: &mut Note
     }
 }
 
-/// Reads the parameters of a law with an internal state; in the LuGre model, the viscous coefficient may also be
-/// called `sigma2`.
+/// Reads the bristle parameters of the Dahl and LuGre laws; returns `None` for a law without an
+/// internal state. In the LuGre model, the viscous coefficient may also be called `sigma2`.
 fn bristles(
     layers: &Layers<'_>,
     (word, arm): (&str, Option<f64>),

@@ -1,13 +1,13 @@
-//! Tables of a friction interface in layers: a value in a more specific table overrides that of a
-//! more general one.
+//! Tables that apply to a friction interface, in layers: a value in a more specific table overrides
+//! the value in a more general table.
 
 use super::FrictionSpans;
 use crate::diagnostic::Diagnostic;
 use crate::document::Value;
 use crate::read::context::Record;
 
-/// Messages, and the places for which they were reported. Several friction interfaces share tables,
-/// and each message is reported once.
+/// Places of the numbers read so far, and of the messages reported so far. Several friction
+/// interfaces can share tables, but each message is reported only once.
 pub(super) struct Notes {
     pub(super) spans: FrictionSpans,
     pub(super) reported: Vec<(usize, &'static str)>,
@@ -28,11 +28,13 @@ impl Notes {
 /// The tables that apply to a friction interface, most specific first.
 pub(super) struct Layers<'a> {
     pub(super) records: &'a [&'a Record<'a>],
-    /// True if the radius of the outermost table belongs to another interface.
+    /// True if the key `radius` in the last, most general table is ignored because it belongs to
+    /// another interface of the joint.
     pub(super) no_shared_radius: bool,
 }
 
-/// Value of a key, with its table and the index of this table among the layers.
+/// Value of a key, with the table that contains it and the index of this table among the layers, 0
+/// for the most specific.
 #[derive(Clone, Copy)]
 pub(super) struct Given<'a> {
     pub(super) layer: usize,
@@ -41,7 +43,7 @@ pub(super) struct Given<'a> {
 }
 
 impl<'a> Layers<'a> {
-    /// The value of a key in the most specific table that contains it.
+    /// Returns the value of a key from the most specific table that contains it.
     pub(super) fn given(&self, key: &str) -> Option<Given<'a>> {
         let last = self.records.len().saturating_sub(1);
         self.records.iter().enumerate().find_map(|(layer, &record)| {
@@ -51,7 +53,8 @@ impl<'a> Layers<'a> {
         })
     }
 
-    /// The number that the most specific table gives for a key.
+    /// Reads the number under a key in the most specific table that contains the key; records the
+    /// place of the number.
     pub(super) fn number(&self, key: &'static str, notes: &mut Notes) -> Option<f64> {
         let Given { record, value, .. } = self.given(key)?;
         // An invalid value has been reported; continue with an arbitrary valid number.
@@ -60,7 +63,8 @@ impl<'a> Layers<'a> {
         Some(number)
     }
 
-    /// Word that the most specific table gives for a key, such as the name of a friction law.
+    /// Reads the word under a key in the most specific table that contains the key, such as the
+    /// name of a friction law.
     pub(super) fn word(&self, key: &'static str) -> Option<&'static str> {
         self.given(key)?.record.choice(key)
     }

@@ -1,4 +1,5 @@
-//! Reader of load maps: from a joint's reaction to the normal force of a friction interface.
+//! Reads load maps, which determine the normal force of a friction interface from the joint's
+//! reaction.
 
 use super::layers::{Layers, Notes};
 use super::{Place, applies};
@@ -68,7 +69,7 @@ fn supports(layers: &Layers<'_>, notes: &mut Notes) -> Supports<f64> {
     };
     let (gland, piston) = (layers.given("gland"), layers.given("piston"));
     let Some(either) = gland.or(piston) else { return on_one };
-    // Ignored, because a more specific value overrides them.
+    // `gland` and `piston` are ignored if one of these keys is in a more specific table.
     for key in ["bending_span", "supports"] {
         match layers.given(key) {
             Some(other) if other.layer < either.layer => return on_one,
@@ -90,8 +91,8 @@ fn supports(layers: &Layers<'_>, notes: &mut Notes) -> Supports<f64> {
     Supports::OneOnEach { gland, piston }
 }
 
-/// Converts a flank angle in an axial section, as in drawings, to the normal section: `tan normal =
-/// tan axial cos lead`.
+/// Reads the flank angle of a thread, given in the axial section as in drawings, and returns the
+/// cosine of the flank angle in the normal section: `tan normal = tan axial cos lead`.
 fn flank_cosine(
     layers: &Layers<'_>,
     joint: &Place<'_>,

@@ -1,4 +1,4 @@
-//! Reader of joint friction.
+//! Reads the friction of joints.
 
 mod law;
 mod layers;
@@ -22,7 +22,7 @@ pub(crate) struct Place<'a> {
     pub(crate) what: &'a str,
 }
 
-/// Places of the numbers in a friction table.
+/// Places of a joint's friction table and of the numbers in it.
 #[derive(Default)]
 pub(crate) struct FrictionSpans {
     pub(crate) table: Span,
@@ -56,7 +56,7 @@ impl FrictionSpans {
     }
 }
 
-/// Reads the friction of all interfaces of a joint.
+/// Reads the friction of all interfaces of a joint; also returns the places of the numbers.
 pub(crate) fn read(
     context: &Context<'_>,
     table: &Table,
@@ -91,7 +91,7 @@ pub(crate) fn read(
             );
         }
     }
-    // Values for backward sliding, in the table of an interface or of the whole joint.
+    // Returns the table for backward sliding from the table of an interface or of the whole joint.
     let backward = |record: &Record<'_>, what: &str| {
         let what = format!("the backward friction of {what}");
         let table = record.value("backward").and_then(|_| record.table("backward"));
@@ -101,7 +101,7 @@ pub(crate) fn read(
     let shared_backward = shared_backward
         .as_ref()
         .map(|(table, what)| Record::new(context, table, BACKWARD_LAW, what.clone()));
-    // Without tables for its pin and guide, a C joint has one surface.
+    // Without tables for its pin and guide, a C joint has a single interface, the sleeve.
     let named = places.iter().any(|(name, _)| !name.is_empty() && table.get(name).is_some());
     let has_sleeve = places.iter().any(|(_, shape)| *shape == InterfaceShape::Sleeve);
     let present: Vec<_> = places
@@ -118,7 +118,8 @@ pub(crate) fn read(
         let own_backward = own_backward
             .as_ref()
             .map(|(table, what)| Record::new(context, table, BACKWARD_LAW, what.clone()));
-        // In a C joint the shared radius belongs to the pin; its guide has none.
+        // In a C joint with a pin and a guide, the radius of the whole joint belongs to the pin;
+        // the guide has no radius.
         let no_shared_radius = present.len() > 1 && !shape.turns();
         let sides = [own_backward.as_ref(), shared_backward.as_ref()];
         let forward: Vec<_> = own.as_ref().into_iter().chain([&shared]).collect();
@@ -170,7 +171,7 @@ fn applies(key: &str, shape: InterfaceShape, joint_type: JointType) -> bool {
     }
 }
 
-/// Reports keys that have no meaning for any of these interfaces.
+/// Reports keys that have no effect for any interface with one of these shapes.
 fn not_applicable(
     context: &Context<'_>,
     record: &Record<'_>,
