@@ -1,4 +1,4 @@
-//! Reader of directions, rotations, poses and inertia.
+//! Reads directions, rotations, poses and inertia tensors.
 
 use super::context::{Context, Record};
 use crate::diagnostic::{Diagnostic, did_you_mean, number, quoted};
@@ -8,7 +8,8 @@ use crate::fields::tables::{AXES, ORDERS, POSE, TENSOR};
 use stiction_core::kinematics::AngleOrder;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// Tolerance for perpendicular directions, rad; smaller deviations are corrected.
+/// Tolerance for directions that must be perpendicular, rad; deviations within the tolerance are
+/// corrected.
 const SQUARE: f64 = 1e-6;
 
 impl Context<'_> {
@@ -43,7 +44,8 @@ impl Context<'_> {
             self.wrong(value, "an axis such as \"z\" or a vector such as [0, 0, 1]");
             return None;
         }
-        // Only the direction matters, so any unit is permitted. The vector is scaled first to avoid overflow.
+        // Only the direction matters, so the vector may have any length. It is scaled first to
+        // avoid overflow.
         let v = self.vector(value, Measure::Number)?;
         let largest = v.to_array().into_iter().map(f64::abs).fold(0.0, f64::max);
         let direction = (v * (1.0 / largest)).direction();
@@ -111,7 +113,8 @@ impl Context<'_> {
         }
     }
 
-    /// Reads a pose.
+    /// Reads a pose from the keys `position` and `rotation` of a table; both are optional. `what`
+    /// describes the table in messages.
     pub(crate) fn pose(&self, table: &Table, what: &str) -> Option<Pose<f64>> {
         let record = Record::new(self, table, POSE, what);
         let position = record.value("position").map(|_| record.vector("position"));
@@ -122,7 +125,7 @@ impl Context<'_> {
         })
     }
 
-    /// Reads an inertia tensor.
+    /// Reads an inertia tensor, kg m², from three moments of inertia or a table of its entries.
     pub(crate) fn inertia(&self, value: &Value) -> Option<Mat3<f64>> {
         let Some(table) = value.as_table() else {
             if value.as_list().is_none() {
@@ -174,8 +177,9 @@ impl Context<'_> {
         sound.then_some(Mat3::from_columns(x, y, z))
     }
 
-    /// Unit vector perpendicular to `axis` closest to `direction`; reports a direction that is not
-    /// perpendicular to the axis within [`SQUARE`]. `value` locates the direction in the text.
+    /// Returns the unit vector perpendicular to `axis` that is closest to `direction`. Reports a
+    /// direction that is not perpendicular to the axis within [`SQUARE`]; `value` locates the
+    /// direction in the text.
     pub(crate) fn square_to(
         &self,
         axis: Vec3<f64>,
@@ -197,7 +201,8 @@ impl Context<'_> {
     }
 }
 
-/// Rotation about a unit vector; rotations about a coordinate axis have no rounding errors in the other axes.
+/// Returns the rotation about a unit vector by an angle, rad. For a coordinate axis, the row and
+/// the column of this axis have no rounding errors.
 pub(crate) fn about(axis: Vec3<f64>, angle: f64) -> Mat3<f64> {
     for (k, component) in axis.to_array().into_iter().enumerate() {
         if component.abs() == 1.0 {
@@ -207,8 +212,9 @@ pub(crate) fn about(axis: Vec3<f64>, angle: f64) -> Mat3<f64> {
     Mat3::rotation(axis, angle)
 }
 
-/// Frame of a joint with z along `axis`, a unit vector. By default, x is rotated by the smallest
-/// rotation that maps z to the axis; for the axis -z, this is the half turn about y.
+/// Returns the axes of a joint frame, with z along `axis` and x along `x`, perpendicular unit
+/// vectors. By default, x is rotated by the smallest rotation that maps z to the axis; for the axis
+/// -z, this is the half turn about y.
 pub(crate) fn frame(axis: Vec3<f64>, x: Option<Vec3<f64>>) -> Mat3<f64> {
     let x = x.unwrap_or_else(|| {
         let Vec3 { x, y, z } = axis;

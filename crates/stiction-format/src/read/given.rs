@@ -1,4 +1,5 @@
-//! Motions, loads and efforts given outside the model file: by name, in a file, or as assignments.
+//! Reads motions, loads, efforts and controllers that are given outside the model file: by name, in
+//! a file, or as assignments. Also reads stop conditions.
 
 use super::actuators::Actuators;
 use super::context::Context;
@@ -15,7 +16,7 @@ use crate::model_file::{Control, Drives, LoadCase, ModelFile, Motion};
 use crate::source::{Place, Source, Span};
 use std::sync::Arc;
 
-/// Forms in which an option gives a motion, load, effort or controller.
+/// Forms in which the text of an option specifies a motion, load, effort or controller.
 enum Given<'a> {
     Assignments,
     File(&'a str),
@@ -107,7 +108,8 @@ impl ModelFile {
         motion::Assembly { mechanism: &self.mechanism, initial_poses: &self.initial_poses }
     }
 
-    /// Reads a recording from the file that `source` names.
+    /// Reads a recording from `input` with the function `read`. If the file cannot be read, the
+    /// error is located in `source`, the text that names the file.
     fn recording<T>(
         &self,
         source: &Arc<Source>,
@@ -294,7 +296,8 @@ fn is_toml(name: &str) -> bool {
     name.to_lowercase().ends_with(".toml")
 }
 
-/// Text of a file named by `source` that is not a recording.
+/// Reads the whole text of the file `name`, which `source` names; not for recordings, which are
+/// read in parts.
 fn file(source: &Arc<Source>, name: &str, files: Files<'_>) -> Result<Source, Diagnostics> {
     match files(name).and_then(Contents::whole) {
         Ok(text) => Ok(Source::new(name, text)),

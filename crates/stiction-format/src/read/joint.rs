@@ -1,4 +1,4 @@
-//! Reader of joints.
+//! Reads joints.
 
 use super::check_values::check_values;
 use super::context::{Context, Record};
@@ -13,16 +13,16 @@ use stiction_core::joint::{Dof, JointType, Motion};
 use stiction_core::mechanism::{Compliance, JointRange, JointSpec, RangeOf};
 use stiction_core::spatial::{Mat3, Pose, Quaternion, Vec3};
 
-/// A joint as read from the model file, with the places of its entries.
+/// A joint as read from the model file, with the places of its entries in the text for messages.
 pub(crate) struct JointDraft {
     pub(crate) name: String,
-    /// Specification of the joint; `None` if the type is unknown.
+    /// Specification of the joint; `None` if its type or one of its bodies is missing or invalid.
     pub(crate) spec: Option<JointSpec>,
     pub(crate) joint_type: Option<JointType>,
     pub(crate) spans: JointSpans,
 }
 
-/// Places of the parts of a joint.
+/// Places of a joint's name and values in the text.
 pub(crate) struct JointSpans {
     pub(crate) name: Span,
     pub(crate) from: Span,
@@ -32,7 +32,7 @@ pub(crate) struct JointSpans {
     pub(crate) range: Span,
     pub(crate) actuated: Span,
     pub(crate) friction: FrictionSpans,
-    /// Place of the table of compliances and of each of its parts.
+    /// Place of the table of compliances, and of the value of each of its keys.
     pub(crate) compliance: (Span, Vec<(&'static str, Span)>),
 }
 
@@ -48,7 +48,8 @@ pub(crate) struct LegAttributes<'a> {
     pub(crate) last: Option<(Vec3<f64>, Mat3<f64>)>,
 }
 
-/// Reads a joint; `what` describes it in messages.
+/// Reads a joint. `leg` contains the attributes that the leg determines, if the joint belongs to a
+/// leg; `what` describes the joint in messages.
 pub(crate) fn read(
     context: &Context<'_>,
     name: String,
@@ -91,7 +92,8 @@ pub(crate) fn read(
         if let Some(pitch) = pitch {
             built = built.pitch(pitch);
         } else if record.value("pitch").is_some() {
-            // The invalid value has been reported; this avoids a second message about a zero.
+            // The invalid pitch has been reported; this number avoids a second message about a
+            // pitch of zero.
             built = built.pitch(f64::from(u8::from(joint_type == JointType::Helical)));
         }
         built = reader.actuated(built, leg);
@@ -156,7 +158,7 @@ fn read_type(context: &Context<'_>, record: &Record<'_>) -> Option<JointType> {
     record.choice("type").and_then(JointType::from_symbol)
 }
 
-/// Measure of the coordinate of a degree of freedom.
+/// Returns the measure of a degree of freedom's coordinate, a length or an angle.
 fn coordinate_measure(dof: &Dof) -> Measure {
     match dof.motion {
         Motion::Translation => Measure::Length,
@@ -171,8 +173,8 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// Poses of the joint's frame J in the predecessor (`X_PJ`) and of its frame K in the successor
-    /// (`X_SK`).
+    /// Reads the poses of the joint's frame J in the predecessor (`X_PJ`) and of its frame K in the
+    /// successor (`X_SK`).
     fn frames(&self, leg: Option<&LegAttributes<'_>>) -> Option<(Pose<f64>, Pose<f64>)> {
         let first = leg.and_then(|p| p.first);
         let last = leg.and_then(|p| p.last);
@@ -209,7 +211,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Axes of frame J in the frame of the predecessor.
+    /// Reads the axes of frame J, expressed in the frame of the predecessor.
     fn axes(&self) -> Option<Mat3<f64>> {
         use JointType::{Fixed, Free, Spherical, Universal};
         let symbol = self.joint_type.symbol();

@@ -1,5 +1,5 @@
-//! Springs of legs: expansion of a group's spring into a table for each leg, with the names of that
-//! leg's bodies and joints.
+//! Expands a spring of a group of legs into a table for each leg, with the names of that leg's
+//! bodies and joints.
 
 use super::context::Context;
 use super::spring::{self, SpringDraft};
@@ -9,17 +9,18 @@ use crate::document::{Key, Node, Table, Text, Value};
 use crate::expression::Measure;
 use stiction_core::spatial::{Mat3, Vec3};
 
-/// Spring of a leg, before the joints of all legs are known.
+/// Table of a leg's spring, which can be read only after the joints of all legs are known.
 pub(crate) struct LegSpring {
     key: Key,
     table: Table,
     what: String,
 }
 
-/// Data of a leg that its springs need.
+/// Names and rotation of a leg, from which the tables of its springs are created.
 pub(crate) struct Leg<'a> {
     pub(crate) name: &'a str,
-    /// Keys of the leg's bodies and joints in the group, each with its full name.
+    /// Bodies of the leg, each with its key in the group and its full name; `joints` lists the
+    /// joints in the same form.
     pub(crate) bodies: &'a [(String, String)],
     pub(crate) joints: &'a [(String, String)],
     /// Bodies at which legs begin and end; points on them rotate with the leg.
@@ -28,7 +29,7 @@ pub(crate) struct Leg<'a> {
 }
 
 impl Leg<'_> {
-    /// Table of a spring of this leg, from the table of the group.
+    /// Creates the table of this leg's spring from the table of the group's spring.
     pub(crate) fn spring(&self, context: &Context<'_>, key: &Key, table: &Table) -> LegSpring {
         names::check(context, &key.name, &key.span, "spring");
         let mut own = table.clone();
@@ -58,7 +59,7 @@ impl Leg<'_> {
         }
     }
 
-    /// Full name of a joint of the chain, or of one of its degrees of freedom.
+    /// Returns the full name of a joint of the chain, or of one of its degrees of freedom.
     fn joint(&self, name: &str) -> Option<String> {
         full(self.joints, name).or_else(|| {
             let (joint, dof) = name.split_once('.')?;
@@ -84,7 +85,8 @@ fn rename(value: &mut Value, own: impl Fn(&str) -> Option<String>) {
     }
 }
 
-/// Vector as a list of plain numbers, m, at the place of the given value.
+/// Creates a list with the components of a vector, m, as plain numbers at the place of the value
+/// `given`.
 fn numbers(given: &Value, vector: Vec3<f64>) -> Value {
     let number = |x: f64| Value { span: given.span.clone(), node: Node::Number(x) };
     let list = vector.to_array().map(number).to_vec();

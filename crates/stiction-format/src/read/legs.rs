@@ -32,11 +32,12 @@ pub(crate) struct Expansion {
     pub(crate) actuators: Vec<ActuatorDraft>,
     pub(crate) springs: Vec<LegSpring>,
     pub(crate) legs: Vec<LegDraft>,
-    /// True if some legs are invalid; names that seem unknown may then belong to their parts.
+    /// True if some legs are invalid. Names that seem unknown may then be names of parts of these
+    /// legs.
     pub(crate) lost: bool,
 }
 
-/// Expands all groups of legs. The numbering continues across groups.
+/// Expands all groups of legs; the numbers of the legs continue across groups.
 pub(crate) fn read(context: &Context<'_>, value: &Value) -> Expansion {
     let mut all = Expansion::default();
     let groups = match &value.node {
@@ -55,7 +56,8 @@ pub(crate) fn read(context: &Context<'_>, value: &Value) -> Expansion {
     all
 }
 
-/// Angle, foot and tip of a leg, and values that only this leg has.
+/// Angle of a leg about the axis of its group, rad, and the table with the values that only this
+/// leg has.
 struct Placement<'a> {
     angle: f64,
     table: Option<&'a Table>,
@@ -138,7 +140,7 @@ fn patterns<'a>(context: &Context<'_>, names: Option<&'a Value>, chain: &'a Chai
     patterns
 }
 
-/// Placements of the legs, and a flag that is true if all of them are valid.
+/// Reads the placements of a group's legs; the flag returned is true if all of them are valid.
 fn placements<'a>(context: &'a Context<'a>, record: &Record<'a>) -> (Vec<Placement<'a>>, bool) {
     let mut placements = Vec::new();
     let mut count = 1;
@@ -190,8 +192,8 @@ fn placement<'a>(context: &'a Context<'a>, entry: &'a Value) -> Option<Placement
     Some(Placement { angle, table: Some(table) })
 }
 
-/// Reports a group without legs; without them the mechanism may be valid but is not the intended
-/// one.
+/// Reports a group without legs: the mechanism without its legs may be valid, but is not the
+/// intended mechanism.
 fn no_legs(context: &Context<'_>, list: &Value) {
     context.push(
         Diagnostic::error("legs", "this group has no legs")
@@ -211,7 +213,7 @@ struct Group<'a> {
 }
 
 impl Group<'_> {
-    /// Name of a joint or body of a leg in the model.
+    /// Returns the name in the model of a leg's joint or body with this key.
     fn full(&self, leg: &str, key: &str) -> String {
         match self.patterns.get(key) {
             Some((before, after, _)) => format!("{before}{leg}{after}"),
@@ -219,7 +221,7 @@ impl Group<'_> {
         }
     }
 
-    /// Checks the names that the patterns give the parts of a leg.
+    /// Checks the names that the patterns produce for the joints and bodies of a leg.
     fn check_patterns(&self, leg: &str) {
         for (key, (.., span)) in &self.patterns {
             let is_body = self.chain.bodies.iter().any(|body| body.key == *key);
@@ -228,7 +230,7 @@ impl Group<'_> {
         }
     }
 
-    /// Reports names of joints and bodies that are not in the chain.
+    /// Reports keys in the tables of joints, actuators and bodies that are not in the chain.
     fn check_names<'v>(&self, value: impl Fn(&str) -> Option<&'v Value>) {
         let of = |value: Option<&Value>, kind: &str, known: Vec<&str>| {
             let table = value.and_then(Value::as_table);
@@ -356,7 +358,8 @@ impl Group<'_> {
         all.legs.push(LegDraft { name, joints, bodies: ends });
     }
 
-    /// Springs of one leg: those of the group, overridden by individual values of the leg.
+    /// Returns the tables of one leg's springs: the tables of the group, overridden by the values
+    /// of this leg.
     fn springs(&self, placement: &Placement<'_>) -> Vec<(Key, Table)> {
         let of = |table: &Table| table.get("springs").cloned();
         let merged = match (of(self.record.table), placement.table.and_then(of)) {
@@ -378,8 +381,8 @@ impl Group<'_> {
         own.collect()
     }
 
-    /// Home pose of a leg's body in the ground's frame. The file gives the pose in the rotated frame of `from`, which
-    /// must therefore be the ground.
+    /// Returns the home pose of a leg's body in the ground's frame. The file gives the pose in the
+    /// rotated frame of `from`, which must therefore be the ground.
     fn placed_home(&self, home: Pose<f64>, turn: Mat3<f64>, table: &Table) -> Option<Pose<f64>> {
         if self.from.0 == GROUND_NAME {
             return Some(Pose { rotation: turn, position: Vec3::zero() } * home);
@@ -393,7 +396,8 @@ impl Group<'_> {
         None
     }
 
-    /// Table of a joint or body of one leg: that of the group, overridden by individual values of the leg.
+    /// Returns the table of one leg's joint, actuator or body: the table of the group, overridden
+    /// by the values of this leg. `kind` is the key of these tables, such as `joints`.
     fn merged(&self, kind: &str, link: &Link, placement: &Placement<'_>) -> Table {
         let of = |table: &Table| {
             table.get(kind).and_then(Value::as_table).and_then(|t| t.get(&link.key)).cloned()

@@ -1,4 +1,4 @@
-//! Reader of external loads.
+//! Reads external loads and payloads.
 
 use super::context::{Context, Record};
 use super::measured::{self, Effort};
@@ -18,7 +18,7 @@ use stiction_core::spatial::{Mat3, Vec3};
 pub(crate) fn read(context: &Context<'_>, names: &Names, table: &Table) -> LoadCase {
     let record = Record::open(context, table, LOAD, "a load");
     let title = record.line("title");
-    // Keys by body, in the order of the text.
+    // Entries of the load on each body, in the order of the text.
     let mut bodies: Vec<(BodyId, Table)> = Vec::new();
     // If a body is named `payload`, its load is a table, whereas payloads are a list.
     let list = table.get("payload").and_then(Value::as_list);
@@ -106,7 +106,7 @@ fn payload(context: &Context<'_>, names: &Names, entry: &Value) -> Option<Payloa
     Some(Payload { body, part, from, until })
 }
 
-/// Splits a path into a body and a key of its load.
+/// Splits a path into a body and a key of the load on this body; reports an unknown body.
 fn owner<'a>(
     context: &Context<'_>,
     names: &Names,
@@ -187,7 +187,8 @@ fn wrench(
     Some(AppliedWrench { body, point, axes, force, moment })
 }
 
-/// Reads three components, given as a list or individually.
+/// Reads the three components of a force or moment, given as a list under the key `whole` or
+/// individually under the keys `single`.
 fn components(
     (context, names): (&Context<'_>, &Names),
     record: &Record<'_>,

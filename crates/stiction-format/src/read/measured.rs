@@ -1,4 +1,4 @@
-//! Formulas of measured coordinates: efforts and stop conditions.
+//! Reads formulas of measured coordinates: efforts and stop conditions.
 
 use super::context::Context;
 use super::names::Names;
@@ -106,7 +106,7 @@ pub(crate) fn effort(
     }
 }
 
-/// Reads a condition such as `platform.z < 100 mm`.
+/// Reads a condition that ends a simulation, such as `platform.z < 100 mm`.
 pub(crate) fn condition(
     context: &Context<'_>,
     names: &Names,

@@ -1,4 +1,4 @@
-//! Reader from the document tree to the model.
+//! Converts the parsed document of a model file to the model.
 
 mod actuator;
 mod actuators;
@@ -57,7 +57,7 @@ use std::sync::Arc;
 use stiction_core::dynamics::FrictionMode;
 use stiction_core::mechanism::{BodyId, GROUND_NAME, JointId, Mechanism, MechanismBuilder};
 
-/// Reads a model.
+/// Reads a model from the text of a model file.
 ///
 /// `files` returns the contents of a file named by a motion, or the reason for a failure. The name
 /// is passed as written, relative to the model's file.
@@ -103,7 +103,7 @@ fn read_document(
         None => Parameters::default(),
     };
     let context = Context::new(source, &parameters, broken);
-    // Known errors suppress warnings about their consequences.
+    // Errors that are already known suppress warnings about their consequences.
     context.out.replace(std::mem::take(out));
     let model = read_model(&context, root, files);
     *out = context.out.into_inner();
@@ -210,7 +210,9 @@ fn read_loads(
     loads
 }
 
-/// Finds joints written as `[joints.leg1.R]` instead of `[joints."leg1.R"]`, and reports them.
+/// Returns the table of a part of type `kind`, such as `joints`. For names with unquoted dots, such
+/// as `[joints.leg1.R]` instead of `[joints."leg1.R"]`, reports the error and returns the table of
+/// each part.
 fn dotted<'a>(
     context: &Context<'_>,
     kind: &str,
@@ -238,7 +240,7 @@ fn dotted<'a>(
     table.entries.iter().filter_map(meant).collect()
 }
 
-/// Bodies, joints, springs and drive trains of the text, including those of legs.
+/// Bodies, joints, springs, drive trains and gearings of a model, including those of legs.
 struct Parts {
     name: String,
     bodies: Vec<BodyDraft>,

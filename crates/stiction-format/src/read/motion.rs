@@ -1,4 +1,4 @@
-//! Reader of motions.
+//! Reads motions.
 
 use super::context::{Context, Record, of_the_top};
 use super::names::Names;
@@ -20,11 +20,11 @@ use stiction_core::spatial::Pose;
 /// Function that returns the contents of a file from its name as written in a text.
 pub(crate) type Files<'a> = &'a dyn Fn(&str) -> Result<Contents, String>;
 
-/// Default time between samples, s.
+/// Default time step of the results of a motion, s.
 pub(crate) const STEP: f64 = 0.01;
 /// Maximum number of samples of a motion.
 const MAX_SAMPLES: f64 = 1e8;
-/// Number of instants at which formulas are evaluated in advance.
+/// Maximum number of intervals at whose ends formulas are evaluated in advance.
 const TRIALS: f64 = 10_000.0;
 
 /// Reads a motion; `None` if it is invalid.
@@ -167,8 +167,9 @@ pub(crate) fn read(
     Some(motion)
 }
 
-/// Compares the time column of a recording with the stated `rate` and `duration`, and reports a contradiction: a time
-/// column with another unit or clock scales all speeds.
+/// Compares the time column of a recording with the stated `rate` and `duration`; reports
+/// contradictions and returns true if there are none. A time column with another unit or clock
+/// would scale all speeds.
 fn is_as_stated(record: &Record<'_>, motion: &Motion) -> bool {
     /// Relative difference of durations at which accelerations are wrong by two percent.
     const TOLERANCE: f64 = 0.01;
@@ -183,7 +184,7 @@ fn is_as_stated(record: &Record<'_>, motion: &Motion) -> bool {
             agrees = false;
             continue;
         };
-        // Also true for a stated value that is not a number.
+        // If the stated value is not a number, the comparison is false and the value is reported.
         let difference = (stated - found).abs();
         if difference <= least.max(TOLERANCE * found) {
             continue;
@@ -203,7 +204,8 @@ fn is_as_stated(record: &Record<'_>, motion: &Motion) -> bool {
     agrees
 }
 
-/// Reports formulas without a finite value at some instant.
+/// Reports formulas whose value or derivatives are not finite at one of the instants checked from
+/// `start` to `start + duration`, s.
 pub(crate) fn check_signals<'a>(
     context: &Context<'_>,
     signals: impl IntoIterator<Item = &'a Signal>,
@@ -259,7 +261,8 @@ impl Reader<'_> {
             }
             let path = match leaf.value {
                 Some(_) => leaf.path.clone(),
-                // An empty table is reported under a name, too.
+                // An empty table is resolved under the name of an example coordinate, so that an
+                // unknown owner is reported.
                 None => format!("{}.x", leaf.path),
             };
             match resolve(self.names, &path) {
@@ -373,7 +376,7 @@ impl Reader<'_> {
     }
 }
 
-/// Reports formulas of a load without a finite value at some instant of a motion.
+/// Reports formulas of a load that are not finite at one of the instants checked during a motion.
 pub(crate) fn check_load(
     context: &Context<'_>,
     load: &crate::model_file::LoadCase,

@@ -1,4 +1,4 @@
-//! Names of bodies and joints.
+//! Finds bodies and joints by name, and checks new names.
 
 use super::context::Context;
 use crate::diagnostic::{Diagnostic, quoted};
@@ -18,7 +18,7 @@ pub(crate) struct Names {
 }
 
 impl Names {
-    /// Names of bodies (without the ground) and joints, in order.
+    /// Collects the names of bodies (without the ground) and joints, in the order of their indices.
     pub(crate) fn new<'a>(
         bodies: impl IntoIterator<Item = &'a str>,
         joints: impl IntoIterator<Item = (&'a str, Option<JointType>)>,
@@ -42,7 +42,7 @@ impl Names {
         )
     }
 
-    /// Marks the names as those of a mechanism with invalid legs.
+    /// Stores if some legs of the mechanism are invalid.
     pub(crate) fn with_lost_legs(self, lost_legs: bool) -> Self {
         Self { lost_legs, ..self }
     }
@@ -68,7 +68,7 @@ impl Names {
         self.joints.get(name).copied()
     }
 
-    /// Names of all moving bodies, sorted.
+    /// Returns the names of all moving bodies, sorted.
     pub(crate) fn body_names(&self) -> Vec<&str> {
         let mut names: Vec<_> =
             self.bodies.keys().map(String::as_str).filter(|name| *name != GROUND_NAME).collect();
@@ -76,7 +76,7 @@ impl Names {
         names
     }
 
-    /// Names of all joints, sorted.
+    /// Returns the names of all joints, sorted.
     pub(crate) fn joint_names(&self) -> Vec<&str> {
         let mut names: Vec<_> = self.joints.keys().map(String::as_str).collect();
         names.sort_unstable();
@@ -84,10 +84,11 @@ impl Names {
     }
 }
 
-/// Reserved names: they are keys of motions and loads.
+/// Reserved names, which are keys of motions and loads.
 const TAKEN: &[&str] = &["title", "start", "duration", "step", "file", "order"];
 
-/// Reports a new name that is reserved or has characters that are not allowed.
+/// Reports a new name that is reserved or contains characters that are not allowed; `kind` is the
+/// type of the named part for messages.
 pub(crate) fn check(context: &Context<'_>, name: &str, span: &Span, kind: &str) {
     let letters = |part: &str| {
         !part.is_empty() && part.chars().all(|c| c.is_alphanumeric() || c == '_' || c == '-')

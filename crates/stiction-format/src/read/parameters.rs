@@ -1,4 +1,4 @@
-//! Reader of the named quantities of a model.
+//! Reads the parameters of a model.
 
 use super::context::Context;
 use crate::diagnostic::{Diagnostic, Diagnostics, quoted};
@@ -8,7 +8,7 @@ use crate::parameters::{Parameters, complaint};
 use crate::source::{Source, Span};
 use std::sync::Arc;
 
-/// Reads the table; parameters can refer to each other in any order.
+/// Reads the table of parameters, which can refer to each other in any order.
 pub(crate) fn read_parameters(
     table: &Table,
     source: &Arc<Source>,
@@ -99,7 +99,7 @@ struct Order {
 
 impl Order {
     fn of(programs: &[Option<Definition>], all: &Parameters) -> Self {
-        // An invalid name has no value.
+        // A parameter with an invalid name has no value, so no definition waits for it.
         let needs: Vec<Vec<usize>> = programs
             .iter()
             .map(|definition| match definition {

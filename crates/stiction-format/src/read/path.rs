@@ -1,4 +1,4 @@
-//! Resolution of names in motions, such as `leg1.P` or `platform.x`.
+//! Resolves names in motions, such as `leg1.P` or `platform.x`.
 
 use super::names::Names;
 use crate::diagnostic::{nearest, or, quoted};
@@ -12,7 +12,7 @@ use stiction_core::joint::JointType;
 use stiction_core::kinematics::{AngleOrder, Coordinate};
 use stiction_core::mechanism::{BodyId, JointId};
 
-/// Value in nested tables, with its full name.
+/// Value in nested tables, with its path, the keys joined by dots.
 pub(crate) struct Leaf<'a> {
     pub(crate) path: String,
     /// Place of the last key of the path.
@@ -23,7 +23,8 @@ pub(crate) struct Leaf<'a> {
     pub(crate) value: Option<&'a Value>,
 }
 
-/// All values in the table and its nested tables, except for the keys `own`.
+/// Returns all values in a table and its nested tables, except those under the keys `own` of the
+/// table itself.
 pub(crate) fn leaves<'a>(table: &'a Table, own: &[Field]) -> Vec<Leaf<'a>> {
     struct Pending<'a> {
         path: String,
@@ -88,9 +89,9 @@ impl Unresolved {
         Self::Wrong(message, help.into())
     }
 
-    /// Returns message, help, and a flag: true if the name of the body or joint is wrong, false if
-    /// the coordinate is. The keys `own` are also suggested. The search is slow, because all names
-    /// are compared.
+    /// Returns the message, the advice, and a flag: true if the name of the body or joint is wrong,
+    /// false if the coordinate is wrong. The keys `own` are suggested, too. Returns `None` if the
+    /// problem has been reported. The search is slow, because all names are compared.
     pub(crate) fn explain(
         self,
         names: &Names,
@@ -189,7 +190,7 @@ fn unknown(names: &Names, own: &'static [Field], path: &str) -> (String, Option<
     }
     let (bodies, joints) = (names.body_names(), names.joint_names());
     let owner = path.rsplit_once('.').map_or(path, |(owner, _)| owner);
-    // The error may be in the name of the joint, or before the coordinate.
+    // The misspelt part may be the name of a joint, or the name before the coordinate.
     let near = nearest(path, joints.iter().copied().chain(own.iter().map(|field| field.key)))
         .or_else(|| nearest(owner, bodies.iter().chain(&joints).copied()));
     // `leg1.Q` counts as a name if other names begin with `leg1.`.
@@ -206,10 +207,10 @@ fn unknown(names: &Names, own: &'static [Field], path: &str) -> (String, Option<
     (message, help, !within)
 }
 
-/// Orders of intrinsic angles by body; xyz by default.
+/// Order of the intrinsic angles of each body; bodies that are not listed have the order xyz.
 pub(crate) type Orders = HashMap<BodyId, AngleOrder>;
 
-/// Coordinate that a resolved path names, and whether it is a length or an angle.
+/// Returns the coordinate that a resolved path names, and its measure: a length or an angle.
 pub(crate) fn coordinate(
     meaning: Meaning<'_>,
     orders: &Orders,

@@ -1,10 +1,10 @@
-//! Times of day and dates.
+//! Parses times of day and dates in logs.
 
-/// Time in seconds of a time of day such as `12:05:01.25`. After a date such as `2024-03-01`,
-/// `1.3.2024` or `3/1/2024` it counts from 1970, otherwise from midnight. An offset from universal
-/// time is ignored, because only differences of times matter. Two numbers are minutes and seconds
-/// if the second one has decimals (`05:12.25`), and hours and minutes after a date. `None` for all
-/// other texts, also for those that [`is_ambiguous`] accepts.
+/// Parses a time of day such as `12:05:01.25` and returns it in seconds: from midnight, or from
+/// 1970 if a date such as `2024-03-01`, `1.3.2024` or `3/1/2024` precedes the time. An offset from
+/// universal time is ignored, because only differences of times matter. Two numbers are minutes and
+/// seconds if the second number has decimals (`05:12.25`), and hours and minutes after a date.
+/// Returns `None` for all other texts, including those that [`is_ambiguous`] accepts.
 pub(super) fn seconds(text: &str) -> Option<f64> {
     let (date, time) = match text.split_once(['T', ' ']) {
         Some((date, time)) => (Some(date), time.trim_start()),
@@ -30,18 +30,21 @@ pub(super) fn seconds(text: &str) -> Option<f64> {
     Some(86_400.0 * days as f64 + f64::from(3600 * hour + 60 * minute) + second)
 }
 
-/// Tests for two whole numbers such as `05:12`, which may be hours and minutes or minutes and seconds.
+/// Tests if a text consists of two whole numbers such as `05:12`, which may be hours and minutes or
+/// minutes and seconds.
 pub(super) fn is_ambiguous(text: &str) -> bool {
     let parts: Option<Vec<u32>> = text.split(':').map(|part| part.parse().ok()).collect();
     parts.is_some_and(|parts| parts.len() == 2 && parts[1] < 60)
 }
 
-/// Tests for a time of day, with or without date, or an ambiguous one.
+/// Tests if a text is a time of day, with or without a date, or an ambiguous time
+/// ([`is_ambiguous`]).
 pub(super) fn is_time(text: &str) -> bool {
     seconds(text).is_some() || is_ambiguous(text)
 }
 
-/// Days from 1970-01-01 to a date in the Gregorian calendar.
+/// Returns the number of days from 1970-01-01 to a date in the Gregorian calendar; `None` for an
+/// invalid date.
 fn days(date: &str) -> Option<i64> {
     let parts: Vec<i64> =
         date.split(['-', '/', '.']).map(|part| part.parse().ok()).collect::<Option<_>>()?;
@@ -52,12 +55,12 @@ fn days(date: &str) -> Option<i64> {
         (false, false) if date.contains('/') => (c, a, b),
         (false, false) => (c, b, a),
     };
-    // Month and day may be exchanged where both are possible.
+    // A number above 12 cannot be the month: month and day are then in the other order.
     let (month, day) = if month > 12 { (day, month) } else { (month, day) };
     if !(1..=12).contains(&month) || !(1..=31).contains(&day) || !(0..=9999).contains(&year) {
         return None;
     }
-    // Years begin in March, so that the day of a leap year is the last one.
+    // Years are counted from March, so that the leap day is the last day of a year.
     let (years, months) = if month > 2 { (year, month - 3) } else { (year - 1, month + 9) };
     let (era, of_era) = (years.div_euclid(400), years.rem_euclid(400));
     let of_year = (153 * months + 2) / 5 + day - 1;
@@ -75,7 +78,7 @@ mod tests {
         assert_eq!((seconds("05:12.25"), seconds("05:12,25")), (Some(312.25), Some(312.25)));
         assert_eq!((seconds("05:12"), is_ambiguous("05:12")), (None, true));
         assert!(!is_ambiguous("5:12:01") && !is_ambiguous("5:75") && !is_ambiguous("5"));
-        // Known times from 1970 (Unix).
+        // Known Unix times, seconds from 1970.
         assert_eq!(seconds("2001-09-09T01:46:40Z"), Some(1e9));
         assert_eq!(seconds("2001-09-09 01:46:40,500+02:00"), Some(1e9 + 0.5));
         assert_eq!(seconds("9.9.2001 01:46:40"), Some(1e9));

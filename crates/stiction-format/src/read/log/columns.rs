@@ -1,4 +1,4 @@
-//! Meaning of the columns of a log.
+//! Determines the meaning of the columns of a log.
 
 use super::{LogRole, Meaning, Reader, Renamed};
 use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean, quoted};
@@ -7,7 +7,8 @@ use crate::pattern::fits;
 use crate::read::path::{Orders, coordinate, resolve};
 use crate::source::Span;
 
-/// Tests for columns of the tables of `stiction inverse` that cannot be measured.
+/// Tests if a column is a computed quantity in the tables of `stiction inverse` that cannot be
+/// measured.
 fn is_result(label: &str) -> bool {
     let ends = [
         ".speed",
@@ -25,7 +26,8 @@ fn is_result(label: &str) -> bool {
 }
 
 impl Reader<'_> {
-    /// Meaning of a column from its header, and from the unit that a line below the header may give.
+    /// Determines the meaning of a column from its header, and from the unit that a line below the
+    /// header may contain.
     pub(super) fn meaning(
         &self,
         span: Span,

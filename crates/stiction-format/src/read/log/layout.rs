@@ -1,5 +1,5 @@
-//! Layouts of logs without separators: columns separated by blanks, and headers written as
-//! comments.
+//! Converts logs whose columns are separated by blanks, or whose header is written as a comment, to
+//! the usual layout.
 
 use super::clock;
 use super::preamble::SEARCHED;
@@ -30,7 +30,8 @@ pub(super) fn with_separators(text: String) -> String {
             // An unmatched quote ends at the end of its line.
             is_quoted = bytes[at] != b'\n' && (is_quoted ^ (bytes[at] == b'"'));
             let ends = bytes.get(at + 1).is_none_or(|next| [b' ', b'\r', b'\n'].contains(next));
-            // The last of several blanks; those at the ends of a line are no separators.
+            // Of several consecutive blanks, only the last becomes a tab; blanks at the ends of a
+            // line are kept.
             if is_blank && !begins && !ends && !is_quoted {
                 bytes[at] = b'\t';
             }
@@ -42,8 +43,8 @@ pub(super) fn with_separators(text: String) -> String {
     String::from_utf8(bytes).unwrap_or_default()
 }
 
-/// Replaces the mark `#` of the last comment by a blank if the first row below it has as many cells
-/// and consists of numbers, dates or times of day.
+/// Replaces the mark `#` of the last comment above the first row by a blank, if this row has as
+/// many cells as the comment and consists of numbers, dates or times of day.
 fn uncomment(bytes: &mut [u8]) {
     let (mut at, mut comment) = (0, None);
     while at < bytes.len() {
@@ -51,7 +52,8 @@ fn uncomment(bytes: &mut [u8]) {
         let line = String::from_utf8_lossy(&bytes[at..at + length]).into_owned();
         let line = line.trim();
         if line.starts_with('#') {
-            // The header decides: commas of its rows may be decimal ones.
+            // The header determines the separator, because commas in the rows may be decimal
+            // commas.
             let delimiter = Delimiter::of(line);
             comment = Some((at, delimiter, delimiter.divide(line).count()));
         } else if !line.is_empty() {
@@ -91,7 +93,7 @@ mod tests {
     fn a_comment_with_the_names_of_columns_is_the_header() {
         assert_eq!(changed("# mine\n# t,q\n0,1\n# end,x\n"), "# mine\n  t,q\n0,1\n# end,x\n");
         assert_eq!(changed("# t q\n0 1\n"), "  t\tq\n0\t1\n");
-        // Decimal commas.
+        // Rows with decimal commas.
         assert_eq!(changed("# t;q\n0,5;1,5\n"), "  t;q\n0,5;1,5\n");
         assert_eq!(changed("# t\tq\n0,5\t1,5\n"), "  t\tq\n0,5\t1,5\n");
         for text in ["# t,q,r\n0,1\n", "# t,q\nt,q\n0,1\n", "# t\n0\n"] {

@@ -1,4 +1,4 @@
-//! Reader of measured logs: CSV files with the coordinates and efforts of a robot.
+//! Reads measured logs: CSV files with the coordinates and efforts of a robot.
 //!
 //! Unlike a prescribed motion, a log may contain bad rows, which are reported and omitted.
 
@@ -30,11 +30,11 @@ pub enum LogRole {
     Reference(Coordinate),
     /// Effort of an actuated degree of freedom at its joint, by index of the actuator.
     Effort(usize),
-    /// Torque of the motor of a drive train, by index.
+    /// Torque of a drive train's motor, by index of the drive train.
     MotorTorque(usize),
-    /// Current of the motor of a drive train, by index.
+    /// Current of a drive train's motor, by index of the drive train.
     Current(usize),
-    /// The column is not used: it is an acceleration, or declared as unused.
+    /// The column is not used, for example because it is an acceleration or is declared as unused.
     Unused,
 }
 
@@ -45,14 +45,14 @@ pub struct LogColumn {
     pub name: String,
     /// Meaning of the column.
     pub role: LogRole,
-    /// Values of the column, one per time, SI units.
+    /// Values of the column in SI units, one for each time; empty if the column is not used.
     pub values: Vec<f64>,
 }
 
 /// Rows of a log that were omitted because they are invalid.
 #[derive(Clone, Debug, Default)]
 pub struct Rows {
-    /// First omitted rows, each with its line and the reason.
+    /// The first omitted rows, each with its line number in the file and the reason.
     pub named: Vec<(usize, String)>,
     /// Total number of omitted rows.
     pub count: usize,
@@ -61,7 +61,7 @@ pub struct Rows {
 /// Measured log: times, and the columns of measured values.
 #[derive(Clone, Debug)]
 pub struct Log {
-    /// Times, s, increasing; for a table of steady motions, row numbers.
+    /// Times, s, strictly increasing; for a table of steady motions, row numbers from 0.
     pub times: Vec<f64>,
     /// Line number in the file for each time.
     pub lines: Vec<usize>,
@@ -91,18 +91,18 @@ pub struct LogFormat<'a> {
 pub struct Renamed {
     /// Header of the column in the log.
     pub column: String,
-    /// Header that states its meaning, such as `axis1 [deg]` or `A1.current [A]`; empty for a column that
-    /// is not used.
+    /// Header that states the meaning of the column, such as `axis1 [deg]` or `A1.current [A]`;
+    /// empty for a column that is not used.
     pub meaning: String,
     /// Factor by which the values are multiplied before the conversion from the unit in `meaning`.
     pub factor: f64,
-    /// Number added after the factor, in the unit of `meaning`.
+    /// Number added after the multiplication by `factor`, in the unit of `meaning`.
     pub offset: f64,
 }
 
 /// Maximum number of bad rows that are reported individually.
 const NAMED: usize = 20;
-/// Largest ratio of a time step to the previous one that counts as regular.
+/// Largest ratio of a time step to the previous time step at which the step counts as regular.
 const JUMP: f64 = 3.0;
 
 impl Rows {
@@ -122,7 +122,7 @@ impl Log {
         last > now && now > before && now - before <= JUMP * (before - first)
     }
 }
-/// Minimum number of valid rows: of a log over time, and of a table of steady motions.
+/// Minimum number of valid rows: first of a log over time, then of a table of steady motions.
 const LEAST: [usize; 2] = [20, 4];
 
 impl ModelFile {
@@ -182,22 +182,22 @@ struct Reader<'a> {
     trains: Vec<String>,
     format: LogFormat<'a>,
     source: &'a Arc<Source>,
-    /// Text with the names of the columns.
+    /// Text that contains the names of the columns: the log, or the names given by an option.
     header: &'a Arc<Source>,
 }
 
-/// Meaning of a column, with the conversion of its numbers.
+/// Meaning of a column, with the conversion of its numbers to SI units.
 struct Meaning {
     name: String,
     role: LogRole,
-    /// Total conversion factor to SI units, and the number that is added before multiplication by
-    /// it.
+    /// Factor that converts the numbers to SI units; `offset` is added to a number before the
+    /// multiplication.
     factor: f64,
     offset: f64,
 }
 
 impl Reader<'_> {
-    /// Converts a range in the names of the columns to a place.
+    /// Returns the place for a range of the text that contains the names of the columns.
     fn place(&self, span: Span) -> Place {
         Place::new(self.header, span)
     }
@@ -329,7 +329,8 @@ impl Reader<'_> {
                     _ => parse_number(content),
                 };
                 match read.filter(|x| x.is_finite()) {
-                    // Denormal numbers come from faulty conversions and count as zero.
+                    // Denormal numbers come from faulty conversions. They are accepted, and are
+                    // practically zero.
                     Some(x) => *value = meaning.factor * (x + meaning.offset),
                     None => {
                         fault.get_or_insert_with(|| {

@@ -7,7 +7,7 @@ use crate::source::Span;
 /// Maximum number of lines in which the header is searched.
 pub(super) const SEARCHED: usize = 64;
 
-/// Header of a log.
+/// Position of a log's header, and layout of its lines.
 pub(super) struct Head {
     /// Line that contains the names of the columns.
     pub(super) names: Span,
@@ -17,7 +17,7 @@ pub(super) struct Head {
     pub(super) delimiter: Delimiter,
     /// True if lines end with commas that a spreadsheet has added to a file that uses another separator.
     pub(super) has_commas: bool,
-    /// Number of lines up to the first row.
+    /// Number of lines before the first row of numbers.
     pub(super) lines: usize,
 }
 
@@ -66,9 +66,9 @@ pub(super) fn find(text: &str, lines: &[Span], is_known: impl Fn(&str) -> bool) 
     all.find_map(|(at, needs_name)| found(at, needs_name)).or_else(|| head(from))
 }
 
-/// Header data of a log without a header: all lines are rows with `columns` cells. Commas may be
-/// decimal ones, so the separator is the first of tab, semicolon and comma that divides the first
-/// row into this number of cells.
+/// Describes a log without a header, in which all lines are rows with `columns` cells. Commas may
+/// be decimal commas, so the separator is the first of tab, semicolon and comma that divides the
+/// first row into this number of cells.
 pub(super) fn none(text: &str, lines: &[Span], columns: usize) -> Option<Head> {
     let first = lines.first()?;
     let declared = Delimiter::declared(&text[first.clone()]);
@@ -89,7 +89,7 @@ pub(super) fn none(text: &str, lines: &[Span], columns: usize) -> Option<Head> {
 }
 
 impl Head {
-    /// Range of a line without the commas that a spreadsheet has added.
+    /// Returns the range of a line without the commas that a spreadsheet has added.
     pub(super) fn content(&self, text: &str, line: &Span) -> Span {
         if self.has_commas { unpadded(text, line).0 } else { line.clone() }
     }
@@ -112,7 +112,7 @@ fn numbers(cells: &[&str]) -> usize {
     cells.iter().filter(|cell| parse_number(cell).is_some()).count()
 }
 
-/// Tests if the cells are units or empty, with at least one unit; `%` and `-` are accepted but do not count.
+/// Tests if each cell is a unit, `%`, `-` or empty, and at least one cell is a unit.
 fn are_units(cells: &[&str]) -> bool {
     let is_unit = |cell: &&str| unit_of(cell).is_ok();
     cells.iter().all(|cell| cell.is_empty() || ["%", "-"].contains(cell) || is_unit(cell))
@@ -144,7 +144,8 @@ mod tests {
         assert_eq!(found("time [s],q\nx,1\nx,2"), ("time [s],q".into(), None, 1));
     }
 
-    /// Decimal commas are no separators where another one divides the row into the named columns.
+    /// Checks that decimal commas do not separate cells if another separator divides the row into
+    /// the named columns.
     #[test]
     fn rows_without_header_are_divided_into_the_named_columns() {
         let cells = |text: &str, columns: usize| -> (Vec<String>, usize) {
@@ -161,7 +162,7 @@ mod tests {
             ("1,2,3\n1,2,3", "1"),
         ] {
             let (row, skipped) = cells(text, 3);
-            // A separator at the end makes one more, empty cell.
+            // A separator at the end of a row adds an empty cell.
             assert_eq!((row.len().min(3), row[0].as_str(), skipped), (3, first, 0), "{text}");
         }
         let (row, skipped) = cells("sep=;\n0,1;2,5", 2);

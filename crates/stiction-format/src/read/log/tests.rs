@@ -41,8 +41,8 @@ fn units_and_renamed_columns() {
     assert_eq!(found.columns[2].role, LogRole::Unused);
 }
 
-/// Checks files with lines of a recorder above the header, units below it, a time column without a
-/// name, and rows that were padded by a spreadsheet or edited by hand.
+/// Checks that files of recorders are read: lines above the header, units below the header, a time
+/// column without a name, and rows that were padded by a spreadsheet or edited by hand.
 #[test]
 fn files_of_recorders() {
     let mut text = "Date:;2020-07-06 17:01:36,,\nMax. samples:;500,,\n;Velocity;Torque,,\n\
@@ -71,7 +71,7 @@ fn files_of_recorders() {
     assert!(why.contains("-1200,,was -8.9"), "{why}");
 }
 
-/// Checks that a table of steady motions needs no time.
+/// Checks that a table of steady motions needs no time column.
 #[test]
 fn steady_motions() {
     let text = "name,d(left_motor) [rpm],left_motor.effort\na,1,2\nb,-1,-2\nc,2,3\nd,-2,-3\n";
@@ -123,8 +123,8 @@ fn read_with(
     model().read_log("log.csv", Contents::Whole(text), format)
 }
 
-/// Checks that options can name the columns of a log without a header, that the error without them
-/// suggests it, and that blanks can separate columns.
+/// Checks that options can name the columns of a log without a header, that the error for a log
+/// without names suggests this option, and that blanks can separate columns.
 #[test]
 fn logs_without_a_header() {
     let rows: String =
@@ -143,7 +143,7 @@ fn logs_without_a_header() {
     assert!(format!("{:?}", unknown.unwrap_err()).contains("left_motor"));
 }
 
-/// Checks dates and times of day, and a header in a comment.
+/// Checks that dates with times of day are read, and that the header may be in a comment.
 #[test]
 fn times_of_day() {
     let row = |k: i32| {
@@ -162,8 +162,8 @@ fn times_of_day() {
     assert_eq!(found.lines[0], 3);
 }
 
-/// Checks that repeated time stamps are rejected with advice to give a step, and that the step then
-/// also counts bad rows.
+/// Checks that repeated time stamps are rejected with the advice to give a time step, and that a
+/// log with a given step also counts the step of bad rows.
 #[test]
 fn a_step_stands_for_the_time() {
     let row = |k: i32| match k {
@@ -195,7 +195,7 @@ fn a_pattern_of_columns_that_are_not_used() {
     assert_eq!((found.columns[1].role, found.columns[2].role), (LogRole::Unused, LogRole::Unused));
 }
 
-/// Numbers can be the names of columns that the options explain.
+/// Checks that the names of columns may be numbers if the options state their meaning.
 #[test]
 fn names_of_columns_may_be_numbers() {
     let rows: String = (0..30).map(|k| format!("{},0.5,1.5,{k}\n", 0.01 * f64::from(k))).collect();
@@ -212,7 +212,7 @@ fn names_of_columns_may_be_numbers() {
     assert_eq!((found.times.len(), found.bad_rows.count), (30, 0));
 }
 
-/// The unit of a time column does not apply to times of day.
+/// Checks that times of day are in seconds even if the time column has another unit.
 #[test]
 fn times_of_day_are_in_seconds() {
     let rows: String = (10..40).map(|k| format!("12:05:01.{k},1,2,3\n")).collect();

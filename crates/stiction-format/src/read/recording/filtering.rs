@@ -1,4 +1,4 @@
-//! The low-pass filter of a recorded motion.
+//! Applies the low-pass filter to a recorded motion, and suggests cut-off frequencies.
 
 use super::EXAMPLE;
 use super::gather::{ReadHeader, Recording};
@@ -15,7 +15,7 @@ use crate::source::Place;
 /// Maximum number of samples used to suggest a cut-off frequency.
 const EXAMINED: usize = 1 << 16;
 
-/// Cut-off frequency of the filter, with its place if a text contains it.
+/// Cut-off frequency of the filter, Hz, with its place if a text contains it.
 pub(crate) struct Cutoff {
     pub(crate) hertz: f64,
     pub(crate) place: Option<Place>,
@@ -28,7 +28,8 @@ impl From<f64> for Cutoff {
 }
 
 impl Cutoff {
-    /// Error for a cut-off frequency that does not fit the sample times.
+    /// Returns an error if the cut-off frequency does not suit a recording with `count` samples in
+    /// `duration` seconds.
     fn refusal(&self, count: usize, duration: f64) -> Option<Diagnostic> {
         let Self { hertz, place } = self;
         let rate = (count - 1) as f64 / duration;
@@ -76,7 +77,7 @@ impl Cutoff {
     }
 }
 
-/// Describes the filter in words.
+/// Describes the filter with this cut-off frequency, Hz, in words.
 pub(super) fn describe(cutoff: f64) -> String {
     format!(
         "positions only, low-pass filtered: zero phase, {} Hz at -3 dB, as a Butterworth filter of \
@@ -86,8 +87,8 @@ pub(super) fn describe(cutoff: f64) -> String {
     )
 }
 
-/// Filters all coordinates of a recording; reads the recording a second time. The inner error
-/// rejects the cut-off frequency.
+/// Filters all coordinates of a recording, which is read a second time. The outer error is a
+/// failure to read the recording; the inner error rejects the cut-off frequency.
 pub(super) fn filtered(
     recording: &Recording,
     source: (&Input, ReadHeader<'_>),
@@ -105,9 +106,9 @@ pub(super) fn filtered(
     Ok(Ok(filter(&samples.finish())))
 }
 
-/// Suggests a cut-off frequency, Hz, for the noisy coordinates of a recording; reads the recording
-/// a second time. If it is long, only the samples around the greatest speed of the first noisy
-/// coordinate are examined.
+/// Suggests a cut-off frequency, Hz, for the noisy coordinates of a recording, which is read a
+/// second time. If the recording has more than [`EXAMINED`] samples, only those around the greatest
+/// speed of the first noisy coordinate are used.
 pub(super) fn suggestion(
     recording: &Recording,
     source: (&Input, ReadHeader<'_>),
@@ -137,7 +138,8 @@ pub(super) fn suggestion(
     Ok(suggest(&times, &signals))
 }
 
-/// Reads the rows of a recording and passes the time and the position of each coordinate to `take`.
+/// Reads the rows of a recording; for each row, passes the time, s, and the positions of all
+/// coordinates to `take`.
 fn each_sample(
     (input, head): (&Input, ReadHeader<'_>),
     mut take: impl FnMut(f64, &[f64]),
