@@ -37,9 +37,9 @@ impl Law {
     }
 
     /// Returns the value of the formula, in SI units, at time `t`, s. `measure` returns the
-    /// measured motion of a coordinate. `sides` contains the sign of each switching function
-    /// ([`Self::switches`]), true for positive, which selects the branch; a function beyond the end
-    /// of `sides` has the sign of its own value.
+    /// measured motion of a coordinate. `sides` selects the branch of each switching function
+    /// ([`Self::switches`]): true if its value is at least 0. A function beyond the end of `sides`
+    /// has the branch of its own value.
     pub fn at(
         &self,
         t: f64,

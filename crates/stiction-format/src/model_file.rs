@@ -36,7 +36,7 @@ pub struct ModelFile {
     pub default_friction: Option<FrictionMode>,
     /// Legs of robots with equal legs around an axis; empty for other models.
     pub legs: Vec<Leg>,
-    /// Meshes that show bodies in pages; [`Self::load_meshes`] reads their files.
+    /// Meshes for the display of bodies; [`Self::load_meshes`] reads their files.
     pub visuals: Vec<Visual>,
     /// Warnings about suspicious input. They do not affect results.
     pub warnings: Diagnostics,
@@ -92,17 +92,18 @@ pub struct Motion {
     pub samples: Option<SampleTimes>,
     /// Prescribed coordinates with their signals, rad or m.
     pub coordinates: Vec<(Coordinate, Signal)>,
-    /// Description of the interpolation between the samples of a recording, in words.
+    /// Description, in words, of the interpolation between the samples of a recording or between
+    /// waypoints; `None` if the coordinates are formulas.
     pub interpolation: Option<String>,
     /// Peak speeds and accelerations of recorded coordinates, one sentence each.
     pub notes: Vec<String>,
-    /// Warnings about doubtful data of a recording: noise, outliers, columns that contradict each
-    /// other.
+    /// Warnings about the text of the motion, and about doubtful data of a recording: noise,
+    /// outliers, columns that contradict each other.
     pub warnings: Diagnostics,
 }
 
 impl Motion {
-    /// Motion of zero duration that prescribes no coordinate.
+    /// Creates a motion of zero duration that prescribes no coordinates.
     pub fn pose() -> Self {
         Self {
             title: String::new(),
@@ -123,7 +124,7 @@ impl Motion {
         self.signals().map(move |signal| signal.at(t))
     }
 
-    /// Warnings about the data of a recording, one sentence each, with advice.
+    /// Returns the warnings about the motion, one sentence each, with advice.
     pub fn cautions(&self) -> impl Iterator<Item = String> {
         self.warnings.iter().map(|doubt| match &doubt.help {
             Some(help) => format!("{}; {help}", doubt.message),
@@ -347,7 +348,7 @@ impl LoadCase {
     /// payloads, valid from `start` to `end`, s.
     ///
     /// # Errors
-    /// A payload that is picked up or placed within this interval, if there is one.
+    /// If a payload is picked up or placed within this interval, returns this payload.
     pub fn attached(
         &self,
         mechanism: &Mechanism,

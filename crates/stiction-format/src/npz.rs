@@ -17,7 +17,7 @@ struct Column {
 /// arrays are column headers such as `platform.x [mm]`; `time` without a unit is in seconds.
 ///
 /// # Errors
-/// The reason, as the end of the sentence "cannot read FILE: ".
+/// Returns the reason as the end of the sentence "cannot read FILE: ".
 pub fn csv_of_npz(bytes: &[u8]) -> Result<String, String> {
     let mut archive = ZipArchive::new(Cursor::new(bytes))
         .map_err(|error| format!("it is not an NPZ archive ({error}); write it by numpy.savez"))?;

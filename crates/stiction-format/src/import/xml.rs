@@ -125,7 +125,8 @@ impl Declared {
     }
 }
 
-/// Byte offset of the end of the name in the first start tag.
+/// Returns the byte offset of the end of the root element's name in its start tag; `None` if the
+/// text has no start tag.
 fn end_of_root_name(text: &str) -> Option<usize> {
     let mut at = 0;
     loop {
@@ -196,7 +197,8 @@ fn refusal(error: &roxmltree::Error, place: Place) -> Diagnostics {
     Diagnostics::from(Diagnostic::error("xml", message).at(place, "").help(help))
 }
 
-/// Byte offset of a line and column, both counted from 1, columns in characters.
+/// Returns the byte offset of a position in the text. The line and the column of the position count
+/// from 1; the column is in characters.
 fn offset(text: &str, position: roxmltree::TextPos) -> usize {
     let line = position.row.max(1) as usize - 1;
     let start: usize = text.split_inclusive('\n').take(line).map(str::len).sum();
@@ -303,13 +305,15 @@ pub(super) fn array<const N: usize>(
 }
 
 impl Element {
-    /// Reads an attribute with any number of numbers.
+    /// Reads a list of numbers from the attribute with this name; returns `None` if the attribute
+    /// is missing or invalid.
     pub(super) fn list(&self, context: &Context, name: &str) -> Option<Vec<f64>> {
         let attribute = self.attribute(name)?;
         numbers_in(context, &attribute.value, &attribute.place())
     }
 
-    /// Reads an attribute with `N` numbers.
+    /// Reads exactly `N` numbers from the attribute with this name; returns `None` if the attribute
+    /// is missing or invalid.
     pub(super) fn numbers<const N: usize>(
         &self,
         context: &Context,
@@ -319,7 +323,8 @@ impl Element {
         array(context, &attribute.value, &attribute.place())
     }
 
-    /// Reads an attribute with one number.
+    /// Reads one number from the attribute with this name; returns `None` if the attribute is
+    /// missing or invalid.
     pub(super) fn number(&self, context: &Context, name: &str) -> Option<f64> {
         self.numbers::<1>(context, name).map(|[value]| value)
     }

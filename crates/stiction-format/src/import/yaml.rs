@@ -99,7 +99,8 @@ fn too_deep(text: &str) -> Option<usize> {
     None
 }
 
-/// Byte offset of the character with this index.
+/// Returns the byte offset of the character with this index in the text; the length of the text if
+/// there is no such character.
 fn byte_of(text: &str, index: usize) -> usize {
     text.char_indices().nth(index).map_or(text.len(), |(at, _)| at)
 }

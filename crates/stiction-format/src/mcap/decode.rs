@@ -25,7 +25,7 @@ impl JointState {
 /// Binary or text encoding of the messages in a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Encoding {
-    /// Common Data Representation, of ROS 2.
+    /// Common Data Representation (CDR) of ROS 2.
     Cdr,
     /// The serialization of ROS 1.
     Ros1,
@@ -197,7 +197,7 @@ mod tests {
         for end in 0..data.len() {
             assert_eq!(decode(Encoding::Cdr, &data[..end]), None, "{end}");
         }
-        // Lengths beyond the end of the data do not cause large allocations.
+        // Checks that lengths beyond the end of the data do not cause large allocations.
         let huge = [&data[..16], &[0xff; 16]].concat();
         assert_eq!(decode(Encoding::Cdr, &huge), None);
     }

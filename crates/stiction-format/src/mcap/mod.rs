@@ -38,7 +38,7 @@ struct Recorded {
 /// stamp. If there are several topics with joint states, `/joint_states` is read.
 ///
 /// # Errors
-/// The reason, as the end of the sentence "cannot read FILE: ".
+/// Returns the reason as the end of the sentence "cannot read FILE: ".
 pub fn csv_of_mcap(bytes: &[u8], efforts: bool) -> Result<String, String> {
     let damaged = |error: ::mcap::McapError| {
         format!(

@@ -80,7 +80,8 @@ pub(crate) fn read(
     ActuatorDraft { name, spec, spans }
 }
 
-/// Reads the joints that a motor drives, each with its coefficient.
+/// Reads the names of the joints that a motor drives, each with a coefficient: the number in the
+/// table `joints`, or 1 for the key `joint`.
 fn driven_joints(record: &Record<'_>, what: &str) -> Option<Vec<(String, f64)>> {
     let context = record.context;
     match (record.value("joint"), record.value("joints")) {
@@ -102,7 +103,7 @@ fn driven_joints(record: &Record<'_>, what: &str) -> Option<Vec<(String, f64)>> 
     }
 }
 
-/// Reads a table of coefficients by joint name.
+/// Reads the table under `key`, which contains a coefficient for each joint name.
 pub(crate) fn coefficients(record: &Record<'_>, key: &str) -> Option<Vec<(String, f64)>> {
     let table = record.table(key)?;
     let each = table.entries.iter().map(|(joint, value)| {

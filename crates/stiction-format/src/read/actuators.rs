@@ -14,10 +14,10 @@ pub(crate) struct Actuators {
 }
 
 struct Actuator {
-    /// Name of the joint, followed by that of the degree of freedom if the joint has several
-    /// actuators.
+    /// Name of the actuator: the name of the joint, followed by the name of the degree of freedom
+    /// if the joint has several actuators.
     name: String,
-    /// Name of the joint, always followed by that of the degree of freedom.
+    /// Name of the joint, always followed by the name of the degree of freedom.
     long_name: String,
     translates: bool,
 }

@@ -116,8 +116,8 @@ fn apart(word: &str) -> Option<String> {
     (all && joints().count() > 1).then_some(apart)
 }
 
-/// Tests if a chain lists only joints: its second word is a joint symbol, and each other word is a
-/// joint symbol, a single character, or a word with an asterisk.
+/// Tests if a chain lists only joints: its second word is a joint symbol, and every word is a joint
+/// symbol, a single character, or a word with an asterisk.
 fn is_bare(words: &[Word<'_>]) -> bool {
     let is_joint = |word: &str| JointType::from_symbol(symbol(word)).is_some();
     let is_letter = |word: &str| symbol(word).chars().count() == 1 || word.ends_with('*');

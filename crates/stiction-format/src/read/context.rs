@@ -73,7 +73,7 @@ impl<'a> Context<'a> {
         self.out.borrow().is_full()
     }
 
-    /// Reports a value of the wrong form.
+    /// Reports a value of the wrong type; `expected` describes the expected value in the message.
     pub(crate) fn wrong(&self, value: &Value, expected: &str) {
         let found = value.describe();
         self.push(
@@ -82,7 +82,8 @@ impl<'a> Context<'a> {
         );
     }
 
-    /// Reports an unknown name.
+    /// Reports an unknown name of a part, which `kind` and the plural `kinds` describe, and
+    /// suggests a similar name among `known`.
     pub(crate) fn unknown_name<'n>(
         &self,
         span: &Span,
@@ -324,8 +325,8 @@ impl<'a> Context<'a> {
     }
 }
 
-/// Advice for a top-level key in the wrong place: in TOML, a key belongs to the nearest `[table]`
-/// above it.
+/// Returns advice for a top-level key in the wrong place: in TOML, a key belongs to the nearest
+/// `[table]` above it. Returns `None` for other keys.
 pub(crate) fn of_the_top(key: &str) -> Option<String> {
     fields::find(MODEL, key)?;
     Some(format!("`{key}` belongs to the whole model: put it above the first [table]"))

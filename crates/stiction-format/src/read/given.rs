@@ -283,7 +283,7 @@ impl ModelFile {
     }
 }
 
-/// Adds to a motion the warnings about its text.
+/// Adds the warnings about the text of a motion, collected in `context`, to the motion.
 fn with_doubts(context: &Context<'_>, mut motion: Motion) -> Motion {
     let found = context.out.borrow();
     for warning in found.iter().filter(|found| !found.is_error()) {
@@ -296,8 +296,8 @@ fn is_toml(name: &str) -> bool {
     name.to_lowercase().ends_with(".toml")
 }
 
-/// Reads the whole text of the file `name`, which `source` names; not for recordings, which are
-/// read in parts.
+/// Reads the whole text of the file `name`, which `source` names. Recordings are not read by this
+/// function, because they are read in parts.
 fn file(source: &Arc<Source>, name: &str, files: Files<'_>) -> Result<Source, Diagnostics> {
     match files(name).and_then(Contents::whole) {
         Ok(text) => Ok(Source::new(name, text)),

@@ -78,7 +78,7 @@ fn full(known: &[(String, String)], key: &str) -> Option<String> {
     known.iter().find(|(own, _)| own == key).map(|(_, name)| name.clone())
 }
 
-/// Replaces a part's name in the group by its full name in the leg.
+/// Replaces the key of a body or joint in the group by its full name in the model.
 fn rename(value: &mut Value, own: impl Fn(&str) -> Option<String>) {
     if let Some(name) = value.as_text().and_then(own) {
         value.node = Node::Text(Text { content: name, start: None });

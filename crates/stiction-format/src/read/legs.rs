@@ -1,4 +1,4 @@
-//! Expansion of equal legs around an axis into bodies and joints.
+//! Expands groups of equal legs around an axis into bodies, joints, actuators and springs.
 
 use super::actuator::{self, ActuatorDraft};
 use super::body::{self, BodyDraft};
@@ -99,7 +99,7 @@ fn read_group(context: &Context<'_>, table: &Table, all: &mut Expansion) {
 }
 
 /// Patterns of the names of joints and bodies, by the names in the chain. Each pattern consists of
-/// the text before the leg's name, the text after it, and its place.
+/// the text before the leg's name, the text after the leg's name, and the place of the pattern.
 type Patterns<'a> = HashMap<&'a str, (&'a str, &'a str, Span)>;
 
 fn patterns<'a>(context: &Context<'_>, names: Option<&'a Value>, chain: &'a Chain) -> Patterns<'a> {

@@ -152,7 +152,8 @@ pub(crate) fn read(
         motion.coordinates.clear();
         return None;
     }
-    // Times of samples are sums of `start` and a fraction of `duration`.
+    // Sample times are the sum of `start` and a fraction of `duration`, which rounding removes if
+    // `start` is too large.
     if duration > 0.0 && start.abs() * f64::EPSILON > 1e-3 * step.unwrap_or(STEP) {
         let message = "the start time is so large that consecutive samples round to the same time";
         context.push(
@@ -262,7 +263,7 @@ impl Reader<'_> {
             let path = match leaf.value {
                 Some(_) => leaf.path.clone(),
                 // An empty table is resolved under the name of an example coordinate, so that an
-                // unknown owner is reported.
+                // unknown body or joint is reported.
                 None => format!("{}.x", leaf.path),
             };
             match resolve(self.names, &path) {

@@ -67,9 +67,9 @@ pub(crate) fn leaves<'a>(table: &'a Table, own: &[Field]) -> Vec<Leaf<'a>> {
 /// Object that a path names.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Meaning<'a> {
-    /// Coordinate of a body, with its key such as `x`.
+    /// Coordinate of a body: the body, and the key of the coordinate such as `x`.
     Body(BodyId, &'a str),
-    /// Degree of freedom of a joint, by index.
+    /// Degree of freedom of a joint: the joint, its type, and the index of the degree of freedom.
     Joint(JointId, JointType, usize),
 }
 
@@ -80,7 +80,8 @@ pub(crate) enum Unresolved {
     Reported,
     /// The name is unknown.
     Unknown,
-    /// The name is known but does not have the requested coordinate: message and help.
+    /// The name is known but does not have the requested coordinate. The fields are the message and
+    /// the advice.
     Wrong(String, Option<String>),
 }
 
@@ -106,7 +107,7 @@ impl Unresolved {
     }
 }
 
-/// Finds the object that a path names.
+/// Finds the coordinate of a body or joint that a path such as `platform.x` names.
 pub(crate) fn resolve<'a>(names: &Names, path: &'a str) -> Result<Meaning<'a>, Unresolved> {
     let split = path.rsplit_once('.');
     let body = split.and_then(|(body, key)| Some(Meaning::Body(names.body(body)?, key)));

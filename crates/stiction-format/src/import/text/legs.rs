@@ -170,7 +170,8 @@ impl Writer<'_> {
         out
     }
 
-    /// Formats the chain with its bodies, such as `R cylinder P* rod S`.
+    /// Formats the chain of the group's legs, with the names of its bodies, such as
+    /// `R cylinder P* rod S`.
     fn chain(&self) -> String {
         let first = &self.group.legs[0];
         let mut words = Vec::new();

@@ -22,7 +22,7 @@ use stiction_core::spatial::Vec3;
 /// Maximum length of a comment line, characters.
 const WIDTH: usize = 100;
 
-/// Coordinate with its value in the motion that fixes the robot's configuration.
+/// Coordinate with its value, rad or m, in the motion that fixes the robot's configuration.
 #[derive(Clone, Debug)]
 pub(super) struct Held {
     /// Name of the coordinate as a key of a motion.
@@ -110,7 +110,8 @@ pub(super) fn write(context: &Context<'_>, robot: &Description, draft: &Draft<'_
     out
 }
 
-/// Formats the header of a table, followed by a comment with its line number in the imported file.
+/// Formats the header of a table, followed by a comment with the line number of the described part
+/// in the imported file.
 fn line(place: Option<&Place>, header: &str) -> String {
     match place {
         Some(place) => format!("{header:<35} # {}", place.line_column().0),
@@ -187,12 +188,12 @@ fn text(text: &str) -> String {
     toml::Value::from(text).to_string()
 }
 
-/// Writes a comment, wrapped to lines.
+/// Writes a text as a comment, wrapped at [`WIDTH`] characters.
 fn comment(out: &mut String, text: &str) {
     wrapped(out, text, ["# ", "# "]);
 }
 
-/// Writes an item of a list in a comment.
+/// Writes a text as an item of a bulleted list in a comment, wrapped at [`WIDTH`] characters.
 fn item(out: &mut String, text: &str) {
     wrapped(out, text, ["# - ", "#   "]);
 }

@@ -109,7 +109,8 @@ fn plain(robot: &Description, joint: usize, dof: usize) -> Motor {
     }
 }
 
-/// Writes all motors but those of the joints `in_legs`, which are written with their legs.
+/// Writes the tables of all motors except those of the joints `in_legs`, which are written with
+/// their legs.
 pub(super) fn write(
     context: &Context<'_>,
     out: &mut String,
@@ -168,7 +169,7 @@ fn several(out: &mut String, robot: &Description, motor: &JointMotor) {
         let _ = writeln!(out, "lead = {}", quantity(lead, "m/rev"));
     } else {
         if count > 0 {
-            // A lead of 2 pi m per revolution: one rad for each metre.
+            // A lead of 2 pi m per revolution converts one metre to one rad.
             let _ = writeln!(out, "lead = {}", quantity(std::f64::consts::TAU, "m/rev"));
         }
         if motor.gear != 1.0 {

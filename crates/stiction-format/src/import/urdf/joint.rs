@@ -194,10 +194,10 @@ pub(super) fn read_mimic(
 /// Changes the type of a joint and places both of its frames at the child's frame; a universal
 /// joint rotates about x, then about y.
 pub(super) fn retype(joint: &mut Joint, kind: JointType) {
-    // The frame of the child at zero coordinates.
+    // Pose of the child's frame in the parent's frame at zero coordinates.
     let frame = joint.frame_j * joint.frame_k.inverse();
     let axes = match kind {
-        // First axis x, second axis y.
+        // The first axis is x and the second axis is y.
         JointType::Universal => Mat3::from_columns(Vec3::unit(1), Vec3::unit(2), Vec3::unit(0)),
         _ => Mat3::identity(),
     };

@@ -149,8 +149,8 @@ fn link_body(context: &Context<'_>, link: &Element, name: String) -> Body {
     body
 }
 
-/// Returns the mesh of a `visual` element; `None` if the element has no mesh or the mesh file does
-/// not exist.
+/// Returns the mesh of a `visual` element; `None` if the element has no mesh or the mesh cannot be
+/// shown.
 fn mesh_of(context: &Context<'_>, visual: &Element) -> Option<VisualMesh> {
     let mesh = visual.child("geometry")?.child("mesh")?;
     let file = mesh.get("filename").filter(|file| context.has_mesh(file, mesh.place()))?.to_owned();

@@ -31,7 +31,7 @@ pub(crate) struct FrictionSpans {
 }
 
 impl FrictionSpans {
-    /// Place of the number that a message of the mechanism's builder calls `parameter`.
+    /// Returns the place of the number that a message of the mechanism's builder calls `parameter`.
     pub(crate) fn of_parameter(&self, parameter: &str, value: f64) -> Span {
         let key = match parameter {
             "coefficient" => "mu",

@@ -115,8 +115,8 @@ impl Rows {
 }
 
 impl Log {
-    /// Tests if the time of the last accepted row is wrong rather than `now`, s, the time of the
-    /// present row: without the last row, `now` would follow after a regular step.
+    /// Tests if the time of the last accepted row is wrong, rather than the time `now`, s, of the
+    /// current row: without the last accepted row, `now` would follow after a regular step.
     fn has_jumped_before(&self, now: f64) -> bool {
         let [.., first, before, last] = self.times[..] else { return false };
         last > now && now > before && now - before <= JUMP * (before - first)
@@ -126,7 +126,8 @@ impl Log {
 const LEAST: [usize; 2] = [20, 4];
 
 impl ModelFile {
-    /// Reads a log. A row is bad if a cell is not a number or its time does not increase; it is reported and omitted.
+    /// Reads a log. Rows with a cell that is not a number, or with a time that does not increase,
+    /// are reported and omitted.
     ///
     /// # Errors
     /// Columns that are missing or not understood, or too few good rows, each with its place.
