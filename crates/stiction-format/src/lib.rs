@@ -81,7 +81,7 @@
 //! | top level | `gravity` (world axes, required), `name`, `title`, `source`, `characteristic_length` |
 //! | `[base]` | `position` and `rotation` of the ground's frame in the world |
 //! | `[parameters]` | named quantities, which can refer to each other |
-//! | `[bodies.NAME]` | `mass`, `com`, `inertia` about `com`, `home` (an initial guess of the pose) |
+//! | `[bodies.NAME]` | `mass`, `com`, `inertia` about `com`, `home` (initial guess of the pose) |
 //! | `[joints.NAME]` | `type`, `from`, `to`, position (`at`, `to_at`, `axis`, …), `actuated`, `start`, `friction` |
 //! | `[legs]` or `[[legs]]` | equal legs around an axis, written as one chain |
 //! | `[default]` | `motion`, `load`, `friction` (`"on"`, `"off"`, `"one-pass"`) |

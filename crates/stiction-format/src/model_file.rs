@@ -85,7 +85,7 @@ pub struct Motion {
     pub start: f64,
     /// Duration, s; zero for a single pose.
     pub duration: f64,
-    /// Time step of the computed results, s; `None` if the model file does not specify it.
+    /// Time step of the computed results, s; `None` for the default.
     pub step: Option<f64>,
     /// Sample times of the recording that defines the motion, s, strictly increasing; `None` if the
     /// motion is not a recording.
