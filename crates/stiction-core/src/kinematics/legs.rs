@@ -1,11 +1,12 @@
-//! Closed-form coordinates of legs.
+//! Closed-form solutions for the coordinates of legs.
 //!
 //! A leg is a chain of joints from its root (the ground or a floating body) to a cut joint (S, U,
 //! R). The cut joint connects the last body of the leg to the ground or to another floating body.
-//! The poses of these bodies determine the point of the cut joint. The coordinates of the leg then
-//! follow from distances and heights that depend on only one of them (subproblems in the sense of
-//! Paden 1986 and Kahan). Rule and branch of each coordinate are selected by trial, such that they
-//! reproduce the coordinates of known configurations.
+//! The poses of the two floating or ground bodies determine the position of the cut joint's point.
+//! The coordinates of the leg then follow one after the other from distances and heights that each
+//! depend on a single coordinate (subproblems in the sense of Paden 1986 and Kahan). The rule and
+//! the solution branch for each coordinate are selected by trial, such that they reproduce the
+//! coordinates of known configurations.
 //!
 //! Equation (K7) of the book's theory.
 
@@ -28,8 +29,8 @@ pub struct Legs {
     legs: Vec<Leg>,
 }
 
-/// One coordinate of a leg: a rotation about an axis of the element's frame, or a translation along
-/// it.
+/// One coordinate of a leg: a rotation about an axis of the element's frame, or a translation
+/// along this axis.
 #[derive(Clone, Copy, Debug)]
 struct Element {
     axis: usize,
@@ -53,26 +54,27 @@ struct Leg {
     choices: Vec<Choice>,
 }
 
-/// Rule that determines either the first or the last of a leg's unknown coordinates.
+/// Rule that determines either the first or the last of a leg's coordinates that are still
+/// unknown.
 #[derive(Clone, Copy, Debug)]
 enum Rule {
-    /// Determines the last coordinate: rotations about the common point of all earlier axes
-    /// preserve the distance between the end of the leg and that point.
+    /// Determines the last unknown coordinate from the distance between the end of the leg and the
+    /// common point of all earlier axes. Rotations about these axes preserve the distance.
     LastByDistance,
-    /// Determines the first coordinate: the distance between the common point of all later axes and
-    /// the end of the leg is constant.
+    /// Determines the first unknown coordinate from the distance between the end of the leg and
+    /// the common point of all later axes. Rotations about these axes preserve the distance.
     FirstByDistance,
-    /// Determines the last coordinate: a rotation about the single axis before it preserves the
-    /// height of the leg's end along that axis.
+    /// Determines the last of two unknown coordinates from the height of the leg's end along the
+    /// axis of the first one. A rotation about this axis preserves the height.
     LastByHeight,
-    /// Determines the only unknown coordinate.
+    /// Determines the coordinate if it is the only unknown one.
     Alone,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Choice {
     rule: Rule,
-    /// Sign of the root: 1 or -1 selects one of the two solutions.
+    /// Sign of the square root, 1 or -1: selects one of the two solutions of the rule.
     branch: f64,
 }
 
@@ -80,7 +82,8 @@ impl Rule {
     const ALL: [Self; 4] =
         [Self::Alone, Self::LastByDistance, Self::FirstByDistance, Self::LastByHeight];
 
-    /// Returns `true` if the rule determines the last coordinate, `false` if the first or the only one.
+    /// Returns `true` if the rule determines the last unknown coordinate, and `false` if it
+    /// determines the first or the only one.
     fn is_last(self) -> bool {
         matches!(self, Self::LastByDistance | Self::LastByHeight)
     }
@@ -91,8 +94,8 @@ impl Element {
         Vec3::unit(self.axis)
     }
 
-    /// Computes the pose of the next element's frame in this element's frame at the given
-    /// coordinate.
+    /// Computes the pose of the element's frame after its displacement by `coordinate` (rad or m),
+    /// relative to the frame before the displacement.
     fn pose<T: Scalar>(&self, coordinate: T) -> Pose<T> {
         let q = coordinate * T::from_f64(self.sign);
         if self.slides {
@@ -102,7 +105,7 @@ impl Element {
         }
     }
 
-    /// Converts a displacement along the element's axis to the coordinate of a translation, m.
+    /// Converts a displacement (m) along the element's axis to the coordinate of the joint.
     fn slide<T: Scalar>(&self, displacement: T) -> T {
         displacement * T::from_f64(self.sign)
     }
@@ -111,8 +114,9 @@ impl Element {
         (sine * T::from_f64(self.sign)).atan2(cosine)
     }
 
-    /// Computes the coordinate that moves `point` to a place with the squared distance `square`
-    /// from `centre`; `branch` selects one of two solutions.
+    /// Computes the coordinate at which the displaced `point` has the squared distance `square`
+    /// from `centre`. `branch` (1 or -1) selects one of two solutions. All points are in the
+    /// element's frame.
     fn by_distance<T: Scalar>(&self, point: Vec3<T>, centre: Vec3<T>, square: T, branch: T) -> T {
         let axis = self.axis();
         if self.slides {
@@ -127,8 +131,9 @@ impl Element {
         self.by_product(point, centre, product, branch)
     }
 
-    /// Computes the angle about the axis for which the components of `point` (rotated) and `other`
-    /// normal to the axis have the scalar product `product`; `branch` selects one of two solutions.
+    /// Computes the angle by which `point` must rotate about the axis so that its component normal
+    /// to the axis has the scalar product `product` with that of `other`. `branch` (1 or -1)
+    /// selects one of two solutions.
     fn by_product<T: Scalar>(&self, point: Vec3<T>, other: Vec3<T>, product: T, branch: T) -> T {
         let axis = self.axis();
         let cosine = point.dot(other) - point.dot(axis) * other.dot(axis);
@@ -142,16 +147,16 @@ impl Element {
 }
 
 /// Computes the intersection of two axes or, if they are skew, the point of the first axis nearest
-/// to the second. The first axis passes through the origin, the second through the point `through`.
+/// to the second. `axis` and `other` are unit vectors along the axes; the first axis passes
+/// through the origin, the second through the point `through`.
 fn meeting<T: Scalar>(axis: Vec3<T>, other: Vec3<T>, through: Vec3<T>) -> Vec3<T> {
     let cosine = axis.dot(other);
     let along = axis.dot(through) - cosine * other.dot(through);
     axis * (along / (T::one() - cosine * cosine))
 }
 
-/// Part of a leg with unknown coordinates. They satisfy
-/// `fixed[0] e[0] fixed[1] e[1] ... fixed[n] point = target`, where `e` are the displacements of
-/// the elements.
+/// Part of a leg whose coordinates are still unknown. They satisfy `fixed[0] e[0] fixed[1] e[1]
+/// ... fixed[n] point = target`, where `e` are the displacements of the elements.
 struct Open<'a, T> {
     elements: &'a [Element],
     fixed: &'a [Pose<T>],
@@ -160,14 +165,14 @@ struct Open<'a, T> {
 }
 
 impl<T: Scalar> Open<'_, T> {
-    /// Pose of the frame of an element in the frame of an earlier element, with the coordinates of all
-    /// elements between them at zero.
+    /// Computes the pose of the frame of element `last` in the frame of the earlier element
+    /// `first`, with the coordinates of `first` and of all elements between the two at zero.
     fn between(&self, first: usize, last: usize) -> Pose<T> {
         self.fixed[first + 1..=last].iter().fold(Pose::identity(), |sum, fixed| sum * *fixed)
     }
 
-    /// Common point of the axes of one or two revolute elements, in the frame of the first element;
-    /// `None` for other elements.
+    /// Returns the common point of the axes of one or two revolute elements, in the frame of the
+    /// first of them; `None` for translations and for more than two elements.
     fn centre(&self, range: Range<usize>) -> Option<Vec3<T>> {
         if self.elements[range.clone()].iter().any(|element| element.slides) {
             return None;
@@ -183,7 +188,7 @@ impl<T: Scalar> Open<'_, T> {
         }
     }
 
-    /// Computes a coordinate by the given rule; `None` if the rule does not apply.
+    /// Computes the coordinate that the given rule determines; `None` if the rule does not apply.
     fn find(&self, Choice { rule, branch }: Choice) -> Option<T> {
         let branch = T::from_f64(branch);
         let count = self.elements.len();
@@ -235,8 +240,8 @@ impl<T: Scalar> Open<'_, T> {
 }
 
 impl Leg {
-    /// Computes the constant poses between successive elements, from the frame of the root body to
-    /// that of the last body.
+    /// Computes the constant poses between successive elements: the first is relative to the frame
+    /// of the root body, the last is that of the last body's frame.
     fn fixed<T: Scalar>(&self, topology: &Topology, parameters: &Parameters<T>) -> Vec<Pose<T>> {
         let mut fixed = Vec::with_capacity(self.elements.len() + 1);
         let mut pose = Pose::identity();
@@ -255,8 +260,9 @@ impl Leg {
         fixed
     }
 
-    /// Computes the position (m) of the cut joint's point, first in the frame of the leg's last
-    /// body, then in the frame of the root body.
+    /// Computes the position (m) of the cut joint's point: once as a point of the leg's last body
+    /// in the frame of that body, and once as a point of the body at the far side of the cut, in
+    /// the frame of the root body.
     fn points<T: Scalar>(
         &self,
         parameters: &Parameters<T>,
@@ -269,7 +275,7 @@ impl Leg {
     }
 
     /// Computes the leg's coordinates by `choices`, one after the other. Returns each value with
-    /// the index of its element.
+    /// the index of its element; `None` if a rule does not apply.
     fn follow<T: Scalar>(
         &self,
         topology: &Topology,
@@ -300,8 +306,8 @@ impl Leg {
         Some(found)
     }
 
-    /// Returns `true` if the last of the choices reproduces its coordinate of a known
-    /// configuration.
+    /// Returns `true` if the coordinate computed by the last of the `choices` equals the known
+    /// coordinate of the configuration `at`.
     fn agrees(&self, at: &Position<'_>, choices: &[Choice]) -> bool {
         let Position { topology, parameters, bodies, coordinates } = at;
         let poses = [&bodies.pose[self.root], &bodies.pose[self.end]];
@@ -318,7 +324,7 @@ impl Leg {
     }
 }
 
-/// Known coordinates of the spanning tree and the resulting poses of the bodies.
+/// A configuration: known coordinates of the spanning tree and the resulting poses of the bodies.
 struct Position<'a> {
     topology: &'a Topology,
     parameters: &'a Parameters<f64>,
@@ -332,9 +338,9 @@ fn is_placed(topology: &Topology, body: usize) -> bool {
     topology.node_of_body[body].is_none_or(|node| topology.nodes[node].link == Link::Floating)
 }
 
-/// Returns the elements of a joint's coordinates in order from frame J to frame K. Each consists of
-/// an axis (0, 1, 2 for x, y, z) and a flag that is `true` for a translation. `None` for joint
-/// types without closed forms.
+/// Returns the elementary motions of a joint in order from frame J to frame K, one for each
+/// coordinate: an axis (0, 1, 2 for x, y, z) and a flag that is `true` for a translation. `None`
+/// for joint types without closed forms.
 fn elements_of(joint_type: JointType) -> Option<&'static [(usize, bool)]> {
     match joint_type {
         JointType::Fixed => Some(&[]),
@@ -376,15 +382,16 @@ impl Legs {
         Self { legs: closed.collect() }
     }
 
-    /// Returns `true` if a coordinate of the spanning tree has a closed form.
+    /// Returns `true` if the spanning-tree coordinate with this index has a closed form.
     pub fn finds(&self, coordinate: usize) -> bool {
         let elements = self.legs.iter().flat_map(|leg| &leg.elements);
         elements.into_iter().any(|element| element.coordinate == coordinate)
     }
 
-    /// Computes the coordinates of the legs and passes the index and value of each to `receive`.
-    /// `floating` returns the pose of a floating body relative to the reference point. Dual numbers
-    /// as the scalar type yield rates and accelerations.
+    /// Computes the coordinates of all legs with closed forms and passes the index and value of
+    /// each to `receive`. `floating` returns the pose of a floating body in world axes relative to
+    /// the reference point. With dual numbers as the scalar type, the values include rates and
+    /// accelerations.
     pub fn find<T: Scalar>(
         &self,
         topology: &Topology,
@@ -405,8 +412,8 @@ impl Legs {
         }
     }
 
-    /// Returns the index of the spanning tree's degree of freedom for a coordinate with a closed
-    /// form.
+    /// Returns the index of the spanning tree's degree of freedom whose coordinate has the index
+    /// `coordinate`. Applies to coordinates with a closed form.
     pub fn dof(&self, topology: &Topology, coordinate: usize) -> Option<usize> {
         let mut nodes = topology.nodes.iter();
         let node = nodes.find(|node| node.coordinates.contains(&coordinate))?;
@@ -414,9 +421,11 @@ impl Legs {
     }
 }
 
-/// Returns the chain between a cut joint and the ground or a floating body, if this chain is a leg.
+/// Returns the chain between a cut joint and the ground or a floating body if this chain qualifies
+/// as a leg, and `None` otherwise.
 fn leg_of(topology: &Topology, cut: usize) -> Option<Leg> {
-    // Joints that constrain a point to a plane or line do not fix it.
+    // Other joint types, which constrain a point to a plane or a line, do not determine its
+    // position.
     let holds_a_point = matches!(
         topology.joint_types[cut],
         JointType::Spherical | JointType::Universal | JointType::Revolute

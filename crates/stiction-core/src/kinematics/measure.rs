@@ -1,4 +1,5 @@
-//! Prescribed coordinates as functions of the bodies' motion.
+//! Values, rates and second derivatives of prescribed coordinates, computed from the motion of the
+//! bodies.
 
 use super::bodies::Bodies;
 use super::coordinate::{AngleOrder, Coordinate, Target};
@@ -8,12 +9,13 @@ use crate::scalar::Scalar;
 use crate::spatial::{Mat3, Pose, Vec3, Wrench};
 use crate::topology::{Link, Role, Topology};
 
-/// Value of a coordinate, and the covector that maps a twist to its rate.
+/// Value of a coordinate, and the covector whose product with a twist is the rate of the
+/// coordinate.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Measured<T> {
     pub(super) value: T,
-    /// Covector with `rate = twist.power(covector)`. The twist is that of the body or, for a joint
-    /// coordinate, that of the successor relative to the predecessor.
+    /// Covector with `rate = twist.power(covector)`. The twist is that of the coordinate's body
+    /// or, for a joint coordinate, that of the successor relative to the predecessor.
     pub(super) covector: Wrench<T>,
 }
 
@@ -26,8 +28,8 @@ pub(crate) enum Difference {
     Angle,
 }
 
-/// Lists the spanning-tree nodes on which the coordinate depends, each with the sign of its
-/// contribution.
+/// Lists the spanning-tree nodes on which the coordinate depends. The sign of a node, 1 or -1,
+/// states whether its motion counts positive or negative.
 pub(super) fn path(topology: &Topology, coordinate: Coordinate) -> Vec<(usize, f64)> {
     match coordinate {
         Coordinate::Position { body, .. }
@@ -47,7 +49,7 @@ pub(super) fn path(topology: &Topology, coordinate: Coordinate) -> Vec<(usize, f
 }
 
 /// Returns how two values of a coordinate are subtracted. Joint coordinates of the spanning tree
-/// include full turns; coordinates computed from a pose are known modulo one turn.
+/// count full turns; angles computed from a pose are known only modulo a full turn.
 pub(crate) fn difference(topology: &Topology, coordinate: Coordinate) -> Difference {
     match coordinate {
         Coordinate::Angle { .. } => Difference::Angle,
@@ -61,8 +63,8 @@ pub(crate) fn difference(topology: &Topology, coordinate: Coordinate) -> Differe
     }
 }
 
-/// Index among the spanning tree's coordinates, if the coordinate is an angle of a joint in the
-/// tree.
+/// Returns the index of the coordinate among the spanning tree's coordinates if it is an angle of
+/// a joint in the tree, otherwise `None`.
 pub(super) fn tree_angle(topology: &Topology, coordinate: Coordinate) -> Option<usize> {
     let Coordinate::Joint { joint, dof } = coordinate else { return None };
     let node = topology.node_of(joint.0)?;
@@ -82,7 +84,8 @@ pub(crate) fn deviation<T: Scalar>(difference: Difference, found: T, reference: 
     }
 }
 
-/// Computes the value of a coordinate and its covector; requires the poses of the bodies.
+/// Computes the value of a coordinate and its covector from the poses of the bodies, which must be
+/// up to date.
 pub(super) fn measure<T: Scalar>(
     coordinate: Coordinate,
     topology: &Topology,
@@ -126,8 +129,8 @@ pub(super) fn measure<T: Scalar>(
     }
 }
 
-/// Computes the value and rate of a coordinate from the poses and twists of the bodies. Returns
-/// zero as the acceleration.
+/// Computes the value and rate of a coordinate from the poses and twists of the bodies. The
+/// acceleration in the returned target is zero.
 pub(crate) fn measure_motion(
     coordinate: Coordinate,
     topology: &Topology,
@@ -145,8 +148,8 @@ pub(crate) fn measure_motion(
     Target { value, rate, acceleration: 0.0 }
 }
 
-/// Computes the second derivative of a coordinate for zero accelerations of the spanning tree;
-/// requires the twists of the bodies.
+/// Computes the second time derivative that a coordinate has if all accelerations of the spanning
+/// tree are zero. The twists of the bodies must be up to date.
 pub(super) fn bias<T: Scalar>(
     coordinate: Coordinate,
     topology: &Topology,
@@ -179,7 +182,8 @@ pub(super) fn bias<T: Scalar>(
             bodies.bias[body.0].power(covector) + turning.component(axis)
         }
         Coordinate::Joint { joint, .. } => match topology.role[joint.0] {
-            // The rate is a rate of the spanning tree.
+            // The rate is itself a rate of the spanning tree, so it has no velocity-dependent
+            // part.
             Role::Tree { .. } => T::zero(),
             Role::Cut { .. } => {
                 let (predecessor, successor) = topology.ends[joint.0];
@@ -190,21 +194,21 @@ pub(super) fn bias<T: Scalar>(
     }
 }
 
-/// Rotation matrix of a body relative to the ground.
+/// Computes the rotation matrix of a body relative to the ground.
 pub(super) fn seen_from<T: Scalar>(ground: Pose<T>, body: Pose<T>) -> Mat3<T> {
     ground.rotation.transpose() * body.rotation
 }
 
-/// Returns the axes of an order and the sign of their permutation. For orders like zxz, the third
-/// returned axis is the one that the order does not contain.
+/// Returns the axes of a rotation order and the sign of their permutation. For orders like zxz,
+/// the third returned axis is the one that the order does not contain.
 fn parity(order: AngleOrder) -> (usize, usize, usize, f64) {
     let [i, j, last] = order.axes();
     let k = if order.is_tait_bryan() { last } else { 3 - i - j };
     (i, j, k, if (i + 1) % 3 == j { 1.0 } else { -1.0 })
 }
 
-/// Computes the three angles of a rotation matrix. The second angle is in [-pi/2, pi/2] for orders
-/// of three different axes, and in [0, pi] for orders like zxz.
+/// Computes the three intrinsic angles of a rotation matrix, rad. The second angle is in [-pi/2,
+/// pi/2] for orders of three different axes, and in [0, pi] for orders like zxz.
 pub(super) fn intrinsic_angles<T: Scalar>(r: Mat3<T>, order: AngleOrder) -> [T; 3] {
     let (i, j, k, sign) = parity(order);
     let sign = T::from_f64(sign);
@@ -225,8 +229,8 @@ pub(super) fn intrinsic_angles<T: Scalar>(r: Mat3<T>, order: AngleOrder) -> [T; 
     }
 }
 
-/// Computes the axes of the three rotations, in the frame relative to which the angles rotate the
-/// body.
+/// Computes the unit vectors along the axes of the three successive rotations, in the frame
+/// relative to which the body is rotated.
 fn axes_of<T: Scalar>(order: AngleOrder, angles: [T; 3]) -> [Vec3<T>; 3] {
     let [a, b, c] = order.axes();
     let first = Mat3::about_axis(a, angles[0].sin_cos());
@@ -234,8 +238,8 @@ fn axes_of<T: Scalar>(order: AngleOrder, angles: [T; 3]) -> [Vec3<T>; 3] {
     [Vec3::unit(a), first.columns[b], second.columns[c]]
 }
 
-/// Computes the rows of the matrix that maps the angular velocity to the rates of the angles: the
-/// basis reciprocal to the axes.
+/// Computes the rows of the matrix that maps the angular velocity to the rates of the three
+/// angles. The rows are the basis reciprocal to the rotation axes.
 fn rate_rows<T: Scalar>([a, b, c]: [Vec3<T>; 3]) -> [Vec3<T>; 3] {
     let over = a.dot(b.cross(c)).recip();
     [b.cross(c) * over, c.cross(a) * over, a.cross(b) * over]

@@ -1,5 +1,6 @@
-//! Motion constraints (loop closures, gearings, prescribed coordinates, locked passive spins) as
-//! rows of the linear system of [`super::system`], and the pattern of nonzeros of this system.
+//! Motion constraints (loop closures, gearings, prescribed coordinates, passive spins with zero
+//! rate) as rows of the linear system of [`super::system`], and the nonzero pattern of this
+//! system.
 
 use super::coordinate::Coordinate;
 use super::measure::{self, Difference};
@@ -8,23 +9,26 @@ use crate::mechanism::BodyId;
 use crate::spatial::Vec3;
 use crate::topology::Topology;
 
-/// Constraints on the motion: loop closure, gearings, prescribed coordinates and locked passive spins.
+/// Constraints on the motion: loop closures, gearings, prescribed coordinates, and passive spins
+/// whose rate is set to zero.
 #[derive(Clone, Debug)]
 pub struct MotionConstraints {
     pub(super) rows: Vec<Row>,
-    /// Number of loop-closure rows, which come first: constraints of cut joints, then gearings.
+    /// Number of loop-closure rows. They are the first rows of the system: constraints of cut
+    /// joints, followed by gearings.
     pub(super) closures: usize,
     pub(super) coordinates: Vec<Coordinate>,
     /// For each prescribed coordinate that is a component of a rotation vector: the indices of all
-    /// three components, if all three are prescribed; otherwise `None`.
+    /// three components of that vector among the prescribed coordinates. `None` if they are not
+    /// all prescribed, and for other coordinates.
     pub(super) orientations: Vec<Option<[usize; 3]>>,
     pub(super) differences: Vec<Difference>,
     pub(super) spins: Vec<Spin>,
     pub(super) entries: Vec<Entry>,
 }
 
-/// A row of the system: the spanning-tree nodes whose degrees of freedom it contains, each with a
-/// sign.
+/// Row of the linear system. Its path lists the spanning-tree nodes whose degrees of freedom
+/// appear in the row, each with the sign of its contribution.
 #[derive(Clone, Debug)]
 pub(super) struct Row {
     pub(super) path: Vec<(usize, f64)>,
@@ -46,8 +50,8 @@ pub struct Spin {
 }
 
 impl MotionConstraints {
-    /// Creates the constraints of all loops and gearings, of the prescribed `coordinates` and of
-    /// the locked `spins`.
+    /// Creates the constraints of all loops and gearings, of the prescribed `coordinates`, and of
+    /// the passive `spins` whose rate is set to zero.
     pub fn new(topology: &Topology, coordinates: &[Coordinate], spins: &[Spin]) -> Self {
         let mut rows = Vec::new();
         for cut in &topology.cuts {
@@ -93,14 +97,14 @@ impl MotionConstraints {
         }
     }
 
-    /// Prescribed coordinates.
+    /// Returns the prescribed coordinates.
     pub fn coordinates(&self) -> &[Coordinate] {
         &self.coordinates
     }
 
-    /// Index of each prescribed coordinate among the spanning tree's coordinates if it is an angle
-    /// of a joint in the tree, otherwise `None`. Such an angle includes whole turns, which cannot
-    /// be determined from poses.
+    /// For each prescribed coordinate that is an angle of a spanning-tree joint, yields the index
+    /// of the angle among the spanning tree's coordinates; otherwise `None`. These angles count
+    /// full turns, which poses cannot reveal.
     pub fn tree_angles<'a>(
         &'a self,
         topology: &'a Topology,
@@ -108,35 +112,36 @@ impl MotionConstraints {
         self.coordinates.iter().map(|coordinate| measure::tree_angle(topology, *coordinate))
     }
 
-    /// Locked passive spins.
+    /// Returns the passive spins whose rate is set to zero.
     pub fn spins(&self) -> &[Spin] {
         &self.spins
     }
 
-    /// Row and column indices of the system's structural nonzeros, row by row.
+    /// Returns the row and column indices of the system's structural nonzeros, in row order.
     pub(super) fn entries(&self) -> &[Entry] {
         &self.entries
     }
 
-    /// Number of rows of the system.
+    /// Returns the number of rows of the system.
     pub(super) fn row_count(&self) -> usize {
         self.rows.len()
     }
 
-    /// Returns a flag for each row: `true` if its error is an angle, `false` if it is a length.
+    /// Yields a flag for each row: `true` if its error is an angle, `false` if it is a length.
     pub(super) fn are_angles(&self) -> impl Iterator<Item = bool> + '_ {
         self.rows.iter().map(|row| row.is_angle)
     }
 
-    /// Factors that make errors of angles and lengths comparable: 1 for angles, `1 / length` for
-    /// lengths.
+    /// Returns a factor for each row that makes errors of angles and lengths comparable: 1 for
+    /// angles, `1 / length` for lengths, with the characteristic length `length` in m.
     pub(super) fn row_scales(&self, length: f64) -> Vec<f64> {
         self.rows.iter().map(|row| if row.is_angle { 1.0 } else { 1.0 / length }).collect()
     }
 }
 
-/// Returns the indices of all three components of a rotation vector if `coordinate` is one of them
-/// and all are prescribed. The length of the vector may then exceed half a turn.
+/// Returns the indices of all three components of a rotation vector among `coordinates` if
+/// `coordinate` is one of them and all three are prescribed. If all three are prescribed, the
+/// angle of the rotation vector may exceed half a turn.
 fn orientation(coordinates: &[Coordinate], coordinate: Coordinate) -> Option<[usize; 3]> {
     let Coordinate::RotationVector { body, .. } = coordinate else { return None };
     let place =

@@ -1,4 +1,5 @@
-//! Assembly from incomplete data, and the constraints on rates at the resulting configuration.
+//! Assembly of a configuration from an incomplete set of prescribed coordinates, and the linear
+//! constraints on the rates at this configuration.
 
 use super::assembly::Given;
 use super::bodies::State;
@@ -13,39 +14,40 @@ use crate::spatial::Pose;
 use crate::topology::Topology;
 use nalgebra::DVector;
 
-/// Tolerance of loop closure and of given values (rad, or m divided by the characteristic length).
+/// Largest scaled error at which a loop counts as closed and a given value as attained (rad, or m
+/// divided by the characteristic length).
 pub(super) const MET: f64 = 1e-12;
-/// Newton's method with minimum-norm steps replaces the damped steps once the scaled error is below
-/// this value.
+/// Scaled error below which Newton's method with minimum-norm steps replaces the damped
+/// least-squares steps.
 const NEAR: f64 = 1e-3;
 /// Scaled error at which Newton's method stops.
 const ROUND_OFF: f64 = 1e-15;
-/// Damped steps stop at this fraction of [`MET`].
+/// The final damped steps stop when the scaled error is below this fraction of [`MET`].
 const FRACTION: f64 = 0.1;
-/// Longest accepted step of Newton's method, rad and characteristic lengths. At a regular
-/// configuration with errors below [`NEAR`], shorter steps suffice; near a singular one, a longer
-/// step would lead to a distant solution.
+/// Longest accepted step of Newton's method, in radians and characteristic lengths. At a regular
+/// configuration with errors below [`NEAR`], shorter steps suffice; near a singular configuration,
+/// a longer step would lead to a distant solution.
 const LONGEST: f64 = 0.25;
-/// Maximum number of damped steps, and maximum number of Newton steps.
+/// Maximum number of damped steps and, separately, of Newton steps.
 const STEPS: usize = 500;
 /// A row of the Jacobian counts as dependent on other rows if its component orthogonal to them is
 /// at most this fraction of the largest row norm (or of 1, if that is greater).
 const DEPENDENT: f64 = 1e-10;
 
-/// A violated condition; `by` is the residual, m or rad.
+/// Condition that the computed configuration violates; `by` is the residual, m or rad.
 pub(crate) struct Missed {
     pub(crate) what: What,
     pub(crate) by: f64,
     pub(crate) is_angle: bool,
 }
 
-/// Condition on the coordinates that a row expresses.
+/// Condition that a row of the position or rate equations expresses.
 pub(crate) enum What {
-    /// Closure of the joint with this index.
+    /// Closure of the loop at the cut joint with this index.
     Joint(usize),
     /// Equation of the gearing with this index in the mechanism.
     Gearing(usize),
-    /// Given value of the coordinate with this index in the list.
+    /// Given value or rate of the coordinate with this index in the caller's list.
     Given(usize),
 }
 
@@ -68,12 +70,12 @@ fn targets(values: &[f64]) -> Vec<Target<f64>> {
     values.iter().map(|&value| Target { value, rate: 0.0, acceleration: 0.0 }).collect()
 }
 
-/// Computes a state near the model's reference configuration that closes the loops and has the
-/// given values of coordinates. Newton steps have minimum norm, so unrelated coordinates do not
-/// move.
+/// Computes a state near the model's reference configuration in which the loops are closed and the
+/// listed coordinates have the given values (rad or m). Newton steps have minimum norm, so
+/// unrelated coordinates do not move.
 ///
 /// # Errors
-/// Returns the condition with the largest residual if the conditions cannot all be met.
+/// Returns the condition with the largest residual if not all conditions can be met.
 pub(crate) fn assemble_partly(
     mechanism: &Mechanism,
     topology: &Topology,
@@ -90,7 +92,7 @@ pub(crate) fn assemble_partly(
     let equations = PositionEquations::new(topology, parameters, &motion_constraints, &targets);
     let mut reached = equations.solve(&mut kinematics, &mut state, NEAR, STEPS).error;
     if reached > NEAR {
-        // Retry from the start coordinates of the model, moving to the given values.
+        // Retry from the start coordinates of the model with the given values as targets.
         let mut other = given.reference(false).state;
         let error = equations.solve(&mut kinematics, &mut other, NEAR, STEPS).error;
         if error < reached {
@@ -105,13 +107,14 @@ pub(crate) fn assemble_partly(
         || reached.is_nan()
         || errors.iter().any(|error| error.abs() > MET || error.is_nan())
     {
-        // Near a singular configuration, only damped steps converge. If the loops cannot close, the
-        // steps end at the least error.
+        // Near a singular configuration, only damped steps converge. If the loops cannot close,
+        // the damped steps end at the smallest error.
         equations.solve(&mut kinematics, &mut state, FRACTION * MET, STEPS);
         errors = close(&equations, &mut kinematics, &mut state);
     }
     let size = |row: usize| if errors[row].is_nan() { f64::INFINITY } else { errors[row].abs() };
-    // Report a contradictory given value rather than the loop that this value opens.
+    // Report a contradictory given value rather than the loop that cannot close because of this
+    // value.
     let worst = (0..errors.len()).max_by(|a, b| size(*a).total_cmp(&size(*b)));
     let Some(row) = worst.filter(|row| size(*row) > MET) else { return Ok(state) };
     let given = (topology.closures()..errors.len()).max_by(|a, b| size(*a).total_cmp(&size(*b)));
@@ -121,7 +124,7 @@ pub(crate) fn assemble_partly(
 }
 
 /// Closes the loops to round-off by Newton's method with minimum-norm steps, until the errors no
-/// longer decrease; returns the scaled errors.
+/// longer decrease. Returns the scaled errors (rad, or m divided by the characteristic length).
 fn close(
     equations: &PositionEquations<'_>,
     kinematics: &mut Kinematics<f64>,
@@ -155,9 +158,10 @@ fn close(
 }
 
 /// Linear equations for the rates of the spanning tree: the equations of loops and gearings,
-/// followed by those of the coordinates with given rates.
+/// followed by those of the coordinates whose rates are given.
 pub(crate) struct RateRows {
-    /// Scaled matrix, row by row; rates of lengths are in characteristic lengths per second.
+    /// Scaled matrix in row-major order; its columns belong to rates in rad/s, and to rates of
+    /// lengths in characteristic lengths per second.
     pub(crate) matrix: Vec<f64>,
     pub(crate) rights: Vec<f64>,
     pub(crate) scales: Vec<f64>,

@@ -1,4 +1,5 @@
-//! Random configurations that are distant from each other and reachable from a given configuration.
+//! Generates random configurations that are distant from each other and can be reached from a
+//! given configuration by a continuous motion.
 
 use super::bodies::State;
 use super::tracing::Loops;
@@ -8,23 +9,24 @@ use crate::random::Random;
 use crate::topology::Topology;
 use nalgebra::DVector;
 
-/// Size of a step, in radians and characteristic lengths.
+/// Nominal length of a step, in radians and characteristic lengths.
 const STRIDE: f64 = 0.1;
-/// Number of steps from one configuration to the next.
+/// Number of steps from one returned configuration to the next.
 const STRIDES: usize = 8;
-/// Maximum number of retries after a failed step. Near the end of the range of motion, few
-/// directions succeed.
+/// Maximum number of retries after a failed step. Near the end of the range of motion, only a few
+/// directions lead to a successful step.
 const TRIES: usize = 6;
-/// Singular vectors with singular values below this fraction of the largest value are permitted
-/// motions.
+/// Right singular vectors of the loop Jacobian are permitted directions of motion if their
+/// singular values are below this fraction of the largest singular value.
 const OPEN: f64 = 1e-6;
 
-/// Random configurations, and the largest distance of any of them from the initial configuration.
+/// Set of random configurations, with their largest distance from the initial configuration.
 pub(crate) struct RandomConfiguration {
-    /// Configurations with all loops closed. The initial configuration appears only if no step from
-    /// it succeeds, for example if the mechanism is immobile.
+    /// Configurations with all loops closed. The initial configuration is among them only if no
+    /// step from it succeeds, for example if the mechanism is immobile.
     pub(crate) states: Vec<State<f64>>,
-    /// Largest distance of a configuration from the initial one, in rad and characteristic lengths.
+    /// Largest distance of a configuration from the initial one, in radians and characteristic
+    /// lengths.
     pub(crate) reach: f64,
 }
 
@@ -44,8 +46,8 @@ impl RandomConfiguration {
         let mut reach = 0.0_f64;
         let mut states = Vec::with_capacity(count);
         for _ in 0..count {
-            // A random walk returns repeatedly to its start; steps that keep one direction between
-            // configurations do not.
+            // Within one series of steps, the direction is kept: a walk with a new random
+            // direction at each step would return repeatedly to its start.
             let mut heading: Option<DVector<f64>> = None;
             for _ in 0..STRIDES {
                 let decomposition = loops.decompose(&at, Limit::OfLargest(OPEN));
@@ -68,9 +70,10 @@ impl RandomConfiguration {
     }
 }
 
-/// Takes a random step that keeps the loops closed. The direction is that of the last step
-/// (`heading`), projected on the permitted directions `open`, or a random one if the projection is
-/// short.
+/// Takes a random step that keeps the loops closed. Its direction is that of the previous step
+/// (`heading`), projected on the permitted directions `open`. If the projection is short or the
+/// step fails, random directions are tried. Returns the new state and the scaled step; `None` if
+/// all attempts fail.
 fn stride(
     loops: &mut Loops<'_>,
     random: &mut Random,
@@ -88,10 +91,11 @@ fn stride(
             (0, Some(ahead)) => ahead.clone(),
             _ => random.within(open),
         };
-        // Steps of equal length could return to the start along a single degree of freedom.
+        // With steps of equal length, forward and backward steps along a single degree of freedom
+        // could end exactly at the start.
         let step = direction * (STRIDE * (1.0 + 0.5 * random.number()));
         if let Some((next, moved)) = loops.step(at, &step)
-            // Reject blocked steps, which return, and jumps to another branch.
+            // Reject steps that hardly move, and jumps to another branch of solutions.
             && moved.norm() > 0.2 * STRIDE
             && moved.norm() < 3.0 * STRIDE
         {
@@ -102,7 +106,8 @@ fn stride(
 }
 
 impl Loops<'_> {
-    /// Computes the rank and the null space of the scaled loop Jacobian at a configuration.
+    /// Decomposes the scaled loop Jacobian at a configuration; the result contains its rank and
+    /// null space.
     pub(super) fn decompose(&mut self, state: &State<f64>, limit: Limit) -> Decomposition {
         self.errors(state);
         let jacobian = self.jacobian();

@@ -7,8 +7,9 @@ use crate::scalar::Scalar;
 use crate::spatial::{Mat3, Vec3};
 
 impl Target<f64> {
-    /// Computes the components of a rotation's rotation vector with their time derivatives, from the angular
-    /// velocity (rad/s) and acceleration (rad/s^2) in the axes of the fixed frame.
+    /// Computes the three components of the rotation vector of `rotation`, with their first and
+    /// second time derivatives. The angular velocity `omega` (rad/s) and the angular acceleration
+    /// `alpha` (rad/s^2) are given in the axes of the fixed frame.
     pub fn of_rotation(rotation: Mat3<f64>, omega: Vec3<f64>, alpha: Vec3<f64>) -> [Self; 3] {
         let vector = RotationVector::of(rotation);
         let matrix = vector.rate_matrix();
@@ -27,9 +28,9 @@ impl Target<f64> {
 /// `c = 1/a^2 - (1 + cos a) / (2 a sin a)`.
 pub(crate) struct RotationVector<T> {
     pub(crate) value: Vec3<T>,
-    /// Coefficient `c` of the rate.
+    /// Coefficient `c` in the formula for the rate of the vector.
     coefficient: T,
-    /// Derivative of the coefficient divided by the length, `(dc/da) / a`.
+    /// Derivative of the coefficient `c` divided by the length `a` of the vector, `(dc/da) / a`.
     slope: T,
 }
 
@@ -39,7 +40,8 @@ impl<T: Scalar> RotationVector<T> {
         let half = T::from_f64(0.5);
         let sine = w.norm();
         let angle = sine.atan2((rotation.trace() - T::one()) * half);
-        // Power series near zero; at the switch, a = 0.1, both forms are accurate to 1e-13.
+        // Power series near zero. At the angle 0.1, where the formulas switch, both are accurate
+        // to 1e-13.
         let large = angle - T::from_f64(0.1);
         let safe = large.if_positive(angle, T::one());
         let (s, c) = safe.sin_cos();
@@ -81,14 +83,16 @@ impl<T: Scalar> RotationVector<T> {
         }
     }
 
-    /// Returns the matrix `A` of the rate `r' = A omega`.
+    /// Returns the matrix `A` that maps the angular velocity to the rate of the vector, `r' = A
+    /// omega`.
     pub(crate) fn rate_matrix(&self) -> Mat3<T> {
         self.matrix(|r, e| {
             e - r.cross(e) * T::from_f64(0.5) + r.cross(r.cross(e)) * self.coefficient
         })
     }
 
-    /// Returns the time derivative of [`Self::rate_matrix`].
+    /// Computes the time derivative of [`Self::rate_matrix`] at the angular velocity `omega`
+    /// (rad/s).
     pub(super) fn rate_matrix_change(&self, omega: Vec3<T>) -> Mat3<T> {
         let rate = self.rate_matrix() * omega;
         let change = self.slope * self.value.dot(rate);
@@ -117,9 +121,9 @@ fn series<T: Scalar>(x: T, coefficients: &[f64]) -> T {
     sum
 }
 
-/// Prescribed orientation `exp(r)` with its angular velocity and acceleration. The length of `r`
-/// may exceed half turns and whole turns, unlike that of the rotation vector computed from an
-/// orientation.
+/// Prescribed orientation `exp(r)` with its angular velocity and acceleration. The length of the
+/// prescribed vector `r` may exceed half a turn and even full turns. A rotation vector computed
+/// from an orientation is at most half a turn long.
 pub(super) struct Orientation<T> {
     /// Rotation matrix `exp(r)`.
     pub(super) rotation: Mat3<T>,
@@ -130,12 +134,13 @@ pub(super) struct Orientation<T> {
 }
 
 impl<T: Scalar> Orientation<T> {
-    /// Computes the orientation from a rotation vector and its derivatives, with `a = |r|`:
-    /// `omega = r' + b r x r' + d r x (r x r')`, `b = (1 - cos a)/a^2`, `d = (a - sin a)/a^3`.
+    /// Computes the orientation from a rotation vector and its first and second time derivatives.
+    /// The angular velocity is `omega = r' + b r x r' + d r x (r x r')` with `a = |r|`, `b = (1 -
+    /// cos a)/a^2`, `d = (a - sin a)/a^3`.
     pub(super) fn of(r: Vec3<T>, rate: Vec3<T>, acceleration: Vec3<T>) -> Self {
         let a2 = r.norm_squared();
         let number = T::from_f64;
-        // Power series for a^2 below 1, closed forms above.
+        // Power series for `a^2` below 1, closed forms otherwise.
         let large = a2 - T::one();
         let safe2 = large.if_positive(a2, T::one());
         let a = safe2.norm_of_square();
@@ -145,7 +150,7 @@ impl<T: Scalar> Orientation<T> {
         let sinc = choose(s / a, &SINC);
         let b = choose((T::one() - c) * over2, &B);
         let d = choose((a - s) * over2 / a, &D);
-        // `(db/da) / a` and `(dd/da) / a`.
+        // Derivatives of `b` and `d`, divided by `a`: `(db/da) / a` and `(dd/da) / a`.
         let b_slope = choose((a * s - (T::one() - c) * number(2.0)) * over2 * over2, &B_SLOPE);
         let d_slope =
             choose((s * number(3.0) - a * (c + number(2.0))) * over2 * over2 / a, &D_SLOPE);
@@ -162,16 +167,17 @@ impl<T: Scalar> Orientation<T> {
     }
 }
 
-/// Coefficients `(-1)^n / (2n + k)!` of the powers of `a^2` in the series of `sin a / a` and
-/// similar functions.
+/// Coefficients `(-1)^n / (2n + 1)!` of the powers of `a^2` in the series of `sin a / a`. The
+/// constants that follow contain those of `b`, `d` and their slopes in [`Orientation::of`].
 const SINC: [f64; 9] = alternating(1, false);
 const B: [f64; 9] = alternating(2, false);
 const D: [f64; 9] = alternating(3, false);
 const B_SLOPE: [f64; 9] = alternating(2, true);
 const D_SLOPE: [f64; 9] = alternating(3, true);
 
-/// Computes the coefficients `(-1)^n / (2n + k)!`. If `slope` is set, computes those of the
-/// derivative divided by `a`: `(-1)^m 2m / (2m + k)!` with `m = n + 1`.
+/// Computes the series coefficients `(-1)^n / (2n + k)!`. If `slope` is set, computes the
+/// coefficients of the derivative of the series divided by `a`: `(-1)^m 2m / (2m + k)!` with `m =
+/// n + 1`.
 const fn alternating(k: usize, slope: bool) -> [f64; 9] {
     let mut terms = [0.0; 9];
     let mut n = 0;
@@ -199,9 +205,9 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Along `r(t) = r0 + r1 t`, checks that the rate matrix times the angular velocity equals
-        /// `r1`, and that the change of the matrix equals its computed derivative. The angular
-        /// velocity follows from the rotation in dual numbers.
+        /// Checks at `r(t) = r0 + r1 t` that the rate matrix times the angular velocity equals
+        /// `r1`, and that `rate_matrix_change` equals the derivative of the rate matrix in dual
+        /// numbers. The angular velocity follows from the rotation matrix in dual numbers.
         #[test]
         fn rotation_vector_rates_are_exact(
             r0 in prop::array::uniform3(-1.7..1.7f64),
@@ -214,7 +220,8 @@ mod tests {
             type D = Dual<f64, 1>;
             let at = |t: D| Vec3::new(D::from_f64(r0.x), D::from_f64(r0.y), D::from_f64(r0.z))
                 + Vec3::new(D::from_f64(r1.x), D::from_f64(r1.y), D::from_f64(r1.z)) * t;
-            // exp by its power series, exact for these sizes; w = R' R^T.
+            // `exp` is a power series, whose truncation error is negligible for vectors of this
+            // length. The angular velocity follows from `R' R^T`.
             let exp = |r: Vec3<D>| {
                 let column = |e: Vec3<D>| {
                     let (mut term, mut sum) = (e, e);
@@ -247,8 +254,8 @@ mod tests {
             }
         }
 
-        /// Compares the orientation, its angular velocity and acceleration with the exponential
-        /// series, also beyond a full turn.
+        /// Checks the orientation, its angular velocity and its angular acceleration against the
+        /// exponential series, for rotations up to more than a full turn.
         #[test]
         fn orientations_are_exact(
             r0 in prop::array::uniform3(-5.0..5.0f64),
@@ -257,7 +264,7 @@ mod tests {
             shrink in prop::sample::select(vec![1.0, 0.2, 0.11, 1e-3, 1e-9, 0.0]),
         ) {
             let (r0, r1, r2) = (Vec3::from(r0) * shrink, Vec3::from(r1), Vec3::from(r2));
-            // First and second derivatives by nested dual numbers along t.
+            // First and second time derivatives by nested dual numbers.
             type D1 = Dual<f64, 1>;
             type D2 = Dual<D1, 1>;
             let t = D2 { value: D1::variable(0.0, 0), slope: [D1::from_f64(1.0)] };
@@ -283,7 +290,8 @@ mod tests {
             let differ = |a: Mat3<f64>, b: Mat3<f64>| {
                 (0..3).map(|k| (a.columns[k] - b.columns[k]).norm()).fold(0.0, f64::max)
             };
-            // The series loses digits as its terms grow, to e^8.
+            // The tolerance is wide because terms of the series grow up to about e^8, which costs
+            // digits.
             prop_assert!(differ(found.rotation, value) < 1e-11);
             let omega = (first * value.transpose()).skew_part();
             prop_assert!((found.rate - omega).norm() < 1e-10, "{:?} {omega:?}", found.rate);
