@@ -1,5 +1,6 @@
-//! Mechanics of closed-chain mechanisms with load-dependent joint friction: kinematics, inverse and forward
-//! dynamics, joint reactions, mobility and singularities. No I/O, no clock, no threads.
+//! Mechanics of closed-chain mechanisms with load-dependent joint friction: kinematics, inverse and
+//! forward dynamics, joint reactions, mobility and singularities. The crate performs no I/O, reads
+//! no clock and starts no threads.
 //!
 //! A [`MechanismBuilder`] builds a [`Mechanism`]. [`InverseDynamics`] moves the mechanism along
 //! prescribed coordinates and computes efforts (actuator forces and torques), reactions and
@@ -9,7 +10,8 @@
 //! distance of a configuration from singularities. Quantities are in SI units and radians. A
 //! reaction is the wrench that a joint's predecessor exerts on its successor.
 //!
-//! A five-bar linkage with friction in its joints and actuators at both bases:
+//! This example computes the inverse dynamics of a five-bar linkage with friction in its joints and
+//! actuators at both bases:
 //!
 //! ```
 //! use stiction_core::{
@@ -58,7 +60,8 @@
 //! let (force, _moment) = forces.reactions[0];
 //! assert!((forces.interfaces[0].power - 0.1 * force.norm() * 0.01 * 0.3).abs() < 1e-15);
 //!
-//! // In a control loop: no allocation, loops closed from the configuration before, a status with the reason.
+//! // In a control loop, nothing is allocated. The solution starts from the previous configuration,
+//! // and a failure is reported as a status with the reason.
 //! let model = solver.model()?;
 //! let mut data = model.data(solver.state(), Settings::default());
 //! let status = model.inverse_dynamics(&mut data, &[2.15, 0.9], &[0.3, -0.2], &[0.0; 2], &[]);

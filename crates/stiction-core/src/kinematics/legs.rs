@@ -131,9 +131,9 @@ impl Element {
         self.by_product(point, centre, product, branch)
     }
 
-    /// Computes the angle by which `point` must rotate about the axis so that its component normal
-    /// to the axis has the scalar product `product` with that of `other`. `branch` (1 or -1)
-    /// selects one of two solutions.
+    /// Computes the coordinate (rad) of the rotation after which the component of `point` normal to
+    /// the axis has the scalar product `product` with that of `other`. `branch` (1 or -1) selects
+    /// one of two solutions.
     fn by_product<T: Scalar>(&self, point: Vec3<T>, other: Vec3<T>, product: T, branch: T) -> T {
         let axis = self.axis();
         let cosine = point.dot(other) - point.dot(axis) * other.dot(axis);
@@ -155,8 +155,9 @@ fn meeting<T: Scalar>(axis: Vec3<T>, other: Vec3<T>, through: Vec3<T>) -> Vec3<T
     axis * (along / (T::one() - cosine * cosine))
 }
 
-/// Part of a leg whose coordinates are still unknown. They satisfy `fixed[0] e[0] fixed[1] e[1]
-/// ... fixed[n] point = target`, where `e` are the displacements of the elements.
+/// Part of a leg whose coordinates are still unknown. The coordinates satisfy
+/// `fixed[0] e[0] fixed[1] e[1] ... fixed[n] point = target`, where `e` are the displacements of
+/// the elements.
 struct Open<'a, T> {
     elements: &'a [Element],
     fixed: &'a [Pose<T>],

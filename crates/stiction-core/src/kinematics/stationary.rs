@@ -1,8 +1,9 @@
-//! Steps away from stationary points of the error sum other than minima.
+//! Computes steps away from stationary points of the error sum that are not minima. The error sum
+//! is half the squared norm of the scaled errors of the position equations.
 //!
 //! On a line of symmetry between two solutions, for example with a stretched arm between its two
 //! elbow configurations, the derivatives of the errors vanish along the direction that leads to
-//! both solutions. Damped least squares stops there although the loops are open.
+//! both solutions. Damped least squares stops at such a point although the loops are open.
 
 use super::bodies::State;
 use super::least_squares::PositionEquations;
@@ -10,25 +11,26 @@ use super::system::Kinematics;
 use crate::linalg::Svd;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-/// Step of the central second differences, rad and characteristic lengths. The differences have a
-/// round-off of about 1e-8.
+/// Step of the central second differences, in radians and characteristic lengths. The differences
+/// have a round-off error of about 1e-8.
 const DIFFERENCE: f64 = 1e-4;
-/// Curvatures of the error sum up to this multiple of the error norm may be due to round-off of the
-/// differences.
+/// A curvature of the error sum counts as negative only below minus this multiple of the error
+/// norm, because smaller values may be due to round-off of the differences.
 const FLAT: f64 = 1e-6;
 /// A configuration counts as stationary if first-order steps can remove at most this fraction of
 /// the error norm.
 const STATIONARY: f64 = 0.5;
-/// Limit on the second derivative of the errors along a unit step, in characteristic lengths and
-/// without the part that other directions can reduce. A step with a smaller second derivative is
-/// rejected, because it would leave the loops as open as before.
+/// Smallest accepted norm of the second derivative of the scaled errors along a unit step, without
+/// the part that first-order steps in other directions can remove. A step along a direction with a
+/// smaller second derivative is rejected, because it would leave the loops as open as before.
 const STRAIGHT: f64 = 1e-2;
-/// Largest number of degrees of freedom for which these steps are computed, because they need a
-/// dense decomposition.
+/// Largest number of degrees of freedom for which steps away from stationary points are computed.
+/// They need a dense decomposition.
 const LARGE: usize = 150;
-/// Largest number of directions with small derivatives that are considered.
+/// Maximum number of null-space directions of the Jacobian in which a negative curvature is
+/// sought.
 const DIRECTIONS: usize = 8;
-/// Length of the longest step, rad and characteristic lengths.
+/// Maximum length of a step, in radians and characteristic lengths.
 const STRIDE: f64 = 0.25;
 /// Largest number of iterations for the eigenvalues of a symmetric matrix with at most
 /// [`DIRECTIONS`] rows.
@@ -36,7 +38,8 @@ const ITERATIONS: usize = 1000;
 
 impl PositionEquations<'_> {
     /// Computes a scaled step from a stationary point of the error sum along its most negative
-    /// curvature; `None` at a minimum.
+    /// curvature. Returns `None` at a minimum, where the errors can be reduced at first order, and
+    /// for more than [`LARGE`] degrees of freedom.
     ///
     /// Let `e` be the errors, `J` their derivatives, and `h` their second derivative along a unit
     /// step `w`. The error sum has the curvature `|J w|^2 + e.h` along `w`. The errors that other
@@ -54,7 +57,8 @@ impl PositionEquations<'_> {
             return None;
         }
         let svd = Svd::new(&jacobian);
-        // Scaled second derivatives are of order one.
+        // The limit is the square root of the error norm, because scaled second derivatives are of
+        // order one.
         let rank = svd.rank_of_order_one(size.sqrt());
         let reducible = svd.u.columns(0, rank);
         // A configuration is not stationary if steps can reduce the errors at first order.
@@ -102,7 +106,7 @@ impl PositionEquations<'_> {
         let direction = DMatrix::from_columns(&open) * eigen.eigenvectors.column(least);
         let bend = second(kinematics, &direction);
         let rest = &bend - reducible * reducible.tr_mul(&bend);
-        // A motion that leaves the loop errors nearly unchanged leads to no solution.
+        // A motion that leaves the loop errors nearly unchanged does not lead to a solution.
         let opening = rest.norm();
         if opening <= STRAIGHT || opening.is_nan() {
             return None;

@@ -1,9 +1,10 @@
-//! The linear system for rates, accelerations and corrections of the configuration.
+//! Linear system for the rates and accelerations of the spanning tree and for Newton corrections of
+//! its configuration.
 //!
-//! Rows: the constraints of all cut joints, the gearings, the prescribed coordinates, the passive
-//! spins. Columns: the degrees of freedom of the spanning tree. Each row is a wrench that acts on
-//! some bodies; an entry is the power of this wrench on the unit twist of a degree of freedom. Rows
-//! of gearings contain the coefficients of the gearing.
+//! The rows are the constraints of all cut joints, the gearings, the prescribed coordinates, and
+//! the passive spins. The columns are the degrees of freedom of the spanning tree. Each row except
+//! those of gearings is a wrench that acts on some bodies; an entry is the power of this wrench on
+//! the unit twist of a degree of freedom. Rows of gearings contain the coefficients of the gearing.
 //!
 //! Equation (K4) of the book's theory.
 
@@ -19,8 +20,8 @@ use crate::scalar::Scalar;
 use crate::spatial::{Vec3, Wrench};
 use crate::topology::Topology;
 
-/// Computes the orientation prescribed by a rotation vector; `places` are the indices of its three
-/// components in `targets`.
+/// Computes the prescribed orientation from the three components of a rotation vector. `places` are
+/// the indices of these components in `targets`.
 fn reference_orientation<T: Scalar>(targets: &[Target<T>], places: [usize; 3]) -> Orientation<T> {
     let [x, y, z] = places.map(|place| targets[place]);
     Orientation::of(
@@ -30,8 +31,8 @@ fn reference_orientation<T: Scalar>(targets: &[Target<T>], places: [usize; 3]) -
     )
 }
 
-/// Scale factors of the columns: `length` for translations and 1 for rotations. They make rates of
-/// lengths and angles comparable.
+/// Returns the scale factors of the columns: `length` (m) for translations and 1 for rotations. The
+/// factors make rates of lengths and rates of angles comparable.
 pub(crate) fn column_scales(topology: &Topology, length: f64) -> Vec<f64> {
     let translates = |tree_dof: &crate::topology::TreeDof| topology.tree_dof_translates(tree_dof);
     topology
@@ -46,27 +47,28 @@ pub(crate) fn column_scales(topology: &Topology, length: f64) -> Vec<f64> {
 pub struct Kinematics<T> {
     /// Poses, twists and accelerations of all bodies.
     pub bodies: Bodies<T>,
-    /// Errors of all rows: errors of cut joints and gearings, then deviations from prescribed
-    /// coordinates.
+    /// Errors of all rows, m or rad: first those of cut joints and gearings, then the deviations
+    /// from prescribed coordinates, and last zeros for passive spins.
     errors: Vec<T>,
     covectors: Vec<Wrench<T>>,
     pub(super) entries: Vec<T>,
     factors: Vec<T>,
     right: Vec<T>,
-    /// Copy of the right-hand side, made before the system is solved; used only by scalar types
-    /// with derivatives.
+    /// Copy of the right-hand side before the system is solved. Empty for scalar types without
+    /// derivatives.
     right_before: Vec<T>,
     step: Vec<T>,
     closures: usize,
-    /// Sign of the determinant at the last factorisation by [`Self::differentiate`] or
+    /// Sign of the determinant, from the last factorisation by [`Self::differentiate`] or
     /// [`Self::factor_here`].
     sign: T,
-    /// True if `factors` and `sign` belong to the present configuration.
+    /// True if `factors` and `sign` belong to the configuration for which rates were last computed.
     is_factored: bool,
 }
 
 impl<T: Scalar> Kinematics<T> {
-    /// Allocates all buffers for a mechanism with motion constraints.
+    /// Allocates all buffers for a mechanism with the given motion constraints. `program`
+    /// determines the size of the factors.
     pub(crate) fn new(
         topology: &Topology,
         motion_constraints: &MotionConstraints,
@@ -88,20 +90,21 @@ impl<T: Scalar> Kinematics<T> {
         }
     }
 
-    /// Largest error over all cut joints and gearings, m; angular errors are multiplied by
-    /// `length`.
+    /// Returns the largest error over all cut joints and gearings, m. Angular errors are multiplied
+    /// by `length` (m).
     pub(crate) fn closure_error(&self, motion_constraints: &MotionConstraints, length: f64) -> f64 {
         let errors = self.errors[..self.closures].iter().zip(&motion_constraints.rows);
         largest_in_metres(errors.map(|(error, row)| (error.largest(), row.is_angle)), length)
     }
 
-    /// Largest error of any row, m or rad: loop closure or deviation from a prescribed coordinate.
+    /// Returns the largest magnitude of the errors of loop closure and of the deviations from
+    /// prescribed coordinates, m or rad.
     pub fn largest_error(&self) -> f64 {
         largest(&self.errors)
     }
 
-    /// Largest error of any row, with lengths divided by `length` and angles in rad; NaN if any
-    /// error is NaN.
+    /// Returns the largest error of any row, with lengths divided by `length` and angles in rad.
+    /// NaN if any error is NaN.
     pub(crate) fn scaled_error(&self, constraints: &MotionConstraints, length: f64) -> f64 {
         let rows = self.errors.iter().zip(&constraints.rows);
         let errors = rows.map(|(error, row)| {
@@ -111,7 +114,8 @@ impl<T: Scalar> Kinematics<T> {
         errors.fold(0.0, |max, e| if e > max || e.is_nan() { e } else { max })
     }
 
-    /// Errors of all rows, with lengths divided by `length` and angles in rad.
+    /// Yields the errors of all rows in row order, with lengths divided by `length` and angles in
+    /// rad.
     pub fn scaled_errors<'a>(
         &'a self,
         constraints: &'a MotionConstraints,
@@ -121,18 +125,19 @@ impl<T: Scalar> Kinematics<T> {
         self.errors.iter().zip(scales).map(|(error, scale)| *error * T::from_f64(scale))
     }
 
-    /// Reciprocal pivots of the last factorisation of the rate equations, in the order of
-    /// elimination.
+    /// Returns the reciprocal pivots of the last factorisation of the rate equations, in the order
+    /// of elimination.
     pub(crate) fn reciprocal_pivots(&self, model: &KinematicModel) -> Vec<T> {
         model.rates.pivots().map(|place| self.factors[place]).collect()
     }
 
-    /// Errors of all rows, in row order, m or rad.
+    /// Returns the errors of all rows in row order, m or rad.
     pub(super) fn errors(&self) -> &[T] {
         &self.errors
     }
 
-    /// Computes the poses of the bodies and the errors of all rows.
+    /// Computes the poses of the bodies, and the errors and wrenches of all rows, for the given
+    /// state.
     pub(super) fn place(
         &mut self,
         topology: &Topology,
@@ -192,7 +197,7 @@ impl<T: Scalar> Kinematics<T> {
         }
     }
 
-    /// Computes the entries of the system matrix; requires [`Self::place`].
+    /// Computes the entries of the system matrix at the configuration of the last [`Self::place`].
     pub(super) fn linearise(
         &mut self,
         topology: &Topology,
@@ -219,8 +224,8 @@ impl<T: Scalar> Kinematics<T> {
         }
     }
 
-    /// Takes one Newton step towards closed loops and prescribed values. [`Self::largest_error`]
-    /// returns the error before the step.
+    /// Takes one Newton step that reduces the errors of loop closure and of the prescribed
+    /// coordinates. Afterwards, [`Self::largest_error`] returns the error before the step.
     pub fn approach(
         &mut self,
         model: &KinematicModel,
@@ -247,8 +252,8 @@ impl<T: Scalar> Kinematics<T> {
         self.approach_again(model, state);
     }
 
-    /// Takes another Newton step with the last factorisation of the matrix and the present errors;
-    /// requires [`Self::place`].
+    /// Takes another Newton step with the matrix of the last factorisation and the errors of the
+    /// last [`Self::place`].
     pub(super) fn approach_again(&mut self, model: &KinematicModel, state: &mut State<T>) {
         for (right, error) in self.right.iter_mut().zip(&self.errors) {
             *right = -*error;
@@ -300,7 +305,8 @@ impl<T: Scalar> Kinematics<T> {
         self.bodies.accelerate(topology, &state.accelerations);
     }
 
-    /// Factors the equations at the present configuration unless they are factored already.
+    /// Factors the equations at the configuration for which rates were last computed, unless they
+    /// are factored already.
     pub(crate) fn factor_here(&mut self, model: &KinematicModel, parameters: &Parameters<T>) {
         if !self.is_factored {
             self.linearise(&model.topology, parameters, &model.constraints);
@@ -315,7 +321,7 @@ impl<T: Scalar> Kinematics<T> {
         self.is_factored
     }
 
-    /// Solves the system for the current right-hand side. For scalar types with derivatives, the
+    /// Solves the system for the right-hand side set before. For scalar types with derivatives, the
     /// derivatives follow from the residual with the solution held constant (equation P7 of the
     /// book's theory).
     fn solve(
@@ -341,8 +347,8 @@ impl<T: Scalar> Kinematics<T> {
         }
     }
 
-    /// Sets the right-hand side for the rates of the spanning tree: zero for loops and gearings,
-    /// and the prescribed rates.
+    /// Sets the right-hand side for the rates of the spanning tree: zero for loops, gearings and
+    /// passive spins, and the prescribed rates for the prescribed coordinates.
     pub(super) fn right_of_rates(
         &mut self,
         motion_constraints: &MotionConstraints,
@@ -365,13 +371,14 @@ impl<T: Scalar> Kinematics<T> {
         }
     }
 
-    /// Right-hand side of the system as last set, one value for each row.
+    /// Returns the right-hand side of the system as last set, one value for each row.
     pub(super) fn right_hand_side(&self) -> &[T] {
         &self.right
     }
 
     /// Sets the right-hand side for the accelerations of the spanning tree: prescribed
-    /// accelerations minus the velocity terms of the second derivatives.
+    /// accelerations (zero for loops, gearings and passive spins), minus the velocity terms of the
+    /// second derivatives.
     pub(super) fn right_of_accelerations(
         &mut self,
         topology: &Topology,
@@ -417,8 +424,8 @@ impl<T: Scalar> Kinematics<T> {
         }
     }
 
-    /// Velocity terms of the second derivatives of the loop errors, one for each equation of loops
-    /// and gearings.
+    /// Computes the velocity terms of the second derivatives of the loop errors, one for each
+    /// equation of loops and gearings. The twists of the bodies must be up to date.
     pub(super) fn closure_biases(
         &mut self,
         topology: &Topology,
@@ -429,23 +436,25 @@ impl<T: Scalar> Kinematics<T> {
         self.right[..self.closures].iter().map(|right| -*right).collect()
     }
 
-    /// Sign of the determinant of the system at the last factorisation, up to a constant factor 1
-    /// or -1 that depends on the elimination order.
+    /// Returns the sign of the determinant of the system at the last factorisation by
+    /// [`Self::differentiate`] or [`Self::factor_here`]. The elimination order determines a
+    /// constant factor, 1 or -1.
     pub(crate) fn sign(&self) -> T {
         self.sign
     }
 
-    /// Sign of the determinant of the system at the current configuration, computed with the
-    /// elimination order of `program`, which may be any factorisation compiled for this system.
-    /// `None` if the numbers of rows or columns differ.
+    /// Returns the sign of the determinant of the system at the current configuration, computed
+    /// with the elimination order of `program`, which may be any factorisation compiled for this
+    /// system. `None` if the numbers of rows or columns differ.
     pub(crate) fn sign_by(&self, program: &StaticLu) -> Option<T> {
         let fits = program.rows() == self.errors.len() && program.columns() == self.step.len();
         let mut factors = vec![T::zero(); program.values()];
         fits.then(|| program.factor(&self.entries, &mut factors))
     }
 
-    /// Computes the spanning tree's rates for a unit rate of one prescribed coordinate and zero
-    /// rates of all other prescribed coordinates; requires [`Self::differentiate`].
+    /// Computes the rates of the spanning tree for a unit rate of one prescribed coordinate and
+    /// zero rates of all other prescribed coordinates and spins. Call [`Self::differentiate`]
+    /// before.
     pub(crate) fn response_to_coordinate(
         &mut self,
         model: &KinematicModel,
@@ -458,9 +467,9 @@ impl<T: Scalar> Kinematics<T> {
         self.solve(&model.constraints, &model.rates, rates);
     }
 
-    /// Computes the spanning tree's accelerations for a unit acceleration of one passive spin and
-    /// zero accelerations of all other spins and prescribed coordinates; requires
-    /// [`Self::differentiate`].
+    /// Computes the accelerations of the spanning tree for a unit acceleration of one passive spin,
+    /// with zero accelerations of all other spins and prescribed coordinates and without velocity
+    /// terms. Call [`Self::differentiate`] before.
     pub(crate) fn response_to_spin(
         &mut self,
         model: &KinematicModel,
@@ -475,8 +484,8 @@ impl<T: Scalar> Kinematics<T> {
 }
 
 impl Kinematics<f64> {
-    /// Selects the independent rows and the elimination order of the system from its current
-    /// values; requires [`Self::linearise`].
+    /// Chooses independent rows and the elimination order of the system by the values of its
+    /// entries. Call [`Self::linearise`] before.
     ///
     /// # Errors
     /// Returns [`RankDeficient`] if loops and prescribed coordinates leave some degrees of freedom
@@ -494,7 +503,8 @@ impl Kinematics<f64> {
         Plan::new(count, dofs, motion_constraints.entries(), &self.entries, scales)
     }
 
-    /// Returns the matrix of the system with scaled rows and columns; requires [`Self::linearise`].
+    /// Returns the matrix of the system, with rows and columns multiplied by the scale factors
+    /// `rows` and `columns`. Call [`Self::linearise`] before.
     pub(super) fn scaled_matrix(
         &self,
         motion_constraints: &MotionConstraints,
@@ -509,9 +519,9 @@ impl Kinematics<f64> {
     }
 }
 
-/// Largest loop-closure error, m: over all cut joints for the given body poses, and all gearings
-/// for the coordinates of the spanning tree. Angular errors are multiplied by the characteristic
-/// length.
+/// Returns the largest loop-closure error, m: over all cut joints at the given body poses, and over
+/// all gearings at the given coordinates of the spanning tree. Angular errors are multiplied by the
+/// characteristic length.
 pub(crate) fn closure_error(
     topology: &Topology,
     parameters: &Parameters<f64>,
@@ -531,7 +541,8 @@ pub(crate) fn closure_error(
     largest_in_metres(errors.chain(gearings), parameters.length)
 }
 
-/// Returns the largest magnitude of the errors, m; angles are multiplied by `length`.
+/// Returns the largest error, m. Each item is the magnitude of an error and a flag that is `true`
+/// for an angle; angles are multiplied by `length` (m).
 fn largest_in_metres(errors: impl Iterator<Item = (f64, bool)>, length: f64) -> f64 {
     let in_metres = errors.map(|(size, is_angle)| size * if is_angle { length } else { 1.0 });
     // Propagate NaN.

@@ -1,4 +1,8 @@
-//! Finite mobility: motions traced over a finite distance.
+//! Determines finite mobility by tracing motions over a finite distance.
+//!
+//! A motion is open at first order if the loop errors have no first derivative along it. It is open
+//! at second order if the second derivatives of the loop errors also vanish for suitable
+//! accelerations; otherwise it is blocked at second order.
 //!
 //! Equation (M3) of the book's theory.
 
@@ -14,37 +18,41 @@ use crate::random::Random;
 use crate::topology::Topology;
 use nalgebra::{DMatrix, DVector};
 
-/// Size of a step, in radians and characteristic lengths. After a step along a blocked motion,
-/// closing the loops leaves a displacement that depends on the closure tolerance. It is about the
-/// square root of this tolerance if the motion is blocked at second order, and about the fourth
-/// root, 6e-4, if it is blocked at fourth order.
+/// Length of a step that tests a motion, in radians and characteristic lengths. After a step along
+/// a blocked motion, closing the loops leaves a displacement that depends on the closure tolerance.
+/// The displacement is about the square root of this tolerance if the motion is blocked at second
+/// order, and about the fourth root, 6e-4, if it is blocked at fourth order.
 const STEP: f64 = 4e-3;
-/// Size of the step away from a possible intersection of branches of motion. Near an intersection,
-/// the radius of curvature of a branch is about its distance from the intersection. Over a
-/// [`STEP`], a branch therefore deviates by about `STEP / AWAY` of the step.
+/// Length of the step away from a possible intersection of branches of motion, in radians and
+/// characteristic lengths. Near an intersection, the radius of curvature of a branch is about its
+/// distance from the intersection. Over a [`STEP`], a branch therefore deviates by about
+/// `STEP / AWAY` of the step.
 const AWAY: f64 = 0.1;
-/// Scaled closure tolerance of the loops.
+/// Scaled error (rad, or m divided by the characteristic length) below which the loops count as
+/// closed.
 const CLOSED: f64 = 1e-13;
-/// Maximum number of corrections to close the loops.
+/// Maximum number of corrections that close the loops after a step.
 const CORRECTIONS: usize = 400;
-/// Minimum and maximum ratio of the error after a correction to the error before it, so that
-/// corrections stay short. For the equations `x^2 = 0` and `x y = 0`, long corrections would lead
-/// straight to the origin, although y is free; short corrections lead to the line `x = 0`.
+/// Bounds on the ratio of the error after a correction to the error before it. Below the first
+/// bound, the correction is repeated with more damping; above the second, later corrections have
+/// less damping. This keeps corrections short. For the equations `x^2 = 0` and `x y = 0`, long
+/// corrections would lead straight to the origin, although y is free; short corrections lead to the
+/// line `x = 0`.
 const GENTLY: (f64, f64) = (0.25, 0.6);
-/// Error below which the ratio [`GENTLY`] is not checked. At this error, displacements along
+/// Scaled error below which the bounds [`GENTLY`] do not apply. At this error, displacements along
 /// blocked motions have decreased to about 1e-3, far below those along free motions.
 const NEAR: f64 = 1e-6;
 /// A displacement that remains after closing the loops counts as motion if it exceeds this fraction
-/// of the step. The curvature of a motion leaves a smaller displacement (about 0.04), and so does a
-/// blocked motion (at most 0.14, see [`STEP`]).
+/// of the step. The curvature of a motion causes a smaller spurious displacement (about 0.04), and
+/// so does a blocked motion (at most 0.14, see [`STEP`]).
 const MOVES: f64 = 0.2;
 
-/// Minimum length of a path that counts as a finite motion, in rad and characteristic lengths.
+/// Minimum length of a path that counts as a finite motion, in radians and characteristic lengths.
 const FINITE: f64 = 0.2;
-/// Largest number of directions open at second order that are traced.
+/// Maximum number of directions open at second order along which a motion is traced.
 const DIRECTIONS: usize = 4;
 
-/// The loop equations of a mechanism, and optionally prescribed coordinates.
+/// Loop equations of a mechanism, optionally with the equations of prescribed coordinates.
 pub(super) struct Loops<'a> {
     topology: &'a Topology,
     parameters: &'a Parameters<f64>,
@@ -62,12 +70,13 @@ pub(crate) struct LoopsAt<'a> {
     state: &'a State<f64>,
     /// Singular value decomposition of the scaled loop Jacobian.
     decomposition: Decomposition,
-    /// Number of independent loop equations.
+    /// Number of linearly independent loop equations.
     pub(crate) rank: usize,
     negligible: f64,
-    /// Basis of the motions that are open at first order (instantaneous motions), scaled.
+    /// Orthonormal basis of the instantaneous motions, which are open at first order, scaled.
     open: Vec<DVector<f64>>,
-    /// Displacement along the traced branch with the greatest mobility, scaled.
+    /// Displacement to the branch of motion with the greatest finite mobility, scaled; `None`
+    /// before [`Self::finite_mobility`] finds a motion.
     traced: Option<DVector<f64>>,
 }
 
@@ -81,8 +90,8 @@ impl<'a> LoopsAt<'a> {
         negligible: f64,
     ) -> Self {
         let mut loops = Loops::new(topology, parameters, &[], &[]);
-        // In a loop without constraints, such as two prismatic joints along one axis, all entries
-        // are round-off.
+        // All entries are round-off in a loop without constraints, such as two prismatic joints
+        // along one axis, so the limit must not depend on the largest entry alone.
         let decomposition = loops.decompose(state, Limit::OfOrderOne(negligible));
         let rank = decomposition.rank();
         let open = decomposition.orthonormal_null_space(rank);
@@ -90,9 +99,9 @@ impl<'a> LoopsAt<'a> {
     }
 
     /// Computes the singular values of the combined equations of loops and `coordinates` at a
-    /// configuration, largest first, one for each degree of freedom of the spanning tree. For large
-    /// systems only a few of them are known, see [`Decomposition::values`]; `negligible` then
-    /// decides the rank.
+    /// configuration, largest first, one for each degree of freedom of the spanning tree. Values
+    /// below `negligible` times the largest one (or times 1, if that is greater) count as zero. For
+    /// large systems only a few values are computed, see [`Decomposition::values`].
     pub(crate) fn singular_values_with(
         topology: &Topology,
         parameters: &Parameters<f64>,
@@ -106,7 +115,8 @@ impl<'a> LoopsAt<'a> {
     }
 
     /// Returns the smallest singular value that counts as non-zero and the largest one that counts
-    /// as zero, both divided by the largest singular value; `None` for a value that does not exist.
+    /// as zero, both divided by the largest singular value. `None` replaces a value that does not
+    /// exist.
     pub(crate) fn gap(&self) -> (Option<f64>, Option<f64>) {
         let Some(last) = self.rank.checked_sub(1) else { return (None, None) };
         let relative = |k| self.decomposition.value(k) / self.decomposition.largest();
@@ -114,24 +124,25 @@ impl<'a> LoopsAt<'a> {
         (Some(relative(last)), dropped)
     }
 
-    /// Instantaneous mobility: number of motions open at first order.
+    /// Returns the instantaneous mobility: the number of independent motions that are open at first
+    /// order.
     pub(crate) fn mobility(&self) -> usize {
         self.loops.columns.len() - self.rank
     }
 
-    /// Determines the finite mobility by tracing. Takes small steps from a generic configuration in
-    /// all directions open at first order, closes the loops, and counts the independent
-    /// displacements that remain.
+    /// Determines the finite mobility, the number of independent motions over a finite distance.
+    /// Takes small steps from a generic configuration in directions open at first order, closes the
+    /// loops, and counts the independent displacements that remain.
     pub(crate) fn finite_mobility(&mut self) -> usize {
         let Self { loops, state, open, .. } = self;
-        // With independent equations, each instantaneous motion extends to a finite one.
+        // If the loop equations are independent, each instantaneous motion extends to a finite one.
         if open.is_empty() || self.rank == loops.topology.closures() {
             return open.len();
         }
         let mut random = Random::new(1);
         // At an intersection of branches, the instantaneous mobility exceeds the mobility of each
-        // branch: step away first. Branches may differ in mobility; identify each by the longest
-        // step.
+        // branch, so step away first. Branches may differ in mobility; for each mobility, keep the
+        // configuration with the longest remaining step.
         let mut branches: Vec<Branch> = Vec::new();
         for _ in 0..2 * open.len() + 6 {
             let Some((reached, displacement)) = loops.step(state, &(random.within(open) * AWAY))
@@ -143,8 +154,8 @@ impl<'a> LoopsAt<'a> {
             if moved <= 0.5 * MOVES {
                 continue;
             }
-            // Loops are closed to 1e-13, so singular values of a double root are accurate to the
-            // square root of that.
+            // Loops are closed to 1e-13. Singular values of a double root are accurate only to the
+            // square root of this tolerance.
             let limit = Limit::OfOrderOne(self.negligible.max(1e-6));
             let decomposition = loops.decompose(&reached, limit);
             let open = decomposition.orthonormal_null_space(decomposition.rank());
@@ -164,10 +175,11 @@ impl<'a> LoopsAt<'a> {
         count
     }
 
-    /// Traces a motion over a finite distance, along the branch that [`Self::finite_mobility`]
-    /// traced, or else in a direction that is open at second order. Returns the body that moves
-    /// farthest, its displacement in m and rad, and the largest loop error along the motion. `None`
-    /// if the loop equations are independent, or if no such motion exists.
+    /// Traces a motion over a finite distance: first toward the branch that
+    /// [`Self::finite_mobility`] found, then in directions that are open at second order. Returns
+    /// the body that moves farthest on the longest path, its displacement in m and rad, and the
+    /// largest loop error along the path (rad and characteristic lengths). `None` if the loop
+    /// equations are independent, or if no such motion exists.
     pub(crate) fn finite_motion(&mut self) -> Option<(usize, f64, f64, f64)> {
         if self.open.is_empty() || self.rank == self.loops.topology.closures() {
             return None;
@@ -191,11 +203,11 @@ impl<'a> LoopsAt<'a> {
         Some((body, moved, turned, path.closure))
     }
 
-    /// Finds the motions that are open at first order, as rates of the spanning tree. Some are
-    /// blocked at second order: the equations are dependent along them, but the second derivatives
-    /// are incompatible. The second derivatives along the self-stresses of the loops are exact
-    /// quadratic forms. If these forms are indefinite, branches of motion meet, and `to_second`
-    /// contains too few motions.
+    /// Finds the motions that are open at first order, as rates of the spanning tree. Some of these
+    /// motions are blocked at second order: the loop equations are dependent along them, but the
+    /// second derivatives are incompatible. The second derivatives along the self-stresses of the
+    /// loops are exact quadratic forms. If these forms are indefinite, branches of motion meet, and
+    /// the returned `to_second` contains too few motions.
     pub(crate) fn open_motions(&mut self) -> OpenMotions {
         let to_second = self.open_to_second();
         let columns = &self.loops.columns;
@@ -208,8 +220,9 @@ impl<'a> LoopsAt<'a> {
         }
     }
 
-    /// Smallest change of the coordinates (root of the sum of squares, scaled) in a unit motion
-    /// that is open at second order; `None` if no motion is open at second order.
+    /// Computes the smallest change of the `coordinates` over all unit motions that are open at
+    /// second order. The change is the root of the sum of squares, scaled. `None` if no motion is
+    /// open at second order.
     pub(crate) fn governed_by(
         &mut self,
         coordinates: &[Coordinate],
@@ -251,7 +264,7 @@ impl<'a> LoopsAt<'a> {
         each.collect()
     }
 
-    /// Computes a basis of the motions that are open at second order, scaled.
+    /// Computes an orthonormal basis of the motions that are open at second order, scaled.
     fn open_to_second(&mut self) -> Vec<DVector<f64>> {
         let Self { loops, state, open, .. } = self;
         loops.errors(state);
@@ -267,7 +280,7 @@ impl<'a> LoopsAt<'a> {
             return open.clone();
         }
         let pure: Vec<DVector<f64>> = open.iter().map(|d| loops.second_derivatives(d)).collect();
-        // One quadratic form for each self-stress, stacked.
+        // The quadratic forms of all self-stresses, one below the other.
         let mut forms = DMatrix::zeros(count * stresses.len(), count);
         for i in 0..count {
             for j in i..count {
@@ -286,7 +299,7 @@ impl<'a> LoopsAt<'a> {
             }
         }
         let forms = Svd::new(&forms);
-        // In characteristic lengths, second derivatives of unit motions are of order one.
+        // Second derivatives of unit motions, in characteristic lengths, are of order one.
         let blocked = forms.singular_values.iter().filter(|&&value| value > 1e-6).count();
         let combine = |amounts: DVector<f64>| {
             let mut sum = DVector::zeros(loops.columns.len());
@@ -299,15 +312,15 @@ impl<'a> LoopsAt<'a> {
 
 /// A motion that is open at first order and blocked at second order.
 pub(crate) struct BlockedMotion {
-    /// Rates of the spanning tree in this motion.
+    /// Rates of the spanning tree in this motion, rad/s or m/s.
     pub(crate) rates: Vec<f64>,
-    /// Second derivatives of the loop errors along the motion, m and rad.
+    /// Second derivatives of the loop errors along the motion, rad/s^2 or m/s^2.
     pub(crate) biases: Vec<f64>,
 }
 
-/// A configuration on a branch of motion.
+/// Configuration on a branch of motion, reached by a step from the initial configuration.
 struct Branch {
-    /// Fraction of the step that remains after closing the loops.
+    /// Norm of the displacement that remains after closing the loops, as a fraction of the step.
     moved: f64,
     /// Displacement from the initial configuration, scaled.
     displacement: DVector<f64>,
@@ -316,7 +329,7 @@ struct Branch {
     open: Vec<DVector<f64>>,
 }
 
-/// Motions that are open at first order, as rates of the spanning tree.
+/// Motions that are open at first order, as rates of the spanning tree (rad/s or m/s).
 pub(crate) struct OpenMotions {
     /// Basis of all motions that are open at first order.
     pub(crate) all: Vec<Vec<f64>>,
@@ -351,7 +364,7 @@ impl<'a> Loops<'a> {
         }
     }
 
-    /// Computes the poses of the bodies and returns the scaled errors.
+    /// Computes the poses of the bodies and returns the scaled errors of all equations.
     pub(super) fn errors(&mut self, state: &State<f64>) -> DVector<f64> {
         let Self { topology, parameters, motion_constraints, targets, .. } = self;
         self.kinematics.place(topology, parameters, motion_constraints, state, targets);
@@ -359,7 +372,7 @@ impl<'a> Loops<'a> {
         DVector::from_iterator(self.rows.len(), errors)
     }
 
-    /// Computes the scaled derivatives of the errors at the last computed poses of the bodies.
+    /// Computes the scaled Jacobian of the errors at the last computed poses of the bodies.
     pub(super) fn jacobian(&mut self) -> SparseMatrix {
         self.kinematics.linearise(self.topology, self.parameters, &self.motion_constraints);
         self.kinematics.scaled_matrix(&self.motion_constraints, &self.rows, &self.columns)
@@ -381,8 +394,8 @@ impl<'a> Loops<'a> {
         )
     }
 
-    /// Takes steps in random directions that are open at a configuration, closes the loops, and
-    /// counts the independent displacements that remain.
+    /// Takes steps in random open directions from the configuration on a branch, closes the loops,
+    /// and counts the independent displacements that remain.
     fn motions_at(&mut self, branch: &Branch, random: &mut Random) -> usize {
         let Branch { reached, open, .. } = branch;
         let mut left = Vec::new();
@@ -395,7 +408,7 @@ impl<'a> Loops<'a> {
         if left.is_empty() {
             return 0;
         }
-        // Random directions have similar components along all open directions.
+        // Along each open direction, the random steps have similar components on average.
         let each = (left.len() as f64 / open.len() as f64).sqrt();
         let spread = Svd::new(&DMatrix::from_columns(&left).transpose());
         let limit = MOVES * each;
@@ -405,8 +418,8 @@ impl<'a> Loops<'a> {
         counted.min(open.len())
     }
 
-    /// Takes a scaled step and closes the loops with minimum-norm corrections. Returns the state
-    /// and the total displacement (scaled); `None` if the loops remain open.
+    /// Takes a scaled step and closes the loops with damped least-squares corrections. Returns the
+    /// state and the total displacement (scaled); `None` if the loops remain open.
     pub(super) fn step(
         &mut self,
         from: &State<f64>,
@@ -445,7 +458,7 @@ impl<'a> Loops<'a> {
                 damping = damping.min(1e-12);
             }
             if part > fast_enough {
-                // Dependent equations always require some damping.
+                // Corrections of dependent equations always require some damping.
                 damping = (damping * 0.25).max(1e-15);
             }
         }

@@ -4,9 +4,9 @@ use super::elimination_order::EliminationOrder;
 
 /// Number of rows and columns of a block.
 pub(crate) const BLOCK: usize = 6;
-/// The six components of a vector that belong to one block row.
+/// Block vector: the six components of a vector that belong to one block row.
 pub(crate) type Part = [f64; BLOCK];
-/// Block of a matrix, stored row by row.
+/// Square block of a matrix, stored in row-major order.
 pub(crate) type Block = [Part; BLOCK];
 
 const NOTHING: Block = [[0.0; BLOCK]; BLOCK];
@@ -21,35 +21,36 @@ const UNIT: Block = {
 };
 
 /// Cholesky decomposition of a sparse block matrix. The order of elimination is chosen once, from
-/// the pattern of nonzero blocks alone, because any order is stable for positive definite matrices.
+/// the pattern of nonzero blocks alone. This is admissible because any order is stable for positive
+/// definite matrices.
 #[derive(Clone, Debug)]
 pub(crate) struct BlockCholesky {
-    /// Elimination step of each block row.
+    /// Elimination step in which each block row is eliminated.
     place: Vec<usize>,
-    /// Index of the first block below the diagonal for each elimination step, followed by the total
-    /// number of these blocks.
+    /// Index in `below` of the first block of each elimination step, followed by the total number
+    /// of blocks in `below`.
     starts: Vec<usize>,
-    /// Elimination step of the block row of each block below the diagonal.
+    /// For each block in `below`, the elimination step of its block row.
     rows: Vec<usize>,
-    /// Index of the block changed by each pair of blocks below the diagonal in one elimination
-    /// step; for all steps, one after the other.
+    /// Index in `below` of the block that the product of two blocks of one elimination step
+    /// changes. There is an entry for each pair of different blocks, step after step.
     updates: Vec<usize>,
     diagonal: Vec<Block>,
-    /// Blocks below the diagonal, stored transposed. All products are then sums of outer products,
+    /// Blocks below the diagonal, stored transposed: all products are then sums of outer products,
     /// which compilers vectorise.
     below: Vec<Block>,
-    /// Copies of `diagonal` and `below` before the decomposition, see [`BlockCholesky::keep`].
+    /// Copies of `diagonal` and `below` before the decomposition, made by [`BlockCholesky::keep`].
     kept_diagonal: Vec<Block>,
     kept_below: Vec<Block>,
     solution: Vec<Part>,
 }
 
-/// Storage location of a matrix block.
+/// Location of a matrix block in the storage of [`BlockCholesky`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Slot {
     Diagonal(usize),
     /// Block below the diagonal. If `transposed`, the stored block is the transpose of the
-    /// requested one.
+    /// requested block.
     Below {
         index: usize,
         transposed: bool,
@@ -57,8 +58,8 @@ pub(crate) enum Slot {
 }
 
 impl BlockCholesky {
-    /// Prepares a matrix of `count` block rows. Its nonzero blocks are those at the indices
-    /// `pairs`, at the mirrored indices, and on the diagonal.
+    /// Prepares a matrix of `count` block rows. The blocks on the diagonal, at the index pairs in
+    /// `pairs` and at the mirrored pairs may be nonzero.
     pub(crate) fn new(count: usize, pairs: impl Iterator<Item = (usize, usize)>) -> Self {
         let order = EliminationOrder::new(count, pairs);
         let mut place = vec![0; count];
@@ -85,7 +86,8 @@ impl BlockCholesky {
             let own = &made.rows[made.starts[step]..made.starts[step + 1]];
             let mut updates = Vec::new();
             for (k, &column) in own.iter().enumerate() {
-                // The pair of a block with itself changes a diagonal block, which needs no index.
+                // The product of a block with itself changes a diagonal block, which needs no
+                // index.
                 for &row in &own[k + 1..] {
                     updates.extend(made.find(row, column));
                 }
@@ -101,8 +103,8 @@ impl BlockCholesky {
         Some(range.start + found)
     }
 
-    /// Storage location of the block in block row `a` and block column `b`; `None` outside the
-    /// pattern.
+    /// Returns the storage location of the block in block row `a` and block column `b`; `None` if
+    /// this block is zero and not stored.
     pub(crate) fn slot(&self, a: usize, b: usize) -> Option<Slot> {
         let (row, column) = (self.place[a], self.place[b]);
         if row == column {
@@ -118,7 +120,8 @@ impl BlockCholesky {
         self.below.fill(NOTHING);
     }
 
-    /// Returns the block at a storage location, and `true` if it is stored transposed.
+    /// Returns the block at a storage location, and a flag that is `true` if the block is stored
+    /// transposed.
     pub(crate) fn block(&mut self, slot: Slot) -> (&mut Block, bool) {
         match slot {
             Slot::Diagonal(step) => (&mut self.diagonal[step], false),
@@ -126,14 +129,14 @@ impl BlockCholesky {
         }
     }
 
-    /// Subtracts `by` times the unit matrix.
+    /// Subtracts `by` times the identity matrix from the matrix.
     pub(crate) fn shift(&mut self, by: f64) {
         for block in &mut self.diagonal {
             (0..BLOCK).for_each(|i| block[i][i] -= by);
         }
     }
 
-    /// Saves a copy of the matrix, so that it can be decomposed again.
+    /// Saves a copy of the matrix, which [`Self::restore`] copies back after a decomposition.
     pub(crate) fn keep(&mut self) {
         self.kept_diagonal.clone_from(&self.diagonal);
         self.kept_below.clone_from(&self.below);
@@ -150,8 +153,8 @@ impl BlockCholesky {
         self.factor_above(0.0)
     }
 
-    /// Decomposes the matrix in place; returns `false` at the first pivot that does not exceed
-    /// `least`.
+    /// Decomposes the matrix in place. Returns `false` at the first pivot that does not exceed
+    /// `least` or is not finite.
     pub(crate) fn factor_above(&mut self, least: f64) -> bool {
         let mut next = 0;
         for step in 0..self.diagonal.len() {
@@ -174,22 +177,22 @@ impl BlockCholesky {
         true
     }
 
-    /// Pivots of a block row after [`Self::factor`]: its diagonal entries after the elimination of
-    /// all previous rows.
+    /// Returns the pivots of a block row after [`Self::factor`]: the diagonal entries of the row
+    /// after the elimination of all previous rows.
     pub(crate) fn pivots(&self, block: usize) -> Part {
         let inverse = &self.diagonal[self.place[block]];
         core::array::from_fn(|k| inverse[k][k].powi(-2))
     }
 
-    /// Solves with the factors in place. `vector` has one part for each block row, in the order of
-    /// the matrix.
+    /// Solves for the right-hand side `vector` in place, after [`Self::factor`]. `vector` contains
+    /// six components for each block row, in the row order of the matrix.
     pub(crate) fn solve(&mut self, vector: &mut [Part]) {
         let mut solution = core::mem::take(&mut self.solution);
         self.solve_with(vector, &mut solution);
         self.solution = solution;
     }
 
-    /// Solves like [`Self::solve`], using `x` as a buffer.
+    /// Solves as [`Self::solve`], with `x` as the work space.
     pub(crate) fn solve_with(&self, vector: &mut [Part], x: &mut Vec<Part>) {
         x.resize(self.diagonal.len(), [0.0; BLOCK]);
         for (part, place) in vector.iter().zip(&self.place) {
@@ -221,7 +224,8 @@ impl BlockCholesky {
     }
 }
 
-/// Inverse of the lower Cholesky factor of a block; `None` if a pivot does not exceed `least`.
+/// Computes the inverse of the lower Cholesky factor of a block; `None` if a pivot does not exceed
+/// `least` or is not finite.
 fn inverse_factor(block: &Block, least: f64) -> Option<Block> {
     let (mut left, mut inverse) = (*block, UNIT);
     for j in 0..BLOCK {
@@ -230,7 +234,7 @@ fn inverse_factor(block: &Block, least: f64) -> Option<Block> {
             return None;
         }
         let over = 1.0 / pivot.sqrt();
-        // Column j of the factor, stored as a row, and row j of its inverse.
+        // Column j of the factor, stored as a row, and row j of the inverse of the factor.
         let (column, row) = (left[j].map(|x| x * over), inverse[j].map(|x| x * over));
         inverse[j] = row;
         for i in j + 1..BLOCK {
@@ -251,13 +255,13 @@ pub(crate) fn add_outer(block: &mut Block, a: &Part, b: &Part) {
     }
 }
 
-/// Scalar product of two vectors.
+/// Computes the scalar product of two vectors.
 pub(crate) fn dot(a: &Part, b: &Part) -> f64 {
     let [even, odd] = [0, 1].map(|k| a[k] * b[k] + a[k + 2] * b[k + 2] + a[k + 4] * b[k + 4]);
     even + odd
 }
 
-/// Product of a lower triangular block and a full block.
+/// Computes the product of a lower triangular block and a full block.
 fn lower_product(lower: &Block, block: &Block) -> Block {
     let mut product = NOTHING;
     for (i, row) in product.iter_mut().enumerate() {
@@ -279,7 +283,7 @@ fn subtract_product(from: &mut Block, a: &Block, b: &Block) {
     }
 }
 
-/// Product of the transpose of a lower triangular block and a vector.
+/// Computes the product of the transpose of a lower triangular block and a vector.
 fn upper_times(lower: &Block, x: &Part) -> Part {
     let mut product = [0.0; BLOCK];
     for (row, amount) in lower.iter().zip(x) {
@@ -294,7 +298,7 @@ mod tests {
     use crate::random::Random;
     use nalgebra::{DMatrix, DVector};
 
-    /// Compares the solution for a hub with chains around it with a dense decomposition.
+    /// Checks the solution for a hub with chains around it against the dense matrix.
     #[test]
     fn agrees_with_a_dense_decomposition() {
         let mut random = Random::new(3);

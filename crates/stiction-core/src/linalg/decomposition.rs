@@ -1,7 +1,8 @@
 //! Ranks, null spaces and extreme singular values of sparse matrices.
 //!
 //! Small matrices are decomposed densely. Large matrices are decomposed into sparse triangular
-//! factors; if these do not clearly decide the rank, a dense decomposition follows.
+//! factors. If the sparse factors do not clearly decide the rank, a dense decomposition replaces
+//! them.
 
 use super::blocks::{BLOCK, Part};
 use super::sparse::SparseMatrix;
@@ -10,13 +11,13 @@ use super::{Lanczos, Svd};
 use nalgebra::DVector;
 use std::sync::OnceLock;
 
-/// Number of columns from which on sparse factors replace dense decompositions. Sparse factors are
-/// faster from about 60 columns on, but solutions by seminormal equations are less accurate for
-/// nearly singular matrices.
+/// Number of columns from which sparse factors replace dense decompositions. Sparse factors are
+/// faster from about 60 columns, but solutions by seminormal equations are less accurate for nearly
+/// singular matrices.
 pub(crate) const LARGE: usize = 260;
-/// Safety factor for the rank decision by sparse factors. The smallest non-zero singular value must
-/// exceed the limit below which values count as zero by this factor. The limit must exceed the
-/// remainders of dependent columns by the same factor.
+/// Safety factor for rank decisions by sparse factors. The smallest non-zero singular value must
+/// exceed the limit below which values count as zero by this factor, and the limit must exceed the
+/// remainders of dependent columns by this factor.
 const CLEAR: f64 = 10.0;
 /// Relative residual at which the iteration for the largest squared singular value stops. The
 /// relative error of the value is of the order of the square of this residual.
@@ -30,7 +31,7 @@ const ROUND_OFF: f64 = 1e-14;
 /// Nonzero components of a vector, as pairs of index and value.
 pub type SparseVector = Vec<(usize, f64)>;
 
-/// A matrix with its complete or partial singular value decomposition.
+/// Matrix with its complete or partial singular value decomposition.
 #[derive(Clone, Debug)]
 pub struct Decomposition {
     matrix: SparseMatrix,
@@ -39,28 +40,28 @@ pub struct Decomposition {
     rank: usize,
 }
 
-/// Sparse factors of a matrix whose rank they clearly decide.
+/// Sparse factors of a matrix, if they clearly decide the rank of the matrix.
 #[derive(Clone, Debug)]
 struct SparseRank {
     /// Triangular factor `R` of `A P = Q R`.
     upper: SparseQr,
-    /// Only if columns are dependent: `R^T`, and the factor of `R^T P' = Q' T`, whose singular
-    /// values are the non-zero singular values of `A`.
+    /// `R^T` and the factor `T` of `R^T P' = Q' T`, whose singular values are the non-zero singular
+    /// values of `A`. `None` if all columns are independent.
     square: Option<(SparseMatrix, SparseQr)>,
     largest: f64,
     /// Smallest non-zero singular value.
     smallest: f64,
-    /// Right singular vector that belongs to `smallest`.
+    /// Right singular vector of the singular value `smallest`, with unit norm.
     weakest: Vec<f64>,
 }
 
 /// Limit below which singular values count as zero.
 #[derive(Clone, Copy, Debug)]
 pub enum Limit {
-    /// Limit relative to the largest singular value.
+    /// Fraction of the largest singular value.
     OfLargest(f64),
-    /// Limit relative to the largest singular value or to one, whichever is greater. For matrices
-    /// whose entries are either of order one or round-off.
+    /// Fraction of the largest singular value or of one, whichever is greater. Intended for
+    /// matrices whose entries are either of order one or round-off.
     OfOrderOne(f64),
 }
 
@@ -75,7 +76,8 @@ impl Limit {
 
 impl Decomposition {
     /// Decomposes a matrix. `groups` contains a group index for each column; columns of one group,
-    /// such as the unknowns of one joint, are eliminated together.
+    /// such as the unknowns of one joint, are eliminated together. Singular values below `limit`
+    /// count as zero.
     pub(crate) fn new(matrix: SparseMatrix, groups: &[usize], limit: Limit) -> Self {
         match matrix.ncols() < LARGE {
             true => Self::dense(matrix, limit),
@@ -91,8 +93,8 @@ impl Decomposition {
         Self { matrix, sparse: None, dense: OnceLock::from(svd), rank }
     }
 
-    /// Decomposes a matrix into sparse factors, or densely if sparse factors leave the rank in
-    /// doubt.
+    /// Decomposes a matrix into sparse factors, or densely if sparse factors do not clearly decide
+    /// the rank.
     pub fn sparse(matrix: SparseMatrix, groups: &[usize], limit: Limit) -> Self {
         match SparseRank::new(&matrix, groups, limit) {
             Some(sparse) => {
@@ -117,18 +119,18 @@ impl Decomposition {
         self.dense.get_or_init(|| Svd::new(&self.matrix.to_dense()))
     }
 
-    /// Number of singular values above the limit.
+    /// Returns the number of singular values above the limit.
     pub fn rank(&self) -> usize {
         self.rank
     }
 
-    /// Largest singular value.
+    /// Returns the largest singular value.
     pub fn largest(&self) -> f64 {
         self.sparse.as_ref().map_or_else(|| self.svd().largest(), |sparse| sparse.largest)
     }
 
-    /// Singular value with the given index, largest first, one for each column. For values that
-    /// count as zero, an upper bound.
+    /// Returns the singular value with the given index in descending order; there is one value for
+    /// each column. If the value counts as zero, returns an upper bound of it.
     pub fn value(&self, index: usize) -> f64 {
         match &self.sparse {
             Some(sparse) if index + 1 == self.rank => sparse.smallest,
@@ -138,10 +140,10 @@ impl Decomposition {
         }
     }
 
-    /// Singular values, largest first, one for each column. Sparse factors determine only three
-    /// values: the largest one, the smallest non-zero one, and an upper bound of those that count
-    /// as zero. The smallest non-zero value then replaces all non-zero values except the largest,
-    /// and the bound replaces the values that count as zero.
+    /// Returns the singular values in descending order, one for each column. Sparse factors
+    /// determine only three values: the largest one, the smallest non-zero one, and an upper bound
+    /// of those that count as zero. With sparse factors, the smallest non-zero value replaces all
+    /// non-zero values except the largest, and the bound replaces the values that count as zero.
     pub(crate) fn values(&self) -> Vec<f64> {
         match &self.sparse {
             None => self.svd().singular_values.as_slice().to_vec(),
@@ -156,15 +158,15 @@ impl Decomposition {
         }
     }
 
-    /// Right singular vector of the smallest non-zero singular value; `None` if there are no sparse
-    /// factors.
+    /// Returns the right singular vector of the smallest non-zero singular value; `None` if the
+    /// matrix was decomposed densely.
     pub fn weakest(&self) -> Option<&[f64]> {
         self.sparse.as_ref().map(|sparse| sparse.weakest.as_slice())
     }
 
-    /// Computes a basis of the null space, consisting of unit vectors, for the given rank. The
-    /// basis from a dense decomposition is orthonormal. Otherwise, each vector has only the
-    /// components that its dependent column requires.
+    /// Computes a basis of unit vectors of the null space, for the given rank. The basis from a
+    /// dense decomposition is orthonormal. With sparse factors, each basis vector belongs to one
+    /// dependent column and has only the components that this column requires.
     pub fn null_space(&self, rank: usize) -> Vec<SparseVector> {
         let Some(sparse) = self.sparse.as_ref().filter(|_| rank == self.rank) else {
             let dense = |vector: &DVector<f64>| vector.iter().copied().enumerate().collect();
@@ -188,7 +190,8 @@ impl Decomposition {
         for vector in self.null_space(rank) {
             work.fill(0.0);
             vector.into_iter().for_each(|(k, x)| work[k] = x);
-            // Gram-Schmidt orthogonalisation; the second pass removes the round-off of the first.
+            // Gram-Schmidt orthogonalisation. The second pass removes the round-off errors of the
+            // first pass.
             for _ in 0..2 {
                 for known in &basis {
                     let amount: f64 = known.iter().map(|&(k, x)| x * work[k]).sum();
@@ -204,7 +207,8 @@ impl Decomposition {
         basis.iter().map(|vector| to_dense(vector, self.matrix.ncols())).collect()
     }
 
-    /// Computes the minimum-norm least-squares solution for the right-hand side `right`.
+    /// Computes the minimum-norm least-squares solution of `A x = right` for the decomposed matrix
+    /// `A`.
     pub fn solve(&self, right: &[f64]) -> Vec<f64> {
         let Some(sparse) = &self.sparse else {
             let right = DVector::from_column_slice(right);
@@ -223,7 +227,7 @@ impl Decomposition {
     }
 }
 
-/// Converts nonzero components to a dense vector of the given length.
+/// Converts a sparse vector to a dense vector of the given length.
 pub(crate) fn to_dense(vector: &[(usize, f64)], length: usize) -> DVector<f64> {
     let mut dense = DVector::zeros(length);
     vector.iter().for_each(|&(k, x)| dense[k] = x);
@@ -231,7 +235,7 @@ pub(crate) fn to_dense(vector: &[(usize, f64)], length: usize) -> DVector<f64> {
 }
 
 impl SparseRank {
-    /// Factors a matrix; returns `None` if the factors leave the rank in doubt.
+    /// Factors a matrix; returns `None` if the factors do not clearly decide the rank.
     fn new(matrix: &SparseMatrix, groups: &[usize], limit: Limit) -> Option<Self> {
         let columns = matrix.ncols();
         let square = |x: &[f64]| matrix.transposed_times(&matrix.times(x));
@@ -288,8 +292,8 @@ impl SparseRank {
     }
 }
 
-/// Computes an upper bound on the largest singular value: the geometric mean of the largest sums of
-/// magnitudes in a row and in a column.
+/// Computes an upper bound on the largest singular value: the geometric mean of the largest row sum
+/// and the largest column sum of the magnitudes of the entries.
 fn bound_of_largest(matrix: &SparseMatrix) -> f64 {
     let (mut rows, mut columns) = (vec![0.0; matrix.nrows()], vec![0.0; matrix.ncols()]);
     for (row, column, value) in matrix.entries() {
@@ -307,7 +311,7 @@ fn greatest(
     accuracy: f64,
     apply: impl Fn(&[f64]) -> Vec<f64>,
 ) -> Option<(f64, Vec<f64>)> {
-    // Any initial vector that is not orthogonal to the solution is suitable.
+    // Any start vector that is not orthogonal to the eigenvector is suitable.
     let start = (0..length.div_ceil(BLOCK)).map(|part| -> Part {
         core::array::from_fn(|i| match BLOCK * part + i {
             k if k < length => (1.0 + 0.7548 * k as f64).sin(),

@@ -1,19 +1,20 @@
-//! Elimination order of sparse symmetric matrices, from their pattern.
+//! Elimination order of sparse symmetric matrices, chosen from their nonzero pattern.
 
 use std::collections::BTreeSet;
 
-/// Minimum-degree order (Tinney and Walker 1967): the node with the fewest neighbours is eliminated
-/// first; its neighbours become neighbours of each other.
+/// Minimum-degree order (Tinney and Walker 1967). At each step, the node with the fewest neighbours
+/// is eliminated, and its neighbours become neighbours of each other.
 #[derive(Clone, Debug)]
 pub(crate) struct EliminationOrder {
     /// Nodes in the order of their elimination.
     pub(crate) nodes: Vec<usize>,
-    /// Neighbours of each node in `nodes` when it is eliminated, in ascending order.
+    /// Neighbours that each node of `nodes` has at its elimination, in ascending order of index.
     pub(crate) neighbours: Vec<Vec<usize>>,
 }
 
 impl EliminationOrder {
-    /// Orders `count` nodes; `pairs` are pairs of neighbours, in any order and possibly repeated.
+    /// Orders the nodes `0..count`. `pairs` contains the pairs of neighbours, in any order and
+    /// possibly repeated.
     pub(crate) fn new(count: usize, pairs: impl Iterator<Item = (usize, usize)>) -> Self {
         let mut neighbours = vec![BTreeSet::new(); count];
         for (a, b) in pairs.filter(|(a, b)| a != b) {

@@ -1,16 +1,17 @@
-//! Largest eigenvalue of a symmetric operator, and its eigenvector.
+//! Largest eigenvalue of a symmetric operator and the corresponding eigenvector, by the Lanczos
+//! method.
 
 use super::blocks::{BLOCK, Part};
 
 /// Maximum number of Lanczos steps.
 const STEPS: usize = 120;
-/// Number of steps before the first convergence check.
+/// Number of steps after which convergence is first checked, unless an earlier residual is small.
 const FIRST_LOOK: usize = 2;
 
 /// Buffers of the Lanczos method.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Lanczos {
-    /// Basis vectors of all Lanczos steps, one after the other.
+    /// Orthonormal basis vectors of all Lanczos steps, one after the other.
     basis: Vec<Part>,
     next: Vec<Part>,
     diagonal: Vec<f64>,
@@ -47,7 +48,7 @@ impl Lanczos {
         let count = basis.len();
         let over = 1.0 / dot(basis, basis).sqrt();
         scale(basis, over);
-        // Upper bound on the largest eigenvalue so far.
+        // Upper bound on the largest eigenvalue of the current tridiagonal matrix.
         let mut above = 0.0_f64;
         for step in 0..STEPS {
             let here = step * count;
@@ -69,7 +70,7 @@ impl Lanczos {
             }
             above = match beside.last() {
                 None => own,
-                // Largest eigenvalue of a bounding 2x2 matrix.
+                // Largest eigenvalue of a 2x2 matrix that bounds the tridiagonal matrix.
                 Some(coupling) => 0.5 * (above + own) + (0.5 * (above - own)).hypot(*coupling),
             };
             if step + 1 >= FIRST_LOOK || length <= accuracy * own {
@@ -114,14 +115,15 @@ fn subtract(from: &mut [Part], vector: &[Part], amount: f64) {
     }
 }
 
-/// Computes the largest eigenvalue of a symmetric tridiagonal matrix; `above` is an upper bound.
-/// Newton's method on the characteristic polynomial decreases monotonically to this eigenvalue.
+/// Computes the largest eigenvalue of a symmetric tridiagonal matrix with the diagonal `diagonal`
+/// and the off-diagonal `beside`. `above` is an upper bound, from which Newton's method on the
+/// characteristic polynomial decreases monotonically to the eigenvalue.
 fn greatest_root(diagonal: &[f64], beside: &[f64], above: f64) -> f64 {
-    // Rounding may lower a bound that is attained exactly.
+    // Rounding may reduce `above` slightly below the eigenvalue if the two are equal.
     let mut x = above * (1.0 + 4.0 * f64::EPSILON);
     for _ in 0..100 {
-        // The polynomial is the product of these factors, which are positive above its largest
-        // root.
+        // The characteristic polynomial is the product of these factors, which are positive above
+        // its largest root.
         let (mut factor, mut slope, mut sum) = (f64::INFINITY, 0.0, 0.0);
         for (k, own) in diagonal.iter().enumerate() {
             let coupling = if k == 0 { 0.0 } else { beside[k - 1] * beside[k - 1] };
@@ -131,7 +133,7 @@ fn greatest_root(diagonal: &[f64], beside: &[f64], above: f64) -> f64 {
             sum += slope / factor;
         }
         let step = 1.0 / sum;
-        // The factors change sign below the root, which may happen by rounding.
+        // Rounding may move `x` below the root, where the last factor is negative.
         if !(factor > 0.0 && step > 0.5 * f64::EPSILON * x) {
             break;
         }
@@ -140,10 +142,10 @@ fn greatest_root(diagonal: &[f64], beside: &[f64], above: f64) -> f64 {
     x
 }
 
-/// Computes the unit eigenvector of the largest eigenvalue of a tridiagonal matrix and returns the
-/// magnitude of its last component. Recurrences run from both ends and meet near the largest
-/// component. Beyond that component the vector decays, and round-off decays with it only in a
-/// recurrence from the other end.
+/// Computes the unit eigenvector of the largest eigenvalue `value` of a symmetric tridiagonal
+/// matrix, stores it in `room.vector`, and returns the magnitude of its last component. Recurrences
+/// run from both ends and meet near the largest component. Beyond this component the vector decays;
+/// round-off errors decay as well only if the recurrence runs toward the largest component.
 fn vector_of(diagonal: &[f64], beside: &[f64], value: f64, room: &mut Room) -> f64 {
     let count = diagonal.len();
     let Room { ahead, back, vector } = room;
@@ -179,7 +181,8 @@ mod tests {
     use super::*;
     use crate::random::Random;
 
-    /// Checks the largest eigenvalue and its eigenvector for close, double and distant eigenvalues.
+    /// Checks the largest eigenvalue, computed from the returned eigenvector, for spectra with
+    /// close, double and distant eigenvalues.
     #[test]
     fn the_greatest_of_known_eigenvalues() {
         let mut random = Random::new(5);
@@ -189,7 +192,8 @@ mod tests {
                 .collect();
             let mut values = values;
             values[4][2] = 1.0 - gap;
-            // The eigenvectors are the columns of a reflection.
+            // The operator is diagonal in a basis that a reflection produces, so its eigenvectors
+            // are known.
             let mut normal: Vec<Part> =
                 (0..9).map(|_| core::array::from_fn(|_| random.number())).collect();
             let over = 1.0 / dot(&normal, &normal).sqrt();
@@ -210,7 +214,7 @@ mod tests {
             let mut image = vector.to_vec();
             apply(&mut image);
             let value = dot(&image, vector) / dot(vector, vector);
-            // Tolerance of the residual.
+            // The tolerance equals the relative residual at which the iteration stops.
             assert!((value - 1.0).abs() < 1e-12, "{gap}: {value}");
         }
     }

@@ -1,5 +1,5 @@
-//! Linear algebra: elimination in a fixed order for kernels, dense and sparse decompositions for
-//! analysis.
+//! Linear algebra: LU elimination in a fixed order for kernels, and dense and sparse decompositions
+//! for analysis.
 
 mod blocks;
 mod decomposition;

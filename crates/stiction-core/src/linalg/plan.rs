@@ -1,4 +1,4 @@
-//! Choice of the pivots for an elimination in a fixed order.
+//! Chooses the pivots of an elimination whose order stays fixed for all later values of the matrix.
 
 use super::static_lu::StaticLu;
 use std::collections::{BTreeMap, BTreeSet};
@@ -16,19 +16,19 @@ pub(crate) struct Entry {
 /// the size of `row[i] * entry * column[j]`; the elimination itself does not use the factors.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scales<'a> {
-    /// One factor for each row; an empty slice means ones.
+    /// One factor for each row; an empty slice means that all factors are one.
     pub rows: &'a [f64],
-    /// One factor for each column; an empty slice means ones.
+    /// One factor for each column; an empty slice means that all factors are one.
     pub columns: &'a [f64],
 }
 
 #[cfg(test)]
 impl Scales<'_> {
-    /// No scaling: all factors are one.
+    /// Leaves the matrix unscaled: all factors are one.
     pub(crate) const NONE: Self = Self { rows: &[], columns: &[] };
 }
 
-/// Pivots for all columns of a matrix, and the pattern of nonzeros to which they apply.
+/// Pivots for all columns of a matrix, with the nonzero pattern for which they were chosen.
 #[derive(Clone, Debug)]
 pub(crate) struct Plan {
     pub(super) rows: usize,
@@ -40,29 +40,29 @@ pub(crate) struct Plan {
     pub smallest_pivot: f64,
 }
 
-/// Error for a matrix in which some columns depend on the others.
+/// Error: some columns of a matrix depend on the others.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct RankDeficient {
     /// Columns without a pivot.
     pub columns: Vec<usize>,
 }
 
-/// Smallest admissible pivot relative to the largest entry in its column. A larger threshold is
-/// more accurate; a smaller threshold leaves more choice of pivots that keep the factors sparse.
+/// Smallest admissible pivot, as a fraction of the largest entry in its column. A larger threshold
+/// is more accurate; a smaller threshold admits more pivots that keep the factors sparse.
 const THRESHOLD: f64 = 0.25;
 /// Scaled entries below this fraction of the largest entry of the matrix count as round-off.
 const NEGLIGIBLE: f64 = 1e-11;
-/// Number of candidate columns for each pivot. They are the columns with entries in the fewest rows
-/// not yet eliminated.
+/// Number of candidate columns for each pivot. The candidates are the columns with the fewest
+/// entries in rows that are not yet eliminated.
 const CANDIDATES: usize = 4;
 
 impl Plan {
-    /// Chooses a pivot for each column by size and by fill (Markowitz 1957, with threshold), based
-    /// on the values of one representative matrix. Every listed entry is structurally nonzero, even
-    /// if its value is zero; repeated entries are added.
+    /// Chooses a pivot for each column by size and by fill-in (Markowitz 1957, with a threshold),
+    /// based on the values `numbers` of one representative matrix. Every listed entry is
+    /// structurally nonzero, even if its value is zero. Repeated entries are added.
     ///
     /// # Errors
-    /// [`RankDeficient`] if some columns depend on the others.
+    /// Returns [`RankDeficient`] if some columns depend on the others.
     pub(crate) fn new(
         rows: usize,
         columns: usize,
@@ -89,19 +89,19 @@ impl Plan {
         Ok(Self { rows, columns, entries: entries.to_vec(), pivots, smallest_pivot })
     }
 
-    /// Compiles the plan to a [`StaticLu`] with this order of elimination.
+    /// Compiles the plan to a [`StaticLu`], which eliminates in the order of the plan.
     pub(crate) fn compile(&self) -> StaticLu {
         StaticLu::compile(self)
     }
 }
 
-/// Part of the matrix that is not yet eliminated.
+/// Part of the matrix whose rows and columns are not yet eliminated.
 struct Active {
     rows: Vec<BTreeMap<usize, f64>>,
-    /// For each column, the rows not yet eliminated that have an entry in it.
+    /// For each column, the rows that are not yet eliminated and have an entry in the column.
     columns: Vec<BTreeSet<usize>>,
-    /// Columns not yet eliminated, as pairs (number of rows in `columns`, index) in ascending
-    /// order. This order avoids a search over all columns for each pivot.
+    /// Columns that are not yet eliminated, in ascending order of (number of remaining rows with an
+    /// entry, column index). This order avoids a search over all columns for each pivot.
     open: BTreeSet<(usize, usize)>,
 }
 
@@ -123,7 +123,7 @@ impl Active {
         }
     }
 
-    /// Removes a row from a column that is not yet eliminated.
+    /// Removes a row from the list of remaining rows of a column that is not yet eliminated.
     fn close_row(&mut self, row: usize, column: usize) {
         let count = self.columns[column].len();
         if self.columns[column].remove(&row) {
@@ -142,8 +142,8 @@ impl Active {
         columns
     }
 
-    /// Returns the best pivot in the candidate columns; `None` if no column has a pivot above
-    /// `negligible`.
+    /// Returns the row and column of the best pivot in the candidate columns; `None` if no column
+    /// has an entry above `negligible`.
     fn choose(&self, negligible: f64) -> Option<(usize, usize)> {
         let mut best: Option<(usize, f64, usize, usize)> = None;
         let mut seen = 0;
@@ -175,10 +175,10 @@ impl Active {
     }
 
     /// Eliminates a column with the given pivot and removes the pivot's row and column from the
-    /// remaining matrix; returns the pivot.
+    /// remaining matrix. Returns the value of the pivot.
     fn eliminate(&mut self, row: usize, column: usize) -> f64 {
         let pivot_row = core::mem::take(&mut self.rows[row]);
-        // Rows have entries in open columns only.
+        // The remaining rows have entries only in columns that are not yet eliminated.
         for &other in pivot_row.keys() {
             self.close_row(row, other);
         }
