@@ -1,28 +1,29 @@
-//! Row space of a small dense matrix: minimum-norm solutions, null space, dependent rows.
+//! Row space of a small dense matrix: minimum-norm solutions, null space and dependent rows.
 
 use crate::scalar::Scalar;
 
 /// QR decomposition of the transpose of a matrix `J` with column pivoting: `J^T P = Q R`.
 ///
-/// The rows of `J` are ordered by their components orthogonal to the previous rows; rows without
-/// such a component are dependent. Householder reflections, Businger and Golub 1965.
+/// The rows of `J` are pivoted by their components orthogonal to the rows chosen before. Rows
+/// without a significant orthogonal component are dependent. Householder reflections, Businger and
+/// Golub 1965.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct RowSpace {
     rows: usize,
     columns: usize,
     rank: usize,
-    /// Rows in pivot order. In each row, `R` extends to the diagonal; the Householder vector is
-    /// stored beyond it.
+    /// Transposed factor `R^T` and Householder vectors, row by row in pivot order. A row contains
+    /// `R^T` up to the diagonal, and behind it the Householder vector without its first component.
     work: Vec<f64>,
     /// For each Householder vector: its first component and half its squared length.
     heads: Vec<(f64, f64)>,
-    /// Pivot order of the rows.
+    /// Index in `J` of each row, in pivot order.
     order: Vec<usize>,
 }
 
 impl RowSpace {
-    /// Decomposes `matrix`, which has `rows` rows and `columns` columns and is stored row by row. A
-    /// row is dependent if its component orthogonal to the independent rows is at most
+    /// Decomposes `matrix`, which has `rows` rows and `columns` columns in row-major order. A row
+    /// is dependent if the norm of its component orthogonal to the independent rows is at most
     /// `negligible`, or `negligible` times the largest row norm if that norm exceeds one.
     pub(crate) fn decompose(
         &mut self,
@@ -41,8 +42,8 @@ impl RowSpace {
         let n = columns;
         let mut first = 1.0_f64;
         for k in 0..rows.min(columns) {
-            // Recompute the norms of the remainders, because updating them would lose the digits of
-            // small norms.
+            // Recompute the norms of the remaining components, because updated norms would lose the
+            // digits of small values.
             let mut best = (k, 0.0);
             for row in k..rows {
                 let rest = &self.work[row * n + k..(row + 1) * n];
@@ -55,7 +56,7 @@ impl RowSpace {
             if k == 0 {
                 first = first.max(length);
             }
-            // NaN also ends the decomposition; it remains visible in the solutions.
+            // NaN also ends the decomposition; the NaN values remain visible in the solutions.
             if length.is_nan() || length <= negligible * first {
                 break;
             }
@@ -67,7 +68,7 @@ impl RowSpace {
             let diagonal = self.work[k * n + k];
             let new = if diagonal > 0.0 { -length } else { length };
             let head = diagonal - new;
-            // |reflector|^2 / 2.
+            // Half the squared norm of the reflector.
             let half = -new * head;
             self.heads.push((head, half));
             let (done, rest) = self.work.split_at_mut((k + 1) * n);
@@ -81,13 +82,13 @@ impl RowSpace {
         }
     }
 
-    /// Number of independent rows.
+    /// Returns the number of independent rows.
     pub(crate) fn rank(&self) -> usize {
         self.rank
     }
 
-    /// Norm of the last independent row's component orthogonal to the other independent rows,
-    /// relative to the largest row norm; one if no row is independent.
+    /// Returns the norm of the component of the last independent row orthogonal to the other
+    /// independent rows, divided by the largest row norm. Returns one if no row is independent.
     pub(crate) fn least_part(&self) -> f64 {
         let diagonal = |k: usize| self.work[k * self.columns + k].abs();
         self.rank.checked_sub(1).map_or(1.0, |last| diagonal(last) / diagonal(0))
@@ -107,15 +108,15 @@ impl RowSpace {
         rest.iter_mut().zip(tail).for_each(|(x, t)| *x -= amount * T::from_f64(*t));
     }
 
-    /// Computes the shortest vector whose scalar products with the independent rows equal the
-    /// corresponding values in `right`.
+    /// Computes the vector of minimum norm whose scalar products with the independent rows equal
+    /// the corresponding values in `right`, which has one value for each row of the matrix.
     pub(crate) fn shortest(&self, right: &[f64]) -> Vec<f64> {
         let mut vector = Vec::new();
         self.shortest_into(right, &mut vector);
         vector
     }
 
-    /// Computes [`Self::shortest`], writing the result to `vector`.
+    /// Computes the same vector as [`Self::shortest`] and writes it to `vector`.
     pub(crate) fn shortest_into(&self, right: &[f64], vector: &mut Vec<f64>) {
         let n = self.columns;
         vector.clear();
@@ -133,14 +134,14 @@ impl RowSpace {
         }
     }
 
-    /// Computes an orthonormal basis of the null space, stored vector by vector.
+    /// Computes an orthonormal basis of the null space. The vectors are stored one after the other.
     pub(crate) fn null_space(&self) -> Vec<f64> {
         let mut basis = Vec::new();
         self.null_space_into(&mut basis);
         basis
     }
 
-    /// Computes [`Self::null_space`], writing the result to `basis`.
+    /// Computes the same basis as [`Self::null_space`] and writes it to `basis`.
     pub(crate) fn null_space_into(&self, basis: &mut Vec<f64>) {
         let n = self.columns;
         basis.clear();
@@ -153,8 +154,9 @@ impl RowSpace {
         }
     }
 
-    /// Computes the coefficients of the linear combination of rows that is the projection of
-    /// `vector` on the row space. Coefficients of dependent rows are zero. Overwrites `vector`.
+    /// Computes the coefficients of the linear combination of rows that is the orthogonal
+    /// projection of `vector` on the row space. Coefficients of dependent rows are zero. Overwrites
+    /// `vector`.
     pub(crate) fn amounts<T: Scalar>(&self, vector: &mut [T], amounts: &mut Vec<T>) {
         for step in 0..self.rank {
             self.apply(step, vector);
@@ -179,8 +181,9 @@ impl RowSpace {
         }
     }
 
-    /// Computes, for each dependent row, the coefficients of a vanishing linear combination of all
-    /// rows.
+    /// Computes the coefficients of one vanishing linear combination of rows for each dependent
+    /// row. The coefficient of the dependent row is one, those of the other dependent rows are
+    /// zero.
     pub(crate) fn dependencies(&self) -> Vec<Vec<f64>> {
         let n = self.columns;
         let each = (self.rank..self.rows).map(|dependent| {
@@ -202,7 +205,8 @@ fn reflect(reflector: &[f64], half: f64, vector: &mut [f64]) {
     vector.iter_mut().zip(reflector).for_each(|(x, r)| *x -= amount * r);
 }
 
-/// Scalar product of vectors of equal length, accumulated in four independent sums.
+/// Computes the scalar product of two vectors of equal length, accumulated in four independent
+/// sums.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
     let mut sums = [0.0; 4];
@@ -225,8 +229,9 @@ mod tests {
     }
 
     proptest! {
-        /// Checks that five rows in seven dimensions, of which the last two are combinations of the
-        /// first three, are found to be dependent.
+        /// Checks the decomposition of five rows in seven dimensions, the last two of which are
+        /// combinations of the first three: number of dependencies, null space, minimum-norm
+        /// solution, and projection.
         #[test]
         fn dependent_rows_are_reported(
             numbers in prop::collection::vec(-1.0..1.0_f64, 21),
@@ -249,11 +254,11 @@ mod tests {
                 prop_assert!(times(&matrix, n, vector).iter().all(|x| x.abs() < 1e-13));
                 prop_assert!((vector.iter().map(|x| x * x).sum::<f64>() - 1.0).abs() < 1e-13);
             }
-            // The shortest solution of consistent equations lies in the row space.
+            // The minimum-norm solution of consistent equations lies in the row space.
             let wanted = times(&matrix, n, &[0.3, -0.2, 0.9, 0.1, -0.7, 0.4, 0.5]);
             let short = space.shortest(&wanted);
             let found = times(&matrix, n, &short);
-            // Nearly dependent rows magnify rounding.
+            // Nearly dependent rows magnify round-off errors, so the tolerance is wide.
             prop_assert!(found.iter().zip(&wanted).all(|(a, b)| (a - b).abs() < 1e-8));
             for vector in basis.chunks_exact(n) {
                 let along: f64 = vector.iter().zip(&short).map(|(a, b)| a * b).sum();

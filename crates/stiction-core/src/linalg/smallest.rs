@@ -1,17 +1,18 @@
-//! Smallest singular value, computed faster than by a complete decomposition.
+//! Computes the smallest singular value of a matrix, faster than by a complete decomposition.
 
 use super::Svd;
 use nalgebra::{DMatrix, DVector};
 
 /// Number of vectors that are iterated together. With fewer vectors, clusters of small singular
-/// values slow the iteration down.
+/// values slow down the iteration.
 const BLOCK: usize = 3;
-/// Maximum number of iteration steps before a singular value decomposition is computed instead.
+/// Maximum number of iteration steps. If they do not converge, a singular value decomposition
+/// follows.
 const STEPS: usize = 60;
-/// Relative accuracy at which the iteration stops.
+/// Relative change of the squared singular value in one step at which the iteration stops.
 const ACCURACY: f64 = 1e-13;
-/// If the singular value is below this fraction of the largest entry, squaring the matrix loses too
-/// many digits.
+/// Smallest singular value that is accepted from the iteration, as a fraction of the largest matrix
+/// entry. For smaller values, squaring the matrix loses too many digits.
 const SQUARABLE: f64 = 1e-3;
 
 /// Computes the smallest of the `min(rows, columns)` singular values of a matrix.
@@ -29,14 +30,15 @@ pub fn smallest_singular_value(matrix: &DMatrix<f64>) -> f64 {
             if rows <= columns { matrix * matrix.transpose() } else { matrix.tr_mul(matrix) };
         let factor = gram.cholesky()?;
         let block = BLOCK.min(size);
-        // Any initial vectors that are not orthogonal to the solution are suitable.
+        // Any start vectors that are not orthogonal to the singular vector are suitable.
         let mut vectors = DMatrix::from_fn(size, block, |i, j| {
             (1.0 + i as f64 * (0.7548 + 0.5698 * j as f64)).sin()
         });
         let mut last = f64::INFINITY;
         for _ in 0..STEPS {
             factor.solve_mut(&mut vectors);
-            // The lengths after orthogonalisation grow like the inverse of the smallest value.
+            // The lengths before orthogonalisation tend to the inverse of the smallest eigenvalue
+            // of the Gram matrix.
             let largest = orthonormalise(&mut vectors)?;
             let now = largest.recip();
             if (now - last).abs() <= ACCURACY * now {
@@ -55,8 +57,8 @@ pub fn smallest_singular_value(matrix: &DMatrix<f64>) -> f64 {
     }
 }
 
-/// Makes the columns orthonormal. Returns the largest singular value of the original columns, or
-/// `None` if they are not finite.
+/// Replaces the columns by an orthonormal basis of their span. Returns the largest singular value
+/// of the original columns, or `None` if it is zero or not finite.
 fn orthonormalise(vectors: &mut DMatrix<f64>) -> Option<f64> {
     let svd = Svd::new(vectors);
     let largest = svd.largest();

@@ -1,4 +1,4 @@
-//! Sparse matrices, stored column by column.
+//! Sparse matrices in compressed column storage.
 
 use nalgebra::DMatrix;
 
@@ -14,8 +14,8 @@ pub struct SparseMatrix {
 }
 
 impl SparseMatrix {
-    /// Builds a matrix from entries `(row, column, value)`. Adds entries with the same indices and
-    /// drops zeros.
+    /// Builds a matrix from entries `(row, column, value)`. Entries with the same indices are
+    /// added; zero entries are dropped.
     pub fn new(
         (rows, columns): (usize, usize),
         entries: impl Iterator<Item = (usize, usize, f64)>,
@@ -35,7 +35,8 @@ impl SparseMatrix {
         let mut made = Self { rows, starts: vec![0], ..Self::default() };
         for column in 0..columns {
             let own = &mut places[starts[column]..starts[column + 1]];
-            // A stable sort, so that sums do not depend on the order of other entries.
+            // The sort is stable, so sums of entries with the same indices do not depend on other
+            // entries.
             own.sort_by_key(|(row, _)| *row);
             for (k, &(row, value)) in own.iter().enumerate() {
                 match made.values.last_mut() {
@@ -61,31 +62,33 @@ impl SparseMatrix {
         self.starts.len() - 1
     }
 
-    /// Row indices and values of the entries of a column.
+    /// Yields the row indices and values of the entries of a column, in ascending row order.
     pub fn column(&self, column: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let range = self.starts[column]..self.starts[column + 1];
         self.indices[range.clone()].iter().copied().zip(self.values[range].iter().copied())
     }
 
-    /// All entries `(row, column, value)`, column by column.
+    /// Yields all entries as `(row, column, value)`, column by column.
     pub fn entries(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
         (0..self.ncols()).flat_map(|k| self.column(k).map(move |(row, value)| (row, k, value)))
     }
 
-    /// Multiplies each row and each column by a factor.
+    /// Returns the matrix with row `i` multiplied by `rows[i]` and column `k` multiplied by
+    /// `columns[k]`.
     #[must_use]
     pub fn scaled(&self, rows: &[f64], columns: &[f64]) -> Self {
         let mut scaled = self.clone();
         for (column, factor) in columns.iter().enumerate() {
             for k in self.starts[column]..self.starts[column + 1] {
-                // Multiply in the same order as for dense matrices.
+                // Multiply in the same order as for dense matrices, so that the products are
+                // identical.
                 scaled.values[k] = self.values[k] * rows[self.indices[k]] * factor;
             }
         }
         scaled
     }
 
-    /// Returns the columns with the given indices.
+    /// Returns the matrix that consists of the columns with the given indices, in the given order.
     #[must_use]
     pub fn select_columns(&self, columns: &[usize]) -> Self {
         let each = columns.iter().enumerate();

@@ -1,20 +1,20 @@
 //! Rank-revealing triangular factor of a sparse matrix.
 //!
-//! `A P = Q R` by Householder reflections of dense fronts (Duff and Reid 1983), without storing
-//! `Q`. A column with zero remainder is dependent and gets no row of `R` (Heath 1982).
+//! Computes the factor `R` of `A P = Q R` by Householder reflections of dense frontal matrices
+//! (Duff and Reid 1983), without storing `Q`. A column is dependent if its remainder after the
+//! elimination of other columns is zero; `R` has no row for such a column (Heath 1982).
 
 use super::elimination_order::EliminationOrder;
 use super::sparse::SparseMatrix;
 
-/// Elimination order of groups of columns, for all matrices with the same pattern of nonzeros.
+/// Order in which groups of columns are eliminated, for all matrices with the same nonzero pattern.
 #[derive(Clone, Debug)]
 pub(crate) struct ColumnOrder {
     /// Columns in the order of their elimination.
     columns: Vec<usize>,
-    /// Position of each column in this order.
+    /// Position of each column in `columns`.
     places: Vec<usize>,
-    /// Elimination step of each column, in the order of `columns`; the columns of a group have the
-    /// same step.
+    /// Elimination step of each entry of `columns`. The columns of a group have the same step.
     steps: Vec<usize>,
 }
 
@@ -50,7 +50,7 @@ impl ColumnOrder {
         made
     }
 
-    /// Orders the columns of a matrix individually, without groups.
+    /// Orders the columns of a matrix individually: each column is a group.
     pub(crate) fn one_by_one(matrix: &SparseMatrix) -> Self {
         Self::new(matrix, &(0..matrix.ncols()).collect::<Vec<_>>())
     }
@@ -60,32 +60,32 @@ impl ColumnOrder {
 #[derive(Clone, Debug)]
 pub(crate) struct SparseQr {
     columns: usize,
-    /// Pivot column of each row: the column of its first entry.
+    /// Column of the first entry (the pivot) of each row.
     pivots: Vec<usize>,
     /// Dependent columns, in ascending order.
     dependent: Vec<usize>,
-    /// Index of the first entry of each row, followed by the number of entries.
+    /// Index in `values` of the first entry of each row, followed by the number of entries.
     starts: Vec<usize>,
-    /// Columns of the entries, row by row.
+    /// Column index of each entry, row by row.
     indices: Vec<usize>,
-    /// Values of the entries, row by row.
+    /// Value of each entry, row by row.
     values: Vec<f64>,
-    /// Frobenius norm of the remainders of the dependent columns. These remainders are set to zero.
+    /// Frobenius norm of the remainders of the dependent columns, which are set to zero.
     dropped: f64,
 }
 
-/// Dense rows of a frontal matrix, which has entries in a few columns only.
+/// Frontal matrix: dense rows whose nonzero entries lie in a few columns.
 struct Front {
-    /// Positions of the front's columns in the order of elimination, ascending.
+    /// Positions of the front's columns in [`ColumnOrder::columns`], ascending.
     places: Vec<usize>,
     rows: usize,
-    /// Entries of the front, column by column.
+    /// Entries of the front in column-major order.
     values: Vec<f64>,
 }
 
 impl SparseQr {
-    /// Factorises a matrix; a column whose remainder has a norm of at most `negligible` counts as
-    /// dependent.
+    /// Factorises a matrix. A column counts as dependent if the norm of its remainder is at most
+    /// `negligible`.
     pub(crate) fn new(matrix: &SparseMatrix, order: &ColumnOrder, negligible: f64) -> Self {
         let steps = order.steps.last().map_or(0, |last| last + 1);
         let mut waiting: Vec<Vec<Front>> = (0..steps).map(|_| Vec::new()).collect();
@@ -124,7 +124,7 @@ impl SparseQr {
         made
     }
 
-    /// Eliminates the first `own` columns of a front, each time the one with the largest remainder.
+    /// Eliminates the first `own` columns of a front, the column with the largest remainder first.
     /// Returns the number of rows added to the factor.
     fn eliminate(
         &mut self,
@@ -138,7 +138,7 @@ impl SparseQr {
             let (best, norm) = (done..own)
                 .map(|k| (k, front.norm(k, pivots)))
                 .fold((done, 0.0), |a, b| if b.1 > a.1 { b } else { a });
-            // NaN also ends the elimination; it remains visible in the factor.
+            // NaN also ends the elimination; the NaN values remain visible in the factor.
             if norm <= negligible || pivots == front.rows {
                 for k in done..own {
                     self.dropped += front.norm(k, pivots).powi(2);
@@ -147,7 +147,7 @@ impl SparseQr {
                 break;
             }
             front.swap(done, best);
-            // The columns not chosen yet remain among the first `own` columns.
+            // Columns that are not yet eliminated remain among the first `own` columns.
             front.reflect(done, pivots, norm);
             pivots += 1;
         }
@@ -165,23 +165,23 @@ impl SparseQr {
         pivots
     }
 
-    /// Number of independent columns.
+    /// Returns the number of independent columns.
     pub(crate) fn rank(&self) -> usize {
         self.pivots.len()
     }
 
-    /// Indices of the dependent columns, in ascending order.
+    /// Returns the indices of the dependent columns, in ascending order.
     pub(crate) fn dependent(&self) -> &[usize] {
         &self.dependent
     }
 
-    /// Frobenius norm of the remainders of the dependent columns: an upper bound on the singular
-    /// values that count as zero.
+    /// Returns the Frobenius norm of the remainders of the dependent columns. The norm is an upper
+    /// bound on the singular values that count as zero.
     pub(crate) fn dropped(&self) -> f64 {
         self.dropped
     }
 
-    /// Columns and values of a row, with the pivot first.
+    /// Yields the column indices and values of a row of `R`, the pivot first.
     fn row(&self, row: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let range = self.starts[row]..self.starts[row + 1];
         self.indices[range.clone()].iter().copied().zip(self.values[range].iter().copied())
@@ -194,8 +194,8 @@ impl SparseQr {
         SparseMatrix::new((self.columns, self.rank()), entries)
     }
 
-    /// Solves `R x = y`, setting the unknowns of dependent columns to zero. `y` has one value for
-    /// each row, `x` one value for each column.
+    /// Solves `R x = y` with zero for the unknowns of dependent columns. `y` has one value for each
+    /// row of `R`, `x` one value for each column.
     pub(crate) fn solve(&self, y: &[f64]) -> Vec<f64> {
         let mut x = vec![0.0; self.columns];
         for row in (0..self.rank()).rev() {
@@ -207,8 +207,8 @@ impl SparseQr {
         x
     }
 
-    /// Solves `R^T y = x` for the independent columns. `x` has one value for each column, `y` one
-    /// value for each row.
+    /// Solves the equations of `R^T y = x` that belong to independent columns. `x` has one value
+    /// for each column of `R`, `y` one value for each row.
     pub(crate) fn solve_transposed(&self, mut x: Vec<f64>) -> Vec<f64> {
         let mut y = vec![0.0; self.rank()];
         for row in 0..self.rank() {
@@ -220,9 +220,10 @@ impl SparseQr {
         y
     }
 
-    /// Computes a basis of the null space. The vector of each dependent column contains, besides
-    /// this column, only independent columns, as pairs of column and value. Components below
-    /// `negligible` are omitted.
+    /// Computes a basis of the null space, with one vector for each dependent column. Each vector
+    /// is a list of pairs of column index and value. It contains its dependent column with the
+    /// value one, and otherwise only independent columns. Components below `negligible` are
+    /// omitted.
     pub(crate) fn null_vectors(&self, negligible: f64) -> Vec<Vec<(usize, f64)>> {
         let mut row_of = vec![usize::MAX; self.columns];
         self.pivots.iter().enumerate().for_each(|(row, pivot)| row_of[*pivot] = row);
@@ -245,7 +246,8 @@ impl SparseQr {
                     vector.push((column, amount));
                 };
             place(dependent, 1.0, &mut sums, &mut open);
-            // Process later rows first, because earlier rows depend on their pivots.
+            // Process the later rows first, because earlier rows contain the pivot columns of later
+            // rows.
             while let Some(row) = open.pop_last() {
                 let amount = -core::mem::take(&mut sums[row]) / self.values[self.starts[row]];
                 if amount.abs() > negligible {
@@ -260,7 +262,7 @@ impl SparseQr {
 }
 
 impl Front {
-    /// Stacks the rows of several fronts. The columns `own` come first.
+    /// Stacks the rows of several fronts. The columns at the positions `own` come first.
     fn merged(own: core::ops::Range<usize>, parts: Vec<Self>) -> Self {
         let mut places: Vec<usize> =
             parts.iter().flat_map(|part| part.places.iter().copied()).collect();
@@ -295,16 +297,16 @@ impl Front {
         }
     }
 
-    /// Applies a Householder reflection to the rows from `from` on. It reduces the entries of
-    /// `column` in these rows, which have the norm `norm`, to the first entry. Changes this column
-    /// and the columns after it.
+    /// Applies a Householder reflection to the rows from index `from` on. The reflection maps the
+    /// entries of `column` in these rows to a multiple of the first unit vector; `norm` is their
+    /// norm. Changes this column and all columns after it.
     fn reflect(&mut self, column: usize, from: usize, norm: f64) {
         let rows = self.rows;
         let (before, behind) = self.values.split_at_mut((column + 1) * rows);
         let reflector = &mut before[column * rows + from..];
         let new = if reflector[0] > 0.0 { -norm } else { norm };
         reflector[0] -= new;
-        // |reflector|^2 / 2.
+        // Half the squared norm of the reflector.
         let half = -new * reflector[0];
         if half > 0.0 {
             for other in behind.chunks_exact_mut(rows) {
@@ -319,7 +321,7 @@ impl Front {
     }
 
     /// Returns the rows from index `done` on, without the first `own` columns. If there are more
-    /// rows than columns, reduces them to triangular form.
+    /// such rows than remaining columns, reduces the rows to triangular form.
     fn remainder(mut self, done: usize, own: usize) -> Self {
         let rest = self.places.len() - own;
         let mut end = self.rows;

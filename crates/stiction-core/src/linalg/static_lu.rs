@@ -1,4 +1,4 @@
-//! Gaussian elimination as a fixed sequence of operations, compiled once.
+//! LU factorisation as a fixed sequence of operations, compiled once and used for many matrices.
 //!
 //! Equation (M7) of the book's theory.
 
@@ -10,24 +10,24 @@ use core::ops::Range;
 ///
 /// The order of pivots is chosen once, from a representative matrix ([`Plan`]). A factorisation
 /// then neither branches nor allocates, and touches only structurally nonzero entries. If the order
-/// is unsuitable for a matrix, the residual of the solution reveals it.
+/// is unsuitable for the values of a matrix, the residual of the solution is large.
 ///
-/// Dependent rows are omitted.
+/// Rows that depend on other rows are omitted.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct StaticLu {
     entries: usize,
-    /// Index (slot) among the factors where each matrix entry is stored; `None` for entries of
-    /// unused rows.
+    /// For each matrix entry: index (slot) in the array of factors where the entry is stored.
+    /// `None` for entries of omitted rows.
     slots: Vec<Option<u32>>,
     values: usize,
     rows: usize,
     columns: usize,
     steps: Vec<Step>,
     targets: Vec<Target>,
-    /// Entries of the pivot rows to the right of the pivots.
+    /// Entries of the pivot rows to the right of the pivots, step by step.
     upper: Vec<Upper>,
-    /// Slots changed by the elimination: for each target row of a step, one slot for each entry of
-    /// the pivot row to the right of the pivot.
+    /// Slots that the elimination changes. For each target row of a step, there is one slot for
+    /// each entry of the pivot row to the right of the pivot.
     updates: Vec<u32>,
 }
 
@@ -62,7 +62,7 @@ impl StaticLu {
             columns: plan.columns,
             ..Self::default()
         };
-        // Slots by row and column, for the rows with a pivot.
+        // Slots by row and column index, for the rows that have a pivot.
         let mut in_use = vec![false; plan.rows];
         for &(row, _) in &plan.pivots {
             in_use[row] = true;
@@ -127,34 +127,35 @@ impl StaticLu {
         program
     }
 
-    /// Number of values in the factors: entries of the rows in use, and fill.
+    /// Returns the length of the array of factors: entries of all rows with a pivot, and fill-in.
     pub(crate) fn values(&self) -> usize {
         self.values
     }
 
-    /// Number of rows of the matrix.
+    /// Returns the number of rows of the matrix.
     pub(crate) fn rows(&self) -> usize {
         self.rows
     }
 
-    /// Number of columns of the matrix.
+    /// Returns the number of columns of the matrix.
     pub(crate) fn columns(&self) -> usize {
         self.columns
     }
 
-    /// Number of multiply-subtract operations in one factorisation.
+    /// Returns the number of multiplications in one factorisation: one for each target row and one
+    /// for each update.
     pub(crate) fn operations(&self) -> usize {
         self.updates.len() + self.targets.len()
     }
 
-    /// Factors the matrix with these `entries`, which are in the order of the plan; repeated
+    /// Factors the matrix with the values `entries`, which are in the order of the plan; repeated
     /// entries are added. Writes the factors to `values`, which must have the length
-    /// [`Self::values`]. Returns the product of the signs of the pivots, which changes sign with
-    /// the determinant.
+    /// [`Self::values`]. Returns the product of the signs of the pivots, which equals the sign of
+    /// the determinant up to a constant factor, 1 or -1.
     ///
-    /// Factors carry no derivatives ([`Scalar::held`]). A solution has correct derivatives if it is
-    /// a step from a point where the equations hold; otherwise, its derivatives require one
-    /// additional step.
+    /// The factors carry no derivatives ([`Scalar::held`]). A solution has correct derivatives if
+    /// it is a Newton step from a point where the equations hold. Otherwise, its derivatives
+    /// require one additional step.
     pub(crate) fn factor<T: Scalar>(&self, entries: &[T], values: &mut [T]) -> T {
         debug_assert_eq!(entries.len(), self.entries);
         values.fill(T::zero());
@@ -183,18 +184,20 @@ impl StaticLu {
         sign
     }
 
-    /// Indices of the reciprocal pivots in the factors, in the order of elimination.
+    /// Yields the indices of the reciprocal pivots in the array of factors, in the order of
+    /// elimination.
     pub(crate) fn pivots(&self) -> impl Iterator<Item = usize> + '_ {
         self.steps.iter().map(|step| step.pivot as usize)
     }
 
-    /// Solves with the factors and writes the result to `solution` (one value for each column).
-    /// Overwrites `right` (one value for each row).
+    /// Solves the equations with the factors `values` and writes the result to `solution` (one
+    /// value for each column). Overwrites the right-hand side `right` (one value for each row).
     pub(crate) fn solve<T: Scalar>(&self, values: &[T], right: &mut [T], solution: &mut [T]) {
         self.solve_by(|slot| values[slot as usize], right, solution);
     }
 
-    /// Solves for several right-hand sides at once, one in each SIMD lane.
+    /// Solves the equations as [`Self::solve`], for `N` right-hand sides at once, one in each SIMD
+    /// lane.
     pub(crate) fn solve_lanes<const N: usize>(
         &self,
         values: &[f64],
@@ -237,8 +240,8 @@ mod tests {
     }
 
     proptest! {
-        /// Compares sparse square systems with dense LU factorisation, for values that differ from
-        /// those of the plan.
+        /// Checks the residuals of sparse square systems, for the values of the plan and for other
+        /// values.
         #[test]
         fn agrees_with_dense_elimination(
             size in 1..12usize,
@@ -270,8 +273,8 @@ mod tests {
             }
         }
 
-        /// Checks that redundant rows are omitted, and that the solution nevertheless satisfies
-        /// their equations.
+        /// Checks that a redundant row is omitted, and that the solution of the other rows is
+        /// correct.
         #[test]
         fn redundant_rows_are_found(numbers in prop::collection::vec(-1.0..1.0f64, 12)) {
             let base = DMatrix::from_row_slice(3, 3, &numbers[..9]) + DMatrix::identity(3, 3) * 3.0;

@@ -7,8 +7,9 @@ use nalgebra::{DMatrix, DVector};
 /// Uses one-sided Jacobi rotations (Hestenes 1958; de Rijk 1989 for the order of columns), which
 /// determine small singular values to high relative accuracy. Rank decisions rely on this accuracy:
 /// the decomposition of a general-purpose library loses up to eleven digits for matrices of
-/// mechanisms (`tests/suite/svd.rs` checks the properties that it violated). Its right singular
-/// vectors are orthogonal, however, and Jacobi rotations that start from them converge fast.
+/// mechanisms (`tests/suite/svd.rs` checks the properties that this library violated). The right
+/// singular vectors of the library are orthogonal, however, and Jacobi rotations that start from
+/// these vectors converge fast.
 #[derive(Clone, Debug)]
 pub struct Svd {
     /// Left singular vectors, one for each column of the matrix. A vector is zero if its singular
@@ -16,11 +17,12 @@ pub struct Svd {
     pub u: DMatrix<f64>,
     /// Singular values, one for each column of the matrix, largest first.
     pub singular_values: DVector<f64>,
-    /// Right singular vectors, which form a complete orthogonal basis.
+    /// Right singular vectors, one for each column of the matrix; they form an orthonormal basis.
     pub v: DMatrix<f64>,
 }
 
-/// Number of columns from which on it is faster to start from the basis of another decomposition.
+/// Number of columns from which Jacobi rotations start from the right singular vectors of another
+/// decomposition, because this is faster.
 const LARGE: usize = 24;
 
 /// Maximum number of sweeps over all pairs of columns; six to ten are usually sufficient.
@@ -34,7 +36,7 @@ impl Svd {
             .unwrap_or_else(|| DMatrix::identity(columns, columns));
         let mut work = matrix * &v;
         let scale = matrix.amax();
-        // Shorter columns consist of round-off and have no direction.
+        // Columns below this squared norm consist of round-off and have no meaningful direction.
         let nothing = (f64::EPSILON * scale).powi(2) * matrix.nrows().max(1) as f64;
         let mut squares: Vec<f64> = work.column_iter().map(|c| c.norm_squared()).collect();
         for _ in 0..SWEEPS {
@@ -68,31 +70,32 @@ impl Svd {
         Self { u, singular_values, v }
     }
 
-    /// Largest singular value; zero for an empty matrix.
+    /// Returns the largest singular value; zero for an empty matrix.
     pub fn largest(&self) -> f64 {
         self.singular_values.iter().copied().next().unwrap_or(0.0)
     }
 
-    /// Number of singular values above `negligible` times the largest.
+    /// Returns the number of singular values above `negligible` times the largest one.
     pub fn rank(&self, negligible: f64) -> usize {
         let limit = negligible * self.largest();
         self.singular_values.iter().filter(|&&s| s > limit).count()
     }
 
-    /// Rank of a matrix whose entries are either of order one or round-off. A matrix that consists
-    /// of round-off only has rank zero.
+    /// Returns the rank of a matrix whose entries are either of order one or round-off: the number
+    /// of singular values above `negligible` times the largest one (or times 1, if that is
+    /// greater). A matrix that consists of round-off only has rank zero.
     pub fn rank_of_order_one(&self, negligible: f64) -> usize {
         let limit = negligible * self.largest().max(1.0);
         self.singular_values.iter().filter(|&&s| s > limit).count()
     }
 
-    /// Computes an orthonormal basis of the null space for the given rank.
+    /// Computes an orthonormal basis of the null space, for a matrix of the given rank.
     pub fn null_space(&self, rank: usize) -> Vec<DVector<f64>> {
         self.v.column_iter().skip(rank).map(|c| c.into_owned()).collect()
     }
 
-    /// Computes the minimum-norm least-squares solution for the right-hand side `right` and the
-    /// given rank.
+    /// Computes the minimum-norm least-squares solution for the right-hand side `right`, for a
+    /// matrix of the given rank.
     pub fn solve(&self, right: &DVector<f64>, rank: usize) -> DVector<f64> {
         let mut solution = DVector::zeros(self.v.nrows());
         for k in 0..rank {
@@ -103,11 +106,11 @@ impl Svd {
     }
 }
 
-/// Computes, with nalgebra, a complete orthogonal basis that nearly diagonalises the Gram matrix;
-/// returns `None` if the computation fails.
+/// Computes an orthonormal basis that nearly diagonalises the Gram matrix of the columns, with the
+/// singular value decomposition of nalgebra. Returns `None` if this decomposition fails.
 fn nearly_right_vectors(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let (rows, columns) = matrix.shape();
-    // After padding with rows of zeros, there is one right singular vector for each column.
+    // Padded with rows of zeros, the matrix has one right singular vector for each column.
     let square = matrix.clone().resize_vertically(rows.max(columns), 0.0);
     let found = nalgebra::SVD::try_new(square, false, true, f64::EPSILON, 100 * columns)?;
     let v = found.v_t?.transpose();
@@ -116,7 +119,8 @@ fn nearly_right_vectors(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     (skew.amax() <= 1e-15 * columns as f64).then_some(v)
 }
 
-/// Rotates two columns such that they become orthogonal; returns `false` if they already are.
+/// Rotates columns `i` and `j` such that they become orthogonal. Returns `false` if they are
+/// already orthogonal or if one of them is negligible.
 fn orthogonalise(
     work: &mut DMatrix<f64>,
     v: &mut DMatrix<f64>,
@@ -151,8 +155,8 @@ fn orthogonalise(
     true
 }
 
-/// Computes a basis of the directions in the span of `all` that are orthogonal to `known`. Both
-/// sets are orthonormal.
+/// Computes an orthonormal basis of the directions in the span of `all` that are orthogonal to
+/// `known`. `all` and `known` must be orthonormal.
 pub(crate) fn complement(all: &[DVector<f64>], known: &[DVector<f64>]) -> Vec<DVector<f64>> {
     if all.is_empty() || known.len() >= all.len() {
         return Vec::new();

@@ -1,6 +1,7 @@
-//! Sums of products with twice the working precision.
+//! Sums of products, accumulated with twice the working precision.
 
-/// A sum and its accumulated rounding error.
+/// Sum with twice the working precision: the rounded sum `high` and its accumulated rounding error
+/// `low`.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Twofold {
     high: f64,
@@ -16,13 +17,13 @@ impl Twofold {
         self.low += product_error + sum_error;
     }
 
-    /// Adds `factor` times another sum, with its rounding error.
+    /// Adds `factor` times another sum, including the rounding error of that sum.
     pub(crate) fn add_multiple(&mut self, factor: f64, other: Self) {
         self.add_product(factor, other.high);
         self.low += factor * other.low;
     }
 
-    /// Returns the sum, rounded once.
+    /// Returns the sum, rounded once to working precision.
     pub(crate) fn value(self) -> f64 {
         self.high + self.low
     }
@@ -36,8 +37,8 @@ fn exact_sum(a: f64, b: f64) -> (f64, f64) {
 }
 
 /// Returns the rounded product of two numbers and its rounding error (Dekker 1971). Uses no fused
-/// operations, because not every processor has them. Valid for numbers far from the limits of their
-/// range.
+/// multiply-add, because not every processor has this instruction. Valid for numbers far from
+/// overflow and underflow.
 fn exact_product(a: f64, b: f64) -> (f64, f64) {
     let product = a * b;
     let ((a_high, a_low), (b_high, b_low)) = (halves(a), halves(b));
@@ -45,7 +46,7 @@ fn exact_product(a: f64, b: f64) -> (f64, f64) {
     (product, error)
 }
 
-/// Splits a number into the sum of two numbers with half as many digits (Veltkamp).
+/// Splits a number into the sum of two numbers with half as many significant digits (Veltkamp).
 fn halves(x: f64) -> (f64, f64) {
     const SPLITTER: f64 = 134_217_729.0;
     let shifted = SPLITTER * x;

@@ -1,4 +1,5 @@
-//! Mechanisms with changed inertia, friction or drive trains, for parameter identification.
+//! Copies of a mechanism with changed inertia, friction or drive trains, for parameter
+//! identification.
 
 use super::{Body, DriveTrain, Joint, Mechanism};
 
@@ -16,8 +17,9 @@ pub struct Changeable<'a> {
 }
 
 impl Mechanism {
-    /// Returns the mechanism after `change` has modified inertia, friction and drive trains. The
-    /// caller must set physically valid values; the characteristic length does not change.
+    /// Returns a copy of the mechanism after `change` has modified its inertia, friction or drive
+    /// trains. The caller must set physically valid values. The characteristic length of the copy
+    /// is unchanged.
     #[doc(hidden)]
     pub fn with_changes(&self, change: impl FnOnce(Changeable<'_>)) -> Self {
         let mut other = self.clone();

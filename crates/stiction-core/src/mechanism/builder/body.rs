@@ -4,7 +4,7 @@ use super::check_finite;
 use crate::mechanism::{Body, Defect};
 use crate::spatial::{Mat3, Vec3};
 
-/// Specification of a body.
+/// Specification of a body: name, mass, centre of mass and inertia tensor.
 #[must_use = "it has no effect unless a mechanism is built with it"]
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodySpec {
@@ -31,13 +31,13 @@ impl BodySpec {
         self
     }
 
-    /// Sets the inertia about the centre of mass, in the body's axes, kg m^2.
+    /// Sets the inertia tensor about the centre of mass, in the body's axes, kg m^2.
     pub fn inertia(mut self, inertia: Mat3<f64>) -> Self {
         self.body.inertia = inertia;
         self
     }
 
-    /// Checks mass, centre of mass and inertia.
+    /// Checks mass, centre of mass and inertia tensor, and appends the defects found to `defects`.
     pub(super) fn check(&self, defects: &mut Vec<Defect>) {
         let body = &self.body;
         let name = || body.name.clone();
@@ -56,7 +56,7 @@ impl BodySpec {
         if body.mass < 0.0 {
             defects.push(Defect::NegativeMass { body: name(), mass: body.mass });
         }
-        // Tensors from files are rounded; an asymmetry of more than 1e-9 is an error.
+        // Tensors from files are rounded, but a relative asymmetry of more than 1e-9 is an error.
         let slack = 1e-9 * tensor.amax();
         if (tensor - tensor.transpose()).amax() > slack {
             defects.push(Defect::AsymmetricInertia { body: name() });

@@ -61,7 +61,7 @@ impl JointSpec {
     }
 }
 
-/// Collects the defects of one joint's friction.
+/// Checks the friction parameters of one joint and appends the defects found to `defects`.
 struct Checks<'a> {
     joint: &'a str,
     defects: &'a mut Vec<Defect>,

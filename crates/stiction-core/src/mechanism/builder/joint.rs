@@ -26,7 +26,8 @@ pub struct JointSpec {
 }
 
 impl JointSpec {
-    /// Creates a joint whose frames J and K coincide with the frames of its bodies.
+    /// Creates a joint without friction or actuator, whose frames J and K coincide with the frames
+    /// of its bodies.
     pub fn new(
         name: impl Into<String>,
         joint_type: JointType,
@@ -62,32 +63,33 @@ impl JointSpec {
         self
     }
 
-    /// Actuates all degrees of freedom.
+    /// Declares that actuators act on all degrees of freedom of the joint.
     pub fn actuated(mut self) -> Self {
         self.actuated = (0..self.joint_type.dofs().len()).collect();
         self
     }
 
-    /// Actuates only the degrees of freedom with these indices.
+    /// Declares that actuators act only on the degrees of freedom with these indices.
     pub fn actuated_dofs(mut self, dofs: impl Into<Vec<usize>>) -> Self {
         self.actuated = dofs.into();
         self
     }
 
-    /// Sets the start coordinates, near which the joint is assembled.
+    /// Sets the start coordinates of the joint (rad, m), from which the assembly of the mechanism
+    /// begins.
     pub fn start(mut self, coordinates: impl Into<Vec<f64>>) -> Self {
         self.start = Some(coordinates.into());
         self
     }
 
-    /// Sets the compliance of the joint under load.
+    /// Sets the compliance of the joint, which determines how redundant constraints share a load.
     pub fn compliance(mut self, compliance: Compliance) -> Self {
         self.compliance = Some(compliance);
         self
     }
 
-    /// Adds a range that the joint should not leave. A range does not change results; runs report
-    /// where a motion leaves it.
+    /// Adds a range that the joint should not leave. A range does not change results; the reports
+    /// of runs state where a motion leaves the range.
     pub fn range(mut self, range: JointRange) -> Self {
         self.ranges.push(range);
         self
@@ -99,8 +101,8 @@ impl JointSpec {
         self
     }
 
-    /// Builds the joint, or returns `None` if its bodies do not exist. Appends all defects to
-    /// `defects`.
+    /// Builds the joint, with bodies found by name in `ids`. Returns `None` if a body does not
+    /// exist or if both bodies are the same. Appends all defects found to `defects`.
     pub(super) fn resolve(
         self,
         ids: &HashMap<String, BodyId>,
@@ -169,7 +171,7 @@ impl JointSpec {
     fn check_ranges(&self, defects: &mut Vec<Defect>) {
         for range in &self.ranges {
             let (least, greatest) = range.limits;
-            // Comparisons with NaN are false.
+            // Comparisons with NaN are false, so NaN limits are rejected.
             let is_ordered = least < greatest && least.is_finite() && greatest.is_finite();
             let problem = if !range.of.is_of(self.joint_type) {
                 "does not apply to a joint of this type"

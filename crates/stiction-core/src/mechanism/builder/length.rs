@@ -3,8 +3,8 @@
 use crate::mechanism::{Body, BodyId, Joint};
 use crate::spatial::Vec3;
 
-/// Computes the default of [`crate::mechanism::Mechanism::characteristic_length`], m. Returns one
-/// metre if all points of each body coincide.
+/// Computes the default of [`crate::mechanism::Mechanism::characteristic_length`], m. Returns 1 m
+/// if no body has two distinct points (joint origins or centre of mass).
 pub(super) fn own_length(bodies: &[Body], joints: &[Joint]) -> f64 {
     let mut squares = Vec::new();
     let mut points_of: Vec<Vec<Vec3<f64>>> = vec![Vec::new(); bodies.len()];
@@ -18,14 +18,14 @@ pub(super) fn own_length(bodies: &[Body], joints: &[Joint]) -> f64 {
             squares.extend(points[..i].iter().map(|&b| (a - b).norm_squared()));
         }
     }
-    // Skip coincident points, such as two joints with the same origin, and the rounding of their
-    // coordinates.
+    // Skip distances that are zero up to the rounding of coordinates, such as that of two joints
+    // with the same origin.
     let largest = squares.iter().copied().fold(0.0, f64::max);
     squares.retain(|&square| square > 1e-18 * largest);
     if squares.is_empty() {
         return 1.0;
     }
-    // Sort, so that the result does not depend on the order of bodies and joints.
+    // Sort, so that round-off does not depend on the order of bodies and joints.
     squares.sort_by(f64::total_cmp);
     (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
 }

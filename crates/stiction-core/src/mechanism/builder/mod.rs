@@ -1,4 +1,4 @@
-//! Builder of mechanisms, which reports all defects at once.
+//! Builder of mechanisms, which reports all defects of a description at once.
 
 mod body;
 mod friction;
@@ -18,11 +18,11 @@ use crate::spatial::{Pose, Vec3};
 use length::own_length;
 use std::collections::{HashMap, HashSet};
 
-/// Reserved column names of the results.
+/// Column names of the results that no joint may have as its name.
 const TAKEN: [&str; 3] = ["time", "loads", "dampers"];
 
-/// Checks that no joint has a reserved name, or the name `joint.dof` of another joint's degree of
-/// freedom.
+/// Checks that no joint has a reserved name, and that none has the name `joint.dof` of another
+/// joint's degree of freedom. Appends the defects found to `defects`.
 fn check_names(joints: &[Joint], defects: &mut Vec<Defect>) {
     for joint in joints {
         if TAKEN.contains(&joint.name.as_str()) {
@@ -40,8 +40,8 @@ fn check_names(joints: &[Joint], defects: &mut Vec<Defect>) {
     }
 }
 
-/// Collects the bodies, joints and other parts of a mechanism in any order; parts refer to each
-/// other by name.
+/// Collects the bodies, joints and other parts of a mechanism in any order. The parts refer to
+/// bodies and joints by name.
 ///
 /// ```
 /// use stiction_core::joint::JointType;
@@ -73,7 +73,7 @@ pub struct MechanismBuilder {
 }
 
 impl MechanismBuilder {
-    /// Creates an empty mechanism without gravity.
+    /// Creates a builder without bodies, joints and gravity.
     pub fn new(name: impl Into<String>) -> Self {
         Self {
             name: name.into(),
@@ -102,7 +102,7 @@ impl MechanismBuilder {
         self
     }
 
-    /// Sets the characteristic length, m, see [`Mechanism::characteristic_length`].
+    /// Sets the characteristic length, m. See [`Mechanism::characteristic_length`].
     pub fn characteristic_length(mut self, length: f64) -> Self {
         self.characteristic_length = Some(length);
         self
@@ -132,19 +132,19 @@ impl MechanismBuilder {
         self
     }
 
-    /// Adds a bushing between frames of two bodies.
+    /// Adds a bushing (a linear spring and damper in six directions) between frames of two bodies.
     pub fn bushing(mut self, bushing: BushingSpec) -> Self {
         self.bushings.push(bushing);
         self
     }
 
-    /// Adds a rigid gearing.
+    /// Adds a rigid gearing between degrees of freedom of joints.
     pub fn gearing(mut self, gearing: GearingSpec) -> Self {
         self.gearings.push(gearing);
         self
     }
 
-    /// Adds a drive train and actuates its degrees of freedom.
+    /// Adds a drive train and declares the degrees of freedom that it drives as actuated.
     pub fn drive_train(mut self, drive_train: DriveTrainSpec) -> Self {
         self.drive_trains.push(drive_train);
         self
@@ -235,7 +235,7 @@ impl MechanismBuilder {
             check_rotors(&drive_trains, &bodies, &mut defects);
         }
 
-        // Check connectivity once all joints have valid bodies.
+        // The connectivity check requires that all joints have valid bodies.
         if defects.is_empty() {
             defects.extend(disconnected(&bodies, &joints));
         }
@@ -244,8 +244,8 @@ impl MechanismBuilder {
             if !(length > 0.0 && length.is_finite()) {
                 defects.push(Defect::CharacteristicLength(length));
             } else if own.is_finite() {
-                // Points that should coincide may differ by rounding; such distances do not define
-                // the size of the mechanism.
+                // If points that should coincide differ by rounding, the default length does not
+                // describe the size of the mechanism. The upper limit is therefore at least 1e6 m.
                 let (least, most) = (1e-6 * own, 1e6 * own.max(1.0));
                 if !(least..=most).contains(&length) {
                     defects.push(Defect::CharacteristicLengthFar { length, own, least, most });
@@ -283,7 +283,7 @@ fn check_finite(defects: &mut Vec<Defect>, place: &str, numbers: &[f64]) {
     }
 }
 
-/// Finds the bodies that no chain of joints connects with the ground.
+/// Returns a defect for each body that no chain of joints connects with the ground.
 fn disconnected(bodies: &[Body], joints: &[Joint]) -> Vec<Defect> {
     let mut reached = vec![false; bodies.len()];
     reached[BodyId::GROUND.0] = true;
