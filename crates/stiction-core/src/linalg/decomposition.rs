@@ -280,7 +280,8 @@ impl SparseRank {
         self.square.as_ref().map_or(&self.upper, |(_, square)| square)
     }
 
-    /// Computes the minimum-norm solution of `A^T A x = right` for a right-hand side in the row space.
+    /// Computes the minimum-norm solution of `A^T A x = right` for a right-hand side in the row
+    /// space of `A`.
     fn solve(&self, right: &[f64]) -> Vec<f64> {
         let amounts = self.upper.solve_transposed(right.to_vec());
         match &self.square {

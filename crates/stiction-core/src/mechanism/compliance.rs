@@ -4,8 +4,8 @@
 use crate::joint::JointType;
 use crate::spatial::Vec3;
 
-/// Deflections of a joint per newton or newton metre of its reaction, along and about its axis (z
-/// of frame J). The joint is rigid in directions with zero compliance.
+/// Deflections of a joint per unit of its reaction, along and about the joint axis (z of frame J).
+/// The joint is rigid in directions with zero compliance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Compliance {
     /// Compliance perpendicular to the axis, m/N; for a spherical joint, compliance in all
@@ -31,8 +31,8 @@ impl Compliance {
         ]
     }
 
-    /// Returns `true` if a joint of this type transmits the reaction component to which the
-    /// compliance named `part` belongs.
+    /// Returns `true` if a joint of this type transmits the reaction component that loads the
+    /// compliance named `part` (a name from [`Self::parts`]).
     pub fn applies(joint_type: JointType, part: &str) -> bool {
         use JointType::{
             Cylindrical, Fixed, Free, Helical, Planar, Prismatic, Revolute, Spherical, Universal,
@@ -50,13 +50,14 @@ impl Compliance {
         parts.contains(&part)
     }
 
-    /// Returns the compliances along the axes of joint frame J, m/N, and those about these axes,
-    /// rad/(N m).
+    /// Returns two vectors: the compliances along the x, y and z axes of joint frame J, m/N, and
+    /// the compliances about these axes, rad/(N m).
     pub fn along_axes(&self, joint_type: JointType) -> (Vec3<f64>, Vec3<f64>) {
         let Self { radial, axial, bending, torsional } = *self;
         match joint_type {
             JointType::Spherical => (Vec3::new(radial, radial, radial), Vec3::zero()),
-            // The constrained moment has no fixed direction in J; the others are zero.
+            // The joint transmits one moment, whose direction is not fixed in J, so its compliance
+            // is entered for all axes.
             JointType::Universal => {
                 (Vec3::new(radial, radial, axial), Vec3::new(torsional, torsional, torsional))
             }

@@ -1,13 +1,14 @@
-//! Defects of mechanism descriptions.
+//! Defects that the builder finds in the description of a mechanism.
 
 use super::RangeOf;
 use core::fmt;
 use core::ops::Deref;
 use thiserror::Error;
 
-/// All defects of a mechanism description, at least one, in the order of their detection.
+/// All defects of a mechanism description, in the order of their detection. The list contains at
+/// least one defect.
 ///
-/// Dereferences to a slice of [`Defect`]s. The error text has one line per defect.
+/// Dereferences to a slice of [`Defect`]s. The error text has one line for each defect.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Defects(Vec<Defect>);
 
@@ -66,7 +67,8 @@ pub enum Defect {
     /// Two bodies, joints, springs, actuators or gearings have the same name.
     #[error("there are two {what} named `{name}`")]
     DuplicateName {
-        /// Kind of the parts: `bodies`, `joints`, `springs`, `actuators` or `gearings`.
+        /// Plural name of the kind of part: `bodies`, `joints`, `springs`, `actuators` or
+        /// `gearings`.
         what: &'static str,
         /// The duplicate name.
         name: String,
@@ -107,7 +109,7 @@ pub enum Defect {
         /// Name of the body.
         body: String,
     },
-    /// A body that no chain of joints connects with the ground.
+    /// A body is not connected with the ground by any chain of joints.
     #[error(
         "body `{body}` is not connected with the ground by any chain of joints (a `free` joint \
          connects a body that floats)"
@@ -116,13 +118,13 @@ pub enum Defect {
         /// Name of the body.
         body: String,
     },
-    /// A value that is NaN or infinite.
+    /// A value is NaN or infinite.
     #[error("{place} is not a finite number")]
     NotFinite {
         /// Description of the value and of the part to which it belongs.
         place: String,
     },
-    /// A negative mass.
+    /// The mass of a body is negative.
     #[error("body `{body}` has a mass of {mass} kg, but a mass must be at least 0")]
     NegativeMass {
         /// Name of the body.
@@ -130,13 +132,13 @@ pub enum Defect {
         /// Mass, kg.
         mass: f64,
     },
-    /// An asymmetric inertia tensor.
+    /// The inertia tensor of a body is not symmetric.
     #[error("the inertia of body `{body}` is not symmetric")]
     AsymmetricInertia {
         /// Name of the body.
         body: String,
     },
-    /// An inertia tensor with a negative principal moment.
+    /// The inertia tensor of a body has a negative principal moment.
     #[error("the inertia of body `{body}` has the negative principal moment {moment} kg m^2")]
     NegativeInertia {
         /// Name of the body.
@@ -163,12 +165,12 @@ pub enum Defect {
     StartLength {
         /// Name of the joint.
         joint: String,
-        /// Number of start coordinates given.
+        /// Number of start coordinates in the description.
         found: usize,
         /// Number of coordinates of the joint.
         expected: usize,
     },
-    /// Friction is declared for a joint type without friction interfaces.
+    /// Friction is declared at an interface that joints of this type do not have.
     #[error("joint `{joint}`: friction of {joint_type} joints is not modelled")]
     NoContact {
         /// Name of the joint.
@@ -182,7 +184,7 @@ pub enum Defect {
         /// Name of the joint.
         joint: String,
     },
-    /// A friction parameter out of its range.
+    /// A friction parameter is out of its admissible range.
     #[error(
         "joint `{joint}`: the friction's {parameter} is {value}{}, but must be {range}",
         unit(parameter)
@@ -190,14 +192,14 @@ pub enum Defect {
     FrictionParameter {
         /// Name of the joint.
         joint: String,
-        /// The parameter's name.
+        /// Name of the parameter.
         parameter: &'static str,
         /// Value of the parameter.
         value: f64,
         /// Description of the admissible range.
         range: &'static str,
     },
-    /// Friction parameters that do not fit the interface or contradict each other.
+    /// Friction parameters do not fit the interface or contradict each other.
     #[error("joint `{joint}`: {problem}")]
     Friction {
         /// Name of the joint.
@@ -205,7 +207,7 @@ pub enum Defect {
         /// Description of the problem.
         problem: &'static str,
     },
-    /// A radius is missing for a rotating interface, or given for a sliding one.
+    /// A radius is missing for a rotating interface, or given for an interface that only slides.
     #[error("joint `{joint}`: {problem}")]
     Radius {
         /// Name of the joint.
@@ -218,18 +220,18 @@ pub enum Defect {
     Compliance {
         /// Name of the joint.
         joint: String,
-        /// Name of the compliance.
+        /// Name of the compliance: `radial`, `axial`, `bending` or `torsional`.
         part: &'static str,
         /// Description of the problem.
         problem: &'static str,
     },
-    /// The ends of a range are not finite and ascending, or the joint does not have the bounded
-    /// quantity.
+    /// The limits of a joint's range are not finite and ascending, or the joint does not have the
+    /// quantity that the range limits.
     #[error("joint `{joint}`: the range {problem}")]
     Range {
         /// Name of the joint.
         joint: String,
-        /// Quantity bounded by the range.
+        /// Quantity that the range limits.
         of: RangeOf,
         /// Description of the problem.
         problem: &'static str,
@@ -255,7 +257,7 @@ pub enum Defect {
     SpringParameter {
         /// Name of the spring.
         spring: String,
-        /// The parameter's name.
+        /// Name of the parameter.
         parameter: &'static str,
         /// Value of the parameter.
         value: f64,
@@ -292,8 +294,8 @@ pub enum Defect {
         /// Name of the missing body.
         body: String,
     },
-    /// A drive train does not fit its joint, or its values contradict each other or those of other
-    /// drive trains.
+    /// The values of a drive train do not fit its joints, contradict each other, or contradict the
+    /// values of other drive trains.
     #[error("actuator `{actuator}`: {problem}")]
     Actuator {
         /// Name of the drive train.
@@ -329,14 +331,14 @@ pub enum Defect {
         /// Description of the admissible range.
         range: &'static str,
     },
-    /// The characteristic length is not positive.
+    /// The characteristic length is not a positive finite number.
     #[error("the characteristic length is {0} m, but must be greater than 0")]
     CharacteristicLength(
         /// The declared value, m.
         f64,
     ),
-    /// The characteristic length is so far from the size of the mechanism that round-off would
-    /// determine ranks.
+    /// The characteristic length differs so much from the size of the mechanism that round-off
+    /// would determine the ranks of matrices.
     #[error(
         "the characteristic length is {length:e} m, but must be between {least:.1e} and \
          {most:.1e} m, because joints and centres of mass are some {own:.1e} m apart"
@@ -346,15 +348,16 @@ pub enum Defect {
         length: f64,
         /// Default characteristic length of this mechanism, m.
         own: f64,
-        /// Least admissible value, m.
+        /// Smallest admissible value, m.
         least: f64,
-        /// Greatest admissible value, m.
+        /// Largest admissible value, m.
         most: f64,
     },
 }
 
-/// Returns the unit that follows the value of a friction parameter in messages; empty for plain
-/// numbers and for parameters per unit of load.
+/// Returns the unit of a friction parameter, preceded by a space, for use after its value in
+/// messages. Returns an empty string for dimensionless parameters and for parameters per unit of
+/// load.
 fn unit(parameter: &str) -> &'static str {
     match parameter {
         "radius" | "bending span" | "torsion arm" => " m",

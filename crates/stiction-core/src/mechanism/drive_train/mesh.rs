@@ -2,7 +2,7 @@
 //!
 //! Equation (G5) of the book's theory.
 
-/// Friction on an inclined flank of a screw's thread or of a worm.
+/// Friction at the inclined flank of a screw thread or of a worm.
 ///
 /// Let `l` be the lead angle and `f = mu / cos(b)`, where `b` is half the flank angle in the
 /// section normal to the flank. The screw raises its load with the efficiency
@@ -14,16 +14,17 @@ pub struct Mesh {
     pub mu: f64,
     /// Lead angle, rad, `atan(lead / (2 pi radius))`; greater than 0 and less than a right angle.
     pub lead_angle: f64,
-    /// Half the angle between the flanks in the axial section, rad, at least 0 and less than a right angle.
+    /// Half the angle between the flanks in the axial section, rad; at least 0 and less than a
+    /// right angle.
     pub flank_angle: f64,
 }
 
 impl Mesh {
-    /// Computes two efficiencies: first while the motor drives the screw, then while the load
-    /// drives it.
+    /// Computes two efficiencies: the first applies while the motor drives the screw, the second
+    /// while the load drives the screw.
     pub fn efficiencies(&self) -> (f64, f64) {
         let lead = self.lead_angle.tan();
-        // The flank angle in the normal section: tan b = tan(flank angle) cos l.
+        // Half the flank angle `b` in the normal section: tan b = tan(flank angle) cos l.
         let tilt = self.flank_angle.tan() * self.lead_angle.cos();
         let friction = self.mu * tilt.hypot(1.0);
         let forward = lead * (1.0 - friction * lead) / (lead + friction);
@@ -36,7 +37,8 @@ impl Mesh {
 mod tests {
     use super::*;
 
-    /// Compares a square thread with the textbook's `tan l / tan(l + r)` and `tan(l - r) / tan l`.
+    /// Checks the efficiencies of a square thread against the textbook formulas
+    /// `tan l / tan(l + r)` and `tan(l - r) / tan l`, where `r` is the friction angle.
     #[test]
     fn square_thread() {
         for (mu, lead_angle) in [(0.1, 0.05_f64), (0.02, 0.3), (0.2, 0.1)] {
@@ -47,7 +49,8 @@ mod tests {
         }
     }
 
-    /// Checks that a trapezoidal thread is self-locking once `pi mu d / cos b` exceeds the lead.
+    /// Checks that a trapezoidal thread becomes self-locking where `pi mu d / cos b` exceeds the
+    /// lead.
     #[test]
     fn self_locking_begins_where_friction_meets_the_slope() {
         let (lead_angle, flank_angle) = (0.08_f64, 15f64.to_radians());

@@ -1,4 +1,5 @@
-//! Drive trains: a motor with a lossy gear or screw that drives one or several joint coordinates.
+//! Drive trains: each is a motor with a lossy gear or screw that drives one or several joint
+//! coordinates.
 //!
 //! Equations (G1), (G2) and (G10) of the book's theory.
 
@@ -20,22 +21,21 @@ use super::{BodyId, GearedDof, JointId};
 use crate::spatial::Vec3;
 use core::f64::consts::TAU;
 
-/// Drive train of one motor: a rotary motor with a transmission to one or several degrees of freedom of joints.
+/// Drive train: a rotary motor with a transmission to one or several degrees of freedom of joints.
 ///
-/// The output coordinate `u` is the joint coordinate, or a weighted sum of several. With the
-/// transmission `n`, the motor turns by `n u`, and its torque
-///
+/// The output coordinate `u` is the joint coordinate, or a weighted sum of several joint
+/// coordinates. With the transmission `n`, the motor turns by `n u`, and its torque
 /// ```text
 /// tau_m = J n u'' + c sgn(n u') + b n u' + tau_g
 /// ```
 ///
 /// accelerates the rotor, overcomes the friction of the motor, and drives the gear with the torque
-/// `tau_g`. The gear exerts the effort `tau_o` at its output. While the motor drives,
-/// `tau_g = tau_o / (n efficiency)`; while the motor is driven,
+/// `tau_g`. The gear exerts the effort `tau_o` on the output coordinate. While the motor drives the
+/// load, `tau_g = tau_o / (n efficiency)`; while the load drives the motor,
 /// `tau_g = backward_efficiency tau_o / n`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DriveTrain {
-    /// Name, unique among drive trains.
+    /// Name, unique among the drive trains of the mechanism.
     pub name: String,
     /// Degrees of freedom that the motor drives; at least one, each listed once.
     pub dofs: Vec<GearedDof>,
@@ -45,28 +45,29 @@ pub struct DriveTrain {
     /// Nonzero travel per revolution of the screw or pulley, m; only for degrees of freedom that
     /// translate.
     pub lead: Option<f64>,
-    /// Weight of this motor if several motors share the efforts of joints, otherwise one. For a
-    /// single degree of freedom, it is a fraction: in inverse dynamics, the fraction of the effort
-    /// that this motor exerts at the output of its gear; in simulations, the fraction of the
-    /// actuator effort that its torque produces.
+    /// Weight of this motor if several motors share the efforts of joints, otherwise one. If the
+    /// motors share a single degree of freedom, the weight is a fraction: in inverse dynamics, the
+    /// fraction of the effort that this motor exerts at the output of its gear; in simulations, the
+    /// fraction of the actuator effort that its torque produces.
     pub share: f64,
-    /// Moment of inertia of all parts that turn with the motor, about the motor's axis, kg m^2; nonnegative.
+    /// Moment of inertia of all parts that turn with the motor, about the motor's axis, kg m^2;
+    /// nonnegative.
     pub rotor_inertia: f64,
-    /// Axis of the rotor and the body that carries it. If `None`, only the reflected inertia acts,
-    /// at the joint.
+    /// Axis of the rotor, and the body that carries the rotor. If `None`, the rotor acts only by
+    /// its reflected inertia at the joint.
     pub rotor_axis: Option<RotorAxis>,
-    /// Load-dependent loss of the gear or screw.
+    /// Loss of the gear or screw that depends on the transmitted load.
     pub gear: GearLoss,
     /// Friction at the motor's shaft that does not depend on the load.
     pub motor_friction: MotorFriction,
-    /// Torque per unit current, N m/A; positive.
+    /// Torque per unit current, N m/A; positive. `None` if it is not known.
     pub torque_constant: Option<f64>,
-    /// Limits of the motor.
+    /// Limits on torque and speed of the motor.
     pub limits: MotorLimits,
 }
 
-/// Axis about which a rotor spins. Mass and inertia of the carrying body include those of the rotor
-/// at rest.
+/// Axis about which a rotor spins. The mass and inertia of the carrying body must include those of
+/// the rotor at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RotorAxis {
     /// Body that carries the motor.
@@ -77,7 +78,7 @@ pub struct RotorAxis {
     pub axis: Vec3<f64>,
 }
 
-/// Load-dependent loss of a gear or screw.
+/// Loss of a gear or screw that depends on the transmitted load.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum GearLoss {
     /// Two constant efficiencies, one for each direction of power.
@@ -86,15 +87,15 @@ pub enum GearLoss {
         /// most one.
         forward: f64,
         /// Input power divided by output power while the joint drives the motor; at most one. If
-        /// the value is zero or negative, the gear is self-locking: the motor must drive it in both
-        /// directions.
+        /// the value is zero or negative, the gear is self-locking: the motor must drive the gear
+        /// in both directions of motion.
         backward: f64,
     },
-    /// Friction on an inclined flank: a screw or a worm.
+    /// Friction at the inclined flank of a screw or a worm.
     Mesh(Mesh),
 }
 
-/// Friction torque on a motor's shaft that does not depend on the load.
+/// Friction torque at a motor's shaft that does not depend on the transmitted load.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MotorFriction {
     /// Constant friction torque, including the no-load torque of the gear, N m; nonnegative.
@@ -108,9 +109,9 @@ pub struct MotorFriction {
 pub struct MotorLimits {
     /// Peak torque, N m: the greatest magnitude of the torque at any time.
     pub peak: Option<f64>,
-    /// Rated torque, N m: the greatest root mean square of the torque over a cycle.
+    /// Rated torque, N m: the greatest root mean square of the torque over a cycle of the motion.
     pub rated: Option<f64>,
-    /// Greatest speed, rad/s.
+    /// Greatest magnitude of the speed, rad/s.
     pub speed: Option<f64>,
 }
 
@@ -118,15 +119,15 @@ impl GearLoss {
     /// Gear without loss.
     pub const NONE: Self = Self::Efficiency { forward: 1.0, backward: 1.0 };
 
-    /// Creates the loss of a gear from its efficiency while the motor drives. The power loss at a
-    /// given effort is the same in both directions, so the efficiency while the motor is driven is
-    /// `2 - 1/efficiency`.
+    /// Creates the loss of a gear from its `efficiency` while the motor drives the load. The power
+    /// loss at a given effort is assumed to be the same in both directions of power, so the
+    /// efficiency while the load drives the motor is `2 - 1/efficiency`.
     pub fn of_efficiency(efficiency: f64) -> Self {
         Self::Efficiency { forward: efficiency, backward: 2.0 - efficiency.recip() }
     }
 
-    /// Returns two efficiencies: first while the motor drives the joint, then while the joint
-    /// drives the motor.
+    /// Returns two efficiencies: the first applies while the motor drives the joint, the second
+    /// while the joint drives the motor.
     pub fn efficiencies(&self) -> (f64, f64) {
         match self {
             Self::Efficiency { forward, backward } => (*forward, *backward),
@@ -136,8 +137,8 @@ impl GearLoss {
 }
 
 impl DriveTrain {
-    /// Transmission `n`: angle of the motor per unit of the output coordinate, in rad/m if all
-    /// degrees of freedom of the drive train translate, otherwise in rad/rad.
+    /// Returns the transmission `n`: angle of the motor per unit of the output coordinate. The unit
+    /// is rad/m if all degrees of freedom of the drive train translate, otherwise rad/rad.
     pub fn transmission(&self) -> f64 {
         match self.lead {
             Some(lead) if self.translates() => self.ratio * (TAU / lead),
@@ -145,15 +146,15 @@ impl DriveTrain {
         }
     }
 
-    /// Returns `true` if the output coordinate is a length, because all degrees of freedom
-    /// translate.
+    /// Returns `true` if the output coordinate is a length. This is the case if all degrees of
+    /// freedom translate.
     pub fn translates(&self) -> bool {
         self.dofs.iter().all(|driven| driven.translates)
     }
 
-    /// Lists the degrees of freedom of the output coordinate `u`, each with its derivative `du/dq`.
-    /// If some rotate and others translate, `u` is an angle, and the derivatives with respect to
-    /// translations include the lead.
+    /// Lists the degrees of freedom on which the output coordinate `u` depends, each with the
+    /// derivative `du/dq`. If some of them rotate and others translate, `u` is an angle, and the
+    /// derivatives with respect to translations include the lead.
     pub fn output_parts(&self) -> impl Iterator<Item = (JointId, usize, f64)> + '_ {
         let mixed = !self.translates();
         self.dofs.iter().map(move |driven| {
@@ -165,8 +166,8 @@ impl DriveTrain {
         })
     }
 
-    /// Returns the joint and degree of freedom if the drive train drives only one, otherwise
-    /// `None`.
+    /// Returns the joint and its degree of freedom if the drive train drives a single degree of
+    /// freedom, otherwise `None`.
     pub fn only_dof(&self) -> Option<(JointId, usize)> {
         match self.dofs[..] {
             [GearedDof { joint, dof, .. }] => Some((joint, dof)),
@@ -179,7 +180,7 @@ impl DriveTrain {
         self.dofs.iter().any(|driven| (driven.joint, driven.dof) == (joint, dof))
     }
 
-    /// Inertia of the rotor reflected to the output coordinate, `n^2 J`, kg m^2 or kg.
+    /// Returns the inertia of the rotor reflected to the output coordinate, `n^2 J`, kg m^2 or kg.
     pub fn reflected_inertia(&self) -> f64 {
         let n = self.transmission();
         n * n * self.rotor_inertia
@@ -190,9 +191,9 @@ impl DriveTrain {
         self.motor_friction != MotorFriction::default()
     }
 
-    /// Returns the losses of the gear per unit effort at its output: `1/efficiency - 1` while the
-    /// motor drives, and `1 - backward_efficiency` while it is driven. `None` for a gear without
-    /// loss.
+    /// Returns the power losses of the gear per unit of output power: `1/efficiency - 1` while the
+    /// motor drives the load, and `1 - backward_efficiency` while the load drives the motor. `None`
+    /// for a gear without loss.
     pub fn losses(&self) -> Option<[f64; 2]> {
         let (forward, backward) = self.gear.efficiencies();
         let losses = [forward.recip() - 1.0, 1.0 - backward];
@@ -204,7 +205,7 @@ impl DriveTrain {
         self.has_motor_friction() || self.losses().is_some()
     }
 
-    /// Returns a copy without friction in motor and gear.
+    /// Returns a copy of the drive train without friction in motor and gear.
     pub fn without_friction(&self) -> Self {
         let motor_friction = MotorFriction::default();
         Self { gear: GearLoss::NONE, motor_friction, ..self.clone() }

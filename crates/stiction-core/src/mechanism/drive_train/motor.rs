@@ -5,27 +5,28 @@
 use super::{DriveTrain, RotorAxis};
 use crate::spatial::{Pose, Twist};
 
-/// Torque and power balance of a motor and its gear at one instant: `power = output + rotor_power +
-/// friction_power + gear_loss`.
+/// Torque and power balance of a motor and its gear at one instant:
+/// `power = output + rotor_power + friction_power + gear_loss`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Motor {
-    /// Torque that the motor's current produces, N m. At rest it excludes friction and gear loss.
+    /// Torque that the motor's current produces, N m. At rest, the value excludes friction and gear
+    /// loss.
     pub torque: f64,
-    /// Least and greatest torque, N m. At rest, these are the ends of the interval of torques that
-    /// hold the joint. In motion, they differ only if the joint's effort is an interval.
+    /// Least and greatest torque, N m. At rest, these are the limits of the torques that hold the
+    /// joint. In motion, they differ only if the joint's effort is given as an interval.
     pub torque_bounds: (f64, f64),
     /// Angular rate of the motor, rad/s.
     pub speed: f64,
     /// Angular acceleration of the motor relative to the body that carries it, rad/s^2.
     pub acceleration: f64,
-    /// Effort at the output of the gear, N or N m: the part of the joint efforts that this motor
-    /// exerts.
+    /// Effort that this motor exerts at the output of its gear, N or N m.
     pub effort: f64,
     /// Mechanical power of the motor, W.
     pub power: f64,
-    /// Power that the gear delivers to the joint, W.
+    /// Mechanical power that the gear delivers to the joint, W.
     pub output: f64,
-    /// Power that accelerates the rotor, W; for a reflected rotor, the rate of change of its kinetic energy.
+    /// Power that accelerates the rotor, W. If only the reflected inertia acts, this is the rate of
+    /// change of the rotor's kinetic energy.
     pub rotor_power: f64,
     /// Power dissipated by the friction of the motor, W.
     pub friction_power: f64,
@@ -34,8 +35,8 @@ pub struct Motor {
 }
 
 impl Motor {
-    /// Returns `true` if the joint stays at rest without motor torque, because zero lies within
-    /// `torque_bounds`.
+    /// Returns `true` if friction holds the joint at rest without motor torque: `torque_bounds`
+    /// then include zero.
     pub fn holds_without_power(&self) -> bool {
         let (low, high) = self.torque_bounds;
         low <= 0.0 && high >= 0.0
@@ -43,11 +44,12 @@ impl Motor {
 }
 
 impl DriveTrain {
-    /// Computes the state of the motor from the motion and the effort at the output of its gear.
+    /// Computes torque and power balance of the motor from the motion and the effort at the output
+    /// of its gear.
     ///
     /// `effort` (N or N m, from [`MotorMap`](super::MotorMap)) and its interval `bounds` belong to
-    /// the gear's output, as do the rate and acceleration of the output coordinate. The rate is
-    /// `None` at rest, where static friction of motor and gear makes the torque an interval.
+    /// the gear's output, and so do the rate and acceleration of the output coordinate. The rate is
+    /// `None` at rest, where static friction of motor and gear admits an interval of torques.
     /// `carrier` is the angular acceleration (rad/s^2) of the body that carries the rotor, about
     /// the rotor's axis; zero if only the reflected inertia acts.
     pub fn motor(
@@ -120,8 +122,8 @@ impl DriveTrain {
         })
     }
 
-    /// Computes the torques at the input of the gear for an effort at its output, N m: first while
-    /// the motor drives, then while it is driven.
+    /// Computes two torques (N m) at the input of the gear for an effort at its output: the first
+    /// applies while the motor drives the load, the second while the load drives the motor.
     fn inputs(&self, effort: f64) -> [f64; 2] {
         let (forward, backward) = self.gear.efficiencies();
         let ideal = effort / self.transmission();
@@ -139,8 +141,8 @@ fn sign(x: f64) -> f64 {
     if x == 0.0 { 0.0 } else { x.signum() }
 }
 
-/// Lists the efforts in an interval at which a piecewise linear function with a kink at zero can
-/// have its extreme values: the ends, and zero if it lies between them.
+/// Lists the efforts at which a piecewise linear function with a kink at zero can have its extreme
+/// values in an interval: the ends of the interval, and zero if it lies between the ends.
 fn candidates((low, high): (f64, f64)) -> impl Iterator<Item = f64> {
     let kink = (low < 0.0 && high > 0.0).then_some(0.0);
     [low, high].into_iter().chain(kink)
