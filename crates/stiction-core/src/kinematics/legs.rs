@@ -2,11 +2,11 @@
 //!
 //! A leg is a chain of joints from its root (the ground or a floating body) to a cut joint (S, U,
 //! R). The cut joint connects the last body of the leg to the ground or to another floating body.
-//! The poses of the two floating or ground bodies determine the position of the cut joint's point.
-//! The coordinates of the leg then follow one after the other from distances and heights that each
-//! depend on a single coordinate (subproblems in the sense of Paden 1986 and Kahan). The rule and
-//! the solution branch for each coordinate are selected by trial, such that they reproduce the
-//! coordinates of known configurations.
+//! The poses of the root body and of this other body determine the position of the cut joint's
+//! point in the root's frame. The coordinates of the leg then follow one after the other from
+//! distances and heights that each depend on a single coordinate (subproblems in the sense of Paden
+//! 1986 and Kahan). The rule and the solution branch for each coordinate are selected by trial,
+//! such that they reproduce the coordinates of known configurations.
 //!
 //! Equation (K7) of the book's theory.
 
@@ -37,7 +37,7 @@ struct Element {
     slides: bool,
     /// Sign of the coordinate: -1 for a joint traversed against its direction, otherwise 1.
     sign: f64,
-    /// Index among the coordinates of the spanning tree.
+    /// Index of this coordinate among the coordinates of the spanning tree.
     coordinate: usize,
 }
 

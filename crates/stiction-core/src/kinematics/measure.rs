@@ -19,7 +19,7 @@ pub(super) struct Measured<T> {
     pub(super) covector: Wrench<T>,
 }
 
-/// How two values of a coordinate are subtracted.
+/// Rule for the subtraction of two values of a coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Difference {
     /// Ordinary subtraction.
@@ -48,7 +48,7 @@ pub(super) fn path(topology: &Topology, coordinate: Coordinate) -> Vec<(usize, f
     }
 }
 
-/// Returns how two values of a coordinate are subtracted. Joint coordinates of the spanning tree
+/// Returns the rule for subtracting values of a coordinate. Joint coordinates of the spanning tree
 /// count full turns; angles computed from a pose are known only modulo a full turn.
 pub(crate) fn difference(topology: &Topology, coordinate: Coordinate) -> Difference {
     match coordinate {

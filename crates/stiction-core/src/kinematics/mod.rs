@@ -1,8 +1,8 @@
 //! Configuration, velocity and acceleration of mechanisms with closed chains.
 //!
 //! [`Kinematics`] is the kernel: it computes one Newton step, and exact rates and accelerations,
-//! for any scalar type. `Assembly` applies this kernel in `f64`: it computes the first
-//! configuration, tracks a motion within one assembly mode, and explains failures.
+//! for any scalar type. `Assembly` applies this kernel in `f64`: it computes the initial
+//! configuration, tracks a motion within one assembly mode, and reports the causes of failures.
 
 mod assembly;
 mod bodies;

@@ -42,7 +42,8 @@ pub(crate) fn column_scales(topology: &Topology, length: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Motion of all bodies at one instant, with the buffers of the linear system that determines it.
+/// Motion of all bodies at one instant, with the buffers of the linear system that determines this
+/// motion.
 #[derive(Clone, Debug)]
 pub struct Kinematics<T> {
     /// Poses, twists and accelerations of all bodies.

@@ -2,7 +2,8 @@
 //!
 //! A motion is open at first order if the loop errors have no first derivative along it. It is open
 //! at second order if the second derivatives of the loop errors also vanish for suitable
-//! accelerations; otherwise it is blocked at second order.
+//! accelerations; otherwise it is blocked at second order. Scaled displacements, rates and errors
+//! are measured in radians and characteristic lengths.
 //!
 //! Equation (M3) of the book's theory.
 
@@ -73,7 +74,7 @@ pub(crate) struct LoopsAt<'a> {
     /// Number of linearly independent loop equations.
     pub(crate) rank: usize,
     negligible: f64,
-    /// Orthonormal basis of the instantaneous motions, which are open at first order, scaled.
+    /// Orthonormal basis of the instantaneous motions (scaled), which are open at first order.
     open: Vec<DVector<f64>>,
     /// Displacement to the branch of motion with the greatest finite mobility, scaled; `None`
     /// before [`Self::finite_mobility`] finds a motion.
@@ -264,7 +265,7 @@ impl<'a> LoopsAt<'a> {
         each.collect()
     }
 
-    /// Computes an orthonormal basis of the motions that are open at second order, scaled.
+    /// Computes an orthonormal basis of the scaled motions that are open at second order.
     fn open_to_second(&mut self) -> Vec<DVector<f64>> {
         let Self { loops, state, open, .. } = self;
         loops.errors(state);
@@ -322,10 +323,10 @@ pub(crate) struct BlockedMotion {
 struct Branch {
     /// Norm of the displacement that remains after closing the loops, as a fraction of the step.
     moved: f64,
-    /// Displacement from the initial configuration, scaled.
+    /// Scaled displacement from the initial configuration.
     displacement: DVector<f64>,
     reached: State<f64>,
-    /// Basis of the instantaneous motions at this configuration, scaled.
+    /// Basis of the scaled instantaneous motions at this configuration.
     open: Vec<DVector<f64>>,
 }
 

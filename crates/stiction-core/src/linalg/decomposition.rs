@@ -45,8 +45,8 @@ pub struct Decomposition {
 struct SparseRank {
     /// Triangular factor `R` of `A P = Q R`.
     upper: SparseQr,
-    /// `R^T` and the factor `T` of `R^T P' = Q' T`, whose singular values are the non-zero singular
-    /// values of `A`. `None` if all columns are independent.
+    /// `R^T`, and the triangular factor `T` of `R^T P' = Q' T`. `T` is square and has the non-zero
+    /// singular values of `A`. `None` if all columns are independent.
     square: Option<(SparseMatrix, SparseQr)>,
     largest: f64,
     /// Smallest non-zero singular value.
@@ -58,10 +58,10 @@ struct SparseRank {
 /// Limit below which singular values count as zero.
 #[derive(Clone, Copy, Debug)]
 pub enum Limit {
-    /// Fraction of the largest singular value.
+    /// The limit is this fraction of the largest singular value.
     OfLargest(f64),
-    /// Fraction of the largest singular value or of one, whichever is greater. Intended for
-    /// matrices whose entries are either of order one or round-off.
+    /// The limit is this fraction of the largest singular value or of one, whichever is greater.
+    /// Intended for matrices whose entries are either of order one or round-off.
     OfOrderOne(f64),
 }
 

@@ -77,7 +77,6 @@ impl JointSpec {
 
     /// Sets the start coordinates of the joint (rad, m, or a unit quaternion for an orientation).
     /// Assembly searches for a configuration near the start coordinates.
-    /// begins.
     pub fn start(mut self, coordinates: impl Into<Vec<f64>>) -> Self {
         self.start = Some(coordinates.into());
         self

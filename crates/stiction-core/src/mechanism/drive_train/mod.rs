@@ -25,6 +25,7 @@ use core::f64::consts::TAU;
 ///
 /// The output coordinate `u` is the joint coordinate, or a weighted sum of several joint
 /// coordinates. With the transmission `n`, the motor turns by `n u`, and its torque
+///
 /// ```text
 /// tau_m = J n u'' + c sgn(n u') + b n u' + tau_g
 /// ```
