@@ -1,9 +1,9 @@
-//! Pseudo-random numbers, identical in every run.
+//! Pseudo-random numbers that are the same in every run.
 
 use crate::spatial::Vec3;
 use nalgebra::DVector;
 
-/// Pseudo-random generator: Knuth's linear congruential method.
+/// Pseudo-random number generator: linear congruential method with Knuth's constants.
 #[derive(Clone, Debug)]
 pub struct Random(u64);
 
@@ -13,14 +13,14 @@ impl Random {
         Self(seed)
     }
 
-    /// Returns a random number from -1 to 1.
+    /// Returns a random number, uniformly distributed from -1 (included) to 1 (excluded).
     pub fn number(&mut self) -> f64 {
         self.0 =
             self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
 
-    /// Returns a random point in the cube with coordinates from -1 to 1.
+    /// Returns a random vector whose components are uniformly distributed from -1 to 1.
     pub fn vector(&mut self) -> Vec3<f64> {
         Vec3::new(self.number(), self.number(), self.number())
     }

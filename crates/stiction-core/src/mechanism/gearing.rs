@@ -39,10 +39,10 @@ pub struct GearingSpec {
 }
 
 impl GearingSpec {
-    /// Creates a gearing that keeps the weighted sum of joint coordinates at zero. A joint with one
-    /// degree of freedom is given by its name, a degree of freedom of another joint by `joint.dof`.
-    /// If a degree of freedom translates, the sum is a length, and the coefficients of rotations
-    /// are in m/rad.
+    /// Creates a gearing that keeps the weighted sum of joint coordinates at zero. `joints` are
+    /// pairs of name and coefficient. A joint with one degree of freedom is given by its name, a
+    /// degree of freedom of another joint by `joint.dof`. If a degree of freedom translates, the
+    /// sum is a length, and the coefficients of rotations are in m/rad.
     pub fn new<N: Into<String>>(
         name: impl Into<String>,
         joints: impl IntoIterator<Item = (N, f64)>,
@@ -61,7 +61,8 @@ impl GearingSpec {
         &self.name
     }
 
-    /// Builds the gearing; adds all defects to `defects`.
+    /// Builds the gearing, and appends all defects to `defects`. Returns `None` if the gearing has
+    /// unsuitable names or coefficients, or fewer than two degrees of freedom.
     pub(super) fn resolve(self, joints: &[Joint], defects: &mut Vec<Defect>) -> Option<Gearing> {
         let gearing = || self.name.clone();
         if !self.offset.is_finite() {
@@ -93,8 +94,8 @@ impl GearingSpec {
     }
 }
 
-/// Checks that no loop consists of geared joints only, so that the spanning tree can contain all
-/// geared joints.
+/// Checks that no loop consists of geared joints only, because the spanning tree must contain all
+/// geared joints. `bodies` is the number of bodies.
 pub(super) fn check_loops(
     gearings: &[Gearing],
     (bodies, joints): (usize, &[Joint]),
@@ -110,8 +111,9 @@ pub(super) fn check_loops(
     }
 }
 
-/// Finds the first joint that closes a loop of geared joints only. Returns the index of its gearing
-/// and the joint.
+/// Searches the geared joints, in the order of the gearings, for a joint that closes a loop of
+/// geared joints only. Returns the first such joint and the index of its gearing. `bodies` is the
+/// number of bodies.
 pub(super) fn closing_joint(
     gearings: &[Gearing],
     (bodies, joints): (usize, &[Joint]),

@@ -94,22 +94,22 @@ pub struct Joint {
     pub frame_k: Pose<f64>,
     /// Pitch of a helical joint: its advance in m/rad; zero for all other types.
     pub pitch: f64,
-    /// Flag of each degree of freedom: `true` if it is actuated.
+    /// One flag for each degree of freedom: `true` if the degree of freedom is actuated.
     pub actuated: Vec<bool>,
-    /// Initial guess of the coordinates for assembly, one per coordinate of the type; `None` if the
-    /// poses of the bodies determine them.
+    /// Start coordinates, near which the joint is assembled: one value for each coordinate of the
+    /// joint type. `None` if no start coordinates are declared.
     pub start: Option<Vec<f64>>,
-    /// Friction, at most one entry per friction interface of the type.
+    /// Friction of the joint, with at most one entry for each friction interface of the joint type.
     pub friction: Vec<JointFriction>,
-    /// Compliance; `None` for a rigid joint.
+    /// Declared compliance of the joint; `None` for a rigid joint.
     pub compliance: Option<Compliance>,
-    /// Ranges that the joint should not leave.
+    /// Permitted ranges of the joint's coordinates and tilt. Leaving a range only causes a caution.
     pub ranges: Vec<JointRange>,
 }
 
 impl Joint {
-    /// Returns the start coordinates or, without start coordinates, those for which frames J and K
-    /// coincide.
+    /// Returns the start coordinates or, if none are declared, the coordinates at which frames J
+    /// and K coincide.
     #[doc(hidden)]
     pub fn start_or_zero(&self) -> Vec<f64> {
         self.start.clone().unwrap_or_else(|| {
@@ -142,8 +142,8 @@ impl Joint {
         }
     }
 
-    /// Returns the names of the friction interfaces: the joint's name, followed by the name of the
-    /// interface if the joint type has several.
+    /// Returns the names of the friction interfaces: the joint's name or, if the joint type has
+    /// several interfaces, `joint.interface`.
     pub fn interface_names(&self) -> impl Iterator<Item = String> + '_ {
         let places = interfaces_of(self.joint_type);
         self.friction.iter().map(|friction| match places[friction.place].0 {
@@ -153,7 +153,7 @@ impl Joint {
     }
 }
 
-/// Mechanism checked for consistency by [`MechanismBuilder`]; immutable.
+/// An immutable mechanism that [`MechanismBuilder`] has checked for consistency.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mechanism {
     name: String,
@@ -219,10 +219,10 @@ impl Mechanism {
     }
 
     /// Lists the actuated degrees of freedom whose motors or gears have friction, in the order of
-    /// the drive trains. Each entry contains the name of the first motor with friction and the
-    /// joint. A motor that has its own shaft in simulations forms a separate entry, with the first
-    /// of its joints. For each entry, simulations append one friction interface to the interfaces
-    /// of the joints.
+    /// the drive trains. Each entry contains the name of the first drive train with friction on the
+    /// degree of freedom, and the joint. A motor that has its own shaft in simulations has a
+    /// separate entry, with the first of the joints that it drives. For each entry, simulations
+    /// append one friction interface to the interfaces of the joints.
     #[doc(hidden)]
     pub fn shafts_with_friction(&self) -> Vec<(&str, JointId)> {
         let mut found: Vec<(&str, (JointId, usize))> = Vec::new();
@@ -251,7 +251,7 @@ impl Mechanism {
     /// indices, default weights, ranks). If no length is declared, it is the root mean square of
     /// the distances between points of the same body, over all bodies including the ground. These
     /// points are joint origins and the centre of mass. If all distances vanish, the characteristic
-    /// length is one metre. It depends on the geometry alone.
+    /// length is one metre. This default depends on the geometry alone.
     pub fn characteristic_length(&self) -> f64 {
         self.characteristic_length
     }
@@ -312,8 +312,8 @@ impl Mechanism {
     }
 
     /// Returns a copy of the mechanism with start coordinates computed from the given joint poses
-    /// (frame K in frame J), so that assembly reproduces this configuration. The poses are in the
-    /// order of the joints, see [`crate::kinematics::Bodies::joint_poses`].
+    /// (frame K in frame J), so that assembly reproduces the configuration of these poses. The
+    /// poses are in the order of the joints, see [`crate::kinematics::Bodies::joint_poses`].
     pub fn starting_at(&self, joint_poses: impl IntoIterator<Item = Pose<f64>>) -> Self {
         let mut other = self.clone();
         for (joint, relative) in other.joints.iter_mut().zip(joint_poses) {

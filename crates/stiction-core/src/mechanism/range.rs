@@ -16,7 +16,7 @@ pub enum RangeOf {
 /// Permitted range of one quantity of a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointRange {
-    /// The bounded quantity.
+    /// The quantity that `limits` bound.
     pub of: RangeOf,
     /// Least and greatest permitted value, rad or m.
     pub limits: (f64, f64),
@@ -34,7 +34,7 @@ impl RangeOf {
         j.cross(k).norm().atan2(j.dot(k))
     }
 
-    /// Returns `true` if a joint of this type has this quantity.
+    /// Returns `true` if a joint of the given type has this quantity.
     pub(crate) fn is_of(self, joint_type: JointType) -> bool {
         match self {
             Self::Dof(dof) => joint_type.has_scalar_coordinates() && dof < joint_type.dofs().len(),

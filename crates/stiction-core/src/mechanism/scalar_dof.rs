@@ -1,10 +1,11 @@
-//! Degrees of freedom with a scalar coordinate; drive trains and gearings refer to them by name.
+//! Search by name for degrees of freedom with a scalar coordinate, to which drive trains, gearings
+//! and springs refer.
 
 use super::{Joint, JointId};
 use crate::joint::Motion;
 
-/// Term of a weighted sum of joint coordinates: the output coordinate of a motor's gear, or the sum
-/// of a gearing.
+/// Term of a weighted sum of joint coordinates. The sum is either the output coordinate of a
+/// motor's gear, or the sum that a gearing keeps constant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GearedDof {
     /// Joint to which the degree of freedom belongs.
@@ -25,12 +26,12 @@ pub(super) enum Coefficients {
     Unknown(String),
     /// A coefficient is zero or not finite.
     OutOfRange(f64),
-    /// A joint does not have the named degree of freedom, or appears twice; contains a description
-    /// of the problem.
+    /// A name does not identify a single degree of freedom, or the list contains a degree of
+    /// freedom twice. The text describes the problem.
     Unfit(String),
 }
 
-/// Finds the named degrees of freedom and pairs them with their coefficients.
+/// Finds the degrees of freedom with the given names, and combines each with its coefficient.
 ///
 /// # Errors
 /// Returns the problems of all names and coefficients.
@@ -61,12 +62,14 @@ pub(super) fn resolve(
     if problems.is_empty() { Ok(found) } else { Err(problems) }
 }
 
-/// Finds the joint and the degree of freedom with this name: `joint.dof`, or the name of a joint
-/// with one degree of freedom. If `of_actuator` is true, the name of a joint with one actuator is
-/// accepted as well.
+/// Finds the degree of freedom with this name and returns the index of its joint and its index in
+/// the joint. The name is `joint.dof`, or the name of a joint with one degree of freedom. If
+/// `of_actuator` is true, the name of a joint with one actuator is accepted as well.
 ///
 /// # Errors
-/// [`Coefficients::Unknown`], [`Coefficients::Unfit`].
+/// Returns [`Coefficients::Unknown`] if the name is that of no joint or degree of freedom, and
+/// [`Coefficients::Unfit`] if it is the name of a joint but does not identify a single degree of
+/// freedom.
 pub(super) fn find_scalar(
     joints: &[Joint],
     name: &str,

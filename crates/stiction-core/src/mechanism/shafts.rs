@@ -14,7 +14,7 @@ use crate::spatial::{Mat3, Pose, Vec3};
 pub(crate) struct MotorShaft {
     /// Joint of the shaft, whose coordinate is the output coordinate of the motor's gear.
     pub(crate) joint: JointId,
-    /// First of the joints driven by the motor.
+    /// First of the joints driven by the motor, in the order of the drive train's declaration.
     pub(crate) moved: JointId,
     /// Map from the efforts of the actuators to the effort of the motor.
     pub(crate) motor: MotorMap,
@@ -32,11 +32,11 @@ impl Mechanism {
         on_shaft
     }
 
-    /// Returns a copy of the mechanism in which the motors of [`Self::trains_on_shafts`] have
-    /// massless shafts, appended to the bodies and joints. Each of these motors drives only its
-    /// shaft, and a gearing connects the shaft with the joints. If this creates a loop of geared
-    /// joints only, a massless body with a fixed joint divides the loop. Returns `None` if no motor
-    /// needs a shaft.
+    /// Returns a copy of the mechanism in which each motor selected by [`Self::trains_on_shafts`]
+    /// has a massless shaft of its own, which is appended to the bodies and joints. Each of these
+    /// motors drives only its shaft, and a gearing connects the shaft with the joints that the
+    /// motor drove before. If this creates a loop of geared joints only, a massless body with a
+    /// fixed joint divides the loop. Returns `None` if no motor needs a shaft.
     pub(crate) fn with_shafts(&self) -> Option<(Self, Vec<MotorShaft>)> {
         let on_shaft = self.trains_on_shafts();
         if !on_shaft.contains(&true) {
@@ -81,7 +81,8 @@ impl Mechanism {
         Some((other, shafts))
     }
 
-    /// Inserts a massless body between a joint and its successor, fixed to the successor.
+    /// Inserts a massless body between a joint and its successor. A fixed joint connects the new
+    /// body with the successor.
     fn divide_successor(&mut self, joint: JointId) {
         let body = BodyId(self.bodies.len());
         let divided = &mut self.joints[joint.0];
@@ -111,7 +112,7 @@ fn added_joint(
         frame_k: Pose::identity(),
         pitch: 0.0,
         actuated: vec![false; joint_type.dofs().len()],
-        // The constraints determine the coordinate.
+        // No start coordinate is required, because the constraints determine the coordinate.
         start: None,
         friction: Vec::new(),
         compliance: None,

@@ -8,7 +8,7 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Warning {
-    /// A principal moment of inertia exceeds the sum of the other two.
+    /// A principal moment of inertia of a body exceeds the sum of the other two.
     #[error(
         "no distribution of mass has the inertia of body `{body}`: its largest principal moment, \
          {largest} kg m^2, exceeds the sum of the other two, {sum} kg m^2"
@@ -16,9 +16,9 @@ pub enum Warning {
     ImpossibleInertia {
         /// Name of the body.
         body: String,
-        /// The largest principal moment, kg m^2.
+        /// Largest principal moment of inertia of the body, kg m^2.
         largest: f64,
-        /// The sum of the other two principal moments, kg m^2.
+        /// Sum of the two smaller principal moments of inertia of the body, kg m^2.
         sum: f64,
     },
     /// The inertia of a body does not fit its mass and the distances between its joints.
@@ -45,8 +45,8 @@ pub enum Warning {
         body: String,
         /// Mass of the body, kg.
         mass: f64,
-        /// Size of the body, m: the greatest of its extent, the characteristic length and twice the
-        /// radius of gyration.
+        /// Size of the body, m: the greatest distance between its joints and centre of mass, the
+        /// characteristic length, or twice the largest radius of gyration, whichever is greatest.
         extent: f64,
     },
     /// A friction coefficient exceeds that of any dry pair of materials.
@@ -83,22 +83,24 @@ pub enum Warning {
     NoActuator,
 }
 
-/// Density of gold, kg/m^3: the greatest density considered.
+/// Density of gold, kg/m^3. A body of greater density causes [`Warning::UnlikelyMass`].
 const DENSEST: f64 = 19_300.0;
-/// Smallest and greatest usual ratio of a body's radius of gyration to its extent. For the greatest
-/// ratio, the characteristic length replaces the extent if it is larger. A slender rod has a ratio
-/// of 0.29; the links of all built-in robots have ratios between 0.19 and 0.47. An inertia that is
-/// ten times too large increases the ratio by a factor of 3.2; a confusion of units (kg mm^2, or g
-/// for kg) changes it by a factor of at least 30.
+/// Smallest and greatest usual ratio of a body's radius of gyration to its extent, the greatest
+/// distance between its joints and centre of mass. In the comparison with the greatest ratio, the
+/// characteristic length replaces the extent if it is larger. A slender rod has a ratio of 0.29;
+/// the links of all built-in robots have ratios between 0.19 and 0.47. An inertia that is ten times
+/// too large increases the ratio by a factor of 3.2; a confusion of units (kg mm^2, or g for kg)
+/// changes it by a factor of at least 30.
 const LINKS: [f64; 2] = [0.05, 0.8];
-/// Limits as in [`LINKS`] for a body with one joint. Such a body may extend far beyond its joint,
-/// like a table on a pin, or be small, like a bob.
+/// Smallest and greatest usual ratio, as in [`LINKS`], for a body with at most one joint. Such a
+/// body may extend far beyond its joint, like a table on a pin, or be small, like a bob.
 const ENDS: [f64; 2] = [0.02, 5.0];
 /// Greatest usual friction coefficient. Rubber on concrete has a coefficient of about 1.
 const ROUGHEST: f64 = 2.0;
 
 impl Mechanism {
-    /// Returns the joint origins and centres of mass of all bodies, each in the frame of its body.
+    /// Returns, for each body, its centre of mass followed by the origins of its joints, in the
+    /// frame of the body, m.
     fn points(&self) -> Vec<Vec<Vec3<f64>>> {
         let mut points: Vec<Vec<_>> = self.bodies.iter().map(|body| vec![body.com]).collect();
         for joint in &self.joints {
@@ -150,7 +152,8 @@ impl Mechanism {
             }
         }
         let size = self.gravity.norm();
-        // Usual values range from gravity on moons to a centrifuge of a few g.
+        // Usual values, in m/s^2, range from the gravity of moons to that in a centrifuge of a few
+        // g.
         if size > 0.0 && !(0.1..=100.0).contains(&size) {
             warnings.push(Warning::UnlikelyGravity { size });
         }

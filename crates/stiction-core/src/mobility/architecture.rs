@@ -1,11 +1,12 @@
-//! Architecture singularity: distinguishes singularity in all configurations from singularity in
-//! one configuration.
+//! Architecture singularities: distinguishes mechanisms that are singular in all configurations
+//! from mechanisms that are singular only in some configurations.
 //!
 //! A rank deficiency at a random configuration holds, with probability one, in all configurations
-//! that can be reached from it. The reason is that minors are analytic functions of the
-//! configuration: a minor that does not vanish identically vanishes only on a set of measure zero.
-//! The analysis therefore compares singular values at distant random configurations. Extended
-//! precision would not help, because the dimensions themselves are known only to sixteen digits.
+//! that can be reached from it. The reason is that the minors of the Jacobian are analytic
+//! functions of the configuration: a minor that does not vanish identically vanishes only on a set
+//! of measure zero. The analysis therefore compares singular values at distant random
+//! configurations. Extended precision would not help, because the dimensions themselves are known
+//! only to sixteen digits.
 //!
 //! Equation (M8) of the book's theory.
 
@@ -15,15 +16,16 @@ use crate::mechanism::JointId;
 use crate::parameters::Parameters;
 use crate::topology::Topology;
 
-/// Number of random configurations.
+/// Number of random configurations that the analysis computes.
 const POSITIONS: usize = 8;
-/// Relative singular values below this value count as zero.
+/// Relative singular values below this value are clearly zero.
 const ZERO: f64 = 1e-9;
-/// Relative singular values above this value count as non-zero.
+/// Relative singular values above this value are clearly non-zero. Values between [`ROOT_OF_ZERO`]
+/// and this value count as non-zero, but leave the rank undecided.
 const NOT_ZERO: f64 = 1e-4;
-/// Upper limit of the singular values that count as zero if a motion is blocked at second order.
-/// The configuration is then accurate only to the square root of round-off. Without such a motion,
-/// values between [`ZERO`] and this limit are undecided.
+/// Relative singular values up to this value count as zero. Values between [`ZERO`] and this value
+/// leave the rank undecided unless at least as many motions are blocked at second order. With such
+/// motions, the configuration is accurate only to the square root of round-off.
 const ROOT_OF_ZERO: f64 = 1e-6;
 
 /// Generic ranks of constraints and actuators, from random configurations.
@@ -31,30 +33,33 @@ const ROOT_OF_ZERO: f64 = 1e-6;
 pub struct Architecture {
     /// Number of configurations examined.
     pub positions: usize,
-    /// Distance of the farthest configuration from the first one, in rad and characteristic
-    /// lengths.
+    /// Largest distance of an examined configuration from the solver's configuration, in rad and
+    /// characteristic lengths.
     pub reach: f64,
     /// Generic rank of the constraints.
     pub constraints: GenericRank,
     /// Generic rank of constraints and actuators together.
     pub actuated: GenericRank,
-    /// Largest [`actuation_of_motion`] index over all configurations.
+    /// Largest index [`actuation_of_motion`] over the examined configurations; `None` if the
+    /// mechanism is immobile in all of them.
     pub actuation_of_motion: Option<f64>,
 }
 
-/// A generic rank: the generic mobility, and the singular values on either side of the limit
-/// between zero and non-zero.
+/// Rank of a system of equations in a generic configuration: the mobility that the equations
+/// permit, and the singular values on either side of the limit between zero and non-zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GenericRank {
-    /// Generic instantaneous mobility: the minimum over all configurations, including passive
-    /// spins.
+    /// Generic instantaneous mobility, including passive spins: the minimum over the examined
+    /// configurations.
     pub open: usize,
-    /// Smallest non-zero singular value, relative to the largest one, over the configurations with
-    /// this mobility; `None` if all values are zero.
+    /// Smallest singular value that counts as non-zero, relative to the largest one, over the
+    /// configurations with the mobility `open`; `None` if all values are zero.
     pub kept: Option<f64>,
-    /// Largest relative singular value that counts as zero; `None` if no value counts as zero.
+    /// Largest singular value that counts as zero, relative to the largest singular value, over the
+    /// configurations with the mobility `open`; `None` if no value counts as zero.
     pub dropped: Option<f64>,
-    /// True if every singular value is clearly zero or clearly non-zero.
+    /// True if every singular value is clearly zero or clearly non-zero in at least one of the
+    /// configurations with the mobility `open`.
     pub decided: bool,
 }
 
@@ -99,8 +104,9 @@ impl Architecture {
 /// Computes the actuation index of the finite motions at the solver's configuration: the smallest
 /// change of the actuator coordinates (root of the sum of squares) in a unit motion, with angles in
 /// radians and lengths in characteristic lengths. The index is zero if the Jacobian in equation
-/// (21) of Zhang et al. does not exist. If the instantaneous mobility exceeds the finite mobility,
-/// the balance has no solution even for a positive index. Returns `None` for an immobile mechanism.
+/// (21) of Zhang et al. 2018 does not exist. If the instantaneous mobility exceeds the finite
+/// mobility, the balance has no solution even for a positive index. Returns `None` for an immobile
+/// mechanism.
 pub fn actuation_of_motion(solver: &InverseDynamics) -> Option<f64> {
     let (topology, parameters) = (solver.topology(), solver.parameters());
     actuation_of_motion_at(topology, parameters, solver.state())
@@ -132,7 +138,8 @@ impl GenericRank {
     fn of(positions: impl Iterator<Item = (Vec<f64>, impl FnOnce() -> usize)>) -> Self {
         let mut generic: Option<Self> = None;
         for (values, blocked) in positions {
-            // Entries are of order one: if all values are round-off, the rank is zero.
+            // Entries of the matrix are of order one. Dividing by at least one makes the rank zero
+            // if all singular values are round-off.
             let largest = values.first().copied().unwrap_or(0.0).max(1.0);
             let relative = |value: &f64| value / largest;
             let values: Vec<f64> = values.iter().map(relative).collect();

@@ -1,10 +1,10 @@
 //! Effect of clearance in a joint on motions that are blocked at second order only.
 //!
 //! Along such a motion `x t`, the loops open by `q t^2 / 2` in the direction of the self-stress `s`
-//! that blocks it, with `q = s . (second derivative along x)`. Let a joint with the clearance `c`
-//! carry the force `F` in this self-stress. It can compensate at most `F c` of the opening, which
-//! permits `t = sqrt(2 F c / |q|)`: the motion grows with the square root of the clearance. (For
-//! the robot of Zhang et al. 2018: `c = sqrt(3)/2 k roll^2`.)
+//! that blocks it, with `q = s . (second derivative of the loop errors along x)`. Let a joint with
+//! the clearance `c` carry the force `F` in this self-stress. The clearance can compensate at most
+//! `F c` of the opening, which permits `t = sqrt(2 F c / |q|)`: the motion grows with the square
+//! root of the clearance. (For the robot of Zhang et al. 2018: `c = sqrt(3)/2 k roll^2`.)
 //!
 //! Equation (M4) of the book's theory.
 
@@ -24,20 +24,22 @@ pub struct Play {
     pub motion: GainedTwist,
     /// Joint with the largest force in the self-stress that blocks the motion.
     pub joint: JointId,
-    /// Displacement of the body to either side, rad or m, per square root of the clearance in m.
+    /// Displacement to either side of the body that describes `motion`, rad or m, per square root
+    /// of the clearance in m.
     pub per_root_metre: f64,
 }
 
 impl Play {
-    /// Computes the displacement of the body to either side for a clearance in m. The result is in
-    /// rad, or in m if the body does not turn.
+    /// Computes the displacement to either side of the body that describes the motion, for a
+    /// clearance in m. The result is in rad or, if this body does not turn, in m.
     pub fn with(&self, clearance: f64) -> f64 {
         self.per_root_metre * clearance.sqrt()
     }
 }
 
 /// A self-stress counts as free of forces if its largest force is below this fraction of its
-/// largest moment divided by the characteristic length. Clearance then permits no motion.
+/// largest moment divided by the characteristic length. Clearance in a joint then permits no
+/// motion.
 const NO_FORCE: f64 = 1e-9;
 
 /// Finds the motions at the solver's configuration that are open at first order and blocked at
@@ -52,7 +54,8 @@ pub fn blocked_motions(solver: &InverseDynamics) -> Vec<GainedTwist> {
     twists.map(|twists| statics.described(&of_bodies(&statics, &twists))).collect()
 }
 
-/// Finds the motions that clearance permits at the solver's configuration.
+/// Finds the motions that clearance permits at the solver's configuration; `loops` are the loop
+/// equations at this configuration.
 pub(super) fn play(solver: &InverseDynamics, loops: &mut LoopsAt<'_>) -> Vec<Play> {
     let blocked = loops.blocked_motions();
     if blocked.is_empty() {
@@ -72,7 +75,7 @@ pub(super) fn play(solver: &InverseDynamics, loops: &mut LoopsAt<'_>) -> Vec<Pla
         row_of.extend((0..count).map(|index| Unknown::Constraint { joint, index }));
     }
     row_of.extend(topology.gearings.iter().map(|own| Unknown::Gearing { gearing: own.gearing }));
-    // Row of the loop equation that belongs to each constraint multiplier.
+    // For each unknown of `constraints`, the row of the loop equation whose multiplier it is.
     let rows: Vec<Option<usize>> = constraints
         .unknowns()
         .map(|unknown| match unknown {
@@ -131,7 +134,8 @@ fn of_bodies(statics: &Statics, twists: &[Twist<f64>]) -> DVector<f64> {
     DVector::from_iterator(6 * (twists.len() - 1), each)
 }
 
-/// Speed of the body that describes the motion, rad/s or m/s.
+/// Computes the speed of the body that describes `motion`: in rad/s if this body turns, otherwise
+/// in m/s.
 fn size_of(statics: &Statics, twists: &[Twist<f64>], motion: &GainedTwist) -> f64 {
     let twist = twists[motion.body];
     match motion.turns {

@@ -1,4 +1,5 @@
-//! Mobility computed by three methods, and the independent motions of each body.
+//! Mobility by three methods (Gruebler-Kutzbach count, instantaneous mobility, finite mobility),
+//! and the independent motions of each body.
 //!
 //! Equations (M1) and (M2) of the book's theory.
 
@@ -24,7 +25,8 @@ const ROUND_OFF: f64 = 1e-12;
 pub struct Mobility {
     /// Gruebler-Kutzbach count of bodies, joint constraints and gearings; valid for independent constraints.
     pub gruebler: i64,
-    /// Instantaneous mobility at this configuration.
+    /// Instantaneous mobility at this configuration: number of independent motions that the
+    /// constraints permit at first order.
     pub instantaneous: usize,
     /// Finite (full-cycle) mobility, starting from this configuration.
     pub finite: FiniteMobility,
@@ -43,8 +45,8 @@ pub struct Mobility {
     pub gap: (Option<f64>, Option<f64>),
     /// Independent motions of each moving body, in the order of the mechanism's bodies.
     pub bodies: Vec<BodyDofs>,
-    /// Motions that are blocked at second order only, so that clearance permits them. Empty if they
-    /// cannot be distinguished from finite motions.
+    /// Motions that are blocked at second order only, so that joint clearance permits them. Empty
+    /// if the analysis cannot distinguish these motions from finite motions.
     pub play: Vec<Play>,
 }
 
@@ -89,8 +91,8 @@ pub struct BodyDofs {
     pub body: String,
     /// Descriptions of the body's independent motions.
     pub motions: Vec<String>,
-    /// Descriptions of the motions that are only instantaneous. Empty if they cannot be
-    /// distinguished from finite motions.
+    /// Descriptions of the body's motions that are only instantaneous. Empty if the analysis cannot
+    /// distinguish these motions from finite motions.
     pub first_order_only: Vec<String>,
 }
 

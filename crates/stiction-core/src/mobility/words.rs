@@ -4,14 +4,15 @@ use crate::linalg::Svd;
 use crate::spatial::{Mat3, Twist, Vec3, describe_direction, describe_motion};
 use nalgebra::{DMatrix, DVector};
 
-/// In unit motions, components below this value count as zero.
+/// Components of unit motions, and singular values of sets of unit motions, count as zero below
+/// this value.
 const NONE: f64 = 1e-6;
 
 /// Describes the finite motions of one body (the span of `lasting`), and the motions that are only
 /// instantaneous (the complement of `lasting` in the span of `all`). Twists are about the reference
 /// point. `com` is the centre of mass relative to the reference point, and `origin` is the
 /// reference point in the world. `points` are the names and positions of the body's joints; an axis
-/// through two joints is described by their names.
+/// through two joints is described by their names. `length` is the characteristic length, m.
 pub(crate) fn describe_dofs(
     lasting: &[Twist<f64>],
     all: &[Twist<f64>],
@@ -20,7 +21,8 @@ pub(crate) fn describe_dofs(
     origin: Vec3<f64>,
     length: f64,
 ) -> (Vec<String>, Vec<String>) {
-    // Shift the twist to the centre of mass and scale angles to lengths.
+    // Convert the twist to the centre of mass, and divide its velocity by the characteristic
+    // length.
     let vector = |twist: &Twist<f64>| {
         let (w, v) = (twist.angular, twist.velocity_at(com) * (1.0 / length));
         DVector::from_column_slice(&[w.x, w.y, w.z, v.x, v.y, v.z])
@@ -123,7 +125,7 @@ fn in_words(motions: &[DVector<f64>], com: Vec3<f64>, length: f64) -> Vec<String
         for &direction in &translations {
             velocity = velocity - direction * velocity.dot(direction);
         }
-        // Shifting the axis adds a translation perpendicular to it.
+        // Shifting the rotation axis adds a translation perpendicular to the axis.
         let is_free = |shift: Vec3<f64>| {
             let rest = translations.iter().fold(shift, |rest, t| rest - *t * t.dot(rest));
             rest.norm() < NONE

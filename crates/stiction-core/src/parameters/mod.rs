@@ -29,11 +29,11 @@ pub struct Parameters<T> {
     pub com: Vec<Vec3<T>>,
     /// Inertia of each body about its centre of mass, body axes, kg m^2.
     pub inertia: Vec<Mat3<T>>,
-    /// Frame J of each joint in the predecessor, `X_PJ`.
+    /// Pose `X_PJ` of each joint's frame J in the predecessor's frame.
     pub frame_j: Vec<Pose<T>>,
-    /// Frame K of each joint in the successor, `X_SK`.
+    /// Pose `X_SK` of each joint's frame K in the successor's frame.
     pub frame_k: Vec<Pose<T>>,
-    /// Pitch of each joint, m/rad.
+    /// Pitch of each joint, m/rad; zero for joints that are not helical.
     pub pitch: Vec<T>,
     /// Friction interfaces, in the order of the joints.
     pub interfaces: Vec<InterfaceParameters<T>>,
@@ -43,11 +43,12 @@ pub struct Parameters<T> {
     pub springs: Vec<SpringParameters<T>>,
     /// Springs on degrees of freedom of joints.
     pub joint_springs: Vec<JointSpringParameters<T>>,
-    /// Bushings.
+    /// Bushings between frames of two bodies.
     pub bushings: Vec<BushingParameters<T>>,
-    /// Spinning rotors.
+    /// Rotors that spin on bodies: one entry for each rotor and each degree of freedom that turns
+    /// the rotor.
     pub rotors: Vec<RotorParameters<T>>,
-    /// Rigid gearings.
+    /// Rigid gearings, in the order of [`Mechanism::gearings`].
     pub gearings: Vec<GearingParameters<T>>,
     /// Characteristic length, m, which makes moments comparable with forces.
     pub length: T,
@@ -67,7 +68,8 @@ pub struct Weights<T> {
 }
 
 impl Weights<f64> {
-    /// Returns the weights of all joints, or `None` if no joint declares a compliance.
+    /// Computes the weights of all joints from their declared compliances. Returns `None` if no
+    /// joint declares a compliance.
     pub(crate) fn declared(mechanism: &Mechanism) -> Option<Vec<Self>> {
         let length = mechanism.characteristic_length();
         let each = mechanism.joints().iter().map(|joint| {
@@ -91,7 +93,8 @@ impl Weights<f64> {
 impl<T: Scalar> Weights<T> {
     /// Computes the weighted inner product of two wrenches; both are reduced to the origin and axes
     /// of `frame_j`.
-    // Not inlined: few mechanisms declare compliances, and every kernel of every scalar would grow.
+    // Not inlined, because inlining would enlarge every kernel of every scalar type, although few
+    // mechanisms declare compliances.
     #[inline(never)]
     pub(crate) fn product(&self, frame_j: &Pose<T>, a: Wrench<T>, b: Wrench<T>) -> T {
         let own = |v: Vec3<T>| frame_j.rotation.transpose_mul(v);
@@ -108,7 +111,7 @@ impl<T: Scalar> Weights<T> {
 #[doc(hidden)]
 #[derive(Clone, Debug)]
 pub struct InterfaceParameters<T> {
-    /// Index of the joint.
+    /// Index of the joint to which the interface belongs.
     pub joint: usize,
     /// Geometry of the sliding surface.
     pub shape: InterfaceShape,
@@ -127,16 +130,16 @@ pub struct InterfaceParameters<T> {
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug)]
 pub struct RotorParameters<T> {
-    /// Index of the joint.
+    /// Index of the joint whose motion turns the rotor.
     pub joint: usize,
-    /// Index of the degree of freedom in the joint.
+    /// Index, in the joint, of the degree of freedom that turns the rotor.
     pub dof: usize,
     /// Index of the body that carries the rotor.
     pub body: usize,
-    /// Axis in the body's frame.
+    /// Unit vector along the rotor axis, in the frame of the body that carries the rotor.
     pub axis: Vec3<T>,
-    /// Angular momentum per unit rate of the degree of freedom, kg m^2 or kg m: transmission times
-    /// moment of inertia.
+    /// Angular momentum of the rotor about `axis` per unit rate of the degree of freedom, kg m^2 or
+    /// kg m: the moment of inertia times the ratio of the rotor's speed to this rate.
     pub momentum: T,
 }
 
@@ -159,18 +162,18 @@ impl<T: Scalar> RotorParameters<T> {
     }
 }
 
-/// Rigid gearing of degrees of freedom. Its equation is divided by `size`, so that its coefficients
-/// are of order one.
+/// Rigid gearing of degrees of freedom. The gearing's equation is divided by `size`, so that its
+/// coefficients are of order one.
 #[doc(hidden)]
 #[derive(Clone, Debug)]
 pub struct GearingParameters<T> {
     /// Coefficient of each degree of freedom, divided by `size`.
     pub coefficients: Vec<T>,
-    /// Required value of the weighted sum, divided by `size`, rad or m.
+    /// Required value of the weighted sum of coordinates, rad or m, divided by `size`.
     pub offset: T,
-    /// Greatest magnitude of a coefficient before the division. If the sum is a length,
-    /// coefficients of rotations are first divided by the characteristic length. The effort of the
-    /// gearing is the multiplier of the divided equation, divided by `size`.
+    /// Divisor of the equation: the greatest magnitude of a coefficient. If the weighted sum is a
+    /// length, this comparison uses coefficients of rotations divided by the characteristic length.
+    /// The effort of the gearing is the multiplier of the divided equation, divided by `size`.
     pub size: f64,
 }
 
@@ -189,8 +192,8 @@ impl<T: Scalar> GearingParameters<T> {
 }
 
 impl<T: Scalar> InterfaceParameters<T> {
-    /// Sliding distance at the surface per unit of each of the interface's degrees of freedom,
-    /// m/rad or dimensionless; `pitch` is the pitch of the joint, m/rad.
+    /// Returns the sliding distance at the surface per unit displacement in each degree of freedom
+    /// of the interface, m/rad or dimensionless; `pitch` is the pitch of the joint, m/rad.
     pub fn arms(&self, pitch: T) -> [T; 3] {
         match self.shape {
             InterfaceShape::Plate => [T::one(), T::one(), self.radius],

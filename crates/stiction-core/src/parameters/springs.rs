@@ -40,9 +40,9 @@ impl<T: Scalar> SpringParameters<T> {
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug)]
 pub struct JointSpringParameters<T> {
-    /// Index of the joint.
+    /// Index of the joint on which the spring acts.
     pub joint: usize,
-    /// Index of the degree of freedom in the joint.
+    /// Index, in the joint, of the degree of freedom on which the spring acts.
     pub index: usize,
     /// Degree of freedom on which the spring acts.
     pub dof: Dof,
@@ -56,7 +56,8 @@ pub struct JointSpringParameters<T> {
     pub preload: T,
     /// Damping, N m s/rad or N s/m.
     pub damping: T,
-    /// Middle of the full turn into which the angle of a joint that closes a loop is wrapped, rad.
+    /// Middle of the interval of one full turn into which the angle of a joint that closes a loop
+    /// is wrapped, rad.
     pub middle: T,
 }
 
@@ -86,29 +87,31 @@ impl<T: Scalar> JointSpringParameters<T> {
 pub struct BushingParameters<T> {
     /// Indices of the bushing's two bodies.
     pub ends: [usize; 2],
-    /// Poses of the two connected frames, each in its body.
+    /// Pose of each of the two connected frames in the frame of its body.
     pub frames: [Pose<T>; 2],
-    /// Stiffness, see [`Blocks`].
+    /// Stiffness matrix, see [`Blocks`].
     pub stiffness: Blocks<T>,
-    /// Damping, see [`Blocks`].
+    /// Damping matrix, see [`Blocks`].
     pub damping: Blocks<T>,
 }
 
-/// Symmetric matrix of six rows and columns, in blocks of three; forces come before moments.
+/// Symmetric 6x6 stiffness or damping matrix in blocks of 3x3. It maps a displacement and a
+/// rotation (or their rates) to a force and a moment.
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug)]
 pub struct Blocks<T> {
-    /// Maps displacements to forces.
+    /// Block that maps displacements to forces.
     pub force: Mat3<T>,
-    /// Maps rotations to forces; the transpose maps displacements to moments.
+    /// Block that maps rotations to forces; its transpose maps displacements to moments.
     pub coupling: Mat3<T>,
-    /// Maps rotations to moments.
+    /// Block that maps rotations to moments.
     pub moment: Mat3<T>,
 }
 
 impl<T: Scalar> Blocks<T> {
     fn new(matrix: &crate::mechanism::SixBySix) -> Self {
-        // Take the symmetric part, because the check of the mechanism permits rounded entries.
+        // Use the symmetric part of the matrix, because the check of the mechanism tolerates
+        // asymmetry from rounded entries.
         let entry = |i: usize, j: usize| T::from_f64(0.5 * (matrix[i][j] + matrix[j][i]));
         let block = |row: usize, column: usize| {
             let of = |j: usize| {

@@ -11,9 +11,9 @@ use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 /// With [`super::Lanes`] as `T`, several states are differentiated at once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dual<T, const D: usize> {
-    /// The value.
+    /// Value of the number.
     pub value: T,
-    /// Derivatives, one for each direction.
+    /// Derivatives of the value, one for each direction of differentiation.
     pub slope: [T; D],
 }
 
@@ -34,7 +34,8 @@ impl<T: Scalar, const D: usize> Dual<T, D> {
         }
     }
 
-    /// Applies the chain rule: `f(self)` for a function `f` with the given value and derivative.
+    /// Returns `f(self)` by the chain rule, where `value` and `derivative` are those of the
+    /// function `f` at `self.value`.
     #[inline(always)]
     fn chain(self, value: T, derivative: T) -> Self {
         Self { value, slope: self.slope.map(|s| s * derivative) }
@@ -158,7 +159,7 @@ impl<T: Scalar, const D: usize> Scalar for Dual<T, D> {
 mod tests {
     use super::*;
 
-    /// Compares the derivative of every operation with a formula written by hand.
+    /// Checks the derivative of each operation against an analytic derivative.
     #[test]
     fn derivatives_follow_the_rules() {
         let x = Dual::<f64, 1>::variable(0.7, 0);

@@ -13,7 +13,7 @@ use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 pub struct Lanes<T, const N: usize>(pub [T; N]);
 
 impl<T: Scalar, const N: usize> Lanes<T, N> {
-    /// Sets each lane to `f` of its index.
+    /// Creates lanes from a function of their index: lane `i` contains `f(i)`.
     #[inline(always)]
     pub fn from_fn(f: impl FnMut(usize) -> T) -> Self {
         Self(core::array::from_fn(f))

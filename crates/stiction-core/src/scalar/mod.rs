@@ -56,8 +56,8 @@ pub trait Scalar:
     /// *between* kernel calls, never inside a kernel.
     fn largest(self) -> f64;
 
-    /// Returns `true` for types with derivatives. Linear systems in these types need one additional
-    /// solution, see [`Self::held`].
+    /// Returns `true` for types with derivatives. Solving a linear system in such a type requires
+    /// one additional step, see [`Self::held`].
     #[inline(always)]
     fn has_slope() -> bool {
         false

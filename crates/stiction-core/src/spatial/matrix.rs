@@ -7,7 +7,7 @@ use core::ops::{Add, Mul};
 /// A 3x3 matrix, stored by columns. If it is a rotation `R_AB`, its columns are the axes of B in A.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mat3<T> {
-    /// The columns.
+    /// Columns of the matrix, from left to right.
     pub columns: [Vec3<T>; 3],
 }
 
@@ -18,7 +18,7 @@ impl<T: Scalar> Mat3<T> {
         Self { columns: [x, y, z] }
     }
 
-    /// The identity.
+    /// The identity matrix.
     #[inline(always)]
     pub fn identity() -> Self {
         Self::from_columns(Vec3::unit(0), Vec3::unit(1), Vec3::unit(2))
@@ -30,7 +30,7 @@ impl<T: Scalar> Mat3<T> {
         Self::from_columns(Vec3::zero(), Vec3::zero(), Vec3::zero())
     }
 
-    /// Diagonal matrix.
+    /// The diagonal matrix with the components of `d` on its diagonal.
     #[inline(always)]
     pub fn diagonal(d: Vec3<T>) -> Self {
         Self::from_columns(Vec3::unit(0) * d.x, Vec3::unit(1) * d.y, Vec3::unit(2) * d.z)
@@ -48,7 +48,7 @@ impl<T: Scalar> Mat3<T> {
         }
     }
 
-    /// Entry in row `i`, column `j`.
+    /// Entry in row `i` and column `j`, counted from zero.
     #[inline(always)]
     pub fn at(self, i: usize, j: usize) -> T {
         self.columns[j].component(i)
@@ -106,7 +106,8 @@ impl Mat3<f64> {
     }
 
     /// Computes the smallest rotation that turns direction `from` into direction `to`. For opposite
-    /// directions, this is a half turn about some perpendicular axis.
+    /// directions, this is a half turn about some perpendicular axis. Returns the identity if a
+    /// vector has no direction.
     pub fn between(from: Vec3<f64>, to: Vec3<f64>) -> Self {
         let (Some(a), Some(b)) = (from.direction(), to.direction()) else {
             return Self::identity();
@@ -130,7 +131,7 @@ impl Mat3<f64> {
         let (sine, cosine) = (w.norm(), 0.5 * (self.trace() - 1.0));
         let angle = sine.atan2(cosine);
         if cosine > -0.9 {
-            // angle / sin(angle), which tends to 1.
+            // The factor angle / sin(angle) tends to 1 for small angles.
             return w * if sine > 1e-9 { angle / sine } else { 1.0 };
         }
         // Near a half turn the skew part is small. The axis then follows from the largest column of

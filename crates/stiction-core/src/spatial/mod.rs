@@ -1,14 +1,15 @@
 //! Geometry and mechanics of a rigid body: vectors, rotations, poses, twists, wrenches.
 //!
-//! Small plain types that are generic over [`Scalar`](crate::scalar::Scalar). In a computation,
-//! every twist and wrench is expressed in **world axes** and refers to **one common point**, the
-//! reference point. Twists and wrenches of different bodies can therefore be added directly.
+//! All types are small, can be copied, and are generic over [`Scalar`](crate::scalar::Scalar). In a
+//! computation, every twist and wrench is expressed in **world axes** and refers to **one common
+//! point**, the reference point. Twists and wrenches of different bodies can therefore be added
+//! directly.
 //!
-//! | name | means |
+//! | name | meaning |
 //! | --- | --- |
 //! | `pose_ab` | [`Pose`] `X_AB` of frame B in frame A |
-//! | `Twist` | angular velocity, and velocity of the body-fixed point that passes the origin |
-//! | `Wrench` | force, and moment about the origin |
+//! | `Twist` | angular velocity, and velocity of the body-fixed point at the reference point |
+//! | `Wrench` | force, and moment about the reference point |
 
 mod matrix;
 mod pose;

@@ -1,4 +1,4 @@
-//! Poses, and unit quaternions as orientation coordinates.
+//! Poses of frames, and unit quaternions, which serve as orientation coordinates.
 
 use super::{Mat3, Vec3};
 use crate::scalar::Scalar;
@@ -7,9 +7,9 @@ use core::ops::Mul;
 /// Pose `X_AB`: orientation and origin of frame B with respect to frame A.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose<T> {
-    /// `R_AB`; its columns are the axes of B in A.
+    /// Rotation matrix `R_AB`: its columns are the axes of frame B in frame A.
     pub rotation: Mat3<T>,
-    /// Origin of B, in A.
+    /// Origin of frame B in frame A, m.
     pub position: Vec3<T>,
 }
 
@@ -61,9 +61,10 @@ impl<T: Scalar> Mul for Pose<T> {
 /// A unit quaternion, `w` first; the orientation coordinates of spherical and free joints.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quaternion<T> {
-    /// Real part, the cosine of half the angle.
+    /// Real part: the cosine of half the rotation angle.
     pub w: T,
-    /// Imaginary part, the axis times the sine of half the angle.
+    /// Imaginary part: the unit vector of the rotation axis times the sine of half the rotation
+    /// angle.
     pub v: Vec3<T>,
 }
 
@@ -80,7 +81,8 @@ impl<T: Scalar> Quaternion<T> {
         (c[0], c[1], c[2], c[3]) = (self.w, self.v.x, self.v.y, self.v.z);
     }
 
-    /// The quaternion product.
+    /// Returns the quaternion product `self * other`: the rotation `other` followed by the rotation
+    /// `self`.
     #[inline(always)]
     pub fn compose(self, other: Self) -> Self {
         Self {
@@ -89,21 +91,21 @@ impl<T: Scalar> Quaternion<T> {
         }
     }
 
-    /// Scales to unit length.
+    /// Returns this quaternion scaled to unit length.
     #[inline(always)]
     pub fn normalised(self) -> Self {
         let scale = (self.w * self.w + self.v.norm_squared()).sqrt().recip();
         Self { w: self.w * scale, v: self.v * scale }
     }
 
-    /// Computes the quaternion of a small rotation vector (rad): exact to second order, and of unit
-    /// length for a vector of any size.
+    /// Computes the quaternion of a small rotation vector (rad). The result is accurate to second
+    /// order in this vector, and always has unit length.
     #[inline(always)]
     pub fn of_small(rotation: Vec3<T>) -> Self {
         Self { w: T::one(), v: rotation * T::from_f64(0.5) }.normalised()
     }
 
-    /// The rotation matrix.
+    /// Returns the rotation matrix of this unit quaternion.
     #[inline(always)]
     pub fn rotation(self) -> Mat3<T> {
         let two = T::from_f64(2.0);
@@ -117,7 +119,7 @@ impl<T: Scalar> Quaternion<T> {
 }
 
 impl Quaternion<f64> {
-    /// The quaternion of a rotation matrix.
+    /// Computes the unit quaternion of a rotation matrix.
     pub fn from_rotation(rotation: Mat3<f64>) -> Self {
         let vector = rotation.rotation_vector();
         let angle = vector.norm();

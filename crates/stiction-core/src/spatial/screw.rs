@@ -4,8 +4,8 @@ use super::Vec3;
 use crate::scalar::Scalar;
 use core::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
-/// Twist of a rigid body: its velocity, an instantaneous motion, a degree of freedom of a joint, or
-/// an acceleration.
+/// Twist: the velocity of a rigid body about the reference point. The type also represents
+/// instantaneous motions, axes of joint degrees of freedom, and accelerations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Twist<T> {
     /// Angular velocity, rad/s.
@@ -48,7 +48,8 @@ impl<T: Scalar> Twist<T> {
         self.linear + self.angular.cross(point)
     }
 
-    /// Converts the twist of the same motion to the reference point `point`.
+    /// Returns the twist of the same motion about another reference point, given by its position
+    /// `point` relative to the present one.
     #[inline(always)]
     pub fn about(self, point: Vec3<T>) -> Self {
         Self { angular: self.angular, linear: self.velocity_at(point) }

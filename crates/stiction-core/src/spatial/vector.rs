@@ -34,7 +34,7 @@ impl<T: Scalar> Vec3<T> {
         Self::new(pick(0), pick(1), pick(2))
     }
 
-    /// Component `k` (0, 1, 2 for x, y, z; any other `k` gives z).
+    /// Component `k` (0, 1, 2 for x, y, z; z for any other `k`).
     #[inline(always)]
     pub fn component(self, k: usize) -> T {
         match k {
@@ -44,7 +44,7 @@ impl<T: Scalar> Vec3<T> {
         }
     }
 
-    /// The components in order.
+    /// The components as an array, in the order `x`, `y`, `z`.
     #[inline(always)]
     pub fn to_array(self) -> [T; 3] {
         [self.x, self.y, self.z]

@@ -6,8 +6,9 @@ use crate::words::brief;
 /// Describes the instantaneous motion of a twist, for example
 /// `rotation about y through (0.1, 0, 0.3) m`.
 ///
-/// Positions refer to the reference point of `twist`. Screw motions are described by their pitch.
-/// Rotations are compared with translations by means of `length`, m.
+/// Positions refer to the reference point of `twist`. A screw motion is described by its axis and
+/// pitch. A motion counts as a translation if its angular velocity times `length` (m) is negligible
+/// compared with its velocity.
 pub(crate) fn describe_motion(twist: Twist<f64>, length: f64) -> String {
     let turning = twist.angular.norm() * length;
     let moving = twist.linear.norm();
@@ -18,7 +19,7 @@ pub(crate) fn describe_motion(twist: Twist<f64>, length: f64) -> String {
         };
     };
     let omega = twist.angular.norm();
-    // The point of the screw axis nearest to the origin, and the pitch.
+    // The point of the screw axis nearest to the reference point, and the pitch, m/rad.
     let point = twist.angular.cross(twist.linear) * (1.0 / (omega * omega));
     let pitch = twist.angular.dot(twist.linear) / (omega * omega);
     let place =
@@ -52,7 +53,7 @@ fn describe_point(point: Vec3<f64>, length: f64) -> String {
     format!("({x}, {y}, {z}) m")
 }
 
-/// Formats a number with four significant digits; `?` for a value that is not finite.
+/// Formats a number with four significant digits; a value that is not finite is formatted as `0`.
 fn round(x: f64) -> String {
     brief(if x.is_finite() { x } else { 0.0 }, 4)
 }

@@ -11,17 +11,20 @@ use nalgebra::DMatrix;
 /// Map from the actuated degrees of freedom of a mechanism to the motion and the effort of one motor.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MotorMap {
-    /// Actuators on which the motion or the effort of the motor depends.
+    /// Terms of the map, one for each actuator on which the motion or the effort of the motor
+    /// depends.
     pub terms: Vec<MotorTerm>,
 }
 
-/// Term of a [`MotorMap`]: an actuated degree of freedom with its factors.
+/// Term of a [`MotorMap`]: an actuated degree of freedom, with its factors for the motion and the
+/// effort of the motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotorTerm {
     /// Index of the actuator, in the order of [`Mechanism::actuators`](crate::mechanism::Mechanism::actuators).
     pub actuator: usize,
-    /// Derivative of the output coordinate of the motor's gear with respect to the coordinate of the degree of
-    /// freedom. The effort of the gear acts on the degree of freedom with the same factor.
+    /// Derivative of the output coordinate of the motor's gear with respect to the coordinate of
+    /// the degree of freedom. The gear exerts its effort, multiplied by this factor, on the degree
+    /// of freedom.
     pub part: f64,
     /// Effort at the output of this motor's gear per unit total effort of all motors on the degree
     /// of freedom.
@@ -30,19 +33,19 @@ pub struct MotorTerm {
 
 impl MotorMap {
     /// Computes the rate or acceleration of the gear's output coordinate; `of` returns the rate or
-    /// acceleration of an actuator.
+    /// acceleration of the actuator with the given index.
     pub fn output(&self, of: impl Fn(usize) -> f64) -> f64 {
         self.terms.iter().map(|term| term.part * of(term.actuator)).sum()
     }
 
     /// Computes an upper bound on the magnitude of the gear's output coordinate, or of its rate;
-    /// `of` returns the magnitude for an actuator.
+    /// `of` returns the magnitude for the actuator with the given index.
     pub fn most(&self, of: impl Fn(usize) -> f64) -> f64 {
         self.terms.iter().map(|term| term.part.abs() * of(term.actuator)).sum()
     }
 
-    /// Effort at the output of the gear per unit effort of an actuator; zero for an actuator
-    /// without a term.
+    /// Returns the effort at the output of the gear per unit effort of the given actuator, or zero
+    /// if the map has no term for this actuator.
     pub(crate) fn share_of(&self, actuator: usize) -> f64 {
         let term = self.terms.iter().find(|term| term.actuator == actuator);
         term.map_or(0.0, |term| term.share)
@@ -54,9 +57,9 @@ impl MotorMap {
     }
 
     /// Computes the interval of the effort at the output of the gear from the effort intervals of
-    /// all actuators. Its ends are guaranteed bounds. They are attained if the effort depends on
-    /// one actuator only. Otherwise, the friction forces may be unable to attain the required ends
-    /// of several intervals at once.
+    /// all actuators. The ends of the result are guaranteed bounds. They are attained if the effort
+    /// depends on one actuator only. Otherwise, the friction forces may be unable to bring the
+    /// efforts of several actuators to the required ends of their intervals at once.
     pub fn effort_bounds(&self, bounds: &[(f64, f64)]) -> (f64, f64) {
         let each = self.terms.iter().map(|term| {
             let (low, high) = bounds[term.actuator];
@@ -70,9 +73,10 @@ impl MotorMap {
 /// Group of drive trains that drive common degrees of freedom, directly or through other drive
 /// trains of the group.
 pub(in crate::mechanism) struct Group {
-    /// Indices of the drive trains.
+    /// Indices of the group's drive trains, in ascending order.
     pub(in crate::mechanism) trains: Vec<usize>,
-    /// Degrees of freedom driven by these drive trains.
+    /// Degrees of freedom driven by the group: joint, and index of the degree of freedom in the
+    /// joint.
     pub(super) dofs: Vec<(JointId, usize)>,
 }
 
@@ -98,8 +102,8 @@ impl Group {
         groups
     }
 
-    /// Derivatives of the gears' output coordinates (rows) with respect to the degrees of freedom
-    /// (columns).
+    /// Computes the derivatives of the output coordinates of the group's gears (rows) with respect
+    /// to the coordinates of the group's degrees of freedom (columns).
     pub(super) fn parts(&self, trains: &[DriveTrain]) -> DMatrix<f64> {
         let mut parts = DMatrix::zeros(self.trains.len(), self.dofs.len());
         for (row, &train) in self.trains.iter().enumerate() {
@@ -114,18 +118,18 @@ impl Group {
 
     /// Computes the efforts of the motors (rows) per unit effort of each degree of freedom
     /// (columns). If several motor efforts produce the same joint efforts, selects those with the
-    /// smallest sum of `effort^2 / share`. Returns `None` if the motors do not determine the motion
-    /// of all degrees of freedom.
+    /// smallest sum of `effort^2 / share`, where `share` is the declared share of each motor.
+    /// Returns `None` if the motors do not determine the motion of all degrees of freedom.
     pub(super) fn shares(&self, trains: &[DriveTrain]) -> Option<DMatrix<f64>> {
-        // Relative size below which singular values are round-off.
+        // Singular values below this fraction of the largest one count as round-off.
         const DEPENDENT: f64 = 1e-9;
         if self.dofs.len() == 1 {
             let each = self.trains.iter().map(|&train| trains[train].share);
             return Some(DMatrix::from_iterator(self.trains.len(), 1, each));
         }
         let parts = self.parts(trains);
-        // Scale rows by the square roots of the shares, and columns to unit norm, because their
-        // units differ.
+        // Scale rows by the square roots of the shares, and columns to unit norm, because the
+        // columns have different units.
         let mut scaled = parts.clone();
         for (mut row, &train) in scaled.row_iter_mut().zip(&self.trains) {
             row *= trains[train].share.max(0.0).sqrt();
@@ -137,7 +141,9 @@ impl Group {
         for (mut column, size) in scaled.column_iter_mut().zip(&sizes) {
             column /= *size;
         }
-        // With the pseudoinverse P of the scaled parts: efforts = diag(root) P^T diag(1 / size) tau.
+        // With the pseudoinverse P of the scaled matrix, the motor efforts are diag(root) P^T
+        // diag(1 / size) tau: `root` are the square roots of the shares, `size` the norms of the
+        // columns, and `tau` the joint efforts.
         let svd = scaled.clone().svd(true, true);
         let most = svd.singular_values.max();
         let least = svd.singular_values.min();
@@ -151,8 +157,8 @@ impl Group {
         for (mut column, size) in shares.column_iter_mut().zip(&sizes) {
             column /= *size;
         }
-        // The inverse of a square matrix does not depend on the shares; it is exact for small
-        // integers.
+        // If there are as many motors as degrees of freedom, the result is an inverse matrix and
+        // does not depend on the shares. The direct inverse is exact for small integers.
         if self.trains.len() == self.dofs.len() {
             shares = parts.transpose().try_inverse().unwrap_or(shares);
         }

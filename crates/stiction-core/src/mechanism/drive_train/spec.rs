@@ -1,4 +1,4 @@
-//! Specification of a drive train, and its checks.
+//! Specification of a drive train by names of joints, and checks of its parameters.
 
 use super::{DriveTrain, GearLoss, Mesh, MotorFriction, MotorLimits, RotorAxis};
 use crate::mechanism::scalar_dof::{self, Coefficients};
@@ -7,15 +7,16 @@ use crate::spatial::Vec3;
 use core::f64::consts::FRAC_PI_2;
 use std::collections::HashMap;
 
-/// Specification of a drive train; it refers to joints by name. Building it actuates their degrees
-/// of freedom.
+/// Specification of a drive train, which refers to joints by name. A mechanism built with the
+/// specification has actuators on the driven degrees of freedom.
 #[must_use = "it has no effect unless a mechanism is built with it"]
 #[derive(Clone, Debug, PartialEq)]
 pub struct DriveTrainSpec {
-    /// Names of the joints, with their coefficients.
+    /// Names of the driven joints or degrees of freedom, each with its coefficient in the output
+    /// coordinate of the gear.
     joints: Vec<(String, f64)>,
     train: DriveTrain,
-    /// Name of the body that carries the rotor, and the rotor's axis.
+    /// Name of the body that carries the rotor, and the rotor's axis in the frame of this body.
     rotor_axis: Option<(String, Vec3<f64>)>,
 }
 
@@ -56,7 +57,8 @@ impl DriveTrainSpec {
         &self.train.name
     }
 
-    /// Sets the ratio: revolutions of the motor per revolution of the output, screw or pulley.
+    /// Sets the transmission ratio: revolutions of the motor per revolution of the gear's output,
+    /// of the screw or of the pulley.
     pub fn ratio(mut self, ratio: f64) -> Self {
         self.train.ratio = ratio;
         self
@@ -68,9 +70,10 @@ impl DriveTrainSpec {
         self
     }
 
-    /// Sets the share. If several motors drive one degree of freedom, it is the fraction of the
-    /// effort that this motor exerts; if several motors share the efforts of several degrees of
-    /// freedom, it is a weight.
+    /// Sets the share of this motor, from 0 to 1. If several motors drive one degree of freedom,
+    /// the share is the fraction of the effort that this motor exerts. If several motors drive
+    /// several degrees of freedom together, the share is a weight: the efforts of the motors
+    /// minimise the sum of `effort^2 / share`.
     pub fn share(mut self, share: f64) -> Self {
         self.train.share = share;
         self
@@ -101,20 +104,21 @@ impl DriveTrainSpec {
         self
     }
 
-    /// Sets the torque per unit current, N m/A.
+    /// Sets the torque constant of the motor: torque per unit current, N m/A.
     pub fn torque_constant(mut self, constant: f64) -> Self {
         self.train.torque_constant = Some(constant);
         self
     }
 
-    /// Sets the limits of the motor.
+    /// Sets the torque and speed limits of the motor.
     pub fn limits(mut self, limits: MotorLimits) -> Self {
         self.train.limits = limits;
         self
     }
 
-    /// Builds the drive train and actuates its degrees of freedom. Appends all defects to
-    /// `defects`.
+    /// Builds the drive train and marks its degrees of freedom as actuated. Appends all defects to
+    /// `defects`. Returns `None` if the drive train names unsuitable joints or coefficients, or if
+    /// its `lead` does not match the type of its degrees of freedom.
     pub(in crate::mechanism) fn resolve(
         mut self,
         ids: &HashMap<String, BodyId>,
@@ -248,7 +252,9 @@ impl DriveTrainSpec {
     }
 }
 
-/// Checks that mass and inertia of each body include those of the rotors that it carries.
+/// Checks that the inertia of each body includes the inertia of the rotors that the body carries.
+/// About the axis of each rotor, the body's moment of inertia must be at least the sum of the
+/// contributions of all its rotors.
 pub(in crate::mechanism) fn check_rotors(
     trains: &[DriveTrain],
     bodies: &[Body],

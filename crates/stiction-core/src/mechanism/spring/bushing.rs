@@ -23,11 +23,13 @@ pub struct Bushing {
     pub ends: [BodyId; 2],
     /// Pose of each of the two connected frames in its body.
     pub frames: [Pose<f64>; 2],
-    /// Stiffness matrix K, forces before moments and translations before rotations: forces in N/m
-    /// and N/rad, moments in N and N m/rad; symmetric, positive semidefinite.
+    /// Stiffness matrix K, symmetric and positive semidefinite. Its rows belong to three forces and
+    /// three moments, its columns to three displacements and three rotations. Rows of forces are in
+    /// N/m and N/rad, rows of moments in N and N m/rad.
     pub stiffness: SixBySix,
-    /// Damping matrix C, in the same order: forces in N s/m and N s/rad, moments in N s and N m
-    /// s/rad; symmetric, positive semidefinite.
+    /// Damping matrix C, symmetric and positive semidefinite, with rows and columns in the order of
+    /// [`Self::stiffness`]. Rows of forces are in N s/m and N s/rad, rows of moments in N s and N m
+    /// s/rad.
     pub damping: SixBySix,
 }
 
@@ -76,8 +78,8 @@ impl BushingSpec {
         &self.name
     }
 
-    /// Builds the bushing, or returns `None` if its bodies are unknown. Appends all defects to
-    /// `defects`.
+    /// Builds the bushing, or returns `None` if one of its bodies is unknown or both are the same
+    /// body. Appends all defects to `defects`.
     pub(in crate::mechanism) fn resolve(
         self,
         ids: &HashMap<String, BodyId>,
@@ -102,7 +104,8 @@ impl BushingSpec {
     }
 }
 
-/// Describes for a message why a matrix is not symmetric positive semidefinite; `None` if it is.
+/// Returns the part of a message that says why a matrix is not symmetric positive semidefinite, or
+/// `None` if the matrix has this property.
 fn defect_of(matrix: &SixBySix) -> Option<String> {
     // Entries in files are rounded, so a rotated matrix is rarely exactly symmetric.
     const ROUNDING: f64 = 1e-9;

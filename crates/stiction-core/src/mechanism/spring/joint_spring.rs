@@ -5,7 +5,8 @@ use crate::mechanism::scalar_dof::{Coefficients, find_scalar};
 use crate::mechanism::{Defect, Joint, JointId};
 
 /// A spring with a parallel damper on one degree of freedom of a joint. Its effort, exerted by the
-/// predecessor on the successor, is `preload - stiffness * (q - rest) - damping * rate of q`.
+/// predecessor on the successor, is `preload - stiffness * (q - rest) - damping * rate of q`, where
+/// `q` is the coordinate of the degree of freedom.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointSpring {
     /// Name, unique among springs and bushings.
@@ -22,8 +23,9 @@ pub struct JointSpring {
     pub preload: f64,
     /// Damping, N m s/rad or N s/m, nonnegative.
     pub damping: f64,
-    /// Middle of the full turn into which angles of a joint that closes a loop are wrapped, rad:
-    /// the middle of the joint's range, or zero.
+    /// Middle of the interval of one full turn into which the angle of a joint that closes a loop
+    /// is wrapped, rad. It is the middle of the permitted range of the degree of freedom, or zero
+    /// without such a range.
     pub(crate) middle: f64,
 }
 
@@ -74,8 +76,8 @@ impl JointSpringSpec {
         &self.spring.name
     }
 
-    /// Builds the spring, or returns `None` if its joint is unknown. Appends all defects to
-    /// `defects`.
+    /// Builds the spring, or returns `None` if the mechanism does not have the named joint or
+    /// degree of freedom. Appends all defects to `defects`.
     pub(in crate::mechanism) fn resolve(
         mut self,
         joints: &[Joint],

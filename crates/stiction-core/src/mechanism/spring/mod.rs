@@ -1,4 +1,5 @@
-//! Springs with dampers: between points of two bodies, on degrees of freedom of joints, and bushings between frames.
+//! Springs with dampers: straight springs between points of two bodies, springs on degrees of
+//! freedom of joints, and bushings between frames of two bodies.
 
 mod bushing;
 mod joint_spring;
@@ -15,7 +16,7 @@ use std::collections::HashMap;
 /// damping * rate of the length`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spring {
-    /// Name, unique among springs.
+    /// Name, unique among springs and bushings.
     pub name: String,
     /// The two connected bodies, which are distinct.
     pub ends: [BodyId; 2],
@@ -114,8 +115,8 @@ impl SpringSpec {
         &self.name
     }
 
-    /// Builds the spring, or returns `None` if its bodies are unknown. Appends all defects to
-    /// `defects`.
+    /// Builds the spring, or returns `None` if one of its bodies is unknown or both are the same
+    /// body. Appends all defects to `defects`.
     pub(super) fn resolve(
         self,
         ids: &HashMap<String, BodyId>,
@@ -184,7 +185,8 @@ impl GasSpring {
     }
 }
 
-/// Adds a defect for each parameter that is negative or not finite.
+/// Appends a defect for each of the spring parameters `numbers` (name and value) that is negative
+/// or not finite.
 fn check_not_negative(spring: &str, numbers: &[(&'static str, f64)], defects: &mut Vec<Defect>) {
     for &(parameter, value) in numbers {
         if !(value >= 0.0 && value.is_finite()) {
@@ -193,7 +195,8 @@ fn check_not_negative(spring: &str, numbers: &[(&'static str, f64)], defects: &m
     }
 }
 
-/// Finds the two bodies of a spring, which must be distinct.
+/// Finds the two bodies of a spring by name. If a body is unknown or both are the same body,
+/// appends a defect and returns `None`.
 fn resolve_ends(
     spring: &str,
     names: &[String; 2],
