@@ -1,17 +1,17 @@
-//! Formatting of numbers for readers.
+//! Formatting of numbers in texts for users.
 
-/// Largest useful number of significant decimal digits of an `f64`.
+/// Largest number of significant digits to write: 17 decimal digits identify every `f64`.
 const MOST_DIGITS: usize = 17;
 
-/// Formats a number with a given number of significant digits: in decimal notation between 1e-4 and
-/// 1e6, otherwise in scientific notation.
+/// Formats a number with a given number of significant digits: in decimal notation from 1e-4 to
+/// below 1e6, otherwise in scientific notation. `digits` is limited to the range from 1 to 17.
 pub fn significant(x: f64, digits: usize) -> String {
     if x == 0.0 {
         return "0".to_owned();
     }
     let decimals = digits.clamp(1, MOST_DIGITS) - 1;
     let scientific = format!("{x:.decimals$e}");
-    // Exponent after rounding: 9.9999 may have become 10.
+    // The exponent is read after rounding, which may have turned 9.9999 into 10.
     let exponent = scientific.split_once('e').and_then(|(_, e)| e.parse::<i32>().ok());
     match exponent {
         Some(exponent @ -4..6) => {
@@ -22,7 +22,7 @@ pub fn significant(x: f64, digits: usize) -> String {
     }
 }
 
-/// Formats like [`significant`], but without trailing zeros after the decimal point.
+/// Formats a number as [`significant`] does, but without trailing zeros after the decimal point.
 pub(crate) fn brief(x: f64, digits: usize) -> String {
     let text = significant(x, digits);
     let (number, power) = text.split_at(text.find('e').unwrap_or(text.len()));

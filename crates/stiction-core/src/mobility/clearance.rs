@@ -4,7 +4,8 @@
 //! that blocks it, with `q = s . (second derivative of the loop errors along x)`. Let a joint with
 //! the clearance `c` carry the force `F` in this self-stress. The clearance can compensate at most
 //! `F c` of the opening, which permits `t = sqrt(2 F c / |q|)`: the motion grows with the square
-//! root of the clearance. (For the robot of Zhang et al. 2018: `c = sqrt(3)/2 k roll^2`.)
+//! root of the clearance. (For the robot of Zhang et al. 2018, a clearance `c = sqrt(3)/2 k roll^2`
+//! permits the angle `roll`, where `k` is half the side of the platform.)
 //!
 //! Equation (M4) of the book's theory.
 

@@ -3,9 +3,9 @@
 //! An index is a singular value of the matrix of force and moment balances of all bodies. The
 //! matrix is made dimensionless with the characteristic length: joint forces are in newtons,
 //! moments (about the joint's origin, and about each body's centre of mass) in newtons times that
-//! length. For an index `d`, there is a unit motion of the bodies against which the joints exert at
-//! most `d` per unit of generalised force. The index does not depend on units, the order of bodies,
-//! the base, or the choice of cut joints.
+//! length. If an index is `d`, there is a unit motion of the bodies along which joint forces of
+//! unit norm exert a generalised force of at most `d`. The index does not depend on units, the
+//! order of bodies, the pose of the base, or the choice of cut joints.
 //!
 //! Equation (M5) of the book's theory.
 
@@ -20,7 +20,7 @@ use nalgebra::DVector;
 /// Minimum number of joints of a hub: a body, such as a platform, at which legs end.
 const HUB: usize = 3;
 
-/// Singularity indices at a configuration.
+/// Singularity indices of a mechanism at one configuration, dimensionless.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Distances {
     /// Type 2 (actuation) singularity index: zero if neither constraints nor actuators resist a
@@ -165,9 +165,9 @@ impl<'a> Constraints<'a> {
         loads.into_iter().filter(|load| size(load) > 1e-9 * most).collect()
     }
 
-    /// Computes the type 1 (leg) singularity index. It is zero if bodies between hubs can move,
-    /// apart from passive spins, while the hubs are fixed. Hubs are bodies with three or more
-    /// joints. Returns `None` without hubs or without bodies between them.
+    /// Computes the type 1 (leg) singularity index. The index is zero if bodies between hubs can
+    /// move, apart from passive spins, while the hubs are fixed. Hubs are bodies with three or more
+    /// joints. Returns `None` if the mechanism has no hubs or no bodies between hubs.
     pub fn leg_distance(&self, idle_spins: usize) -> Option<f64> {
         let of_legs = of_legs(self.statics.system());
         let last = of_legs.len().checked_sub(idle_spins + 1)?;
@@ -186,7 +186,8 @@ impl<'a> Constraints<'a> {
         Decomposition::new(own, &groups, RANK_LIMIT)
     }
 
-    /// Instantaneous mobility of the constraints at this configuration.
+    /// Instantaneous mobility at this configuration: number of independent motions that the
+    /// constraints permit.
     pub fn mobility(&self) -> usize {
         self.transposed.matrix().ncols() - self.transposed.rank()
     }
@@ -198,7 +199,8 @@ impl<'a> Constraints<'a> {
     }
 }
 
-/// Singular value with this index, largest first; zero if the index is at or above the rank.
+/// Returns the singular value with the given index, counted from the largest value; zero if the
+/// index is at or above the rank.
 fn zero_or(decomposition: &Decomposition, index: usize) -> f64 {
     if index < decomposition.rank() { decomposition.value(index) } else { 0.0 }
 }

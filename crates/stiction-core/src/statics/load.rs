@@ -1,4 +1,4 @@
-//! External loads.
+//! External loads on bodies, and the wrenches that the motion of bodies requires.
 
 use crate::kinematics::Bodies;
 use crate::mechanism::{Body, BodyId};
@@ -15,7 +15,7 @@ pub enum LoadAxes {
     Body,
 }
 
-/// A force and a moment on a body.
+/// External load: a force and a moment on a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AppliedLoad<T> {
     /// Body on which the load acts.
@@ -31,7 +31,7 @@ pub struct AppliedLoad<T> {
 }
 
 impl AppliedLoad<f64> {
-    /// Converts the numbers to constants of another scalar type.
+    /// Converts point, force and moment to constants of another scalar type.
     pub fn lift<T: Scalar>(self) -> AppliedLoad<T> {
         AppliedLoad {
             body: self.body,
@@ -98,7 +98,7 @@ pub(crate) fn demand_of_motion<T: Scalar>(
     let omega = twist.angular;
     let acceleration_of_com = acceleration.velocity_at(com) + omega.cross(twist.velocity_at(com));
     let force = (acceleration_of_com - parameters.gravity) * parameters.mass[body];
-    // Euler's equation in body axes, where the tensor is constant.
+    // Euler's equation in body axes, in which the inertia tensor is constant.
     let inertia = parameters.inertia[body];
     let spin = pose.rotation.transpose_mul(omega);
     let change = pose.rotation.transpose_mul(acceleration.angular);

@@ -1,5 +1,5 @@
 //! Force and moment balance of all bodies as one linear system. The unknowns are all constraint
-//! reactions and actuator efforts; there are six equations per body.
+//! reactions, gearing efforts and actuator efforts; each body except the ground has six equations.
 //!
 //! This simple but slow system serves as the test oracle of the kernels, and as the dense fallback
 //! for statically indeterminate forces and infeasible loads.
@@ -19,23 +19,24 @@ use crate::topology::Topology;
 use nalgebra::DVector;
 use std::collections::BTreeMap;
 
-/// One unknown of the system.
+/// Unknown of the linear system: a constraint multiplier, an actuator effort or a gearing
+/// multiplier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unknown {
     /// Multiplier of one constraint wrench of a joint.
     Constraint {
-        /// Index of the joint.
+        /// Index of the joint with this constraint.
         joint: usize,
-        /// Index among the constraints of the joint's type.
+        /// Index of the constraint among those of the joint's type.
         index: usize,
     },
     /// Effort of an actuator, in the order of [`Mechanism::actuators`].
     Drive {
         /// Index of the actuator.
         actuator: usize,
-        /// Index of the joint.
+        /// Index of the joint that the actuator drives.
         joint: usize,
-        /// Index of the degree of freedom in the joint.
+        /// Index, in the joint, of the degree of freedom that the actuator drives.
         dof: usize,
     },
     /// Multiplier of a gearing, in the order of [`Mechanism::gearings`]. The equation of the
@@ -51,7 +52,7 @@ pub enum Unknown {
 pub struct UnitWrench {
     /// Index of the unknown, which is also its column in the matrix.
     pub unknown: usize,
-    /// Index of the joint.
+    /// Index of the joint that transmits the wrench.
     pub joint: usize,
     /// Wrench exerted by the predecessor on the successor, about the reference point.
     pub wrench: Wrench<f64>,
@@ -69,16 +70,18 @@ pub struct NewtonEuler {
     /// Unit wrenches in the order of the unknowns: one for each constraint and actuator effort, and
     /// one for each degree of freedom of a gearing.
     pub wrenches: Vec<UnitWrench>,
-    /// Coefficients of the unknowns in each equation.
+    /// Coefficients of the unknowns: one row for each equation, one column for each unknown.
     pub matrix: SparseMatrix,
     /// Predecessor and successor of all joints.
     ends: Vec<(usize, usize)>,
     /// Centres of mass relative to the reference point, world axes, m.
     com: Vec<Vec3<f64>>,
     length: f64,
-    /// Flag of each gearing: true if its multiplier is a moment.
+    /// One flag for each gearing: true if the multiplier of the gearing is a moment, false if it is
+    /// a force.
     moments: Vec<bool>,
-    /// Topology; present only for a mechanism with spinning rotors.
+    /// Compiled joint graph, which only the rates of spinning rotors require; `None` without such
+    /// rotors.
     spinning: Option<Topology>,
 }
 
@@ -149,13 +152,13 @@ impl NewtonEuler {
         self.com[body]
     }
 
-    /// Number of joints of a body.
+    /// Number of joints attached to a body.
     pub fn joints_at(&self, body: usize) -> usize {
         self.ends.iter().filter(|(a, b)| *a == body || *b == body).count()
     }
 
-    /// Adds the wrench that a joint exerts on its predecessor and its successor to `rows`, the
-    /// equations of all bodies.
+    /// Adds a joint's wrench to `rows`, the equations of all bodies: `wrench` acts on the joint's
+    /// successor, `-wrench` on its predecessor.
     pub fn add_joint_wrench(&self, rows: &mut DVector<f64>, joint: usize, wrench: Wrench<f64>) {
         let (predecessor, successor) = self.ends[joint];
         self.add_wrench(rows, successor, wrench);
@@ -171,8 +174,9 @@ impl NewtonEuler {
         }
     }
 
-    /// Computes the wrenches that the joints must exert on each body: rate of change of momentum
-    /// minus weight, external loads and spring forces.
+    /// Computes the wrenches that the joints must exert on each body: the rate of change of
+    /// momentum, less the weight, external loads and spring forces. The rows are those of
+    /// [`Self::matrix`].
     pub fn demand(
         &self,
         parameters: &Parameters<f64>,
@@ -259,12 +263,13 @@ impl NewtonEuler {
         self.matrix.scaled(&rows, &self.column_scales(joint_types))
     }
 
-    /// Index of the body of each row, not counting the ground.
+    /// Returns, for each row, the index of the row's body among all bodies except the ground.
     pub(super) fn bodies_of_rows(&self) -> Vec<usize> {
         (0..self.matrix.nrows()).map(|row| row / 6).collect()
     }
 
-    /// Index of the joint or gearing of each unknown; indices of gearings follow those of the joints.
+    /// Returns, for each unknown, the index of its joint or gearing; indices of gearings follow
+    /// those of the joints.
     pub(super) fn joints_of_unknowns(&self) -> Vec<usize> {
         let joint = |unknown: &Unknown| match *unknown {
             Unknown::Constraint { joint, .. } | Unknown::Drive { joint, .. } => joint,
@@ -273,12 +278,12 @@ impl NewtonEuler {
         self.unknowns.iter().map(joint).collect()
     }
 
-    /// Scale factor of a row in [`Self::scaled_matrix`].
+    /// Returns the factor by which [`Self::scaled_matrix`] multiplies a row.
     pub fn row_scale(&self, row: usize) -> f64 {
         if row % 6 < 3 { 1.0 } else { 1.0 / self.length }
     }
 
-    /// Scale factors of the columns in [`Self::scaled_matrix`].
+    /// Returns the factors by which [`Self::scaled_matrix`] multiplies the columns.
     pub fn column_scales(&self, joint_types: &[JointType]) -> Vec<f64> {
         let is_moment = |unknown: &Unknown| match *unknown {
             Unknown::Constraint { joint, index } => {
@@ -290,8 +295,9 @@ impl NewtonEuler {
         self.unknowns.iter().map(|u| if is_moment(u) { self.length } else { 1.0 }).collect()
     }
 
-    /// Computes the wrenches of the joints loaded by the given unknowns, in the order of the
-    /// joints. `unknowns` are pairs of index and value, in ascending order of the indices.
+    /// Computes the wrenches of the joints loaded by the given unknowns, as pairs of joint index
+    /// and wrench in the order of the joints. `unknowns` are pairs of index and value, in ascending
+    /// order of the indices.
     pub(super) fn sparse_wrenches(
         &self,
         unknowns: impl Iterator<Item = (usize, f64)>,
@@ -306,7 +312,8 @@ impl NewtonEuler {
         sums.into_iter().collect()
     }
 
-    /// Computes the total wrench of each joint from the unknowns and the friction wrenches.
+    /// Computes the total wrench of each joint from the values of all unknowns and the friction
+    /// wrench of each joint.
     pub fn joint_wrenches(
         &self,
         unknowns: &DVector<f64>,
@@ -320,7 +327,8 @@ impl NewtonEuler {
     }
 }
 
-/// Returns the components of the force and of the moment about the centre of mass `com`.
+/// Returns the components of a wrench: force x y z, then moment x y z about the centre of mass
+/// `com`.
 fn components(wrench: Wrench<f64>, com: Vec3<f64>) -> [f64; 6] {
     let (force, moment) = (wrench.force, wrench.moment_about(com));
     [force.x, force.y, force.z, moment.x, moment.y, moment.z]
@@ -333,8 +341,8 @@ struct SpringForces {
     forces: [Vec3<f64>; 2],
 }
 
-/// Computes the forces of a linear spring with a damper, independently of the kernels for
-/// comparison.
+/// Computes the forces of a linear spring with a damper. The code is independent of the kernels, so
+/// that tests can compare both.
 fn spring_forces(spring: &SpringParameters<f64>, bodies: &Bodies<f64>) -> SpringForces {
     let end = |k: usize| {
         let body = spring.ends[k];
@@ -355,9 +363,9 @@ fn spring_forces(spring: &SpringParameters<f64>, bodies: &Bodies<f64>) -> Spring
     SpringForces { points: [a.into(), b.into()], forces: [force, -force] }
 }
 
-/// Computes the wrench of a bushing on its second body, independently of the kernels for
-/// comparison: with nalgebra's logarithm, and the inverse of the right Jacobian of the rotation
-/// vector in closed form.
+/// Computes the wrench of a bushing on its second body. The code is independent of the kernels, so
+/// that tests can compare both: it uses nalgebra's logarithm of rotations, and a closed form of the
+/// inverse Jacobian of the rotation vector.
 fn bushing_wrench(bushing: &BushingParameters<f64>, bodies: &Bodies<f64>) -> Wrench<f64> {
     use nalgebra::{Matrix3, Rotation3, Vector3};
     let [from, to] = bushing.ends;
@@ -371,7 +379,7 @@ fn bushing_wrench(bushing: &BushingParameters<f64>, bodies: &Bodies<f64>) -> Wre
     let displacement = axes.transpose() * (at_b - at_a);
     let angle = turn.norm();
     let cross = turn.cross_matrix();
-    // The rotation vector changes by J^-1 omega, with omega in the axes of the first frame.
+    // The rate of the rotation vector is J^-1 omega, with omega in the axes of the first frame.
     let factor = match angle > 1e-4 {
         true => 1.0 / (angle * angle) - (0.5 * angle).tan().recip() / (2.0 * angle),
         false => 1.0 / 12.0,

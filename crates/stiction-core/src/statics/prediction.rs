@@ -1,5 +1,5 @@
-//! Prediction of the smallest eigenvalue and its eigenvector along a motion, from their values at
-//! earlier configurations.
+//! Prediction of the smallest eigenvalue of a matrix and of its eigenvector along a motion, from
+//! those at the preceding configurations.
 
 use crate::linalg::{BLOCK, Part};
 
@@ -12,29 +12,31 @@ const ACCURACY: f64 = 2e-11;
 /// Largest accepted bound on the relative error of an eigenvalue. A result computed with a shift is
 /// rejected if its bound is larger.
 const CERTAIN: f64 = 1e-9;
-/// Distance of the shift from the predicted value, as a multiple of the error of the last
+/// Distance of the shift from the predicted eigenvalue, as a multiple of the error of the preceding
 /// prediction.
 const SAFETY: f64 = 4.0;
-/// Smallest relative distance of the shift from the predicted value.
+/// Smallest relative distance of the shift from the predicted eigenvalue.
 const NEAREST: f64 = 1e-4;
-/// Largest relative distance of the shift from the predicted value.
+/// Largest relative distance of the shift from the predicted eigenvalue.
 const FARTHEST: f64 = 0.5;
-/// Relative distance of the shift from the predicted value before the first prediction has been
-/// checked.
+/// Relative distance of the shift from the predicted eigenvalue while the error of no prediction is
+/// known.
 const UNCHECKED: f64 = 0.1;
-/// Weight of the last eigenvector in the start vector, relative to that of a general vector. With
-/// the general vector, the iteration also finds the smallest eigenvalue if it now belongs to an
-/// eigenvector orthogonal to the last one.
+/// Weight of the preceding configuration's eigenvector in the start vector, relative to the weight
+/// of a general vector. Because of the general vector, the iteration finds the smallest eigenvalue
+/// even if its eigenvector is orthogonal to the preceding one.
 const KNOWN: f64 = 4.0;
 
-/// Smallest eigenvalue and its eigenvector at the last configurations.
+/// Smallest eigenvalues at the two most recent configurations, and the eigenvector at the most
+/// recent one.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Prediction {
-    /// Eigenvalue at the last configuration.
+    /// Smallest eigenvalue at the most recent configuration.
     last: Option<f64>,
-    /// Eigenvalue at the configuration before the last one.
+    /// Smallest eigenvalue at the configuration before the most recent one.
     before: Option<f64>,
-    /// Relative error of the last prediction.
+    /// Relative error of the prediction for the most recent configuration; `None` if there was no
+    /// prediction.
     missed: Option<f64>,
     vector: Vec<Part>,
 }
@@ -59,9 +61,9 @@ impl Shift {
 }
 
 impl Prediction {
-    /// Returns a shift slightly below the expected eigenvalue; `None` if no eigenvalue is known.
-    /// The Cholesky decomposition of the shifted matrix exists only if no eigenvalue is below the
-    /// shift.
+    /// Returns a shift slightly below the expected eigenvalue, or `None` if no positive eigenvalue
+    /// is expected. The Cholesky decomposition of the shifted matrix exists only if no eigenvalue
+    /// is below the shift.
     pub(super) fn shift(&self) -> Option<Shift> {
         let missed = self.missed.map_or(UNCHECKED, |missed| SAFETY * missed);
         let margin = missed.clamp(NEAREST, FARTHEST);
@@ -74,7 +76,8 @@ impl Prediction {
         Some(self.before.map_or(last, |before| 2.0 * last - before))
     }
 
-    /// Adds the eigenvalue and eigenvector found at the next configuration.
+    /// Adds the smallest eigenvalue and its eigenvector at the next configuration, and computes the
+    /// error of the prediction.
     pub(super) fn add(&mut self, eigenvalue: f64, vector: &[Part]) {
         self.missed = self.expected().map(|expected| ((eigenvalue - expected) / eigenvalue).abs());
         self.before = self.last.replace(eigenvalue);
@@ -82,18 +85,20 @@ impl Prediction {
         self.vector.extend_from_slice(vector);
     }
 
-    /// Replaces the expected eigenvalue at the next configuration.
+    /// Sets the eigenvalue that is expected at the next configuration, which replaces the
+    /// extrapolated one.
     pub(super) fn expect(&mut self, eigenvalue: f64) {
         (self.last, self.before) = (Some(eigenvalue), None);
     }
 
-    /// Clears the data of all configurations.
+    /// Clears the eigenvalues, the eigenvector and the error of the prediction.
     pub(super) fn forget(&mut self) {
         (self.last, self.before, self.missed) = (None, None, None);
         self.vector.clear();
     }
 
-    /// Computes the start vector of the iteration for block rows of these sizes.
+    /// Computes the start vector of the iteration. `sizes` are the numbers of rows used in each
+    /// block; the remaining components are zero.
     pub(super) fn start(
         &self,
         sizes: impl ExactSizeIterator<Item = usize>,

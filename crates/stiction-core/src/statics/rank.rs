@@ -30,9 +30,10 @@ pub struct Statics {
     /// Basis of the self-stress states: scaled unknowns with zero resultant on every body.
     null: Vec<SparseVector>,
     drive_weights: Vec<f64>,
-    /// Frame J of each joint relative to the reference point.
+    /// Pose of each joint's frame J relative to the reference point.
     frames: Vec<Pose<f64>>,
-    /// Declared compliances of the joints.
+    /// Weights from the declared compliances of the joints; `None` if no joint declares a
+    /// compliance.
     compliance: Option<Vec<Weights<f64>>>,
     length: f64,
 }
@@ -40,7 +41,7 @@ pub struct Statics {
 /// Values of the unknowns (constraint multipliers and efforts) that balance a load.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StaticSolution {
-    /// Values of [`NewtonEuler::unknowns`].
+    /// Values of [`NewtonEuler::unknowns`], in N or N m.
     pub unknowns: DVector<f64>,
 }
 
@@ -123,7 +124,7 @@ impl Statics {
         &self.system
     }
 
-    /// Number of independent equations.
+    /// Number of linearly independent equations of the balance.
     pub fn rank(&self) -> usize {
         self.decomposition.rank()
     }
@@ -143,8 +144,8 @@ impl Statics {
         self.row_scales.len() - self.rank()
     }
 
-    /// Computes the multiples of `units` that make the demand feasible, as far as possible, when
-    /// added to it. Each unit is an additional demand that belongs to one passive spin.
+    /// Computes the factors of `units` for which the sum of `demand` and all multiplied units is
+    /// feasible, as far as possible. Each unit is the additional demand of one passive spin.
     pub fn amounts_into_reach(
         &self,
         demand: &DVector<f64>,
@@ -154,7 +155,7 @@ impl Statics {
         if units.is_empty() {
             return Vec::new();
         }
-        // The infeasible part of the demand.
+        // Computes the infeasible part of a demand.
         let outside = |rows: &DVector<f64>| {
             let scaled = self.scale_rows(rows);
             let inside = self.apply(&self.particular(&scaled));
@@ -170,8 +171,8 @@ impl Statics {
         amounts.iter().zip(&sizes).map(|(a, s)| -a / s).collect()
     }
 
-    /// Subtracts the effect of the friction wrenches from a demand. Constraints and actuators must
-    /// balance the result.
+    /// Subtracts the friction wrenches of all joints from a demand. Constraints and actuators must
+    /// balance the remaining demand.
     fn less_friction(&self, demand: &DVector<f64>, friction: &[Wrench<f64>]) -> DVector<f64> {
         let mut rest = demand.clone();
         for (joint, &wrench) in friction.iter().enumerate() {
@@ -262,10 +263,11 @@ impl Statics {
         self.system.sparse_wrenches(scaled.iter().map(|&(k, x)| (k, x * self.column_scales[k])))
     }
 
-    /// Computes reactions and efforts for a demand ([`NewtonEuler::demand`]). If they are
-    /// statically indeterminate, minimises first the actuator efforts, then the reactions, with the
-    /// declared weighting [`crate::dynamics::Weighting`]. `friction` are the friction wrenches at
-    /// each joint; they load the bodies and are part of the weighted reactions.
+    /// Computes reactions and efforts for a demand ([`NewtonEuler::demand`]). If reactions or
+    /// efforts are statically indeterminate, minimises first the actuator efforts, then the
+    /// reactions, with the declared weighting [`crate::dynamics::Weighting`]. `friction` contains
+    /// the friction wrench of each joint. These wrenches load the bodies and are part of the
+    /// weighted reactions.
     ///
     /// # Errors
     /// Returns [`InfeasibleLoad`] if the demand is infeasible.
@@ -365,7 +367,8 @@ impl Statics {
             let response = DMatrix::from_columns(&columns);
             open = least(&response, &efforts(solution), open, solution);
         }
-        // Stage 2: reactions, weighted first by the declared compliances, then by the default.
+        // Stage 2: reactions, weighted first by the declared compliances, then equally for all
+        // joints.
         let none = vec![Wrench::zero(); friction.len()];
         for weights in [self.compliance.as_deref(), None] {
             if open.ncols() == 0 {
@@ -379,8 +382,10 @@ impl Statics {
         }
     }
 
-    /// Computes all reactions from scaled unknowns and friction, weighted for least squares.
-    /// Weights are the declared compliances or, with `None`, equal for all joints.
+    /// Computes the reactions of all joints from scaled unknowns and friction wrenches, multiplied
+    /// by the square roots of their weights for a least-squares problem. `weights` are declared
+    /// compliances; with `None`, all joints have equal weights. The result has six components for
+    /// each joint.
     fn weighed(
         &self,
         scaled: &DVector<f64>,
@@ -406,12 +411,13 @@ impl Statics {
     }
 }
 
-/// Sets a value of the order of round-off to zero.
+/// Returns zero for a value of the order of round-off, otherwise the value itself.
 fn clean(part: f64) -> f64 {
     if part.abs() < DETERMINED { 0.0 } else { part }
 }
 
-/// Speed of a body in a motion of all bodies: in rad/s if `turns`, otherwise in m/s.
+/// Computes the speed of a body in a motion of all bodies: the angular velocity in rad/s if
+/// `turns`, otherwise the velocity of the centre of mass in m/s.
 fn motion_size(motion: &DVector<f64>, body: usize, turns: bool) -> f64 {
     motion.fixed_rows::<3>(6 * (body - 1) + if turns { 3 } else { 0 }).norm()
 }
@@ -420,8 +426,8 @@ fn motion_size(motion: &DVector<f64>, body: usize, turns: bool) -> f64 {
 /// components is statically determinate.
 pub(crate) const DETERMINED: f64 = 1e-8;
 
-/// Adds `open * amounts` to `solution`, with the amounts that minimise the norm of
-/// `now + response * amounts`. Returns the directions along which this norm does not change.
+/// Adds `open * amounts` to `solution`, with the amounts that minimise the norm of `now + response
+/// * amounts`. Returns combinations of the columns of `open` along which this norm does not change.
 fn least(
     response: &DMatrix<f64>,
     now: &DVector<f64>,

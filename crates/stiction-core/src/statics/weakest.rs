@@ -8,7 +8,7 @@ use crate::mechanism::Mechanism;
 use crate::spatial::{Twist, Vec3, describe_direction, describe_motion};
 use nalgebra::{DMatrix, DVector};
 
-/// A motion of all bodies, described by one of them.
+/// A motion of all bodies. One of the bodies, [`Self::body`], serves to describe the motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GainedTwist {
     /// Twist of each body about the reference point, scaled such that `body` turns by one radian
@@ -19,8 +19,8 @@ pub struct GainedTwist {
     pub body: usize,
     /// True if `body` turns.
     pub turns: bool,
-    /// Number of independent unconstrained motions, including this one. Known passive spins and
-    /// other known motions do not count.
+    /// Number of independent unconstrained motions, including this one but not passive spins or
+    /// other motions that are known beforehand; at least one.
     pub of: usize,
 }
 
@@ -33,7 +33,8 @@ impl GainedTwist {
         (name, describe_motion(in_world, mechanism.characteristic_length()))
     }
 
-    /// Describes in words a load on the body that is infeasible because it does work on the motion.
+    /// Describes in words a load on [`Self::body`] that is infeasible because it does work on the
+    /// motion. `length` is the characteristic length, m.
     pub fn load_in_words(&self, length: f64) -> String {
         let Twist { angular, linear } = self.twists[self.body];
         let Some(axis) = angular.direction().filter(|_| self.turns) else {
@@ -59,9 +60,9 @@ pub(crate) type IdleAxis = (usize, Vec3<f64>);
 const MIXED: f64 = 1e-9;
 
 impl Statics {
-    /// Finds the least-constrained motion with locked actuators, apart from passive spins. It is
-    /// the twist gained at a configuration with zero [`Statics::actuation_distance`]. Returns
-    /// `None` for an immobile mechanism.
+    /// Finds the least-constrained motion with locked actuators, apart from the passive spins
+    /// `idle`. This motion is the twist gained at a configuration with zero
+    /// [`Statics::actuation_distance`]. Returns `None` for an immobile mechanism.
     pub fn weakest_motion(&self, idle: &[IdleAxis]) -> Option<GainedTwist> {
         let transposed = self.scaled_matrix().transpose();
         let bodies = self.system().bodies_of_rows();
@@ -70,9 +71,9 @@ impl Statics {
         self.weakest(&transposed, &equations, idle.len(), idle)
     }
 
-    /// Finds the motion with the least resistance, apart from `others` known motions with less
-    /// resistance. The rows of `transposed` are unit wrenches of the scaled balance; its columns
-    /// are the equations with the indices `equations`.
+    /// Finds the motion that is resisted least, apart from `others` known motions that are resisted
+    /// even less. The rows of `transposed` are unit wrenches of the scaled balance; its columns are
+    /// the equations with the indices `equations`.
     fn weakest(
         &self,
         transposed: &Decomposition,
@@ -91,7 +92,7 @@ impl Statics {
             && transposed.rank() == kept + 1
             && transposed.value(kept) > zero
         {
-            // The motions with less resistance are all known.
+            // All motions that are resisted less are known.
             return Some(self.described(&self.scale_rows(&in_place(motion))));
         }
         let svd = transposed.svd();
@@ -112,7 +113,7 @@ impl Statics {
     }
 
     /// Describes a motion of all bodies. `motion` contains the velocity of the centre of mass and
-    /// the angular velocity of each body.
+    /// the angular velocity of each body except the ground.
     pub(crate) fn described(&self, motion: &DVector<f64>) -> GainedTwist {
         let part = |body: usize, at: usize| {
             let row = 6 * (body - 1) + at;
@@ -143,7 +144,7 @@ impl Statics {
 
 impl Constraints<'_> {
     /// Finds the motion that the constraints resist least, apart from the `mobility` motions that
-    /// they permit in every regular configuration.
+    /// they permit in every regular configuration. `idle` are the axes of the passive spins.
     pub fn weakest_motion(&self, mobility: usize, idle: &[IdleAxis]) -> Option<GainedTwist> {
         let equations: Vec<usize> = (0..self.transposed().matrix().ncols()).collect();
         self.statics().weakest(self.transposed(), &equations, mobility, idle)

@@ -1,16 +1,17 @@
-//! Spanning trees of the joint graph.
+//! Spanning trees of the graph of bodies and joints.
 
 use crate::random::Random;
 use std::collections::VecDeque;
 
-/// Spanning tree (or forest) of the bodies.
+/// Spanning tree of the bodies. The ground and each floating body are roots of separate parts.
 #[derive(Debug)]
 pub(super) struct Spanning {
     /// All bodies except the ground, parents before children.
     pub(super) order: Vec<Placement>,
 }
 
-/// A body, and the joint that connects it with its parent; the joint is `None` for a floating body.
+/// A body, and the joint that connects the body with its parent in the tree; `None` for a floating
+/// body.
 #[derive(Debug)]
 pub(super) struct Placement {
     pub(super) body: usize,
@@ -20,8 +21,9 @@ pub(super) struct Placement {
 const GROUND: usize = 0;
 
 impl Spanning {
-    /// Builds the tree described in [`super`]: hubs float, and each chain between hubs is cut at
-    /// the joint with the lowest `cost`. Joints with `keep` are never cut; they must form no loop.
+    /// Builds the tree described in [`super`]: hubs (bodies at which at least three chains meet)
+    /// float, and each chain between hubs is cut at the joint with the lowest `cost`. Joints with
+    /// `keep` are never cut; they must form no loop.
     pub(super) fn by_structure(
         bodies: usize,
         ends: &[(usize, usize)],
@@ -64,7 +66,8 @@ impl Spanning {
                     if is_root(body) || is_hub(body) {
                         break;
                     }
-                    // A body inside a chain has exactly one other joint that belongs to a loop.
+                    // A body inside a chain has exactly one joint that belongs to a loop and is not
+                    // yet part of the chain.
                     match loop_joints(body).find(|&next| !walked[next]) {
                         Some(next) => joint = next,
                         None => break,
@@ -102,8 +105,8 @@ impl Spanning {
         Self::grow(&graph, &floating, |joint| !is_cut[joint])
     }
 
-    /// Builds a random tree with random floating bodies. It contains all joints with `keep`, which
-    /// must form no loop.
+    /// Builds a random tree with random floating bodies. The tree contains all joints with `keep`,
+    /// which must form no loop.
     pub(super) fn random(bodies: usize, ends: &[(usize, usize)], keep: &[bool], seed: u64) -> Self {
         let mut random = Random::new(seed);
         let graph = Graph::new(bodies, ends);
@@ -167,7 +170,7 @@ impl Spanning {
 /// Graph of bodies and the joints between them.
 struct Graph<'a> {
     ends: &'a [(usize, usize)],
-    /// Indices of the joints of each body.
+    /// Indices of the joints attached to each body.
     incident: Vec<Vec<usize>>,
 }
 
@@ -186,7 +189,8 @@ impl<'a> Graph<'a> {
         if a == body { b } else { a }
     }
 
-    /// Computes the number of joints on the shortest path from each body to the ground.
+    /// Computes the number of joints on the shortest path from each body to the ground;
+    /// `usize::MAX` for a body without a path to the ground.
     fn distances(&self) -> Vec<usize> {
         let mut distance = vec![usize::MAX; self.incident.len()];
         distance[GROUND] = 0;
@@ -203,8 +207,8 @@ impl<'a> Graph<'a> {
         distance
     }
 
-    /// Marks the joints that belong to no loop, by Tarjan's low-link method. Not recursive, so that
-    /// long chains do not overflow the stack.
+    /// Returns, for each joint, `true` if the joint belongs to no loop, by Tarjan's low-link
+    /// method. The search is not recursive, so that long chains do not overflow the call stack.
     fn bridges(&self) -> Vec<bool> {
         let bodies = self.incident.len();
         let mut bridge = vec![false; self.ends.len()];
@@ -217,7 +221,8 @@ impl<'a> Graph<'a> {
             }
             clock += 1;
             (entered[start], low[start]) = (clock, clock);
-            // (body, joint that leads to it, next incident joint)
+            // Each entry: a body, the joint by which the search reached the body, and the position
+            // of its next joint in `incident`.
             let mut stack = vec![(start, usize::MAX, 0)];
             while let Some((body, from, at)) = stack.last_mut() {
                 let (body, from) = (*body, *from);
@@ -246,7 +251,8 @@ impl<'a> Graph<'a> {
         bridge
     }
 
-    /// Computes the connected component of each body after removal of the bridges.
+    /// Computes the connected components that remain without the joints marked in `bridge`.
+    /// Returns, for each body, the smallest index of a body in the same component.
     fn components(&self, bridge: &[bool]) -> Vec<usize> {
         let mut component = vec![usize::MAX; self.incident.len()];
         for start in 0..component.len() {

@@ -3,10 +3,10 @@
 //!
 //! Cut joints are chosen automatically. Bodies at which three or more chains of a loop structure
 //! meet (such as a robot's platform) *float*: they have six coordinates of their own and no joint
-//! in the tree. Every leg is then a chain from one such body to another, independent of the other
-//! legs. Each chain starts at one of these bodies and is cut at one joint; the wrench of the cut
-//! joint is the unknown of the chain. The cost therefore grows linearly with the number of legs and
-//! loops.
+//! in the tree. Every leg is then a chain between two such bodies, or between such a body and the
+//! ground, and is independent of the other legs. Each chain is cut at one joint; the wrench of the
+//! cut joint is the unknown of the chain. The cost therefore grows linearly with the number of legs
+//! and loops.
 
 mod graph;
 
@@ -20,51 +20,53 @@ use graph::Spanning;
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TreeRule {
-    /// Tree chosen by the structure of the mechanism, for speed.
+    /// Tree derived from the structure of the mechanism, for fast computation.
     Structure,
-    /// Random tree and random floating bodies from this seed, to test that results do not depend on
-    /// the choice.
+    /// Random tree with random floating bodies, computed from this seed. Serves to test that
+    /// results do not depend on the choice of the tree.
     Random(u64),
 }
 
-/// Compiled joint graph. Immutable.
+/// Immutable compiled joint graph of a mechanism: spanning tree, cut joints, and order of
+/// computation.
 #[doc(hidden)]
 #[derive(Clone, Debug)]
 pub struct Topology {
     pub(crate) joint_types: Vec<JointType>,
-    /// Predecessor and successor of each joint.
+    /// Indices of the predecessor and the successor of each joint.
     pub(crate) ends: Vec<(usize, usize)>,
     /// One node for each body except the ground, parents before children.
     pub(crate) nodes: Vec<Node>,
-    /// Node of each body (`None` for the ground).
+    /// Index of the node of each body; `None` for the ground.
     pub(crate) node_of_body: Vec<Option<usize>>,
-    /// Role of each joint.
+    /// Role of each joint: part of the spanning tree, or cut joint.
     pub(crate) role: Vec<Role>,
     pub(crate) cuts: Vec<Cut>,
     /// Degrees of freedom of the spanning tree.
     pub(crate) tree_dofs: Vec<TreeDof>,
     pub(crate) coordinates: usize,
-    /// Number of constraint wrenches of all cut joints. They are the first columns of the balance.
+    /// Number of constraint wrenches of all cut joints. These wrenches are the unknowns of the
+    /// first columns of the balance.
     pub(crate) constraints: usize,
     /// All actuated degrees of freedom in the order of [`Mechanism::actuators`].
     pub(crate) actuators: Vec<Actuator>,
-    /// Actuators of cut joints. Their efforts are the columns of the balance after the constraint
-    /// wrenches.
+    /// Actuators of cut joints, as indices into [`Self::actuators`]. Their efforts are the unknowns
+    /// of the columns of the balance that follow those of the constraint wrenches.
     pub(crate) cut_actuators: Vec<usize>,
     /// Rigid gearings. Their joints are in the spanning tree, so each gearing is an equation
     /// between coordinates of the tree.
     pub(crate) gearings: Vec<GearedDofs>,
 }
 
-/// Degrees of freedom of a gearing, as parts of the spanning tree.
+/// Degrees of freedom of a gearing, given by their indices in the spanning tree.
 #[derive(Clone, Debug)]
 pub(crate) struct GearedDofs {
-    /// Index among the gearings of the mechanism.
+    /// Index of the gearing among those of the mechanism.
     pub(crate) gearing: usize,
-    /// Degrees of freedom of the spanning tree and indices of their coordinates, in the order of
-    /// the gearing's coefficients.
+    /// For each coefficient of the gearing, the index of the degree of freedom among those of the
+    /// spanning tree, and the index of its coordinate.
     pub(crate) dofs: Vec<(usize, usize)>,
-    /// Nodes of these degrees of freedom, each listed once.
+    /// Nodes of the gearing's degrees of freedom, each listed once.
     pub(crate) nodes: Vec<usize>,
     /// True if the weighted sum is a length, false if it is an angle.
     pub(crate) is_length: bool,
@@ -84,7 +86,8 @@ pub(crate) struct Node {
 /// Connection of a body to its parent in the spanning tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Link {
-    /// Joint; `reversed` if the body is the joint's predecessor.
+    /// Connection by a joint, given by its index; `reversed` is true if the body is the joint's
+    /// predecessor.
     Joint { joint: usize, reversed: bool },
     /// Floating body, with six coordinates of its own. This connection transmits no force.
     Floating,
@@ -93,9 +96,9 @@ pub(crate) enum Link {
 /// Role of a joint in the compiled graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Role {
-    /// Joint in the spanning tree that connects the body of this node with its parent.
+    /// Joint of the spanning tree, which connects the body of the given node with the parent body.
     Tree { node: usize },
-    /// Joint that closes a loop, with its index in [`Topology::cuts`].
+    /// Joint that closes a loop, given by its index in [`Topology::cuts`].
     Cut { cut: usize },
 }
 
@@ -104,18 +107,19 @@ pub(crate) enum Role {
 pub(crate) struct Cut {
     pub(crate) joint: usize,
     /// Nodes between the two bodies of the joint, with the sign `+1.0` on the successor's side and
-    /// `-1.0` on the predecessor's side. Each side begins at its body and ends below the first
-    /// common ancestor.
+    /// `-1.0` on the predecessor's side. The nodes of each side begin at the body of that side and
+    /// end below the lowest common ancestor of both bodies.
     pub(crate) path: Vec<(usize, f64)>,
-    /// Indices of the joint's constraint wrenches.
+    /// Indices of the joint's constraint wrenches among those of all cut joints.
     pub(crate) constraints: Range<usize>,
     /// Actuators of the joint, as indices into [`Topology::cut_actuators`].
     pub(crate) actuators: Range<usize>,
 }
 
 impl Cut {
-    /// Columns of the balance for the wrench of this cut joint: first its constraint wrenches, then
-    /// its actuators. `constraints` is the total number of constraint columns.
+    /// Returns the columns of the balance for the wrench of this cut joint: first those of its
+    /// constraint wrenches, then those of its actuators. `constraints` is the total number of
+    /// constraint columns.
     pub(crate) fn columns(
         &self,
         constraints: usize,
@@ -129,7 +133,8 @@ impl Cut {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct TreeDof {
     pub(crate) node: usize,
-    /// Index among the degrees of freedom of its joint or, for a floating body, among its six.
+    /// Index of this degree of freedom among those of its joint or, for a floating body, among the
+    /// six of the body.
     pub(crate) local: usize,
     /// Index of the actuator of this degree of freedom; `None` if it is not actuated.
     pub(crate) actuator: Option<usize>,
@@ -152,7 +157,7 @@ impl Topology {
     pub fn with_tree(mechanism: &Mechanism, rule: TreeRule) -> Self {
         let joints = mechanism.joints();
         let ends: Vec<_> = joints.iter().map(|j| (j.predecessor.0, j.successor.0)).collect();
-        // Cutting a joint costs one unit per unknown.
+        // Cutting a joint costs one unit for each resulting unknown of the balance.
         let mut cost: Vec<usize> = joints
             .iter()
             .map(|j| j.joint_type.constraints().len() + j.actuated_dofs().count())
@@ -161,8 +166,9 @@ impl Topology {
         for geared in mechanism.gearings().iter().flat_map(|gearing| &gearing.dofs) {
             keep[geared.joint.0] = true;
         }
-        // Cost of cutting a joint with a torsion spring. It keeps the joint in the tree, because
-        // angles of cut joints do not include full turns, which the spring requires.
+        // Cost of cutting a joint with a torsion spring. This high cost keeps the joint in the
+        // tree. The spring needs the number of full turns, which the angle of a cut joint does not
+        // include.
         const TURNS: usize = 100;
         for spring in mechanism.joint_springs() {
             if !joints[spring.joint.0].joint_type.dofs()[spring.dof].translates() {
@@ -219,7 +225,7 @@ impl Topology {
     }
 
     /// Adds a gearing. Does nothing if one of its joints is not in the tree, which may happen with
-    /// a given tree.
+    /// a tree given to [`Self::with_paths`].
     fn gear(&mut self, gearing: usize, content: &Gearing) {
         let (mut dofs, mut nodes) = (Vec::new(), Vec::new());
         for geared in &content.dofs {
@@ -269,7 +275,7 @@ impl Topology {
         self.node_of_body[placement.body] = Some(node);
     }
 
-    /// Adds the loop closed by a joint.
+    /// Adds a joint that closes a loop, as a cut joint.
     fn cut(&mut self, joint: usize) {
         self.role[joint] = Role::Cut { cut: self.cuts.len() };
         let (predecessor, successor) = self.ends[joint];
@@ -285,7 +291,8 @@ impl Topology {
         });
     }
 
-    /// Indices of a joint's actuators; actuators are in the order of the joints.
+    /// Returns the indices of a joint's actuators. They are consecutive, because actuators are in
+    /// the order of the joints.
     fn actuators_of(&self, joint: usize) -> Range<usize> {
         let first = |joint: usize| self.actuators.partition_point(|a| a.joint < joint);
         first(joint)..first(joint + 1)
@@ -353,7 +360,8 @@ impl Topology {
         self.coordinates
     }
 
-    /// Number of cut joints. Each closes one independent loop.
+    /// Number of cut joints. Each cut joint closes one loop of the compiled graph, in which a
+    /// floating body counts as connected to the ground.
     pub fn cut_joints(&self) -> usize {
         self.cuts.len()
     }

@@ -1,5 +1,5 @@
-//! Bounds on the singularity indices: tests against a value, and the largest change between two
-//! configurations.
+//! Bounds on the singularity indices: a test whether an index exceeds a value, and bounds on the
+//! change of the indices between two configurations.
 
 use super::super::distance::Distances;
 use super::{SMALL, SingularityDistances, SingularityIndex};
@@ -7,15 +7,15 @@ use crate::kinematics::Bodies;
 use crate::linalg::{BLOCK, Part};
 use crate::parameters::Parameters;
 
-/// Round-off of a Gram matrix and its decomposition, relative to the square of the largest entry,
-/// with a margin.
+/// Round-off of a Gram matrix and of its decomposition, relative to the square of the largest entry
+/// of the balance matrix, with a margin.
 const ROUNDED: f64 = 1e-11;
 
 impl SingularityDistances {
-    /// Returns `true` if an index at the configuration of `bodies` certainly exceeds `value`. This
-    /// holds if the Gram matrix, shifted by the square of the value, has a Cholesky decomposition.
-    /// The test costs less than computing the index. Returns `false` if round-off does not permit a
-    /// decision.
+    /// Returns `true` if the index `index` certainly exceeds `value` at the configuration of
+    /// `bodies`. The index exceeds the value if the Gram matrix, less the square of the value times
+    /// the unit matrix, has a Cholesky decomposition. The test costs less than computing the index.
+    /// Returns `false` if round-off does not permit a decision.
     pub fn exceeds(
         &mut self,
         index: SingularityIndex,
@@ -42,7 +42,8 @@ impl SingularityDistances {
         matrix.factor()
     }
 
-    /// Computes upper bounds on the changes of the indices since the last call. By Weyl's
+    /// Computes upper bounds on the magnitudes of the changes of both indices from the
+    /// configuration of the preceding call (of any method) to that of `bodies`. By Weyl's
     /// inequality, a singular value changes by at most the norm of the change of the matrix. This
     /// norm is at most the geometric mean of the largest sums of magnitudes in a column and in a
     /// row.

@@ -6,15 +6,16 @@ use crate::linalg::{BLOCK, BlockCholesky, Lanczos, Part, Twofold, dot};
 /// Maximum number of refinement passes. For singular values at [`TINY`](super::TINY), each pass divides the
 /// error by about a hundred.
 const PASSES: usize = 10;
-/// Refinement ends when the correction, relative to the solution, is below this value, which is
-/// about round-off.
+/// Refinement ends when the norm of the correction is at most this fraction of the norm of the
+/// solution. The value is of the order of round-off.
 const REFINED: f64 = 1e-14;
 /// Relative residual at which the iteration with refined solutions has converged.
 const REFINED_ACCURACY: f64 = 1e-12;
 
 /// Computes the eigenvector of the smallest eigenvalue of a matrix by inverse iteration with the
-/// given shift. Without a shift, solutions are refined with `product`, which multiplies by the
-/// matrix without forming it.
+/// given shift. Without a shift, solutions are refined with `product`, which adds the product of
+/// the exact matrix and a vector to its output. Returns `None` if the shifted matrix is not
+/// positive definite, or if the iteration or the refinement does not converge.
 pub(super) fn weakest<'a>(
     matrix: &mut BlockCholesky,
     lanczos: &'a mut Lanczos,
@@ -35,7 +36,8 @@ pub(super) fn weakest<'a>(
     found.filter(|_| settled)
 }
 
-/// Solves by iterative refinement with an approximate decomposition; returns `false` if the
+/// Solves a linear system in place by iterative refinement with an approximate decomposition;
+/// `vector` contains the right-hand side and receives the solution. Returns `false` if the
 /// refinement does not converge.
 fn solve_refined(
     matrix: &mut BlockCholesky,

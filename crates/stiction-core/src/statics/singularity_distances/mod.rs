@@ -1,10 +1,10 @@
-//! Fast singularity indices along a motion, for statically determinate mechanisms.
+//! Fast computation of singularity indices along a motion, for statically determinate mechanisms.
 //!
 //! The smallest singular value is the square root of the smallest eigenvalue of the Gram matrix,
 //! which is the balance matrix times its transpose. If the rows belong to bodies, the Gram matrix
 //! couples only bodies with a common joint; if they belong to joints, only joints with a common
-//! body. The cost of its factorisation is proportional to the number of legs, except for the
-//! coupling of the joints at one hub.
+//! body. The cost of factoring the Gram matrix is proportional to the number of legs, except for
+//! the coupling of the joints at one hub.
 //!
 //! Equation (M6) of the book's theory.
 
@@ -51,17 +51,19 @@ pub struct SingularityDistances {
     /// Scaled unit wrenches of each joint, constraints before actuators, on the joint's predecessor
     /// and successor.
     on: Vec<[[Part; BLOCK]; 2]>,
-    /// Scaled unit wrenches at the previous configuration, for [`Self::travel`].
+    /// Scaled unit wrenches at the preceding configuration, for [`Self::travel`].
     passed: Vec<[[Part; BLOCK]; 2]>,
-    /// For each row of each body, the sum of the magnitudes of the changes, for [`Self::travel`]:
-    /// first over the columns of constraints, then over the columns of actuators.
+    /// For each equation of each body, two sums of the magnitudes of the changes of its
+    /// coefficients, for [`Self::travel`]: over the columns of constraints, and over the columns of
+    /// actuators.
     row_sums: Vec<[Part; 2]>,
     /// Transposed constraint wrenches of each joint on its predecessor and successor: one value per
     /// constraint for each component of the wrench.
     across: Vec<[[Part; BLOCK]; 2]>,
     actuation: Prediction,
     constraint: Prediction,
-    /// Resultant of the constraint wrenches on each body.
+    /// Resultant of the constraint wrenches on each body, for constraint multipliers equal to the
+    /// computed eigenvector.
     carried: Vec<Part>,
     lanczos: Lanczos,
 }
@@ -78,16 +80,16 @@ pub enum SingularityIndex {
 #[derive(Clone, Debug)]
 struct Content {
     joint_type: JointType,
-    /// Predecessor and successor of the joint.
+    /// Indices of the predecessor and the successor of the joint.
     ends: [usize; 2],
     constraints: usize,
-    /// Total number of constraints and actuators.
+    /// Total number of constraints and actuators of the joint.
     unknowns: usize,
     drives: Vec<Dof>,
 }
 
-/// Two joints with a common body. `ends` is 0 for a joint whose predecessor is this body, and 1 for
-/// a joint whose successor is this body.
+/// Two joints with a common body. An entry of `ends` is 0 if the common body is the predecessor of
+/// the joint, and 1 if it is the successor.
 #[derive(Clone, Copy, Debug)]
 struct Meeting {
     joints: [usize; 2],
@@ -99,7 +101,8 @@ impl SingularityDistances {
     /// Prepares the computation for a mechanism. Returns `None` if the mechanism has gearings, or
     /// if its balance has different numbers of unknowns and equations.
     pub fn new(mechanism: &Mechanism) -> Option<Self> {
-        // The multiplier of a gearing loads bodies at several joints.
+        // Each unknown must load the bodies of one joint only, but the multiplier of a gearing
+        // loads several joints.
         if !mechanism.gearings().is_empty() {
             return None;
         }
@@ -172,7 +175,7 @@ impl SingularityDistances {
         })
     }
 
-    /// Computes the indices at the current configuration of `bodies`.
+    /// Computes both indices at the current configuration of `bodies`.
     pub fn measure(
         &mut self,
         mechanism: &Mechanism,
@@ -189,7 +192,7 @@ impl SingularityDistances {
         }
     }
 
-    /// Computes one of the indices at the configuration of `bodies`. If the value is known
+    /// Computes the index `index` at the configuration of `bodies`. If the value is known
     /// approximately, pass it as `expected`.
     pub fn measure_one(
         &mut self,
@@ -219,8 +222,9 @@ impl SingularityDistances {
         })
     }
 
-    /// Computes the actuation index at the configuration of the last [`Self::place`]; `None` if
-    /// round-off of the Gram matrix makes the result too inaccurate.
+    /// Computes the actuation index at the configuration set by [`Self::place`]. `largest` is the
+    /// largest entry of the scaled balance matrix. Returns `None` if round-off of the Gram matrix
+    /// makes the result too inaccurate.
     fn between_bodies(&mut self, largest: f64) -> Option<f64> {
         let trusted = |value: &f64| *value > SMALL * largest;
         self.smallest_between_bodies().filter(trusted).or_else(|| {
@@ -229,8 +233,9 @@ impl SingularityDistances {
         })
     }
 
-    /// Computes the constraint index at the configuration of the last [`Self::place`]; `None` if
-    /// round-off of the Gram matrix makes the result too inaccurate.
+    /// Computes the constraint index at the configuration set by [`Self::place`]. `largest` is the
+    /// largest entry of the scaled balance matrix. Returns `None` if round-off of the Gram matrix
+    /// makes the result too inaccurate.
     fn between_joints(&mut self, largest: f64) -> Option<f64> {
         let trusted = |value: &f64| *value > SMALL * largest;
         self.smallest_between_joints().filter(trusted).or_else(|| {
@@ -267,7 +272,8 @@ impl SingularityDistances {
         found.or_else(|| self.smallest_between_joints_at(Some(Shift::NONE)))
     }
 
-    /// Largest entry of the scaled balance matrix at the configuration of the last [`Self::place`].
+    /// Returns the largest magnitude of an entry of the scaled balance matrix at the configuration
+    /// set by [`Self::place`].
     fn largest(&self) -> f64 {
         let mut largest = 0.0_f64;
         for (joint, on) in self.joints.iter().zip(&self.on) {
@@ -359,8 +365,8 @@ impl SingularityDistances {
         Some(square.sqrt())
     }
 
-    /// Computes the Gram matrix of constraints and actuators between bodies, at the configuration
-    /// of the last [`Self::place`].
+    /// Computes the Gram matrix of constraints and actuators with one block row for each body, at
+    /// the configuration set by [`Self::place`].
     fn multiply_between_bodies(&mut self) {
         let matrix = &mut self.by_bodies;
         matrix.clear();
@@ -377,9 +383,9 @@ impl SingularityDistances {
         }
     }
 
-    /// Computes the Gram matrix of the constraints between joints, at the configuration of the last
-    /// [`Self::place`]. Rows without a constraint get the diagonal entry `1 + shift` and no
-    /// coupling.
+    /// Computes the Gram matrix of the constraints with one block row for each joint, at the
+    /// configuration set by [`Self::place`]. Rows of a block that belong to no constraint get the
+    /// diagonal entry `1 + shift` and no other entries.
     fn multiply_between_joints(&mut self, shift: f64) {
         for ((joint, on), across) in self.joints.iter().zip(&self.on).zip(&mut self.across) {
             for (on, across) in on.iter().zip(across) {

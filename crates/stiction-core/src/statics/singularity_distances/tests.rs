@@ -1,4 +1,4 @@
-//! Tests against decompositions of the balance matrices.
+//! Tests of the fast singularity indices against decompositions of the balance matrices.
 
 use super::super::newton_euler::Unknown;
 use super::*;
@@ -8,7 +8,7 @@ use crate::linalg::Svd;
 use crate::mechanism::{BodySpec, JointId, JointSpec, MechanismBuilder};
 use crate::spatial::{Mat3, Pose, Vec3};
 
-/// Creates a four-bar linkage of R, U, S and R joints.
+/// Creates a four-bar linkage with R, U, S and R joints, whose crank is actuated.
 fn four_bar() -> Mechanism {
     let at = |x: f64, y: f64, z: f64| {
         // Rotation axes in general directions.
@@ -53,8 +53,8 @@ fn lower_bounds_are_below_the_indices() {
     }
 }
 
-/// Checks configurations that become nearly singular because of an unsuitable unit of length for
-/// moments.
+/// Checks that refined solutions yield small singular values accurately. A very large
+/// characteristic length makes the scaled balance matrices nearly singular.
 #[test]
 fn small_values_are_found_by_refined_solutions() {
     let mut refined = 0;
