@@ -195,7 +195,7 @@ impl Mechanism {
         &self.joint_springs
     }
 
-    /// All bushings.
+    /// All bushings between frames of bodies.
     pub fn bushings(&self) -> &[Bushing] {
         &self.bushings
     }
@@ -211,8 +211,8 @@ impl Mechanism {
         &self.gearings
     }
 
-    /// Returns, for each drive train, the map from the motions and efforts of the actuators to
-    /// those of its motor.
+    /// Returns, for each drive train, the map from the motions and efforts of all actuators to
+    /// those at the output of its gear.
     pub fn motor_maps(&self) -> Vec<MotorMap> {
         let actuators: Vec<_> = self.actuators().collect();
         drive_train::motor_maps(&self.drive_trains, &actuators)
@@ -274,9 +274,9 @@ impl Mechanism {
         other
     }
 
-    /// Returns a copy of the mechanism with an additional actuator on this degree of freedom, for
-    /// example to lock it. The copy is unchanged if the degree of freedom does not exist or has no
-    /// scalar coordinate.
+    /// Returns a copy of the mechanism with an additional actuator on the given degree of freedom,
+    /// for example to lock this degree of freedom. The copy is unchanged if the degree of freedom
+    /// does not exist or has no scalar coordinate.
     pub fn with_actuator(&self, joint: JointId, dof: usize) -> Self {
         let mut other = self.clone();
         if let Some(joint) = other.joints.get_mut(joint.0)

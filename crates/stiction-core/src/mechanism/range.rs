@@ -23,9 +23,10 @@ pub struct JointRange {
 }
 
 impl RangeOf {
-    /// Computes the tilt of a joint, rad, from 0 to pi. For an S joint, it is the angle between the
-    /// z axes of frames J and K. For a U joint, it is the angle between their y axes, which are
-    /// normal to both joint axes at zero tilt. Both frames are given in the same axes.
+    /// Computes the tilt of a joint, rad, from 0 to pi. For an S joint, the tilt is the angle
+    /// between the z axes of frames J and K. For a U joint, the tilt is the angle between the y
+    /// axes of frames J and K, which are normal to both joint axes at zero tilt. Both frames must
+    /// be given in the same axes.
     pub fn tilt(joint_type: JointType, frame_j: &Pose<f64>, frame_k: &Pose<f64>) -> f64 {
         let axis = if joint_type == JointType::Universal { 1 } else { 2 };
         let column =

@@ -16,7 +16,8 @@ pub(crate) struct MotorShaft {
     pub(crate) joint: JointId,
     /// First of the joints driven by the motor, in the order of the drive train's declaration.
     pub(crate) moved: JointId,
-    /// Map from the efforts of the actuators to the effort of the motor.
+    /// Map from the efforts of the actuators to the effort at the output of the motor's gear, in
+    /// the mechanism without separate shafts.
     pub(crate) motor: MotorMap,
 }
 

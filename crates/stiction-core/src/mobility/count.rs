@@ -14,8 +14,8 @@ use crate::spatial::{Twist, Vec3};
 /// scaled to entries of order one, and loops are closed to 1e-13.
 pub(super) const NEGLIGIBLE: f64 = 1e-9;
 /// Relative singular values between [`ROUND_OFF`] and this value may be zero or non-zero, depending
-/// on the last digits of the dimensions: configurations blocked at second order are accurate only
-/// to the square root of round-off.
+/// on the last digits of the dimensions: configurations with motions blocked at second order are
+/// accurate only to the square root of round-off.
 const DOUBTFUL: f64 = 1e-6;
 /// Relative singular values below this value are zero within round-off.
 const ROUND_OFF: f64 = 1e-12;

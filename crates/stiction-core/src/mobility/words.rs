@@ -54,8 +54,9 @@ pub(crate) fn describe_dofs(
     (in_words(&lasting, place, length), words)
 }
 
-/// Finds a rotation about the line through two joints that lies in the span of `all`. Of several
-/// such rotations, selects the one closest to the motion `beyond`.
+/// Describes a rotation about the line through two joints that lies in the span of `all`. Of
+/// several such rotations, selects the one closest to the motion `beyond`. Returns `None` if there
+/// is no such rotation, or if it has little in common with `beyond`.
 fn about_joints(
     beyond: &DVector<f64>,
     all: &[DVector<f64>],
@@ -98,7 +99,8 @@ fn basis(vectors: &[DVector<f64>]) -> Vec<DVector<f64>> {
 }
 
 /// Describes the span of the given motions: translations first, then rotations and screws, along
-/// the world axes where possible.
+/// the world axes where possible. Each motion consists of the angular velocity and of the velocity
+/// of the centre of mass divided by `length`. `com` is the centre of mass in the world, m.
 fn in_words(motions: &[DVector<f64>], com: Vec3<f64>, length: f64) -> Vec<String> {
     if motions.is_empty() {
         return Vec::new();

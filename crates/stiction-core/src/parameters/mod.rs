@@ -118,9 +118,10 @@ pub struct InterfaceParameters<T> {
     /// Radius of a rotating surface, m. One for a guide, whose sliding velocity equals the rate of
     /// the joint.
     pub radius: T,
-    /// Friction law: friction as a function of sliding speed and normal force.
+    /// Friction law: friction as a function of sliding speed and normal force. The law applies to
+    /// both directions of sliding unless `backward` is set.
     pub law: Law<T>,
-    /// Friction law for sliding backward, if different.
+    /// Friction law for sliding backward; `None` if it is the same as for sliding forward.
     pub backward: Option<Law<T>>,
     /// Normal force as a function of the joint's reaction.
     pub load: NormalLoadMap<T>,
@@ -145,8 +146,8 @@ pub struct RotorParameters<T> {
 
 impl<T: Scalar> RotorParameters<T> {
     /// Returns the parameters of a drive train's rotor, one entry for each degree of freedom that
-    /// contributes to its angular momentum. Returns no entries if the rotor does not spin on a
-    /// body.
+    /// contributes to the rotor's angular momentum. Returns no entries if the rotor does not spin
+    /// on a body.
     pub fn of(train: &DriveTrain) -> impl Iterator<Item = Self> + '_ {
         let momentum = train.transmission() * train.rotor_inertia;
         let spinning = train.rotor_axis.filter(|_| momentum != 0.0);
@@ -205,7 +206,8 @@ impl<T: Scalar> InterfaceParameters<T> {
 }
 
 impl InterfaceParameters<f64> {
-    /// Returns the friction law for sliding in the direction with the sign `sense`.
+    /// Returns the friction law for sliding backward if `sense` is negative, otherwise that for
+    /// sliding forward.
     pub(crate) fn law_towards(&self, sense: f64) -> &Law {
         match &self.backward {
             Some(backward) if sense < 0.0 => backward,

@@ -1,4 +1,4 @@
-//! Rotations and inertia tensors.
+//! 3x3 matrices, for rotations and inertia tensors.
 
 use super::Vec3;
 use crate::scalar::Scalar;
@@ -77,8 +77,9 @@ impl<T: Scalar> Mat3<T> {
         self.columns[0].x + self.columns[1].y + self.columns[2].z
     }
 
-    /// Returns the vector `w` with `[w]x = (self - transpose(self)) / 2`. For a rotation by the
-    /// angle `a` about the unit vector `n`, it is `n sin a`.
+    /// Returns the vector `w` whose cross-product matrix is the skew-symmetric part `(self -
+    /// transpose(self)) / 2`. For a rotation by the angle `a` about the unit vector `n`, `w` is `n
+    /// sin a`.
     #[inline(always)]
     pub fn skew_part(self) -> Vec3<T> {
         let [a, b, c] = self.columns;

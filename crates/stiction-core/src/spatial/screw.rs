@@ -30,19 +30,19 @@ impl<T: Scalar> Twist<T> {
         Self { angular: Vec3::zero(), linear: Vec3::zero() }
     }
 
-    /// Unit rotation about the line through `point` with direction `axis`.
+    /// Twist of a unit rotation about the line through `point` along the unit vector `axis`.
     #[inline(always)]
     pub fn rotation(axis: Vec3<T>, point: Vec3<T>) -> Self {
         Self { angular: axis, linear: point.cross(axis) }
     }
 
-    /// Unit translation along `axis`.
+    /// Twist of a unit translation along the unit vector `axis`.
     #[inline(always)]
     pub fn translation(axis: Vec3<T>) -> Self {
         Self { angular: Vec3::zero(), linear: axis }
     }
 
-    /// Velocity of the body-fixed point at `point`.
+    /// Velocity of the body-fixed point at the position `point` relative to the reference point.
     #[inline(always)]
     pub fn velocity_at(self, point: Vec3<T>) -> Vec3<T> {
         self.linear + self.angular.cross(point)
@@ -91,7 +91,7 @@ impl<T: Scalar> Wrench<T> {
         Self { force: Vec3::zero(), moment }
     }
 
-    /// Returns the moment of the wrench about `point`.
+    /// Returns the moment of the wrench about `point`, a position relative to the reference point.
     #[inline(always)]
     pub fn moment_about(self, point: Vec3<T>) -> Vec3<T> {
         self.moment - point.cross(self.force)

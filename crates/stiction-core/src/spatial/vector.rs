@@ -1,4 +1,4 @@
-//! Vectors in space.
+//! Vectors with three components.
 
 use crate::scalar::Scalar;
 use core::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};

@@ -51,7 +51,7 @@ impl Distances {
     }
 
     /// Computes the indices by dense decompositions. `mobility` is the generic mobility of the
-    /// constraints; `idle_spins` is the number of passive spins that it includes.
+    /// constraints; `idle_spins` is the number of passive spins, which this mobility includes.
     pub fn new(statics: &Statics, mobility: usize, idle_spins: usize) -> Self {
         Self {
             actuation: statics.actuation_distance(idle_spins),

@@ -65,7 +65,8 @@ impl AppliedLoad<f64> {
         }
     }
 
-    /// Computes the load that a part fixed to a body exerts on the body by its weight alone.
+    /// Computes the load that a part fixed to a body exerts on the body by its weight alone. The
+    /// part's centre of mass is in the frame of the body; `gravity`, m/s^2, is in world axes.
     pub fn of_weight(body: BodyId, part: &Body, gravity: Vec3<f64>) -> Self {
         let force = gravity * part.mass;
         Self { body, point: part.com, axes: LoadAxes::World, force, moment: Vec3::zero() }
@@ -86,7 +87,8 @@ impl<T: Scalar> AppliedLoad<T> {
 }
 
 /// Computes the total wrench (about the reference point) that the joints of a body must exert for
-/// its motion: rate of change of momentum minus weight. External loads are not included.
+/// the motion of the body: the rate of change of its momentum minus its weight. External loads are
+/// not included.
 pub(crate) fn demand_of_motion<T: Scalar>(
     parameters: &Parameters<T>,
     bodies: &Bodies<T>,

@@ -54,7 +54,7 @@ impl Shift {
 
     /// Returns `true` if the relative error of an eigenvalue found with this shift is at most
     /// [`CERTAIN`]. The error may be larger if the eigenvalue is farther from the shift than
-    /// predicted, for example after a dwell.
+    /// predicted, for example when the motion continues after a pause.
     pub(super) fn is_certain(self, eigenvalue: f64) -> bool {
         (eigenvalue - self.by).abs() * self.accuracy <= CERTAIN * eigenvalue
     }

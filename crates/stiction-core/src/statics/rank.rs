@@ -50,7 +50,8 @@ pub struct StaticSolution {
 pub struct InfeasibleLoad {
     /// Unconstrained motion on which the load does work.
     pub motion: GainedTwist,
-    /// Unbalanced generalised force along the motion, in N m, or in N if the body does not turn.
+    /// Unbalanced generalised force along the motion, in N m, or in N if the body that describes
+    /// the motion does not turn.
     pub missing: f64,
 }
 

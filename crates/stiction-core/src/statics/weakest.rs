@@ -62,7 +62,8 @@ const MIXED: f64 = 1e-9;
 impl Statics {
     /// Finds the least-constrained motion with locked actuators, apart from the passive spins
     /// `idle`. This motion is the twist gained at a configuration with zero
-    /// [`Statics::actuation_distance`]. Returns `None` for an immobile mechanism.
+    /// [`Statics::actuation_distance`]. Returns `None` if the balance does not have more equations
+    /// than there are passive spins.
     pub fn weakest_motion(&self, idle: &[IdleAxis]) -> Option<GainedTwist> {
         let transposed = self.scaled_matrix().transpose();
         let bodies = self.system().bodies_of_rows();

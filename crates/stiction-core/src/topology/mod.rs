@@ -2,11 +2,11 @@
 //! joints), and the order of computation.
 //!
 //! Cut joints are chosen automatically. Bodies at which three or more chains of a loop structure
-//! meet (such as a robot's platform) *float*: they have six coordinates of their own and no joint
-//! in the tree. Every leg is then a chain between two such bodies, or between such a body and the
-//! ground, and is independent of the other legs. Each chain is cut at one joint; the wrench of the
-//! cut joint is the unknown of the chain. The cost therefore grows linearly with the number of legs
-//! and loops.
+//! meet (such as a robot's platform) *float*: they have six degrees of freedom of their own and no
+//! joint to a parent in the tree. Every leg is then a chain between two such bodies, or between
+//! such a body and the ground, and is independent of the other legs. Each chain is cut at one
+//! joint; the wrench of the cut joint is the unknown of the chain. The cost therefore grows
+//! linearly with the number of legs and loops.
 
 mod graph;
 
@@ -89,7 +89,7 @@ pub(crate) enum Link {
     /// Connection by a joint, given by its index; `reversed` is true if the body is the joint's
     /// predecessor.
     Joint { joint: usize, reversed: bool },
-    /// Floating body, with six coordinates of its own. This connection transmits no force.
+    /// Floating body, with six degrees of freedom of its own. This connection transmits no force.
     Floating,
 }
 
@@ -312,8 +312,8 @@ impl Topology {
         signed(of_successor, 1.0).chain(signed(of_predecessor, -1.0)).collect()
     }
 
-    /// Returns the node of the body that a joint of the tree connects with its parent; `None` for a
-    /// cut joint.
+    /// Returns the node of the child body of a joint in the spanning tree, or `None` for a cut
+    /// joint.
     pub(crate) fn node_of(&self, joint: usize) -> Option<&Node> {
         match self.role[joint] {
             Role::Tree { node } => self.nodes.get(node),

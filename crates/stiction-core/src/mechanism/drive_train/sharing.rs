@@ -8,16 +8,17 @@ use super::motor::times;
 use crate::mechanism::{Defect, Joint, JointId};
 use nalgebra::DMatrix;
 
-/// Map from the actuated degrees of freedom of a mechanism to the motion and the effort of one motor.
+/// Linear map from the motions and efforts of a mechanism's actuated degrees of freedom to the
+/// motion and the effort at the output of one motor's gear.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MotorMap {
-    /// Terms of the map, one for each actuator on which the motion or the effort of the motor
-    /// depends.
+    /// Terms of the map, one for each actuator on which the motion or the effort of the gear's
+    /// output depends.
     pub terms: Vec<MotorTerm>,
 }
 
 /// Term of a [`MotorMap`]: an actuated degree of freedom, with its factors for the motion and the
-/// effort of the motor.
+/// effort at the output of the motor's gear.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotorTerm {
     /// Index of the actuator, in the order of [`Mechanism::actuators`](crate::mechanism::Mechanism::actuators).
@@ -188,9 +189,9 @@ pub(in crate::mechanism) fn motor_maps(
     maps
 }
 
-/// Checks that the motors determine the efforts and motions of their joints. Shares of motors on
-/// one degree of freedom must sum to one; motors that drive several joints together must determine
-/// the motion of each joint.
+/// Checks that motors can drive their joints independently, and appends all defects to `defects`.
+/// Shares of motors on one degree of freedom must sum to one; motors that drive several joints
+/// together must determine the motion of each joint.
 pub(in crate::mechanism) fn check_shares(
     trains: &[DriveTrain],
     joints: &[Joint],

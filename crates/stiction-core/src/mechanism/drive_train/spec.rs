@@ -30,8 +30,8 @@ impl DriveTrainSpec {
         Self::of_joints(name, [(joint, 1.0)])
     }
 
-    /// Creates a motor without inertia and losses whose output coordinate is a weighted sum of joint coordinates, as
-    /// in a differential.
+    /// Creates a motor without inertia and losses whose output coordinate is a weighted sum of
+    /// joint coordinates, as in a differential. `joints` are pairs of name and coefficient.
     pub fn of_joints<N: Into<String>>(
         name: impl Into<String>,
         joints: impl IntoIterator<Item = (N, f64)>,

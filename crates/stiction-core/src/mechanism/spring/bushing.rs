@@ -21,7 +21,7 @@ pub struct Bushing {
     pub name: String,
     /// The two connected bodies, which are distinct.
     pub ends: [BodyId; 2],
-    /// Pose of each of the two connected frames in its body.
+    /// Pose of each of the two connected frames in the frame of its body.
     pub frames: [Pose<f64>; 2],
     /// Stiffness matrix K, symmetric and positive semidefinite. Its rows belong to three forces and
     /// three moments, its columns to three displacements and three rotations. Rows of forces are in
@@ -45,7 +45,8 @@ pub struct BushingSpec {
 }
 
 impl BushingSpec {
-    /// Creates a bushing without stiffness and damping between the frames of two bodies.
+    /// Creates a bushing without stiffness and damping between the frames of two bodies, given by
+    /// name.
     pub fn new(name: impl Into<String>, from: impl Into<String>, to: impl Into<String>) -> Self {
         Self {
             name: name.into(),

@@ -31,7 +31,7 @@ pub struct Spring {
     /// Damping, N s/m, nonnegative.
     pub damping: f64,
     /// Least and greatest length that the design allows, m. Lengths outside this range only cause
-    /// cautions.
+    /// cautions. `None` if the design sets no limits.
     pub lengths: Option<(f64, f64)>,
 }
 
@@ -63,7 +63,8 @@ pub struct SpringSpec {
 }
 
 impl SpringSpec {
-    /// Creates a spring without stiffness and damping between the origins of two bodies.
+    /// Creates a spring without stiffness and damping between the origins of the frames of two
+    /// bodies, given by name.
     pub fn new(name: impl Into<String>, from: impl Into<String>, to: impl Into<String>) -> Self {
         Self {
             name: name.into(),

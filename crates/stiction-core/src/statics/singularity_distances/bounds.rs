@@ -45,8 +45,8 @@ impl SingularityDistances {
     /// Computes upper bounds on the magnitudes of the changes of both indices from the
     /// configuration of the preceding call (of any method) to that of `bodies`. By Weyl's
     /// inequality, a singular value changes by at most the norm of the change of the matrix. This
-    /// norm is at most the geometric mean of the largest sums of magnitudes in a column and in a
-    /// row.
+    /// norm is at most the geometric mean of two numbers: the largest sum of magnitudes in a
+    /// column, and the largest such sum in a row.
     pub fn travel(&mut self, parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> Distances {
         std::mem::swap(&mut self.on, &mut self.passed);
         self.place(parameters, bodies);
