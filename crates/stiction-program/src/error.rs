@@ -89,7 +89,7 @@ impl fmt::Display for RecordError {
                 )
             }
             Self::Gearings => {
-                write!(f, "programs do not include rigid gearings of joints; use the solver")
+                write!(f, "programs do not support gearings between joints; use the general solver")
             }
             Self::Redundant => write!(
                 f,
@@ -111,7 +111,7 @@ impl fmt::Display for RecordError {
             Self::DriveTrains => {
                 write!(
                     f,
-                    "programs of forward dynamics do not include drive trains; use the solver"
+                    "programs of forward dynamics do not support drive trains; use the general solver"
                 )
             }
             Self::NoInertia => write!(f, "an actuated coordinate has no inertia"),

@@ -251,8 +251,10 @@ fn what_cannot_be_designed_is_refused() {
     folder.write("free.toml", &free);
     let run =
         |model: &str, more: &[&str]| folder.stiction(&[&["excite", model][..], more].concat());
-    run("free.toml", &[])
-        .fails(2, &["no range bounds shoulder, elbow", "--limit \"shoulder = 20 deg\""]);
+    run("free.toml", &[]).fails(
+        2,
+        &["the displacement of shoulder, elbow is not limited", "--limit \"shoulder = 20 deg\""],
+    );
     run("arm.toml", &["--parameters", "shouldr.mu"]).fails(2, &["shouldr.mu", "shoulder.mu"]);
     run("arm.toml", &["--limit", "elbo=3 deg"]).fails(2, &["elbo", "`elbow`"]);
     run("arm.toml", &["--limit", "elbow=3 kg"]).fails(2, &["a mass cannot be in rad"]);

@@ -87,8 +87,8 @@ pub(super) fn actuation_of_motion(findings: &Findings) -> Option<String> {
     let (least, greatest, time) = findings.actuation_of_motion?;
     let zero = |x: f64| number(if x < 1e-9 { 0.0 } else { x });
     let here = format!(
-        "for finite motions alone, the singularity index of actuation is {} (t = {} s) to {} \
-         along this motion",
+        "if only finite motions count, the singularity index of actuation is {} (t = {} s) to {} along \
+         this motion",
         zero(least),
         number(time),
         zero(greatest),

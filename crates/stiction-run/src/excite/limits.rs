@@ -190,9 +190,10 @@ impl Limits {
             "50 mm"
         };
         Err(ExciteError::input(
-            format!("no range bounds {}", listed(&free, 6)),
+            format!("the displacement of {} is not limited", listed(&free, 6)),
             format!(
-                "give --limit \"{first} = {unit}\", the greatest displacement, or `range` of the joints in the model"
+                "give the greatest displacement, for example --limit \"{first} = {unit}\", or `range` of the \
+                 joints in the model"
             ),
         ))
     }
