@@ -164,10 +164,17 @@ impl Figure {
         self.panels.iter().any(|panel| panel.plane.is_some())
     }
 
-    /// Returns `true` if no line of the figure has a point that can be drawn.
+    /// Returns `true` if no line and no band of the figure has a point that can be drawn.
     pub fn is_empty(&self) -> bool {
-        let mut points = self.panels.iter().flat_map(|panel| &panel.lines).flat_map(|l| &l.points);
-        !points.any(|(x, y)| x.is_finite() && y.is_finite())
+        let of_lines = |panel: &Panel| {
+            let mut points = panel.lines.iter().flat_map(|line| &line.points);
+            points.any(|(x, y)| x.is_finite() && y.is_finite())
+        };
+        let of_bands = |panel: &Panel| {
+            let mut points = panel.bands.iter().flat_map(|band| &band.points);
+            points.any(|(x, low, high)| x.is_finite() && (low.is_finite() || high.is_finite()))
+        };
+        !self.panels.iter().any(|panel| of_lines(panel) || of_bands(panel))
     }
 
     /// Pieces of the line sample in a common legend. Each piece has its start and end, as fractions

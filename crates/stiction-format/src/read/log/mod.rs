@@ -309,6 +309,7 @@ impl Reader<'_> {
             .map(|m| LogColumn { name: m.name.clone(), role: m.role, values: Vec::new() })
             .collect();
         let (mut line, mut counted, mut number) = (1, 0, 0);
+        let (mut has_ambiguous_times, mut has_repeated_times) = (false, false);
         let mut row = vec![0.0; meanings.len()];
         for span in all {
             line += text[counted..span.start].bytes().filter(|byte| *byte == b'\n').count();
@@ -339,11 +340,14 @@ impl Reader<'_> {
                             let is_time = meaning.role == LogRole::Time;
                             match shown.is_empty() {
                                 true => format!("`{}` is empty", meaning.name),
-                                false if is_time && clock::is_ambiguous(content) => format!(
-                                    "`{}` is {}, hours and minutes or minutes and seconds",
-                                    meaning.name,
-                                    quoted(&shown)
-                                ),
+                                false if is_time && clock::is_ambiguous(content) => {
+                                    has_ambiguous_times = true;
+                                    format!(
+                                        "`{}` is {}, hours and minutes or minutes and seconds",
+                                        meaning.name,
+                                        quoted(&shown)
+                                    )
+                                }
                                 false => format!(
                                     "`{}` is {}, not a number",
                                     meaning.name,
@@ -375,6 +379,7 @@ impl Reader<'_> {
                 && let Some(last) = last
                 && now <= last
             {
+                has_repeated_times = true;
                 fault = Some(format!(
                     "the time {now} s is not greater than that of the row before, \
                     {last} s"
@@ -404,16 +409,11 @@ impl Reader<'_> {
             let mut help = format!(
                 "it needs at least {least} good rows, and at most one bad row in five good ones"
             );
-            if log.bad_rows.named.iter().any(|(_, why)| why.contains("minutes and seconds")) {
+            if has_ambiguous_times {
                 help += "; write times of day as hh:mm:ss, minutes with seconds as 05:12.0, or give the time from row to \
                          row by `step = \"1 s\"` in the options";
             }
-            if log.bad_rows.named.iter().any(|(_, why)| {
-                why.contains(
-                    "not greater than that of the \
-                row before",
-                )
-            }) {
+            if has_repeated_times {
                 help += "; if time stamps repeat, give the time from row to row by `step = \"1 ms\"` in the options; \
                          if the time begins again, split the log there";
             }
