@@ -52,7 +52,7 @@ fn interface_table(joint: &Joint, interface: &JointFriction) -> Result<Table, Un
     load(&mut table, joint, interface);
     if let Some(backward) = &interface.backward {
         let backward = backward_table(&interface.law, backward)
-            .ok_or_else(|| Unwritable { joint: joint.name.clone() })?;
+            .ok_or_else(|| Unwritable::BackwardFriction(joint.name.clone()))?;
         table.insert("backward".into(), backward.into());
     }
     Ok(table)

@@ -41,7 +41,7 @@ pub(super) fn table(mechanism: &Mechanism, joint: &Joint) -> Result<Table, Unwri
         && !joint.ranges.is_empty()
         && column(&axes, 2) != Vec3::new(0.0, 0.0, 1.0);
     if is_tilted {
-        return Err(Unwritable { joint: joint.name.clone() });
+        return Err(Unwritable::TiltedRange(joint.name.clone()));
     }
     if let Some(range) = range(joint) {
         put("range", range);

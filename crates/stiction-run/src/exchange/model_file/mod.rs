@@ -14,17 +14,23 @@ use stiction_core::spatial::{Mat3, Pose, Vec3};
 use thiserror::Error;
 use toml::{Table, Value};
 
-/// Error: a model file cannot express a joint. Either the laws for forward and backward friction
-/// differ in kind, or a spherical joint has ranges about an axis other than the z axis of its body.
-/// The error cannot occur for mechanisms that were read from a model file.
+/// Error: a model file cannot express a joint. The error cannot occur for mechanisms that were read
+/// from a model file.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error(
-    "the backward friction of `{joint}` differs in kind from its forward friction, which a model \
-     file cannot express"
-)]
-pub struct Unwritable {
-    /// Name of the joint that a model file cannot express.
-    pub joint: String,
+pub enum Unwritable {
+    /// The laws of the forward and the backward friction of the joint with this name differ in kind.
+    #[error(
+        "the backward friction of `{0}` differs in kind from its forward friction, which a model \
+         file cannot express"
+    )]
+    BackwardFriction(String),
+    /// The ranges of the spherical joint with this name are measured from an axis other than the z
+    /// axis of its body.
+    #[error(
+        "the ranges of the spherical joint `{0}` are not about the z axis of its body, which a \
+         model file cannot express"
+    )]
+    TiltedRange(String),
 }
 
 /// Motion, loads and friction mode that a model file contains in addition to the mechanism.
