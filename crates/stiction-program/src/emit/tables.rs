@@ -92,8 +92,8 @@ pub(crate) fn lines(
     let home = program.home();
     let coordinates = labels.coordinates.iter().zip(home);
     list(
-        "Coordinates q with their units, and the home position, from which the loops are closed \
-         first:",
+        "Coordinates q with their units, and the home position, from which the first loop closure \
+         starts:",
         coordinates
             .map(|((name, unit), at)| format!("{} [{unit}] {at:?}", harmless(name)))
             .collect(),

@@ -27,19 +27,20 @@ extern "C" {
 
 typedef @REAL@ @NAME@_real;
 
-/* Return codes. From 0 on, tau is the result of this call; below 0 it keeps its last value. */
+/* Return codes. With codes from 0 on, tau is the result of this call; with negative codes, tau is the last result
+   stored in the state, or zero with @GUARD@_NOT_READY. */
 enum {
     /* Success. */
     @GUARD@_OK = 0,
     /* Success, but a rule chose the direction of friction, see `rest`: joints are at rest, or friction did not
        converge with the direction of the rates. */
     @GUARD@_UNDETERMINED = 1,
-    /* Efforts without friction: friction has no solution (it locks the mechanism), a joint is at
-       rest while others move, or the position is far from those of the recording. */
+    /* The efforts do not include friction: friction has no solution (it locks the mechanism), a joint is at
+       rest while others move, or the position is far from those for which the code was generated. */
     @GUARD@_FRICTIONLESS = 2,
-    /* A number is NaN or infinite, or a pointer is null. */
+    /* An input is NaN or infinite, or a pointer is null. */
     @GUARD@_BAD_INPUT = -1,
-    /* The loops cannot be closed from the last position: out of reach, or too far in one step. */
+    /* The loops cannot be closed, starting from the last position: out of reach, or too far in one step. */
     @GUARD@_OPEN = -2,
     /* The position is singular, or a singular position lies between it and the home position. */
     @GUARD@_SINGULAR = -3,
@@ -47,11 +48,11 @@ enum {
     @GUARD@_NOT_READY = -4
 };
 
-/* Friction at rest, while all rates and accelerations are zero. */
+/* Rules for friction at rest, while all rates and accelerations are zero. */
 enum {
     /* Friction opposes the direction of the last motion. */
     @GUARD@_HELD = 0,
-    /* Friction opposes the direction of the last motion, multiplied by `fade` in every call. */
+    /* Friction opposes the direction of the last motion. Every call at rest multiplies the friction by `fade`. */
     @GUARD@_FADED = 1,
     /* No friction. */
     @GUARD@_ZERO = 2
@@ -61,13 +62,13 @@ enum {
 typedef struct @NAME@_params {
 @FIELDS@    /* Rates and accelerations up to this magnitude count as zero [SI units]. */
     @NAME@_real rest_rate;
-    /* Factor of the friction for every call at rest, from 0 to 1, with rest = @GUARD@_FADED. */
+    /* Factor, from 0 to 1, by which every call at rest multiplies the friction with rest = @GUARD@_FADED. */
     @NAME@_real fade;
-    /* @GUARD@_HELD, @GUARD@_FADED or @GUARD@_ZERO. */
+    /* Rule for friction at rest: @GUARD@_HELD, @GUARD@_FADED or @GUARD@_ZERO. */
     int rest;
 } @NAME@_params;
 
-/* State kept from one call to the next. Callers must not use its fields. */
+/* State that is kept from one call to the next. Callers must not use its fields. */
 typedef struct @NAME@_state {
     @NAME@_real tree[@GUARD@_TREE];
     @NAME@_real tau[@GUARD@_ACTUATORS];
@@ -77,9 +78,9 @@ typedef struct @NAME@_state {
     unsigned ready;
 } @NAME@_state;
 
-/* Details of a call. */
+/* Details about the result of a call. */
 typedef struct @NAME@_info {
-    /* Closure error of the loops: lengths over the characteristic length, angles in rad. */
+    /* Closure error of the loops: lengths are divided by the characteristic length, angles are in rad. */
     @NAME@_real residual;
     /* Singularity index (type 2, actuation): smallest singular value of the dimensionless balance of all bodies, with
        a characteristic length of @LENGTH@ m. It is 0 if some motion is resisted by no actuator and no constraint, and
@@ -88,20 +89,22 @@ typedef struct @NAME@_info {
     /* Determinant of the equations relative to that at the home position: positive on the same side of all singular
        positions as the home position, 0 if the coordinates or the actuators do not determine the motion. */
     @NAME@_real determinant;
-    /* Determinant of the forces with friction relative to that without: 0 if friction locks the mechanism. */
+    /* Determinant of the force balance with friction, relative to that without friction: 0 if friction locks the
+       mechanism. */
     @NAME@_real coupling;
-    /* Largest force of a joint [N], and the index of this joint; 0 and -1 without friction. */
+    /* Largest reaction force of all joints [N], and the index of the joint with this force; 0 and -1 if the efforts
+       do not include friction. */
     @NAME@_real reaction;
     int joint;
-    /* Number of corrections of the position, at most @CORRECTIONS@; number of steps of the friction
-       coupling, at most 2 x @STEPS@. */
+    /* Number of position corrections in the loop closure, at most @CORRECTIONS@; number of Newton steps for the
+       coupled friction forces and reactions, at most 2 x @STEPS@. */
     int corrections;
     int steps;
     /* Number of iterations (passes) of the singularity index, at most @INDEX_PASSES@. */
     int index_passes;
-    /* 1 if a rule chose the direction of friction, else 0. */
+    /* 1 if joints are at rest and a rule chose the direction of friction, else 0. */
     int undetermined;
-    /* 1 if tau contains no friction, 2 if tau keeps its last value, else 0. */
+    /* 1 if tau does not include friction, 2 if tau is the last result stored in the state, else 0. */
     int fallback;
 } @NAME@_info;
 
@@ -124,16 +127,17 @@ int @NAME@_ff(const @NAME@_params *params, @NAME@_state *warm,
     const @NAME@_real qdd[@GUARD@_COORDINATES], @NAME@_real tau[@GUARD@_ACTUATORS],
     @NAME@_info *info);
 
-/* Like @NAME@_ff; at rest, friction opposes the rates `direction`, of which only the ratios count.
-   If `direction` is null or zero, friction opposes the accelerations; if these are zero, `rest` selects it. */
+/* Computes the efforts as @NAME@_ff does. At rest, friction opposes the rates `direction`, of which only the ratios
+   count. If `direction` is null or zero, friction at rest opposes the motion that begins with the accelerations; if
+   these vanish too, `rest` applies. */
 int @NAME@_ff_towards(const @NAME@_params *params, @NAME@_state *warm,
     const @NAME@_real q[@GUARD@_COORDINATES], const @NAME@_real qd[@GUARD@_COORDINATES],
     const @NAME@_real qdd[@GUARD@_COORDINATES], const @NAME@_real direction[@GUARD@_COORDINATES],
     @NAME@_real tau[@GUARD@_ACTUATORS], @NAME@_info *info);
 
-/* Efforts that hold the position q at rest, against weight and springs. With a `direction` of
-   rates, of which only the ratios count, they also overcome the friction of a motion that begins
-   in this direction; if it is null or zero, the efforts contain no friction. */
+/* Computes the efforts that hold the position q at rest, against weight and springs. With a `direction` of rates, of
+   which only the ratios count, the efforts also overcome the friction of a motion that begins in this direction. If
+   `direction` is null or zero, the efforts contain no friction. */
 int @NAME@_hold(const @NAME@_params *params, @NAME@_state *warm,
     const @NAME@_real q[@GUARD@_COORDINATES], const @NAME@_real direction[@GUARD@_COORDINATES],
     @NAME@_real tau[@GUARD@_ACTUATORS], @NAME@_info *info);

@@ -1,10 +1,10 @@
 
-/* Poses of all bodies at closed loops. */
+/* Computes the poses of all bodies; the loops must be closed. */
 static void find_poses(real *w, real *r)
 {
 @POSES@}
 
-/* Twists of all bodies at closed loops. */
+/* Computes the twists of all bodies; the loops must be closed. */
 static void find_twists(real *w, real *r)
 {
 @TWISTS@}

@@ -10,7 +10,7 @@ typedef @NAME@_real real;
 #define DRIVES @GUARD@_ACTUATORS
 #define JOINTS @GUARD@_JOINTS
 #define TREE @GUARD@_TREE
-/* Number of components of a joint among the results, and number of results of a call. */
+/* Number of reaction components among the results for each joint, and number of results of a call. */
 #define WRENCH @WRENCH@
 #define ANSWERS @ANSWERS@
 #define TUNABLES @TUNABLES@
@@ -19,7 +19,7 @@ typedef @NAME@_real real;
 #define POSITION_RESULTS @POSITION_RESULTS@
 #define FORCE_WORK @FORCE_WORK@
 #define FORCE_RESULTS @FORCE_RESULTS@
-/* Largest numbers of iterations. */
+/* Largest numbers of iterations of the loop closure, of the coupled friction, and of the path from home. */
 #define MOST_CORRECTIONS @CORRECTIONS@
 #define MOST_STEPS @STEPS@
 #define MOST_STRIDES 1000
@@ -95,7 +95,7 @@ STRAIGHT_LINE static void find_errors(real *w, real *r)
 {
 @ERRORS@}
 
-/* Corrected coordinates r, after find_errors. */
+/* Corrected coordinates r of the tree; find_errors must have been called before. */
 STRAIGHT_LINE static void correct(const real *w, real *r)
 {
 @CORRECTION@}
@@ -105,7 +105,7 @@ STRAIGHT_LINE static void prepare(real *w, real *r)
 {
 @PREPARATION@}
 
-/* Newton step of the coupling of friction and reactions. */
+/* Newton step of the coupled friction forces and reactions. */
 STRAIGHT_LINE static void couple(real *w, real *r)
 {
 @STEP@}
@@ -174,7 +174,7 @@ static int solve_ideal(real *w, real *r, real *ideal, @NAME@_info *info)
     return info->determinant > 0 && are_finite(ideal, ANSWERS);
 }
 
-/* Couples the friction after solve_ideal; returns 0 if there is no solution. */
+/* Computes the results with friction after solve_ideal; returns 0 if there is no solution. */
 static int solve_friction(real *w, real *r, real *tau, @NAME@_info *info)
 {
     real before = 0;
@@ -194,7 +194,7 @@ static int solve_friction(real *w, real *r, real *tau, @NAME@_info *info)
             break;
         }
         change = r[UNKNOWNS] / r[UNKNOWNS + 1];
-        /* Newton steps square the error: the last two changes give the remaining one. */
+        /* Newton steps square the error, so the last two changes determine the remaining error. */
         settled = (change <= SETTLED
                       || (change < COARSE && change * change * change <= ROUNDING * before * before
                           && change * change * change <= ROUNDING))
