@@ -259,7 +259,7 @@ mod tests {
     /// for a sequence of slowly changing matrices. Also checks the bound for a matrix that
     /// decouples.
     #[test]
-    fn inverse_iteration_agrees_with_power_iterations() {
+    fn inverse_iteration_agrees_with_dense_eigenvalues() {
         use super::{RadiusWorkspace, bound_by_inverse_iteration};
         use crate::random::Random;
         let mut random = Random::new(7);
