@@ -264,7 +264,7 @@ impl<T: Scalar> Kinematics<T> {
     }
 
     /// Computes rates and accelerations at the current configuration, which must satisfy loop
-    /// closure and prescribed coordinates. Also updates the poses of the bodies and the errors.
+    /// closure and prescribed coordinates. Also updates the body poses and the closure errors.
     pub fn differentiate(
         &mut self,
         model: &KinematicModel,

@@ -29,7 +29,7 @@ const DEPENDENT: f64 = 1e-6;
 /// Actuated coordinates are selected before other coordinates as long as the independent part of
 /// their rate exceeds this fraction of the largest rate of any coordinate.
 const PREFERRED: f64 = 1e-2;
-/// Singularity index of the constraints below which no linearisation is computed.
+/// Smallest singularity index of the constraints for which a linearisation is computed.
 const SINGULAR: f64 = 1e-6;
 /// Initial difference step, which is also the largest one. Coordinates: rad or characteristic
 /// lengths. Rates: rad or characteristic lengths per characteristic time. Efforts: fraction of the
