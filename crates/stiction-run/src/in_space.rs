@@ -67,17 +67,18 @@ impl SpacePoint {
 
 /// Name of the horizontal axis of a plot over time.
 const TIME: &str = "time [s]";
-/// Extent of a path along an axis, as a fraction of the greatest extent, below which the path does
-/// not move along this axis.
+/// A path counts as constant along an axis if its extent along this axis is below this fraction of
+/// its greatest extent along any axis.
 const FLAT: f64 = 1e-6;
-/// Extent of a projection, as a fraction of the greatest extent of the path, below which the
-/// projection is not drawn.
+/// A projection of a path is not drawn if both its width and its height are below this fraction of
+/// the greatest extent of the path along any axis.
 const SMALL: f64 = 0.05;
-/// Angle below which errors are rounding errors, rad.
+/// Largest angle, rad, between two orientations that counts as a rounding error.
 const ROUNDING: f64 = 1e-9;
 
-/// Returns the bodies whose motion in space is of interest: the bodies whose position or
-/// orientation the motion prescribes, or else the platforms, the end of an arm, or the couplers.
+/// Returns the bodies whose motion in space is reported: the bodies whose position or orientation
+/// the motion prescribes. If there are none, returns the output bodies of the mechanism: platforms,
+/// the end of an arm, or couplers.
 pub fn tracked(model: &ModelFile, motion: Option<&Motion>) -> Vec<Tracked> {
     let name = |body: usize| model.mechanism.bodies()[body].name.clone();
     let mut found: Vec<Tracked> = Vec::new();
@@ -126,7 +127,8 @@ pub(crate) fn columns(tracked: &Tracked) -> impl Iterator<Item = String> {
 /// Number of columns that [`columns`] returns.
 pub(crate) const WIDTH: usize = SpacePoint::COLUMNS.len() - SpacePoint::POSITION;
 
-/// Path of a body in space, as one curve of a plot. Other curves show the reference or other runs.
+/// One curve in a plot of paths: the path of a body in one run, or the path of its reference.
+/// Points are in m.
 pub(crate) struct Path {
     pub(crate) label: String,
     pub(crate) points: Vec<[f64; 3]>,
@@ -159,9 +161,9 @@ pub(crate) fn paths(title: &str, bodies: &[(&Tracked, Vec<Path>)]) -> Option<Fig
     (!panels.is_empty()).then_some(Figure { title, x_label: String::new(), panels })
 }
 
-/// Returns the planes on which paths are projected, each as its horizontal and vertical axis: the
-/// views from the front, from the side and from above. Projections that show only a line along an
-/// axis, or almost a point, are left out.
+/// Returns the planes on which paths are projected: the views from the front, from the side and
+/// from above. Each plane is given by the indices of its horizontal and vertical axes (0 is x).
+/// Projections that show only a line along an axis, or almost a point, are left out.
 fn planes<'p>(points: impl Iterator<Item = &'p [f64; 3]>) -> Vec<[usize; 2]> {
     let mut ends = [(f64::INFINITY, f64::NEG_INFINITY); 3];
     for point in points.filter(|point| point.iter().all(|x| x.is_finite())) {
@@ -216,7 +218,8 @@ impl Followed {
     }
 }
 
-/// Draws the tracking errors of bodies over time; `None` if all errors are rounding errors.
+/// Draws the tracking errors of bodies over time; `None` if all distances are zero and no shown
+/// angle exceeds rounding errors.
 pub(crate) fn errors_of(title: &str, bodies: Vec<(&Tracked, Vec<Followed>)>) -> Option<Figure> {
     let mut panels = Vec::new();
     for (tracked, runs) in bodies {
@@ -266,7 +269,7 @@ pub(crate) fn unit_of_angle(peak: f64) -> (&'static str, f64) {
     }
 }
 
-/// Collector of the paths in a run, and of the tracking errors if the run follows a reference.
+/// Collects the paths of bodies in a run, and their tracking errors if the run follows a reference.
 #[derive(Clone, Debug)]
 pub(crate) struct SpaceCurves {
     tracked: Vec<Tracked>,

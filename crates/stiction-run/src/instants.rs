@@ -3,9 +3,9 @@
 use stiction_format::{Motion, SampleTimes};
 use thiserror::Error;
 
-/// Time between samples, s, for motions that define none.
+/// Default time between samples, s, for motions that do not define one.
 const USUAL_STEP: f64 = 0.01;
-/// Largest number of samples; a larger number indicates an error in the step.
+/// Limit of the number of samples of a motion; a larger number indicates an error in the step.
 const MOST: f64 = 1e9;
 
 /// Sample times of a motion in increasing order.
@@ -19,7 +19,7 @@ enum Kind {
     /// `count` evenly spaced instants from `start` to `start + span`, s, followed by the instant
     /// `rest`, s, if it is given.
     Even { start: f64, span: f64, count: usize, rest: Option<f64> },
-    /// Sample times of a recording.
+    /// Sample times of a recorded motion.
     Recorded(SampleTimes),
 }
 
@@ -48,9 +48,9 @@ pub enum InstantsError {
 
 impl Instants {
     /// Creates sample times every `step` seconds. Without `step`, the step of the motion is used.
-    /// If the motion has none, a recording is sampled at its own samples and any other motion every
-    /// 0.01 s. If the step does not divide the duration, the last part of the motion is not
-    /// sampled.
+    /// If the motion does not define a step, a recorded motion is sampled at the times of its
+    /// recording, and any other motion every 0.01 s. If the step does not divide the duration, the
+    /// last part of the motion is not sampled.
     ///
     /// # Errors
     /// See [`InstantsError`].
@@ -99,13 +99,15 @@ impl Instants {
         }
     }
 
-    /// Returns sample time `k`, s, or the last one for any larger `k`. NaN if the recording can no
-    /// longer be read; evaluating the motion then returns the error.
+    /// Returns the sample time with index `k`, s, or the last sample time if `k` exceeds the last
+    /// index. Returns NaN if the file of a recorded motion can no longer be read; evaluating the
+    /// motion then returns the error.
     pub fn at(&self, k: usize) -> f64 {
         match &self.kind {
             Kind::Even { rest: Some(end), count, .. } if k >= *count => *end,
             Kind::Even { start, span, count, .. } => {
-                // A multiplication and a division keep decimal instants as they are written.
+                // With one multiplication and one division, decimal sample times such as 0.07 are
+                // exact.
                 let last = count.saturating_sub(1).max(1);
                 start + span * k.min(last) as f64 / last as f64
             }

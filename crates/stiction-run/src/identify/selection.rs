@@ -1,5 +1,5 @@
-//! Selection of the estimated parameters: scales, fixed, bounded and tied parameters, and a check
-//! that the logs suffice.
+//! Selection of the parameters to estimate: their scales, which of them are fixed, bounded or tied
+//! to each other, and a check that the logs contain enough independent samples.
 
 use super::IdentifyError;
 use super::chosen::{chosen_efforts, refuse};
@@ -10,12 +10,13 @@ use stiction_core::mechanism::Mechanism;
 use stiction_format::fits;
 use stiction_identify::{Choice, Kind, Options, Parameter};
 
-/// Chooses the parameters that the logs may determine. All logs must contain efforts measured at
-/// the same place: the joints or the motors.
+/// Chooses the parameters that the logs may determine. The efforts must be measured either at the
+/// joints in all logs or at the motors in all logs.
 ///
 /// # Errors
-/// Fails if the logs contain efforts that the model does not have. Also fails for currents whose
-/// ratio to the torque would be determined only by the motor friction of the model.
+/// Fails if the efforts in a log cannot be assigned uniquely to the actuators of the model. Also
+/// fails if the logs contain the current of a motor whose torque constant is unknown and could only
+/// be determined from the motor friction of the model.
 pub(super) fn choice(
     mechanism: &Mechanism,
     logs: &[MeasuredLog],
@@ -30,8 +31,9 @@ pub(super) fn choice(
     Ok(Choice { at_motors, offsets: settings.offsets, terms, torque_constants, ..Choice::ALL })
 }
 
-/// Sets the scale of each friction parameter whose value in the model is zero. With this value, the
-/// parameter would explain a tenth of the efforts.
+/// Sets the scale of each parameter that is zero in the model and does not belong to a body, such
+/// as a friction coefficient. The scale is the smallest parameter value that explains a tenth (root
+/// mean square) of the measured effort of an actuator.
 pub(super) fn scale_by_data(parameters: &mut [Parameter], all: &[Prepared]) {
     for (k, parameter) in parameters.iter_mut().enumerate() {
         if parameter.prior != 0.0 || parameter.body().is_some() {
@@ -149,8 +151,8 @@ pub(super) fn options(
     })
 }
 
-/// Returns the bounds of the parameters. If a parameter or a group of tied parameters has several
-/// bounds, all of them apply.
+/// Returns the index of each bounded parameter with its lower and upper bound, in the unit of the
+/// parameter. If a parameter or a group of tied parameters has several bounds, all of them apply.
 fn bounds_of(
     parameters: &[Parameter],
     settings: &IdentifySettings,
@@ -196,8 +198,8 @@ fn bounds_of(
     Ok(all)
 }
 
-/// Returns the class of a parameter, which does not depend on the body, joint or actuator.
-/// Parameters of the same class can be tied.
+/// Returns a number for the physical quantity of a parameter, independent of its body, joint or
+/// actuator. Only parameters with the same number can be tied to each other.
 fn class(kind: Kind) -> u8 {
     match kind {
         Kind::Mass(_) => 0,
@@ -213,7 +215,8 @@ fn class(kind: Kind) -> u8 {
     }
 }
 
-/// Lists the parameters that are estimated, in groups; the parameters of a group have a common value.
+/// Returns the indices of the estimated parameters in groups. The parameters of a group are tied
+/// and have a common value; an untied parameter forms a group of its own.
 pub(super) fn free_groups(parameters: &[Parameter], options: &Options) -> Vec<Vec<usize>> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for group in &options.tied {
@@ -231,7 +234,8 @@ pub(super) fn free_groups(parameters: &[Parameter], options: &Options) -> Vec<Ve
     groups
 }
 
-/// Returns an error if the logs have fewer independent rows than parameters.
+/// Checks that the logs suffice for the estimation. Fails if they contain fewer independent samples
+/// of efforts than there are parameters to estimate, or no usable sample of one of the efforts.
 pub(super) fn enough(
     all: &[Prepared],
     parameters: &[Parameter],
@@ -270,8 +274,7 @@ pub(super) fn enough(
 mod tests {
     use super::*;
 
-    /// Tests that the parameters of a group count as one unknown, and that fixed parameters do not
-    /// count.
+    /// Checks that tied parameters count as one unknown, and that fixed parameters do not count.
     #[test]
     fn tied_parameters_are_one_unknown() {
         let parameter = |name: &str| Parameter {

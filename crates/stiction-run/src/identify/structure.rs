@@ -1,4 +1,4 @@
-//! Structure of the regression: the combinations of parameters on which the efforts depend.
+//! Structure of the regression: the linear combinations of parameters on which the efforts depend.
 
 use super::prepare::Prepared;
 use super::run::{Combined, differences};
@@ -7,25 +7,27 @@ use nalgebra::DMatrix;
 use stiction_core::random::Random;
 use stiction_identify::{BaseParameters, Estimate, Evidence, Kind, Parameter, Verdict};
 
-/// Number of instants with random rates at which the structure of the regression is computed.
+/// Number of instants in all fitted logs together at which the structure of the regression is
+/// computed. The positions are logged, the rates and accelerations are random.
 const STRUCTURE_SAMPLES: usize = 240;
 
-/// Combinations of parameters that the efforts determine, computed at positions of the logs with
-/// random rates.
+/// Linear combinations of parameters that the efforts determine, computed at logged positions with
+/// random rates and accelerations.
 pub(super) struct Structure {
-    /// Combinations of all parameters.
+    /// Combinations of all parameters, including those that are fixed.
     pub(super) all: BaseParameters,
     /// Combinations of the parameters that are not fixed.
     pub(super) free: BaseParameters,
 }
 
-/// Computes the combinations of parameters that the efforts of the mechanism determine.
+/// Computes the linear combinations of parameters that the efforts of the mechanism determine.
+/// `held` is true for each fixed parameter.
 pub(super) fn structure(all: &[Prepared], parameters: &[Parameter], held: &[bool]) -> Structure {
     let priors: Vec<f64> = parameters.iter().map(|p| p.prior).collect();
     let at = differences(parameters, &priors);
     let mut random = Random::new(1);
     let mut rows: Vec<nalgebra::RowDVector<f64>> = Vec::new();
-    // Logs that only check the prediction determine no parameters, and neither do their payloads.
+    // Logs that only check the prediction, and the payloads in these logs, determine no parameters.
     let fits = || all.iter().filter(|log| !log.predict);
     let per_log = STRUCTURE_SAMPLES.div_ceil(fits().count().max(1));
     for log in fits() {
@@ -74,7 +76,8 @@ pub(super) fn structure(all: &[Prepared], parameters: &[Parameter], held: &[bool
     }
 }
 
-/// Estimates the combinations that contain more than one parameter.
+/// Computes the value, the standard deviation and the verdict of each combination that contains
+/// more than one parameter.
 pub(super) fn combinations(
     structure: &BaseParameters,
     parameters: &[Parameter],

@@ -1,4 +1,5 @@
-//! Torque constants of motors whose currents are logged and whose torque constants the model lacks.
+//! Identification of torque constants of motors whose currents are logged, but whose torque
+//! constants are not declared in the model.
 
 use super::IdentifyError;
 use super::chosen::{chosen_efforts, refuse};
@@ -10,22 +11,23 @@ use nalgebra::DVector;
 use stiction_core::mechanism::Mechanism;
 use stiction_identify::{Kind, Parameter, Verdict};
 
-/// Cosine between measured currents and efforts of the model above which the initial value of a
-/// torque constant is computed from their scalar product. Otherwise it is computed from their
-/// magnitudes.
+/// Threshold of the cosine between two vectors over all samples: the measured currents and the
+/// efforts that the model predicts. Above this threshold, the initial value of a torque constant is
+/// computed from the scalar product of both vectors, otherwise from the ratio of their norms.
 const AGREES: f64 = 0.5;
-/// Largest number of parameters related to a torque constant that a message names.
+/// Largest number of parameters in combination with a torque constant that a message names.
 const NAMED: usize = 4;
-/// Relative standard deviation below which a value is still useful although its scale depends on
-/// the masses of the model.
+/// Relative standard deviation below which an identified value is still useful, although it is
+/// proportional to the masses that the model assumes.
 const USEFUL: f64 = 0.5;
 
-/// Finds the drive trains whose currents are logged and whose torque constants are unknown.
+/// Finds the drive trains whose motor currents are logged and whose torque constants are unknown.
+/// Returns their indices in increasing order.
 ///
 /// # Errors
-/// Fails if a joint has friction in addition to that of its motor. The identification does not
-/// estimate the motor friction of such a joint, so the assumed motor friction of the model would
-/// determine the scale.
+/// Fails if such a motor and the joint that it drives both have friction. In this case, the
+/// identification does not estimate the motor friction, so that the motor friction assumed in the
+/// model would determine the torque constant.
 pub(super) fn unknown(
     mechanism: &Mechanism,
     logs: &[MeasuredLog],
@@ -59,8 +61,9 @@ pub(super) fn unknown(
     Ok(all)
 }
 
-/// Chooses the initial values of the torque constants, for which the measured efforts are as large
-/// as those of the model. The values become the priors and the scales of the parameters.
+/// Chooses initial values of the torque constants such that the efforts computed from the measured
+/// currents are as large as the efforts that the model predicts. The values become the priors and
+/// the scales of the parameters.
 pub(super) fn start(parameters: &mut [Parameter], all: &mut [Prepared]) {
     let priors: Vec<f64> = parameters.iter().map(|p| p.prior).collect();
     let at = differences(parameters, &priors);
@@ -103,7 +106,8 @@ pub(super) fn complete(
     row[k] = -predicted / parameters[k].scale;
 }
 
-/// Finds the indices of the torque constants that only the prior determines.
+/// Finds the indices of the torque constants that the logs alone do not determine, so that their
+/// estimates depend on the prior.
 ///
 /// # Errors
 /// Fails if there are such torque constants and the options do not specify the strength of the
@@ -142,7 +146,8 @@ pub(super) fn by_prior(
     ))
 }
 
-/// Returns the parameters that form combinations with a torque constant.
+/// Returns the indices of the parameters that occur in a combination with the given torque
+/// constant.
 fn partners(structure: &Structure, constant: usize) -> Vec<usize> {
     let mut all = Vec::new();
     for c in &structure.free.combinations {
@@ -156,9 +161,10 @@ fn partners(structure: &Structure, constant: usize) -> Vec<usize> {
     all
 }
 
-/// Sets the verdict to `FitsOnly` for the torque constants `open`, whose scale depends on the
-/// inertias of the model. The same verdict applies to other values that are precise enough but not
-/// excited. Returns a caution that names the torque constants.
+/// Sets the verdict to `FitsOnly` for the torque constants with the indices `open`, which are
+/// proportional to the inertias of the model. Other parameters except inertias change from
+/// `NotExcited` to `FitsOnly` if their relative standard deviation is below [`USEFUL`]. Returns a
+/// caution that names the torque constants, or `None` if `open` is empty.
 pub(super) fn judge(named: &mut [Named], open: &[usize], strength: f64) -> Option<String> {
     if open.is_empty() {
         return None;

@@ -1,4 +1,5 @@
-//! Measured and predicted efforts of all logs, and friction over speed, for the report and the table of efforts.
+//! Measured and predicted efforts of all logs, and friction as a function of speed, for the report
+//! and the table of efforts.
 
 use super::IdentifyError;
 use super::options::IdentifySettings;
@@ -13,11 +14,11 @@ use stiction_draw::numbers::exact;
 use stiction_format::ModelFile;
 use stiction_identify::{Kind, Parameter, Rows};
 
-/// Smallest effect of friction on the effort, as a fraction of its largest effect along the log,
-/// for which an instant is plotted.
+/// An instant appears in the plot of friction over speed only if the effect of friction on the
+/// effort is at least this fraction of the largest effect in the log.
 const EFFECT: f64 = 0.5;
 
-/// Efforts in all logs, and friction of all interfaces over speed.
+/// Efforts in all logs, and friction of interfaces and actuators as a function of speed.
 #[derive(Clone, Debug)]
 pub struct Traces {
     /// Name and unit of the effort of each actuator.
@@ -25,7 +26,7 @@ pub struct Traces {
     /// Index of the leg of each actuator, which determines the colour of its curves; `None` for
     /// actuators outside the legs.
     pub(super) legs: Vec<Option<usize>>,
-    /// Logs in the order of the fit.
+    /// Efforts in each log, in the order in which the logs were given to the identification.
     pub logs: Vec<LogTrace>,
     /// Friction of the interfaces and actuators whose friction the data determine.
     pub friction: Vec<FrictionTrace>,
@@ -38,10 +39,10 @@ pub struct LogTrace {
     pub name: String,
     /// True if the log was fitted; false if it only checks the prediction.
     pub used_for_fit: bool,
-    /// Rows of the log: time, s, and the sample of each effort; `None` where the effort was left
-    /// out.
+    /// Rows of the log: time, s, and one sample for each actuator; `None` if the effort of the
+    /// actuator is left out at this time.
     pub rows: Vec<(f64, Vec<Option<EffortSample>>)>,
-    /// Moving robot along the log; empty for steady motions.
+    /// Animation of the robot along the log; empty for a log of steady motions.
     pub(super) robot: Animation,
 }
 
@@ -175,10 +176,10 @@ fn log_trace(
     LogTrace { name: prepared.name.clone(), used_for_fit: !prepared.predict, rows, robot }
 }
 
-/// Adds points to the plots of friction over speed. The magnitude of the joint rate is the ratio
-/// between the columns of viscous and load-independent friction. The friction derived from the
-/// measured effort is the residual plus the identified friction, divided by the column of
-/// load-independent friction.
+/// Adds points to the plots of friction over speed. The magnitude of the joint rate is the ratio of
+/// the regressor column of viscous friction to the column of load-independent friction. The
+/// friction derived from the measured effort is the residual plus the identified friction, divided
+/// by the column of load-independent friction.
 fn add_friction(
     prepared: &Prepared,
     parameters: &[Parameter],

@@ -212,11 +212,11 @@ impl Identified {
     }
 
     /// Returns the text of the identified model; comments contain values and standard deviations.
-    /// The only motion of this model is rest at the first position of the default motion. Exported
-    /// code uses this position as its start.
+    /// The only motion of the identified model is a rest at the initial position of the default
+    /// motion. Code exported from this model starts at this position.
     ///
     /// # Errors
-    /// A message if a model file cannot express the friction.
+    /// Returns a message if a model file cannot express the friction.
     pub fn model_text(&self, model: &ModelFile) -> Result<String, String> {
         let motion = model.default_motion.as_deref().and_then(|name| model.motion(name));
         let start: Vec<(Coordinate, Target<f64>)> = motion.map_or(Vec::new(), |motion| {

@@ -1,4 +1,4 @@
-//! Moving robot in the report of a run of inverse dynamics.
+//! Animation of the robot in the report of an inverse dynamics run.
 
 use super::sample::Sample;
 use crate::bodies::{BodyRow, poses_in_world};
@@ -7,7 +7,7 @@ use crate::names::Names;
 use crate::report::animation::{Animation as Shared, Reel};
 use crate::{Sink, SinkError};
 
-/// Collector of the samples of a run for the moving robot of its report.
+/// Collects the samples of an inverse dynamics run for the animation of the robot in the report.
 #[derive(Clone, Debug)]
 pub struct Animation(pub(super) Shared);
 
@@ -20,7 +20,8 @@ impl Animation {
         Self(Shared::new(job.model, &Names::new(mechanism), &quantities, &whole, count))
     }
 
-    /// Returns the animation for a page that shows `runs` runs; `None` without samples.
+    /// Returns the animation for an HTML page that shows `runs` runs; `None` if no samples were
+    /// added.
     pub fn reel(&self, runs: usize) -> Option<Reel> {
         self.0.reel(runs)
     }

@@ -6,14 +6,15 @@ use stiction_core::mechanism::Mechanism;
 /// Largest factor on the friction coefficients in the search for jamming.
 pub const MOST_MARGIN: f64 = 100.0;
 
-/// Other solutions of inverse dynamics with friction, found along a motion.
+/// Solutions of inverse dynamics with friction that differ from the reported solution, found along
+/// a motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OtherSolutions {
     /// Number of samples at which other solutions were found.
     pub samples: usize,
     /// Time of the first sample at which other solutions were found, s.
     pub time: f64,
-    /// Efforts in each other solution at the first of these samples, N or N m.
+    /// Efforts of all actuators, N or N m, in each other solution at `time`.
     pub drives: Vec<Vec<f64>>,
 }
 
@@ -34,14 +35,15 @@ pub struct Margin {
 #[derive(Clone, Debug, Default)]
 pub(super) struct SampleCertainty {
     pub(super) coupling: Option<f64>,
-    /// Efforts in each other solution at this sample, N or N m.
+    /// Efforts of all actuators, N or N m, in each other solution at this sample.
     others: Vec<Vec<f64>>,
     /// Friction margin at this sample; `None` if it was not requested or is unknown.
     margin: Option<FrictionMargin>,
 }
 
 impl SampleCertainty {
-    /// Examines a solved sample, and computes the friction margin if `with_margin` is true.
+    /// Searches for other solutions at a solved sample if the solution may not be unique. Also
+    /// computes the friction margin if `with_margin` is true.
     pub(super) fn of(
         solver: &mut InverseDynamics,
         loads: &[AppliedLoad<f64>],

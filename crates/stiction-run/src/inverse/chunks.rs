@@ -1,11 +1,11 @@
 //! Parallel evaluation of a motion in chunks: runs of successive samples.
 //!
 //! Each pose is computed from the previous pose, so each chunk needs a pose to start from. A
-//! separate pass, the scout, computes these poses with large steps along the motion. The preceding
-//! chunk must end in the same pose. The chunk size does not depend on the number of threads, and
-//! the results are combined in order. The results are therefore bitwise independent of the number
-//! of threads. If the scout fails or finds another pose, the rest of the motion is evaluated sample
-//! by sample.
+//! separate solver, the scout, computes these start poses with large steps along the motion. The
+//! chunk size does not depend on the number of threads, and the results are combined in order. The
+//! results are therefore bitwise independent of the number of threads. If the scout fails, or if
+//! its pose differs from the pose at the end of the preceding chunk, the rest of the motion is
+//! evaluated sample by sample.
 
 use super::track::Track;
 use crate::Instants;
@@ -22,10 +22,11 @@ const CHUNK: (usize, usize) = (16, 256);
 /// Largest work in a chunk: the number of bodies and joints times the number of samples. This limit
 /// bounds the memory of results that wait for earlier chunks.
 const WEIGHT: usize = 8192;
-/// Largest number of samples in a step of the scout. Longer steps save no time.
+/// Largest number of samples that the scout advances in one step. Longer steps save no time.
 const STRIDE: usize = 16;
-/// Difference below which two poses count as equal: m for positions, dimensionless for rotations.
-/// Newton's method converges to 1e-14, and other assembly modes are far away.
+/// Tolerance for the equality of two poses, in m for positions and dimensionless for entries of
+/// rotation matrices. It is multiplied by one plus the magnitude of the compared number. Newton's
+/// method converges to 1e-14, and other assembly modes are far away.
 const SAME: f64 = 1e-8;
 
 /// Computation performed at each sample of a chunk.
@@ -49,7 +50,8 @@ struct Done<'a, P> {
     piece: P,
     /// Poses of all bodies at the start of the chunk.
     begin: Vec<Pose<f64>>,
-    /// Mechanism at the first sample of the next chunk; `None` at the end of the motion.
+    /// Mechanism in the pose of the first sample of the next chunk; `None` at the end of the motion
+    /// or after an error.
     end: Option<Follower<'a>>,
     /// Error that stopped the evaluation of the chunk.
     error: Option<Error>,
@@ -147,7 +149,7 @@ impl<'a, W: Work> Walk<'a, W> {
     }
 }
 
-/// Combination of the results of all chunks in chronological order.
+/// Combines the results of all chunks in chronological order.
 struct Collector<'a, 'b, W: Work, R> {
     walk: Walk<'a, W>,
     /// Index of the first sample after the last combined chunk, and the mechanism in the pose of
@@ -228,6 +230,7 @@ impl<'a> Seeds<'a> {
     }
 
     /// Returns the index of the next chunk, and the mechanism in the pose of its first sample.
+    /// `None` after the last chunk, or if the scout has failed.
     fn next(&mut self) -> Option<(usize, Follower<'a>)> {
         let first = self.next * self.chunk;
         if first >= self.instants.count() {
@@ -249,8 +252,9 @@ impl<'a> Seeds<'a> {
         Some((next, scout))
     }
 
-    /// Advances the scout by one step along the motion. If the step is too long, it is halved.
-    /// `None` if the scout cannot follow the motion.
+    /// Advances the scout by one step along the motion, at most to the sample with index `first`.
+    /// If the step is too long, the scout stays where it is, and the step is halved for the next
+    /// call. Returns `None` if the scout cannot follow the motion even to the next sample.
     fn advance(&mut self, scout: &mut Follower<'a>, first: usize) -> Option<()> {
         let samples = self.stride.min(first - self.at);
         let to = self.instants.at(self.at + samples);

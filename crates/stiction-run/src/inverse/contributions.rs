@@ -10,11 +10,11 @@ use stiction_draw::figure::meaning::{LIMIT, of_leg};
 use stiction_draw::figure::{COLOURS, Figure, JumpTrace, Panel};
 use stiction_draw::numbers::number;
 
-/// Largest number of actuators that the text lists.
+/// Largest number of actuators whose friction contributions the text summary lists.
 const DRIVES_LISTED: usize = 3;
-/// Largest number of friction interfaces that the text lists for each actuator.
+/// Largest number of friction interfaces that the text summary and the plot show for each actuator.
 const INTERFACES_LISTED: usize = 4;
-/// Fraction of the largest contribution below which contributions are rounding errors and are not
+/// Contributions below this fraction of the largest contribution are rounding errors and are not
 /// listed.
 const ROUNDING: f64 = 1e-9;
 /// Index of the colour of the total friction contribution.
@@ -48,8 +48,8 @@ impl Ranking {
         }
     }
 
-    /// Lists the friction interfaces that contribute to an actuator's effort, in decreasing order
-    /// of the root mean square of the contribution.
+    /// Returns the indices of the friction interfaces that contribute to an actuator's effort, in
+    /// decreasing order of the root mean square of the contribution.
     fn ranked(&self, drive: usize) -> Vec<usize> {
         let sizes = &self.0[drive];
         let largest = sizes.iter().map(Size::rms).fold(0.0, f64::max);
@@ -68,8 +68,8 @@ impl Ranking {
         interfaces.collect()
     }
 
-    /// Writes a line for each of the actuators with the largest relative change of the effort by
-    /// friction. `changes` contains, for each actuator, the root mean squares of the friction
+    /// Writes one line for each of the actuators whose efforts friction changes most, relative to
+    /// the effort. `changes` contains, for each actuator, the root mean squares of the friction
     /// contribution and of the effort.
     pub(super) fn write(
         &self,
@@ -121,8 +121,8 @@ impl ShareCurves {
     }
 
     /// Adds a sample. `rests` is true for each actuator whose effort is an interval because joints
-    /// are at rest. `reversal` is the time, s, of the first reversal of an interface since the last
-    /// sample.
+    /// are at rest. `reversal` is the time, s, of the first velocity reversal of any interface
+    /// since the previous sample.
     pub(super) fn add(
         &mut self,
         time: f64,
@@ -142,8 +142,9 @@ impl ShareCurves {
 
     /// Draws a figure with a panel for each actuator and its largest contributions. The curve of an
     /// interface has the colour of its leg, and the second curve of a leg in a panel is dashed. If
-    /// a panel contains more than two interfaces of one leg, or interfaces outside the legs, its
-    /// curves have the colours in `colours`, as far as these colours differ.
+    /// a panel contains more than two interfaces of one leg, or interfaces outside the legs, each
+    /// curve has the colour that `colours` contains for the interface. If two of these colours are
+    /// equal, one of them is replaced by an unused colour.
     pub(super) fn figure(
         self,
         names: &Names,
@@ -185,8 +186,9 @@ fn by_leg(interfaces: &[usize], legs: &[Option<usize>]) -> Option<Vec<(usize, bo
     Some(chosen)
 }
 
-/// Returns distinct colours for the given interfaces. Each interface has its own colour in
-/// `colours`, unless an earlier interface has the same colour; it then has an unused colour.
+/// Returns distinct colours for the given interfaces. Each interface has the colour that `colours`
+/// contains for it. If an earlier interface already has this colour, the interface has an unused
+/// colour.
 fn distinct(interfaces: &[usize], colours: &[usize]) -> Vec<usize> {
     let own = |interface: &usize| colours[*interface] % COLOURS.len();
     let mut taken = vec![ALL];
@@ -204,8 +206,8 @@ fn distinct(interfaces: &[usize], colours: &[usize]) -> Vec<usize> {
 mod tests {
     use super::*;
 
-    /// Tests that interfaces have the colours of their legs if a panel contains at most two
-    /// interfaces of each leg.
+    /// Checks that interfaces have the colours of their legs only if a panel contains at most two
+    /// interfaces of each leg and no interface outside the legs.
     #[test]
     fn contributions_have_the_colours_of_legs() {
         let legs = [Some(0), Some(0), Some(1), None, Some(0)];
@@ -216,8 +218,8 @@ mod tests {
         assert_eq!(by_leg(&[2, 3], &legs), None);
     }
 
-    /// Tests that interfaces have the colour of their own plot if it is unused, and that no two
-    /// interfaces of a panel share a colour.
+    /// Checks that each interface has the colour given in `colours` if no earlier interface has
+    /// this colour, and that no two interfaces of a panel share a colour.
     #[test]
     fn colours_of_a_panel_are_distinct() {
         assert_eq!(distinct(&[2, 0], &[0, 1, 2]), [2, 0]);

@@ -10,9 +10,10 @@ use std::fmt::{self, Write};
 use stiction_core::dynamics::{AppliedLoad, Forces, InverseDynamics, InverseError, Mirror};
 use stiction_draw::numbers::{number, percent};
 
-/// Fraction of the exchanged power below which powers count as rounding errors.
+/// Powers below this fraction of the exchanged power count as rounding errors. The same fraction
+/// applies to work.
 const ROUNDING: f64 = 1e-9;
-/// Largest number of actuators that the text names.
+/// Largest number of actuators that the text summary names.
 const NAMED: usize = 3;
 
 /// Result of back-driving one actuator at one pose, in the direction of motion in which the load
@@ -23,15 +24,17 @@ pub enum Backward {
     Undriven,
     /// The load drives the actuator; friction dissipates some of the power.
     Driven {
-        /// Power at the actuator without friction, W, positive.
+        /// Power that the actuator would absorb without friction, W; positive.
         given: f64,
-        /// Power at the actuator with friction, W. If this power is not positive, the actuator must
-        /// push, so the load cannot back-drive it.
+        /// Power that the actuator absorbs with friction, W. If this power is not positive, the
+        /// load alone cannot back-drive the actuator.
         left: f64,
     },
-    /// Friction jams the mechanism in this direction, regardless of the efforts.
+    /// Friction jams the mechanism in the direction in which the load could drive the actuator,
+    /// regardless of the efforts.
     Locked,
-    /// The forces in this direction could not be computed.
+    /// The forces in the direction in which the load could drive the actuator could not be
+    /// computed.
     Unknown,
 }
 
@@ -58,7 +61,8 @@ pub(super) fn evaluate_back_driving(
     let ahead = powers(solver, &forces.efforts, 1.0);
     backward.clear();
     backward.extend(ahead.iter().copied().map(driven));
-    // An effort that opposes the motion assists the reversed motion.
+    // If an actuator delivers power in the motion without friction, the load drives this actuator
+    // in the reversed motion.
     let works = |(given, _): &(f64, f64)| *given < -rounding;
     if !ahead.iter().any(works) {
         return;
@@ -88,10 +92,11 @@ pub(super) fn evaluate_back_driving(
 /// Results of back-driving for one actuator along a motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct BackDriving {
-    /// Number of samples at which the load drives the actuator in one direction.
+    /// Number of samples at which the load could drive the actuator, in one of both directions of
+    /// motion, if there were no friction.
     samples: usize,
     /// Number of samples at which the load could drive the actuator without friction, but friction
-    /// dissipates all of its power or jams the mechanism.
+    /// dissipates all power of the load or jams the mechanism.
     stopped: usize,
     /// Number of samples at which the result of back-driving is unknown.
     unknown: usize,
@@ -138,9 +143,9 @@ impl BackDriving {
 pub(super) struct Efficiency {
     last: Option<Powers>,
     samples: usize,
-    /// Work of the actuators while they together deliver power, J.
+    /// Work of all actuators during the time in which their total power is positive, J.
     delivered: f64,
-    /// Part of `delivered` that is dissipated, J.
+    /// Energy dissipated during the time in which the total power of the actuators is positive, J.
     dissipated: f64,
     turnover: f64,
     backward: Vec<BackDriving>,
@@ -179,8 +184,9 @@ impl Efficiency {
         self.samples += 1;
     }
 
-    /// Adds the work between two samples by the trapezoidal rule. Only the fraction of the step in
-    /// which the actuators deliver power counts.
+    /// Adds the work between two samples by the trapezoidal rule. Delivered work and dissipated
+    /// energy are integrated only over the part of the step in which the total power of the
+    /// actuators is positive.
     fn integrate(&mut self, a: &Powers, b: &Powers) {
         let step = b.time - a.time;
         self.turnover += 0.5 * (a.turnover + b.turnover) * step;
@@ -200,7 +206,7 @@ impl Efficiency {
     }
 
     /// Returns the fraction of the actuators' work that is not dissipated; `None` if they deliver
-    /// no work. For a single instant, it is the fraction of their power.
+    /// no work. If the motion has only one sample, returns the fraction of their power instead.
     pub(super) fn forward(&self) -> Option<f64> {
         let (delivered, dissipated, turnover) = match (self.samples, self.last) {
             (1, Some(only)) => (only.drives, only.dissipated, only.turnover),
@@ -251,8 +257,8 @@ impl Efficiency {
 mod tests {
     use super::*;
 
-    /// Tests that only delivered work counts, for actuators that deliver `2 - t` watts for two
-    /// seconds and then absorb power, while 0.1 W is dissipated.
+    /// Checks that work counts only while the actuators deliver power. Their power is `2 - t`
+    /// watts, which is positive for the first two seconds, and 0.1 W is dissipated.
     #[test]
     fn only_work_that_is_delivered_counts() {
         let mut efficiency = Efficiency::new(0);
