@@ -84,7 +84,8 @@ impl<'a> Job<'a> {
     /// coordinates. `None` if the motion alone determines the configuration.
     ///
     /// # Errors
-    /// Returns an error if the mechanism cannot be assembled for another reason.
+    /// Returns an error if the mechanism cannot be assembled for a reason other than an
+    /// undetermined configuration.
     pub fn locked_start(&self) -> Result<Option<(Motion, Vec<String>)>, Error> {
         let time = self.motion.start;
         match self.assemble(time) {
@@ -118,13 +119,14 @@ impl<'a> Job<'a> {
         Ok(Some((motion, names)))
     }
 
-    /// Replaces `loads` by the external loads at the solver's instant, s, and by the weights and
-    /// inertia forces of payloads. If a payload changes at this instant, `side` selects the
-    /// payloads before or after the change.
+    /// Replaces `loads` by the external loads at `time`, s, and by the weights and inertia forces
+    /// of payloads. The solver must be at this time. If a payload changes at this instant, `side`
+    /// selects the payloads before or after the change.
     ///
     /// # Errors
-    /// [`Error::NotFinite`] if a load has no value; [`Error::SpinningPayload`] for a payload on a body that
-    /// can spin freely, because its acceleration is unknown before the forces are computed.
+    /// Those of [`Self::loads_at`]; [`Error::SpinningPayload`] for a payload on a body that can
+    /// spin freely, because the acceleration of such a body is unknown before the forces are
+    /// computed.
     pub fn loads_of(
         &self,
         solver: &InverseDynamics,
@@ -149,7 +151,7 @@ impl<'a> Job<'a> {
     /// include the weights of the payloads that the bodies carry after this instant.
     ///
     /// # Errors
-    /// [`Error::NotFinite`] if a load has no value.
+    /// See [`Self::loads_at`].
     pub fn loads_at_rest(&self, time: f64, loads: &mut Vec<AppliedLoad<f64>>) -> Result<(), Error> {
         self.loads_at(time, loads)?;
         let gravity = self.model.mechanism.gravity();
@@ -161,7 +163,8 @@ impl<'a> Job<'a> {
     /// Replaces `loads` by the external loads at an instant, s, without payloads.
     ///
     /// # Errors
-    /// [`Error::NotFinite`] if a load has no value.
+    /// [`Error::NotFinite`] if a load is not finite; [`Error::StateLoad`] if a load depends on the state
+    /// of the mechanism.
     pub fn loads_at(&self, time: f64, loads: &mut Vec<AppliedLoad<f64>>) -> Result<(), Error> {
         if let Some(law) = self.load.laws.first() {
             let body = self.model.mechanism.bodies()[law.body.0].name.clone();

@@ -1,7 +1,9 @@
-//! Runs of a mechanism: along a motion, in a simulation, or for many designs. Each run returns the
-//! results of its samples, from which this crate creates tables, summaries and plots.
+//! Runs of a mechanism: inverse dynamics along a motion, simulations, and sweeps over many designs.
+//! Each run returns results sample by sample, from which this crate creates tables, summaries and
+//! plots.
 //!
-//! The crate opens no files and prints nothing; it passes all results to receivers of the caller.
+//! The crate opens no files and prints nothing; it passes all results to functions or objects that
+//! the caller provides.
 //!
 //! ```
 //! use stiction_format::{LoadCase, Source, read};

@@ -66,7 +66,7 @@ impl Speeds {
     }
 }
 
-/// Limit of a motor, and the value that the motion attains.
+/// Limit of a motor, and the value that the limited quantity attains along the motion.
 struct Reached {
     key: &'static str,
     words: &'static str,
@@ -89,7 +89,8 @@ impl MotorLoad {
         self.speeds.add(time, speed);
     }
 
-    /// Returns the mean over time, or the last value if the motion is a single instant.
+    /// Returns the mean of the integrated quantity over time, or its last value if the motion is a
+    /// single instant.
     fn mean(&self, integral: &Integral) -> f64 {
         let duration = self.span.map_or(0.0, |(start, end)| end - start);
         if duration > 0.0 { integral.value / duration } else { integral.last() }
@@ -106,7 +107,8 @@ impl MotorLoad {
         self.speeds.part_above(STILL * self.speed.peak.abs())
     }
 
-    /// Returns the declared limits of the motor, with the values that the motion attains.
+    /// Returns the declared limits of the motor, each with the value that the limited quantity
+    /// attains along the motion.
     fn reached(&self, train: &DriveTrain) -> Vec<Reached> {
         let limits = train.limits;
         let all = [
@@ -195,7 +197,8 @@ fn excess(ratio: f64) -> String {
 mod tests {
     use super::{MotorLoad, excess};
 
-    /// Tests a motor that turns half of the time; in the other half its rate is a rounding error.
+    /// Checks that a motor counts as being at rest while its rate is only a rounding error. The
+    /// motor turns half of the time.
     #[test]
     fn rounding_is_standstill() {
         let mut load = MotorLoad::default();

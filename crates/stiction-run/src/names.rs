@@ -58,7 +58,7 @@ impl Names {
 
 impl Names {
     /// Creates the names like [`Self::new`], with the friction interfaces of motors and gears after
-    /// those of the joints. This is the order in simulations.
+    /// those of the joints. Simulations use this order.
     pub(crate) fn with_shafts(mechanism: &Mechanism) -> Self {
         let mut names = Self::new(mechanism);
         let shafts = mechanism.shafts_with_friction().into_iter();
@@ -80,7 +80,7 @@ pub(crate) fn legs_of_interfaces(mechanism: &Mechanism, names: &Names) -> Vec<Op
     names.interfaces.iter().map(|(_, joint)| legs[*joint]).collect()
 }
 
-/// Returns the width of a column for these names, characters; at least `least`.
+/// Returns the width, in characters, of a column that contains `names`; at least `least`.
 pub(crate) fn width<'a>(names: impl Iterator<Item = &'a str>, least: usize) -> usize {
     names.map(str::len).fold(least, usize::max)
 }

@@ -6,10 +6,10 @@ use crate::{Error, Job};
 use stiction_core::dynamics::InverseDynamics;
 use stiction_draw::drawing::{Detail, Drawing, Surface, Trail, View};
 
-/// Ratio of thickness to length of the picture below which the mechanism looks like a line, so that
-/// other instants are compared.
+/// Ratio of thickness to length of the drawn mechanism. Below this ratio, the mechanism looks like
+/// a line, and other instants of the motion are compared.
 const THIN: f64 = 0.1;
-/// Number of instants of the motion that are compared.
+/// Number of instants of the motion that are compared to find the most legible drawing.
 const COMPARED: usize = 12;
 
 /// Pictures of a mechanism at the most legible instant of its motion, with the paths of its bodies.
@@ -78,8 +78,8 @@ impl Portrait {
         self.svg(Surface::Inline)
     }
 
-    /// Returns the markup of the animated robot, for a page with the script of the viewer; `None`
-    /// if the motion is a single pose.
+    /// Returns the HTML of the animated robot, for a page that contains the script of the viewer;
+    /// `None` if the motion is a single pose.
     pub(crate) fn moving(&self, caption: &str) -> Option<String> {
         Some(self.motion.as_ref()?.figure(caption, None))
     }

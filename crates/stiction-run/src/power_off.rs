@@ -7,11 +7,10 @@ use stiction_core::mechanism::{DriveTrain, Motor, MotorMap, SharedMotors};
 use stiction_core::spatial::Vec3;
 use stiction_draw::numbers::number;
 
-/// Effort, as a fraction of the largest joint force or moment, up to which an effort counts as a
-/// rounding error.
+/// An effort up to this fraction of the largest joint force or moment counts as a rounding error.
 const ROUNDING: f64 = 1e-13;
 
-/// Cause that holds the shaft of one motor at rest with power off.
+/// Result for the shaft of one motor at rest with power off: what holds the shaft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum PowerOff {
     /// Friction holds the shaft.
@@ -25,8 +24,8 @@ pub(crate) enum PowerOff {
     Undecided,
 }
 
-/// Determines for each drive train how its motor is held with power off, from the forces of the
-/// mechanism at rest.
+/// Determines for each drive train what holds its motor with power off. `forces` are the forces of
+/// the mechanism at rest.
 pub(crate) fn of(
     (trains, maps, shared): (&[DriveTrain], &[MotorMap], &[SharedMotors]),
     forces: &Forces,
@@ -48,8 +47,8 @@ pub(crate) fn of(
         } else if is_nothing(at(bounds), error / train.transmission().abs()) {
             PowerOff::Unloaded
         } else if holds((effort, effort)) || forces.efforts.len() == 1 {
-            // The solution without friction in the joints can occur for all motors at the same
-            // time.
+            // Friction of motor and gear holds the shaft without the help of joint friction. All
+            // motors can be held in this way at the same time.
             PowerOff::Held
         } else {
             PowerOff::Undecided

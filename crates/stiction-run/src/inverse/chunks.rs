@@ -58,7 +58,7 @@ struct Done<'a, P> {
 }
 
 /// Evaluates all chunks on `threads` threads and passes their results to `receive` in order.
-/// Positions stored in `track` are not computed again.
+/// Configurations stored in `track` are not computed again.
 pub(super) fn carry_out<W: Work>(
     job: &Job<'_>,
     start: &Follower<'_>,
@@ -206,7 +206,7 @@ fn is_same(a: &[Pose<f64>], b: &[Pose<f64>]) -> bool {
 /// Computes the start poses of chunks in large steps, unless they are known from an earlier pass.
 struct Seeds<'a> {
     instants: &'a Instants,
-    /// Positions that an earlier pass along the motion has stored.
+    /// Configurations that an earlier pass along the motion has stored.
     track: &'a Track,
     /// Mechanism that moves ahead in large steps to the first samples of chunks; `None` after a
     /// failure.

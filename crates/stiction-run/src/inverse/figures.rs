@@ -14,7 +14,7 @@ use stiction_draw::figure::meaning::{
 };
 use stiction_draw::figure::{BandTrace, Figure, JumpTrace, Panel, Trace, reversal};
 
-/// Collector of the curves of a run of inverse dynamics, sample by sample.
+/// Collects the curves of an inverse dynamics run, sample by sample.
 #[derive(Clone, Debug)]
 pub struct Curves {
     names: Names,
@@ -25,12 +25,12 @@ pub struct Curves {
     has_friction: bool,
     title: String,
     drives: Vec<(JumpTrace, Trace)>,
-    /// Curve of the effort interval of each actuator at rest.
+    /// For each actuator, the interval of possible efforts at samples at which joints are at rest.
     intervals: Vec<BandTrace>,
     friction: ByLeg,
     power: [Trace; 4],
     distances: [Trace; 2],
-    /// Time, s, and sliding velocities of the friction interfaces, m/s, at the last sample.
+    /// Time, s, and sliding velocities of the friction interfaces, m/s, at the last added sample.
     last: Option<(f64, Vec<f64>)>,
     shares: ShareCurves,
     motors: MotorCurves,
@@ -139,7 +139,8 @@ impl Sink<Sample> for Curves {
         self.space.add(|body| sample.bodies.pose[body].position + sample.origin);
         let velocities: Vec<f64> =
             forces.interfaces.iter().map(|interface| interface.velocity).collect();
-        // First reversal since the last sample. Efforts may jump there.
+        // Time of the first velocity reversal of an interface since the previous sample. Efforts
+        // may jump at this time.
         let crossing = self.last.as_ref().and_then(|(before, known)| {
             let pairs = known.iter().zip(&velocities);
             let all = pairs.filter_map(|(v0, v1)| reversal((*before, *v0), (time, *v1)));

@@ -1,4 +1,4 @@
-//! Combination of the samples of a run in chronological order.
+//! Accumulation of the results of a run, sample by sample in chronological order.
 
 use super::certainty::Certainty;
 use super::joints::Turns;
@@ -20,9 +20,9 @@ pub(super) struct Gathered<'a> {
     sides: Sides,
     turns: Turns<'a>,
     motors: Motors,
-    /// Actuation singularity index at the last sample.
+    /// Actuation singularity index at the last added sample; NaN if it was not computed.
     last_distance: f64,
-    /// Solver for the singularity indices whose computation was postponed.
+    /// Calculator of the singularity indices whose computation was postponed.
     calculator: Option<SingularityDistances>,
     /// Least singularity indices so far.
     least: Distances,
@@ -53,9 +53,9 @@ impl<'a> Gathered<'a> {
         }
     }
 
-    /// Computes the postponed singularity indices of a chunk, before its samples are passed to
-    /// [`Self::take`]. The chunks must come in chronological order, so that results do not depend
-    /// on the number of threads.
+    /// Computes the postponed singularity indices of a chunk, and returns the samples of the chunk,
+    /// which the caller then passes to [`Self::take`]. The chunks must come in chronological order,
+    /// so that results do not depend on the number of threads.
     pub(super) fn complete(
         &mut self,
         at: (&Mechanism, &Parameters<f64>),

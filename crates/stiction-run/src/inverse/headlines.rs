@@ -1,4 +1,4 @@
-//! Headline figures of a run, for comparison with other runs.
+//! Headline figures of an inverse dynamics run, for comparison with other runs.
 
 use super::sample::Sample;
 use super::summary::Summary;
@@ -6,8 +6,9 @@ use crate::comparison::{EffortCurves, Headline, motor_headlines};
 use crate::{Sink, SinkError};
 
 impl Summary {
-    /// Returns the headline figures: peak magnitude and root mean square of each effort, peak power, torque, speed,
-    /// power and limits of each motor, work, the largest joint reaction, and the least singularity indices.
+    /// Returns the headline figures: peak magnitude and root mean square of each effort; peak power
+    /// of each actuator; torque, speed, power and limits of each motor; work; the largest joint
+    /// reaction; and the least singularity indices.
     pub fn headlines(&self) -> Vec<Headline> {
         let mut all = Vec::new();
         let mut add = |name: String, unit, value: f64, at| {

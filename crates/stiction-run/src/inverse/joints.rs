@@ -8,12 +8,12 @@ use stiction_core::kinematics::{Coordinate, Target};
 use stiction_format::Signal;
 
 /// Returns the coordinates, rates and accelerations of the degrees of freedom `dofs` at the
-/// solver's pose; angles are within half a turn.
+/// solver's pose; angles are at most half a turn from zero.
 pub(super) fn joint_motions(solver: &InverseDynamics, dofs: &[Dof]) -> Vec<Target<f64>> {
     dofs.iter().map(|dof| solver.joint_motion(dof.joint, dof.index)).collect()
 }
 
-/// Counter of the full turns of joint angles from sample to sample.
+/// Counts the full turns of joint angles from sample to sample.
 pub(super) struct Turns<'a> {
     dofs: Vec<Dof>,
     /// Signal that prescribes each degree of freedom; `None` if it is not prescribed.
@@ -34,9 +34,9 @@ impl<'a> Turns<'a> {
         Self { dofs, prescribed, last: None }
     }
 
-    /// Adds full turns to each angle, so that the result is closest to the prescribed value. An
-    /// angle that is not prescribed becomes closest to the last angle extrapolated with the mean
-    /// rate.
+    /// Adds full turns to each angle, so that the result is as close as possible to the prescribed
+    /// angle. If the angle is not prescribed, the result is as close as possible to the angle at
+    /// the previous sample, extrapolated with the mean rate to `time`, s.
     pub(super) fn add(&mut self, time: f64, motion: &mut [Target<f64>]) {
         for (k, now) in motion.iter_mut().enumerate().filter(|(k, _)| !self.dofs[*k].translates) {
             let expected = match (self.prescribed[k], &self.last) {

@@ -2,9 +2,9 @@
 //! sample.
 //!
 //! Between two samples, a singular value changes by at most the norm of the change of its matrix
-//! (Weyl). The sum of these norms along the motion therefore bounds the index at samples between
-//! two known ones. Only the samples that may have the least index are computed (Piyavskii 1972,
-//! Shubert 1972).
+//! (Weyl). The sum of these norms along the motion therefore gives a lower bound of the index at
+//! all samples between two samples with known indices. The index is computed only for samples at
+//! which it may be least (Piyavskii 1972, Shubert 1972).
 
 use super::solving::SampleResult;
 use std::ops::Range;
@@ -15,8 +15,8 @@ use stiction_core::statics::{Distances, SingularityDistances, SingularityIndex};
 /// Relative margin for the errors of singularity indices and for the rounding of their bounds.
 const CERTAIN: f64 = 1e-8;
 
-/// Sample whose singularity indices have not been computed: its place in the chunk, and bounds on
-/// the changes of the indices since the first sample.
+/// Sample whose singularity indices have not been computed: position of the sample in the chunk,
+/// and bounds on the changes of the indices since the first postponed sample of the chunk.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Postponed {
     place: usize,
@@ -31,11 +31,11 @@ pub(super) struct LeastIndices {
 }
 
 impl LeastIndices {
-    /// Postpones the computation of the singularity indices of a sample; `travel` bounds the
-    /// changes of the indices since the previous call.
+    /// Postpones the computation of the singularity indices of the sample at position `place` in
+    /// the chunk; `travel` bounds the changes of the indices since the previous call.
     pub(super) fn postpone(&mut self, place: usize, travel: Distances) {
         let passed = match self.passed {
-            // Before the first call, the configuration is unknown.
+            // Changes are counted from the first postponed sample.
             None => Distances { actuation: 0.0, constraint: 0.0 },
             Some(passed) => Distances {
                 actuation: passed.actuation + travel.actuation,
@@ -46,8 +46,9 @@ impl LeastIndices {
         self.postponed.push(Postponed { place, passed });
     }
 
-    /// Postpones the singularity indices of a sample whose configuration equals that of the
-    /// previous sample, `before`, if the indices of `before` were postponed.
+    /// Postpones the singularity indices of the sample at position `place` in the chunk, if the
+    /// indices of sample `before` were postponed. Both samples must have the same configuration,
+    /// and no other sample may have been postponed between them.
     pub(super) fn repeat(&mut self, before: usize, place: usize) {
         if let Some(&Postponed { passed, place: last }) = self.postponed.last()
             && last == before
@@ -56,9 +57,9 @@ impl LeastIndices {
         }
     }
 
-    /// Computes the indices of all samples of the chunk that may be less than `known`, the least
-    /// indices of the earlier samples, and updates `known`. The indices of the other samples remain
-    /// NaN.
+    /// Computes those postponed singularity indices that may be less than `known`, the least
+    /// indices of all samples before the chunk, and updates `known`. The remaining postponed
+    /// indices are NaN.
     pub(super) fn compute(
         &self,
         calculator: &mut SingularityDistances,
@@ -105,7 +106,7 @@ fn of(index: SingularityIndex, distances: &mut Distances) -> &mut f64 {
     }
 }
 
-/// Question about the value of a function at one place, for the search of its least value.
+/// Question about one value of a function, asked in the search for the least value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Question {
     /// Asks for the value. The number, if given, is an estimate of the value.
@@ -119,9 +120,10 @@ enum Question {
 /// It is less than one, because the expected value is an estimate.
 const ASKED: f64 = 0.98;
 
-/// Computes a function at all places where its value may be less than `least`, and lowers `least`
-/// to the least value found. Between two places, the function changes by at most the difference of
-/// `passed` at these places. `ask` answers questions about the value at a place.
+/// Computes the values of a function at all indices at which the value may be less than `least`,
+/// and lowers `least` to the least computed value. Between two indices, the function changes by at
+/// most the difference of `passed` between these indices. `ask` answers a question about the value
+/// at an index. The result is `None` at indices without a computed value.
 fn least(
     passed: &[f64],
     least: &mut f64,
@@ -157,7 +159,7 @@ fn least(
             continue;
         }
         let (k, expected) = gap.next(passed);
-        // A lower bound above the least value is cheaper to compute than the value.
+        // To prove that a value exceeds the least value is cheaper than to compute the value.
         let asked = *least + ASKED * (expected - *least);
         let is_useful = asked > *least * (1.0 + 2.0 * CERTAIN);
         let mut value = match is_useful {
@@ -179,8 +181,9 @@ fn least(
     found
 }
 
-/// Range of places without computed values, with the known values or lower bounds at its ends. At
-/// least one of the two is known.
+/// Range of indices without computed values. `from` and `to` are the indices directly before and
+/// after the range, each with the value of the function or a lower bound of it. At least one of
+/// them is given.
 #[derive(Clone, Debug)]
 struct Gap {
     from: Option<(usize, f64)>,
@@ -200,8 +203,8 @@ impl Gap {
         }
     }
 
-    /// Returns the common value of all places in the range, if the bounds allow no change from a
-    /// known value.
+    /// Returns the value of the function in the whole range, if `passed` does not change between
+    /// the range and a known value next to it.
     fn constant(&self, passed: &[f64]) -> Option<f64> {
         let inner = &passed[self.inner.clone()];
         let known = self.from.or(self.to)?;
@@ -209,7 +212,8 @@ impl Gap {
         ends.iter().all(|end| *end == passed[known.0]).then_some(known.1)
     }
 
-    /// Returns the place at which the lower bound is attained, and the value expected there.
+    /// Returns the index in the range at which the function may attain its lower bound, and the
+    /// value that is expected at this index.
     fn next(&self, passed: &[f64]) -> (usize, f64) {
         match (self.from, self.to) {
             (Some(from), Some(to)) => {
@@ -231,7 +235,7 @@ impl Gap {
 mod tests {
     use super::{Question, least};
 
-    /// Answers a question by a known value.
+    /// Answers a question about a function with the value `value`.
     fn answer(value: f64, question: Question) -> Option<f64> {
         match question {
             Question::Value(_) => Some(value),
@@ -239,8 +243,8 @@ mod tests {
         }
     }
 
-    /// Tests that the least value is computed, at its first place, and that most other values are
-    /// not computed.
+    /// Checks that the least value is computed at the first index at which it occurs, and that most
+    /// other values are not computed.
     #[test]
     fn the_least_value_is_always_computed() {
         let count = 256;
@@ -270,15 +274,16 @@ mod tests {
             assert_eq!((found[first], known), (Some(expected), expected), "{number}");
             let computed = found.iter().flatten().count();
             assert!(computed < 100 && questions < 200, "{number}: {computed} {questions}");
-            // If all values are above a known value, one computation suffices to show it.
+            // If all values are far above the known least value, one computation suffices to show
+            // it.
             let mut below = expected - 12.0 * passed[passed.len() - 1];
             let found = least(&passed, &mut below, |k, question| answer(values[k], question));
             assert_eq!(found.iter().flatten().count(), 1, "{number}");
         }
     }
 
-    /// Tests that only one sample of a dwell is computed, and that all samples of the dwell get its
-    /// value.
+    /// Checks that only one sample is computed while the mechanism rests, and that all samples of
+    /// the rest get the computed value.
     #[test]
     fn a_dwell_is_computed_once() {
         let mut calls = 0;

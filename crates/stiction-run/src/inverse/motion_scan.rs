@@ -21,7 +21,8 @@ pub(super) struct MotionExtremes {
     /// Largest rate of each actuator, m/s or rad/s; empty before the first sample.
     pub(super) actuators: Vec<f64>,
     pub(super) mobility: usize,
-    /// Positions at the first samples, up to the largest number that is stored.
+    /// Configurations at the first samples of the motion, up to the largest number that a [`Track`]
+    /// stores.
     pub(super) track: Track,
 }
 
@@ -32,7 +33,7 @@ impl MotionExtremes {
         Self { fastest: 0.0, actuators, mobility: usize::MAX, track }
     }
 
-    /// Combines the results of two sets of samples.
+    /// Adds the results `other` of samples that follow those already included.
     pub(super) fn add(&mut self, other: Self) {
         self.fastest = self.fastest.max(other.fastest);
         self.mobility = self.mobility.min(other.mobility);
@@ -77,9 +78,9 @@ impl Work for Following {
 /// Constraint singularity index above which the constraints count as independent.
 const INDEPENDENT: f64 = 1e-8;
 
-/// Returns the mobility at the present pose. If the fast singularity index proves the constraints
-/// independent, the mobility is the number of actuators, which then equals the number of prescribed
-/// coordinates.
+/// Returns the mobility at the present pose. If the constraint singularity index, which is fast to
+/// compute, proves that the constraints are independent, the mobility is the number of actuators,
+/// which then equals the number of prescribed coordinates.
 fn mobility(solver: &InverseDynamics) -> usize {
     let mechanism = solver.mechanism();
     if is_determined(solver)

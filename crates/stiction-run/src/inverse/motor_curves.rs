@@ -7,14 +7,14 @@ use stiction_draw::figure::{Figure, Line, Panel};
 /// Largest number of points drawn for one motor.
 const DRAWN: usize = 4000;
 
-/// Collector of torque and speed of each motor.
+/// Collects the torque and the speed of each motor, sample by sample.
 #[derive(Clone, Debug)]
 pub(super) struct MotorCurves {
     trains: Vec<DriveTrain>,
     /// Points of each motor (speed, rad/s, and torque, N m), and the sum of the squared torques
     /// over all samples.
     points: Vec<(Vec<(f64, f64)>, f64)>,
-    /// Number of samples between two drawn points.
+    /// Number of samples from one drawn point to the next.
     stride: usize,
     count: usize,
 }

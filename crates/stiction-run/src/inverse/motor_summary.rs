@@ -18,8 +18,8 @@ pub(super) struct MotorSummary {
     trains: Vec<DriveTrain>,
     maps: Vec<MotorMap>,
     shared: Vec<SharedMotors>,
-    /// Time, s, of the last pose at rest, and for each motor what holds it with power off: friction
-    /// or a brake.
+    /// Time, s, of the last sample at rest, and for each motor whether friction or a brake holds
+    /// the motor at this sample with power off.
     power_off: Option<(f64, Vec<PowerOff>)>,
     residual: Size,
 }
@@ -165,8 +165,9 @@ impl MotorSummary {
     }
 }
 
-/// Returns the residual of the power balance in which the powers of the motors replace those of the
-/// joint efforts, W.
+/// Returns the residual of the power balance, W. In this balance, the powers of the motors replace
+/// the powers of the joint efforts, and the powers of the rotors and the losses in motors and gears
+/// are included.
 pub(super) fn residual(motors: &[Motor], forces: &Forces) -> f64 {
     let of = |motor: &Motor| {
         motor.power - motor.output - motor.rotor_power - motor.friction_power - motor.gear_loss

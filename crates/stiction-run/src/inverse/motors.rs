@@ -1,4 +1,4 @@
-//! State of the motors of the drive trains at each sample.
+//! Computation of the state of all motors at each sample: torque, speed and powers.
 
 use crate::dofs::{actuated, dofs_of};
 use crate::job::Job;
@@ -9,8 +9,8 @@ use stiction_core::mechanism::{DriveTrain, Motor, MotorMap};
 /// Evaluation of all drive trains, sample by sample.
 pub(super) struct Motors {
     trains: Vec<Train>,
-    /// Index, for each actuator, of its degree of freedom among the scalar degrees of freedom of
-    /// all joints.
+    /// For each actuator, the index of the actuated degree of freedom in the list of the scalar
+    /// degrees of freedom of all joints.
     dofs: Vec<usize>,
 }
 

@@ -38,7 +38,7 @@ pub(crate) struct Rows {
 }
 
 impl Rows {
-    /// Returns for each table whether a run of this job writes it.
+    /// Returns true for each table in [`TABLES`] that a run of this job writes.
     pub(crate) fn of_job(job: &Job<'_>) -> [bool; 7] {
         let motors = !job.model.mechanism.drive_trains().is_empty();
         let mut has = [true; 7];

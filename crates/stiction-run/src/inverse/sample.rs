@@ -36,12 +36,14 @@ pub struct Sample {
     pub determined_loads: Vec<bool>,
     /// True for each actuator whose effort is statically determinate.
     pub determined_drives: Vec<bool>,
-    /// Coupling of friction and reactions. Below one, the solution is unique. `None` if unknown.
-    /// With [`Indices::Least`](crate::Indices::Least), it is an upper bound that does not exceed
-    /// the greatest coupling of the motion.
+    /// Upper bound of the coupling of friction and reactions, dimensionless; zero without friction.
+    /// If the bound is below one, the solution is unique. `None` if the bound is unknown. With
+    /// [`Indices::Least`](crate::Indices::Least), this value may be larger than with
+    /// [`Indices::All`](crate::Indices::All), but does not exceed the greatest coupling of the
+    /// motion.
     pub coupling: Option<f64>,
     /// Factor on all friction coefficients at which the mechanism jams: infinite if it does not
-    /// jam, `None` if the factor was not requested.
+    /// jam, `None` if the factor was not requested or is unknown.
     pub friction_margin: Option<f64>,
     /// Contribution of each friction interface to the effort of each actuator.
     pub shares: Contributions<f64>,

@@ -19,7 +19,7 @@ use stiction_format::Side;
 pub(super) struct Solving<'a> {
     pub(super) job: &'a Job<'a>,
     pub(super) track: &'a Track,
-    /// Uniqueness of the solution, in its initial state, copied at the start of each chunk.
+    /// Initial state of the uniqueness analysis. Each chunk starts with a copy of this state.
     pub(super) uniqueness: Uniqueness,
     /// Degrees of freedom whose motion [`Sample::joints`] contains.
     pub(super) dofs: Vec<Dof>,
@@ -37,8 +37,8 @@ pub(super) struct ChunkResults {
     has_failed: bool,
 }
 
-/// State and loads of the last sample with forces. If the next sample has the same state and loads,
-/// it has the same forces.
+/// State and loads of the last sample at which forces were computed. If the next sample has the
+/// same state and loads, its forces are the same too.
 struct SolvedAt {
     state: State<f64>,
     loads: Vec<AppliedLoad<f64>>,
@@ -86,7 +86,8 @@ impl Work for Solving<'_> {
         time: f64,
     ) -> Result<(), Error> {
         let postpones = self.job.indices == Indices::Least;
-        // Forces jump where a part is picked up or placed; the results include both sides.
+        // Forces jump when a part is picked up or placed. The results contain the forces before and
+        // after the jump.
         let sides = [Side::Before, Side::After];
         let jumps = self.job.load.jumps_at(time);
         for side in sides.into_iter().skip(usize::from(!jumps)) {
@@ -96,7 +97,7 @@ impl Work for Solving<'_> {
                 piece.samples.push(SampleResult { time, found: Ok(found) });
                 continue;
             }
-            // Tables contain the coupling bounds of all samples, summaries only the greatest one.
+            // Tables contain the coupling at all samples, summaries only the greatest coupling.
             let known = if postpones { piece.coupling } else { 0.0 };
             solver.accept_coupling_up_to(known);
             match solver.solve(&loads) {
@@ -118,8 +119,8 @@ impl Work for Solving<'_> {
 }
 
 impl ChunkResults {
-    /// Returns the result of the last sample, with `time`, s, instead of its time, if state and
-    /// loads are the same.
+    /// Returns a copy of the result of the last sample with the new time `time`, s, if `loads` and
+    /// the state of `solver` are the same as at the last sample.
     fn known(
         &mut self,
         solver: &InverseDynamics,

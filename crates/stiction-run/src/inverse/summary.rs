@@ -28,19 +28,23 @@ pub struct Summary {
     /// Statistics of the coordinate (m or rad), the speed (m/s or rad/s) and the power (W) of each
     /// actuator.
     motions: Vec<(Range, Size, Size)>,
-    /// Width of the interval of each actuator's effort at rest, N or N m.
+    /// For each actuator, statistics of the width of the interval of possible efforts while joints
+    /// are at rest, N or N m.
     pub(super) widest: Vec<Size>,
-    /// Ends of the widest interval of each actuator's effort at rest, N or N m.
+    /// For each actuator, lower and upper end of the widest interval of possible efforts while
+    /// joints are at rest, N or N m.
     pub(super) widest_bounds: Vec<(f64, f64)>,
-    /// Guaranteed bounds of each effort at the instant of its widest interval, N or N m.
+    /// For each actuator, guaranteed bounds of the effort at the sample with the widest interval of
+    /// possible efforts, N or N m.
     widest_outer: Vec<(f64, f64)>,
-    /// Largest difference between the guaranteed bounds of each actuator's effort and the ends of
-    /// its interval, N or N m.
+    /// For each actuator, largest distance by which the guaranteed bounds of the effort exceed the
+    /// computed interval of possible efforts, N or N m.
     pub(super) certified_within: Vec<f64>,
-    /// Numbers of samples at rest, classified by the certainty of their effort intervals.
+    /// Numbers of samples with joints at rest, for each kind of bounds of the effort intervals.
     pub(super) certainty: Certainty,
     pub(super) resting_samples: usize,
-    /// Number of samples at rest at which the interval of the efforts is unknown.
+    /// Number of samples at which joints are at rest and the intervals of possible efforts are
+    /// unknown.
     pub(super) unbounded_samples: usize,
     pub(super) reactions: Reactions,
     pub(super) dissipated: Vec<Integral>,
@@ -70,7 +74,8 @@ pub struct Summary {
     pub(super) determined_drives: Vec<bool>,
 }
 
-/// Numbers of samples at rest, classified by the certainty of their effort intervals.
+/// Numbers of samples with joints at rest, counted separately for each kind of [`Bounds`] of the
+/// effort intervals.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Certainty {
     pub(super) exact: usize,
@@ -87,7 +92,7 @@ pub(super) struct Work {
 }
 
 impl Summary {
-    /// Creates the summary of a job before its first sample.
+    /// Creates the summary of a job without samples.
     pub fn new(job: &Job<'_>) -> Self {
         let names = Names::new(&job.model.mechanism);
         let (drives, joints, interfaces) =

@@ -50,7 +50,8 @@ impl<W: io::Write> Tables<W> {
     }
 }
 
-/// Collector of the tables of a run in memory, with the same numbers as [`Tables`].
+/// Collects the tables of a run in memory. The numbers are the same as in the files that [`Tables`]
+/// writes.
 pub struct Columns {
     tables: Vec<Table>,
     rows: Rows,

@@ -13,12 +13,12 @@ use std::fmt::{self, Write};
 use stiction_core::dynamics::FrictionMode;
 use stiction_draw::numbers::{number, order, percent};
 
-/// Singularity index below which a pose counts as singular in the text. The indices of a singular
-/// pose at finite rates are accurate only to the square root of the rounding error.
+/// Singularity index below which the text summary calls a pose singular. If the mechanism moves,
+/// the index at a singular pose is accurate only to the square root of the rounding error.
 pub(super) const ROOT_OF_ROUNDING: f64 = 1e-6;
-/// Singularity index below which the summary contains a caution.
+/// Actuation singularity index below which the text summary contains a caution.
 pub(super) const NEAR_SINGULAR: f64 = 1e-3;
-/// Largest number of joints and of friction interfaces that the text lists.
+/// Largest number of joints, and of friction interfaces, that the text summary lists.
 const LISTED: usize = 6;
 
 /// Writes the summary as text.
@@ -101,7 +101,8 @@ fn write_drives(out: &mut impl Write, job: &Job<'_>, summary: &Summary) -> fmt::
     writeln!(out)
 }
 
-/// Writes the intervals of the efforts at rest and their certainty.
+/// Writes the widest intervals of possible efforts while joints are at rest, and how certain these
+/// intervals are.
 fn write_rest(out: &mut impl Write, summary: &Summary) -> fmt::Result {
     if summary.resting_samples == 0 {
         return Ok(());

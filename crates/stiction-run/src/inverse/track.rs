@@ -1,9 +1,10 @@
-//! Positions along a motion, stored between the two passes of a run.
+//! Configurations along a motion, which the scan of the motion stores for the computation of
+//! forces.
 
 use stiction_core::kinematics::State;
 
-/// Positions at the first samples of a motion. The first pass computes them, and the second pass
-/// restores them.
+/// Configurations at the first samples of a motion. The scan of the motion computes these
+/// configurations, and the computation of forces restores them.
 #[derive(Debug, Default)]
 pub(super) struct Track {
     /// Values of each sample: coordinates, rates and accelerations of the spanning tree, followed
@@ -15,7 +16,7 @@ pub(super) struct Track {
     is_full: bool,
 }
 
-/// Stored position of a sample.
+/// Stored configuration of one sample.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Known<'a> {
     /// Coordinates, rates and accelerations of the spanning tree.
@@ -34,7 +35,7 @@ impl Track {
         self.widths[0] + 2 * self.widths[1] + 1
     }
 
-    /// Appends the position of the next sample.
+    /// Appends the configuration of the next sample.
     pub(super) fn add(&mut self, state: &State<f64>, side: Option<f64>) {
         let State { coordinates, rates, accelerations } = state;
         self.widths = [coordinates.len(), rates.len()];
@@ -44,7 +45,8 @@ impl Track {
         self.numbers.push(side.unwrap_or(f64::NAN));
     }
 
-    /// Appends the positions of the following samples, until the storage is full.
+    /// Appends the configurations of the samples in `other`, which follow those already stored.
+    /// Discards these and all later configurations once the storage is full.
     pub(super) fn append(&mut self, other: &Self) {
         if !other.numbers.is_empty() {
             self.widths = other.widths;
@@ -55,7 +57,7 @@ impl Track {
         }
     }
 
-    /// Returns the position of a sample if it is stored.
+    /// Returns the configuration of the sample with this index, if the configuration is stored.
     pub(super) fn at(&self, sample: usize) -> Option<Known<'_>> {
         let width = self.width();
         let numbers = self.numbers.get(sample * width..(sample + 1) * width)?;

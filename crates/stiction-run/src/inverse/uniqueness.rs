@@ -13,8 +13,8 @@ pub(crate) const SINGULAR: f64 = f64::MIN_POSITIVE;
 pub(super) struct Uniqueness {
     /// Mobility for which the mechanism is designed, including local rotations.
     mobility: usize,
-    /// Fast solver for the singularity indices; `None` if the number of statics equations differs
-    /// from the number of unknowns.
+    /// Fast calculator of the singularity indices; `None` if the number of statics equations
+    /// differs from the number of unknowns.
     pub(super) proximity: Option<SingularityDistances>,
     /// Singularity indices of the sample; NaN if their computation is postponed.
     pub(super) distances: Distances,
@@ -30,21 +30,23 @@ pub(super) struct Uniqueness {
     reported: bool,
 }
 
-/// Singular poses with finite forces. The forces are finite because the load does no work on the
-/// gained motion, but they are not unique.
+/// Singular poses with finite forces. At a singular pose, the mechanism gains a motion with locked
+/// actuators. The forces are finite because the load does no work on this motion, but the forces
+/// are not unique.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Singular {
     /// Number of samples at singular poses with finite forces.
     pub samples: usize,
-    /// Time of the first of these singular samples, s.
+    /// Time of the first sample at a singular pose with finite forces, s.
     pub time: f64,
-    /// Body that can move at the first of these singular samples with all actuators locked.
+    /// Name of a body that can move at the singular pose at `time`, although all actuators are
+    /// locked.
     pub body: String,
-    /// Motion of the body in words.
+    /// Motion of this body, in words.
     pub motion: String,
-    /// Load that the mechanism could not carry in this pose.
+    /// Load that the mechanism could not carry in the singular pose at `time`, in words.
     pub load: String,
-    /// Self-stresses that can be added to the forces in this pose.
+    /// Self-stresses that can be added to the forces in the singular pose at `time`.
     pub null_directions: Vec<NullDirection>,
 }
 
@@ -69,8 +71,8 @@ impl Uniqueness {
     }
 
     /// Examines the present pose. If `postpones` is true and only the singularity indices remain to
-    /// be computed, returns bounds on their changes instead of computing them, see
-    /// [`SingularityDistances::travel`].
+    /// be computed, returns bounds on the changes of these indices instead of computing the
+    /// indices, see [`SingularityDistances::travel`].
     pub(super) fn observe(
         &mut self,
         solver: &InverseDynamics,
@@ -119,7 +121,7 @@ pub(super) fn is_determined(solver: &InverseDynamics) -> bool {
     solver.weighting() == Some(Weighting::Determined) && !has_spins
 }
 
-/// Describes a singular pose.
+/// Describes the singular pose of the solver at `time`, s; `None` if no body can move.
 fn singular(solver: &InverseDynamics, statics: &Statics, time: f64) -> Option<Singular> {
     let reported = statics.weakest_motion(&solver.idle_axes())?;
     let mechanism = solver.mechanism();

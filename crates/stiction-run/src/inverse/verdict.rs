@@ -1,4 +1,4 @@
-//! Verdict on a whole motion.
+//! Verdict on the results along a whole motion.
 
 use super::certainty::{Margin, OtherSolutions};
 use super::uniqueness::Singular;
@@ -11,7 +11,8 @@ pub struct Verdict {
     pub samples: usize,
     /// Notes on differences between the assembled first configuration and the declared `home` and `start`.
     pub assembly_notes: Vec<String>,
-    /// Least mobility that the constraints leave at any sample, including local rotations.
+    /// Least mobility that the constraints leave at three samples: the first sample and those after
+    /// one third and two thirds of the samples. Local rotations are included.
     pub mobility: usize,
     /// Names of the bodies that can rotate freely about their own axes.
     pub idle_spins: Vec<String>,
@@ -22,8 +23,9 @@ pub struct Verdict {
     pub weighting: Option<Weighting>,
     /// Sliding speed below which friction interfaces are at rest, m/s.
     pub rest_speed: f64,
-    /// Largest coupling of friction and reactions along the motion. Below one, the solution with
-    /// friction is unique. `None` if unknown.
+    /// Largest bound of the coupling of friction and reactions along the motion, dimensionless. If
+    /// it is below one, the solution with friction is unique. `None` if the bound is unknown at a
+    /// sample.
     pub coupling: Option<f64>,
     /// Pairs of times, s, of neighbouring samples between which the mechanism passes a singular
     /// pose. Near this pose, efforts grow without bound.
@@ -33,7 +35,8 @@ pub struct Verdict {
     pub other_solutions: Option<OtherSolutions>,
     /// Least friction margin to jamming, if requested.
     pub friction_margin: Option<Margin>,
-    /// Singular poses at samples at which the mechanism can carry the load nevertheless.
+    /// Singular poses at which the mechanism can nevertheless carry the load; `None` if no sample
+    /// has such a pose.
     pub singular: Option<Singular>,
 }
 

@@ -1,15 +1,16 @@
-//! Motion that the mechanism gains near a singular position, shown by the moving robot.
+//! Motion that the mechanism gains near a singular configuration, for the animation of the robot.
 
 use crate::instants::Instants;
 use crate::job::Job;
 use stiction_core::spatial::Vec3;
 use stiction_draw::viewer::Ghost;
 
-/// Number of samples in one step along the motion.
+/// Number of samples that the mechanism advances in one step on the way to the requested time.
 const STRIDE: usize = 16;
 
-/// Determines the least-constrained motion with locked actuators at a time, s. `None` if the
-/// mechanism cannot follow the motion to that time, or has no such least-constrained motion.
+/// Determines the least-constrained motion of the mechanism with locked actuators at a time, s.
+/// `index` is the actuation singularity index at this time. `None` if the mechanism cannot follow
+/// the motion to that time, or has no such least-constrained motion.
 pub(super) fn least_constrained(job: &Job<'_>, time: f64, index: f64) -> Option<Ghost> {
     let instants: Instants = job.instants().ok()?;
     let mut follower = job.assemble(instants.at(0)).ok()?;

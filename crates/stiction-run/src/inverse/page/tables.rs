@@ -49,7 +49,8 @@ pub(super) fn efforts(job: &Job<'_>, summary: &Summary) -> String {
     long_table(&head, &rows, 2 * LISTED)
 }
 
-/// Returns the table of the widest interval of each effort at rest.
+/// Returns the table of the widest interval of possible efforts of each actuator while joints are
+/// at rest; empty if joints are never at rest.
 pub(super) fn rest(summary: &Summary) -> String {
     if summary.resting_samples == 0 {
         return String::new();

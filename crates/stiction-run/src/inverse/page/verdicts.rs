@@ -10,9 +10,10 @@ use crate::report::Finding;
 use crate::undetermined::by_components;
 use stiction_draw::numbers::{number, order};
 
-/// Relative residual above which a verdict contains a warning. Rounding leaves about 1e-12.
+/// Relative residual of the power balance above which the verdict is a warning. Rounding errors
+/// cause about 1e-12.
 const CLOSED: f64 = 1e-6;
-/// Largest number of names in a sentence.
+/// Largest number of names that one sentence of a verdict lists.
 const NAMED: usize = 6;
 
 pub(super) fn of(job: &Job<'_>, summary: &Summary, verdict: &Verdict) -> Vec<Finding> {
