@@ -124,8 +124,8 @@ impl<'a> Job<'a> {
     /// selects the payloads before or after the change.
     ///
     /// # Errors
-    /// Those of [`Self::loads_at`]; [`Error::SpinningPayload`] for a payload on a body that can
-    /// spin freely, because the acceleration of such a body is unknown before the forces are
+    /// The errors of [`Self::loads_at`]; [`Error::SpinningPayload`] for a payload on a body that
+    /// can spin freely, because the acceleration of such a body is unknown before the forces are
     /// computed.
     pub fn loads_of(
         &self,
@@ -163,8 +163,8 @@ impl<'a> Job<'a> {
     /// Replaces `loads` by the external loads at an instant, s, without payloads.
     ///
     /// # Errors
-    /// [`Error::NotFinite`] if a load is not finite; [`Error::StateLoad`] if a load depends on the state
-    /// of the mechanism.
+    /// [`Error::NotFinite`] if a load is not finite; [`Error::StateLoad`] if a load is a formula of
+    /// the state of the mechanism.
     pub fn loads_at(&self, time: f64, loads: &mut Vec<AppliedLoad<f64>>) -> Result<(), Error> {
         if let Some(law) = self.load.laws.first() {
             let body = self.model.mechanism.bodies()[law.body.0].name.clone();

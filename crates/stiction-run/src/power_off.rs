@@ -47,8 +47,8 @@ pub(crate) fn of(
         } else if is_nothing(at(bounds), error / train.transmission().abs()) {
             PowerOff::Unloaded
         } else if holds((effort, effort)) || forces.efforts.len() == 1 {
-            // Friction of motor and gear holds the shaft without the help of joint friction. All
-            // motors can be held in this way at the same time.
+            // Either friction of motor and gear holds the shaft without the help of joint friction,
+            // which is possible for all motors at the same time, or there is only one actuator.
             PowerOff::Held
         } else {
             PowerOff::Undecided

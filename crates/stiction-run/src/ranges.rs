@@ -11,17 +11,17 @@ use stiction_draw::numbers::number;
 /// Largest number of excursions that are stored for each range; further excursions are only
 /// counted.
 const KEPT: usize = 1000;
-/// Excess over a range, as a fraction of the width of the range, below which it counts as a
-/// rounding error.
+/// An excess over a range counts as a rounding error if it is at most this fraction of the width of
+/// the range.
 const ROUNDING: f64 = 1e-9;
 
-/// Value of a quantity, rad or m, and its rate if the rate is known.
+/// Value of a quantity, rad or m, and its rate, rad/s or m/s; `None` if the rate is unknown.
 pub(crate) type ValueAndRate = (f64, Option<f64>);
 
 /// Quantity for which the model declares a range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Ranged {
-    /// Coordinate of a degree of freedom of a joint.
+    /// Joint coordinate, given by the joint and the index of the degree of freedom in this joint.
     Dof(JointId, usize),
     /// Quantity computed from the poses of the bodies.
     Measured(Measured),
@@ -32,7 +32,8 @@ pub(crate) enum Ranged {
 pub(crate) enum Measured {
     /// Tilt of a joint.
     Tilt(JointId, JointType),
-    /// Length of a gas spring between points of two bodies.
+    /// Length of a gas spring, given by the indices of two bodies and the end of the spring on each
+    /// body, in the frame of the body, m.
     Length([usize; 2], [Vec3<f64>; 2]),
 }
 
@@ -97,8 +98,8 @@ pub(crate) struct Watched {
     pub(crate) limits: (f64, f64),
     least: f64,
     greatest: f64,
-    /// Full turns, rad, added to an angle so that its first value is closest to the range; `None`
-    /// before the first sample.
+    /// Full turns, rad, added to an angle so that its value at the first sample is closest to the
+    /// middle of the range; `None` before the first sample.
     turns: Option<f64>,
     last: Option<(f64, ValueAndRate)>,
     pub(crate) excursions: Vec<Excursion>,
@@ -176,7 +177,7 @@ impl Watched {
     }
 
     /// Adds an excursion between two samples that are both inside the range, if the cubic through
-    /// values and rates leaves the range between them.
+    /// the values and rates at both samples leaves the range.
     fn add_between(&mut self, time: f64, now: ValueAndRate) {
         let (least, greatest) = self.limits;
         let Some((before, (old, Some(old_rate)))) = self.last else { return };
@@ -219,8 +220,9 @@ impl Watched {
         }
     }
 
-    /// Returns the time at which the quantity crosses a limit after the last sample. The time is
-    /// interpolated by the cubic through values and rates, or linearly if the rates are unknown.
+    /// Returns the time, s, at which the quantity crosses `limit` between the last added sample and
+    /// the sample at `time`, s; `None` if there is no crossing. The time is interpolated by the
+    /// cubic through values and rates, or linearly if the rates are unknown.
     fn crossing(&self, time: f64, (value, rate): ValueAndRate, limit: f64) -> Option<f64> {
         let (before, (old, old_rate)) = self.last?;
         let (h, rise) = (time - before, value - old);
@@ -368,7 +370,8 @@ mod tests {
         Watched::new("J".to_owned(), Ranged::Dof(JointId(0), 0), false, limits)
     }
 
-    /// Tests that a sine leaves a range of +-0.5 at 30 deg and returns at 150 deg.
+    /// Checks that the excursion of a sine beyond a range of +-0.5 begins at 30 deg and ends at 150
+    /// deg.
     #[test]
     fn excursions_are_located() {
         let mut joint = watched((-0.5, 0.5));
@@ -387,8 +390,8 @@ mod tests {
         assert!(caution.starts_with("J exceeds its range of -28.65 deg to 28.65 deg by 28.65 deg"));
     }
 
-    /// Tests an excursion between two samples: with q = 1 - (t - 0.05)^2, the quantity exceeds
-    /// 0.9999 within 10 ms around 50 ms.
+    /// Checks that an excursion between two samples is found: with q = 1 - (t - 0.05)^2, the
+    /// quantity exceeds 0.9999 within 10 ms around 50 ms.
     #[test]
     fn excursions_between_samples_are_seen() {
         let mut joint = watched((0.0, 0.9999));

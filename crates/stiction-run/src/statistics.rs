@@ -158,7 +158,7 @@ impl Integral {
         self.last = Some((time, value));
     }
 
-    /// Returns the value of the series at the last instant.
+    /// Returns the value of the series at the last added sample; zero without samples.
     pub(crate) fn last(&self) -> f64 {
         self.last.map_or(0.0, |(_, value)| value)
     }

@@ -2,7 +2,7 @@
 
 use crate::names::listed;
 
-/// Largest number of groups of joints, and of joints in a group, that the text lists.
+/// Largest number of groups of joints, and of joints in each group, that a message lists.
 const LISTED: usize = 6;
 const COMPONENTS: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
 

@@ -7,8 +7,8 @@ use nalgebra::DMatrix;
 use stiction_core::random::Random;
 use stiction_identify::{BaseParameters, Estimate, Evidence, Kind, Parameter, Verdict};
 
-/// Number of instants in all fitted logs together at which the structure of the regression is
-/// computed. The positions are logged, the rates and accelerations are random.
+/// Approximate number of instants, in all fitted logs together, at which the structure of the
+/// regression is computed. The positions are logged, the rates and accelerations are random.
 const STRUCTURE_SAMPLES: usize = 240;
 
 /// Linear combinations of parameters that the efforts determine, computed at logged positions with

@@ -1,4 +1,4 @@
-//! Samples of a run for the animated robot of its report.
+//! Samples of a run, stored for the animated robot in the report of this run.
 //!
 //! For a long run, only some evenly spaced samples are stored. In addition, the samples with
 //! extremes of the quantities in the report's tables are stored. The page therefore remains small
@@ -58,8 +58,8 @@ pub struct Reel {
 /// Largest number of runs that one page shows.
 pub(crate) const MOST_RUNS: usize = 8;
 
-/// Returns the markup of the animated robot of the first of several runs. A reader can overlay the
-/// robot of another run. Each run has a label. Empty without runs.
+/// Returns the HTML of the animated robot of the first run in `runs`. The reader of the page can
+/// overlay the robot of another run. Each run has a label. The result is empty without runs.
 pub(crate) fn together(runs: Vec<(String, Reel)>, caption: &str) -> String {
     let labelled = |(label, reel): (String, Reel)| (Shot { label, ..reel.shot }, reel.still);
     let mut runs = runs.into_iter().take(MOST_RUNS).map(labelled);
@@ -68,7 +68,7 @@ pub(crate) fn together(runs: Vec<(String, Reel)>, caption: &str) -> String {
     robot(&first, &others, &still, caption)
 }
 
-/// Collector of the samples of a run for the animated robot.
+/// Collects the samples of a run for the animated robot.
 #[derive(Clone, Debug)]
 pub(crate) struct Animation {
     mechanism: Mechanism,
@@ -231,15 +231,16 @@ impl Animation {
         self.tracked.extend_from_slice(&values[values.len() - self.whole..]);
     }
 
-    /// Returns the markup of the animated robot with a still picture; `ghost` is the
-    /// least-constrained motion at one sample, if it is shown. Empty without samples.
+    /// Returns the HTML of the animated robot with a still picture; `ghost` is the
+    /// least-constrained motion at one sample, if it is shown. The result is empty without samples.
     pub(crate) fn figure(&self, caption: &str, ghost: Option<Ghost>) -> String {
         let Some(mut reel) = self.reel(1) else { return String::new() };
         reel.shot.film.ghost = ghost;
         robot(&reel.shot, &[], &reel.still, caption)
     }
 
-    /// Returns the animation for a page that shows `runs` runs; `None` without samples.
+    /// Returns the animation for an HTML page that shows `runs` runs; `None` if no samples were
+    /// added.
     pub(crate) fn reel(&self, runs: usize) -> Option<Reel> {
         if self.first.is_empty() {
             return None;
@@ -254,8 +255,8 @@ impl Animation {
         Some(Reel { shot: Shot { label: String::new(), scene: drawing.scene(), film }, still })
     }
 
-    /// Returns the stored samples, without the columns of loads that never act. In a page of
-    /// several runs, each run has fewer samples.
+    /// Returns the stored samples for a page that shows `runs` runs, without the columns of loads
+    /// that never act. The more runs a page shows, the fewer samples of each run are returned.
     pub(crate) fn film(&self, runs: usize) -> Film {
         let sparse = self.even.len().div_ceil((self.most / runs).max(2)).max(1);
         let even = self.even.iter().step_by(sparse);

@@ -33,8 +33,8 @@ pub(crate) fn header(model: &ModelFile, about: &str) -> String {
     inner + &note(about)
 }
 
-/// Returns the table of the peak reactions of all joints, in descending order of force. For the
-/// comparison with forces, moments are divided by `length`, m.
+/// Returns the table of the peak reactions of all joints, in descending order of force. Moments at
+/// most as large as the rounding error of the force times `length`, m, are shown as zero.
 pub(crate) fn reactions(names: &[String], reactions: &Reactions, length: f64) -> String {
     let mut order: Vec<usize> = (0..names.len()).collect();
     order.sort_by(|&a, &b| reactions.0[b].0.peak.total_cmp(&reactions.0[a].0.peak));
@@ -63,8 +63,9 @@ pub(crate) fn reactions(names: &[String], reactions: &Reactions, length: f64) ->
     section("Joint reactions", &inner)
 }
 
-/// Returns a bar chart of the energy dissipated in each joint, in descending order. `amounts`
-/// contains, for each friction interface, the index of its joint and its dissipated energy, J.
+/// Returns a bar chart of the dissipation in each joint, in descending order. `amounts` contains,
+/// for each friction interface, the index of its joint and the dissipation in `unit`: energy, J, or
+/// power, W.
 pub(crate) fn by_joint(
     names: &[String],
     amounts: impl Iterator<Item = (usize, f64)>,
@@ -91,8 +92,8 @@ pub(crate) fn by_joint(
     html::bars(&Bars { title, axis: String::new(), unit: unit.to_owned(), bars })
 }
 
-/// Returns the section with the options and the program version for repeating the run; `options`
-/// are the options in the summary.
+/// Returns the section with the options and the program version for repeating the run; `command` is
+/// the command line of the run, if any, and `options` are the options in the summary.
 pub(crate) fn repeat(command: Option<&str>, options: &Value) -> String {
     let mut inner = String::new();
     if let Some(command) = command {

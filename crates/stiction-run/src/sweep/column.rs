@@ -4,7 +4,8 @@ use crate::Job;
 use crate::inverse::rows::{Rows, TABLES};
 use crate::names::Names;
 
-/// Column of a table of inverse dynamics, or the magnitude of a vector whose components are three columns.
+/// Column of a table of inverse dynamics, or the magnitude of a vector whose components are three
+/// successive columns.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Column {
     /// Index of the table in [`TABLES`].

@@ -26,7 +26,8 @@ enum Plan {
 
 /// Largest number of rows of a grid.
 const MOST_ROWS: u64 = 1 << 40;
-/// Largest number of coordinates in a Latin hypercube, whose permutations are stored in memory.
+/// Largest number of coordinates (rows times keys) in a Latin hypercube, whose permutations are
+/// stored in memory.
 const MOST_COORDINATES: u64 = 1 << 28;
 
 /// Reason why variations cannot be combined into a design.

@@ -1,7 +1,8 @@
 //! Direction numbers of Sobol's sequence.
 //!
-//! S. Joe and F. Y. Kuo, "Constructing Sobol sequences with better two-dimensional projections", SIAM Journal on
-//! Scientific Computing 30 (2008), 2635-2654: the first of the set `new-joe-kuo-6.21201` of the authors.
+//! S. Joe and F. Y. Kuo, "Constructing Sobol sequences with better two-dimensional projections",
+//! SIAM Journal on Scientific Computing 30 (2008), 2635-2654. The numbers are those of the first
+//! dimensions in the authors' set `new-joe-kuo-6.21201`.
 
 /// Parameters of each dimension after the first: degree of the primitive polynomial, inner
 /// coefficients of the polynomial as bits of a number, and initial direction numbers.

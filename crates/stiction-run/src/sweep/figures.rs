@@ -6,20 +6,22 @@ use stiction_draw::figure::{Figure, Line, Panel};
 use stiction_draw::heat_map::HeatMap;
 use stiction_format::{Key, Setting};
 
-/// Largest number of rows of a grid that is drawn.
+/// Largest number of rows of a grid that is drawn as curves or maps; larger grids are drawn as
+/// scatter plots.
 const MOST_ROWS: u64 = 100_000;
 /// Largest number of rows in a scatter plot. More marks would hide each other.
 const MOST_MARKS: usize = 2000;
 /// Largest number of keys with scatter plots.
 const MOST_KEYS: usize = 8;
 
-/// Collector of the rows of a study, which draws its plots.
+/// Collects the rows of a study and draws the plots of the study.
 pub struct Pictures {
     keys: Vec<String>,
     objectives: Vec<String>,
-    /// Number of values of each key of a grid with one or two keys; `None` for other designs.
+    /// Number of values of each key of a grid with one or two keys; `None` for other designs and
+    /// for grids with too many rows.
     shape: Option<Vec<usize>>,
-    /// Numeric values of the keys, row by row.
+    /// Values of the keys in each stored row; NaN for values that are not numbers.
     settings: Vec<Vec<f64>>,
     values: Vec<Vec<Option<f64>>>,
     /// Number of rows added so far.
@@ -82,8 +84,8 @@ impl Pictures {
         self.values.push(values.to_vec());
     }
 
-    /// Draws all plots as SVG, with their file names. Returns no plots if a key has values that are
-    /// not numbers, or if rows are missing.
+    /// Draws all plots as SVG, with their file names. For a grid with one or two keys, returns no
+    /// plots if a key has values that are not numbers, or if rows are missing.
     pub fn draw(&self) -> Vec<(String, String)> {
         let svg = |picture: &Picture| match picture {
             Picture::Curves(figure) => figure.svg(),
@@ -110,7 +112,8 @@ impl Pictures {
         }
     }
 
-    /// Draws the objectives over each key with numeric values.
+    /// Draws scatter plots of all objectives over each key whose values are numbers, for at most
+    /// [`MOST_KEYS`] keys.
     fn scatter(&self) -> Vec<(String, Picture)> {
         let is_numeric = |key: &usize| {
             !self.settings.is_empty() && self.settings.iter().all(|row| row[*key].is_finite())

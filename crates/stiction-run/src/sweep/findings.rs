@@ -39,7 +39,7 @@ pub(super) struct Extreme {
 }
 
 impl Findings {
-    /// Creates the summary before the first row.
+    /// Creates the summary of a study without rows.
     pub fn new(keys: &[Key], objectives: &[String]) -> Self {
         Self {
             keys: keys.to_vec(),
@@ -54,7 +54,7 @@ impl Findings {
         }
     }
 
-    /// Adds the results of a row.
+    /// Adds the results of the row with the given number, counted from 1.
     pub fn add(&mut self, number: u64, settings: &[Setting], row: &Row) {
         self.rows += 1;
         match &row.status {
@@ -106,8 +106,8 @@ impl Findings {
         all
     }
 
-    /// Returns the reason if no design has results, and true if all failures were caused by invalid
-    /// values of the keys; `None` if some design has results.
+    /// If no design has results, returns true if all failures were caused by invalid values of the
+    /// keys, and the reason of the first failure. Returns `None` if any design has results.
     pub fn failure(&self) -> Option<(bool, String)> {
         let (row, reason) = self.remarks.first()?;
         (self.rows > 0 && self.failed == self.rows).then(|| {

@@ -9,15 +9,15 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 pub(super) struct LatinHypercube {
     /// Index of the interval that contains each point.
     intervals: Vec<u32>,
-    /// Random numbers for the places of the points within their intervals. Each dimension has its
-    /// own stream of numbers.
+    /// Random numbers for the positions of the points within their intervals. Each dimension has
+    /// its own stream of numbers.
     places: ChaCha8Rng,
 }
 
-/// Index of the first random stream for the places of points. The streams before it are used for
-/// permutations.
+/// Index of the first random stream that determines positions of points within their intervals.
+/// Streams with smaller indices are used for permutations.
 const PLACES: u64 = 1 << 32;
-/// Number of 32-bit random words consumed by the place of one point.
+/// Number of 32-bit random words that determine the position of one point within its interval.
 const WORDS: u128 = 2;
 
 impl LatinHypercube {
@@ -34,7 +34,7 @@ impl LatinHypercube {
         Self { intervals, places }
     }
 
-    /// Returns the coordinate of a point, at least 0 and less than 1.
+    /// Returns the coordinate of the point with this index, at least 0 and less than 1.
     pub(super) fn at(&self, point: u64) -> f64 {
         let mut places = self.places.clone();
         places.set_word_pos(WORDS * u128::from(point));
@@ -46,7 +46,7 @@ impl LatinHypercube {
     }
 }
 
-/// Converts the 53 leading bits to a number of at least 0 and less than 1.
+/// Converts the 53 leading bits of `bits` to a number that is at least 0 and less than 1.
 pub(super) fn unit(bits: u64) -> f64 {
     (bits >> 11) as f64 / (1_u64 << 53) as f64
 }

@@ -1,10 +1,10 @@
 //! Studies of many designs: each design has its own values of the varied keys, and its run yields
 //! values of the objectives.
 //!
-//! A [`Design`] returns the values of each row, independent of all other rows. [`Objectives`]
-//! receives the samples of a run and computes statistics of their columns. [`in_order`] computes
-//! rows on several threads. The caller reads the model of each row, since only the caller knows its
-//! source.
+//! A [`Design`] returns the values of the varied keys in each row, independently of all other rows.
+//! [`Objectives`] receives the samples of a run and computes statistics of their columns.
+//! [`in_order`] computes rows on several threads. The caller reads the model of each row, since
+//! only the caller knows where the model comes from.
 
 mod column;
 mod design;

@@ -37,7 +37,7 @@ struct Item {
 }
 
 impl Objectives {
-    /// Finds the columns of objectives in the tables of a job.
+    /// Parses the objectives in `texts` and finds their columns in the tables of a job.
     ///
     /// # Errors
     /// Returns diagnostics for objectives that cannot be interpreted, each with its location and

@@ -56,7 +56,8 @@ impl Status {
         matches!(self, Self::Computed { doubts } if doubts.is_empty())
     }
 
-    /// Parses the text of a status; `None` for any other text.
+    /// Parses a status from the text that its [`Display`](fmt::Display) implementation writes;
+    /// `None` for any other text.
     pub fn parse(text: &str) -> Option<Self> {
         let failed =
             |is_bad_input, reason: &str| Self::Failed { is_bad_input, reason: reason.to_owned() };

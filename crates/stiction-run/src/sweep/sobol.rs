@@ -46,7 +46,7 @@ impl Sobol {
         Self { directions }
     }
 
-    /// Returns the coordinate of a point, in units of 2^-64.
+    /// Returns the coordinate of the point with this index, in units of 2^-64.
     pub(super) fn at(&self, point: u64) -> u64 {
         let gray = point ^ (point >> 1);
         let is_set = |k: &usize| gray >> k & 1 == 1;
@@ -62,8 +62,8 @@ mod tests {
         x as f64 / 2f64.powi(64)
     }
 
-    /// Tests the first ten points in three dimensions, as printed on the authors' page on their
-    /// program `sobol.cc` (S. Joe and F. Y. Kuo, "Sobol sequence generator").
+    /// Checks the first ten points in three dimensions against those that S. Joe and F. Y. Kuo
+    /// publish on the page of their program `sobol.cc` ("Sobol sequence generator").
     #[test]
     fn published_first_points() {
         let published = [
@@ -106,8 +106,8 @@ mod tests {
         }
     }
 
-    /// Tests that initial direction numbers are odd and less than 2^k, and that the polynomials
-    /// differ.
+    /// Checks that all initial direction numbers are odd, that the k-th number of each dimension is
+    /// less than 2^k, and that all polynomials differ.
     #[test]
     fn direction_numbers_are_admissible() {
         let mut polynomials = Vec::new();

@@ -1,4 +1,4 @@
-//! Statistics of a sampled series, which are the functions of objectives.
+//! Statistics of a sampled series, which serve as functions in objectives.
 
 use crate::statistics::{Integral, Size};
 
@@ -50,7 +50,7 @@ impl Function {
     }
 }
 
-/// Statistics of the samples so far.
+/// One statistic of a series, accumulated sample by sample.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Statistic {
     function: Function,
@@ -61,7 +61,7 @@ pub(super) struct Statistic {
     last: f64,
     size: Size,
     integral: Integral,
-    /// True after a sample was not a number. The statistic then has no value.
+    /// True if any sample so far was not a number; the statistic then has no value.
     is_lost: bool,
 }
 

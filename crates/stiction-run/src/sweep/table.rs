@@ -93,7 +93,7 @@ impl Record {
     }
 }
 
-/// Splits a line of CSV into its cells.
+/// Splits a line of CSV into its cells; `None` if the line is empty or not valid CSV.
 pub fn fields(line: &str) -> Option<Vec<String>> {
     let mut reader = csv::ReaderBuilder::new().has_headers(false).from_reader(line.as_bytes());
     let record = reader.records().next()?.ok()?;
