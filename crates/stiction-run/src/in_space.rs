@@ -58,8 +58,8 @@ impl SpacePoint {
         [x, y, z, of_x, of_y, of_z, distance, angle]
     }
 
-    /// Returns the reference and the tracking errors, which are the values in the columns of
-    /// [`columns`].
+    /// Returns the reference and the tracking errors, in the order of the columns that [`columns`]
+    /// names.
     pub(crate) fn followed(&self) -> impl Iterator<Item = f64> {
         self.values().into_iter().skip(Self::POSITION)
     }
@@ -299,8 +299,8 @@ impl SpaceCurves {
         }
     }
 
-    /// Adds the references and the tracking errors at a time, s; `numbers` contains the values of
-    /// [`columns`] for each tracked body.
+    /// Adds the references and the tracking errors at a time, s; for each tracked body, `numbers`
+    /// contains the values of the columns that [`columns`] names.
     pub(crate) fn add_references(&mut self, time: f64, numbers: &[f64]) {
         let each = self.references.iter_mut().zip(&mut self.errors);
         for ((path, errors), row) in each.zip(numbers.chunks_exact(WIDTH)) {

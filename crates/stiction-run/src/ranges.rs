@@ -81,7 +81,8 @@ pub(crate) struct Excursion {
     pub(crate) until: f64,
     /// True if the quantity returns to the range.
     pub(crate) returns: bool,
-    /// Largest excess over the range at any sample, rad or m.
+    /// Largest excess over the range, rad or m: at a sample, or between two samples if the quantity
+    /// is within its range at both of them.
     pub(crate) beyond: f64,
     /// Time of the largest excess, s.
     pub(crate) time: f64,
@@ -89,7 +90,7 @@ pub(crate) struct Excursion {
     pub(crate) above: bool,
 }
 
-/// Range of a quantity and its excursions along a run.
+/// Range of a quantity, and excursions of the quantity beyond this range along a run.
 #[derive(Clone, Debug)]
 pub(crate) struct Watched {
     pub(crate) name: String,

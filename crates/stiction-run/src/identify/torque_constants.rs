@@ -94,7 +94,8 @@ pub(super) fn start(parameters: &mut [Parameter], all: &mut [Prepared]) {
 
 /// Writes the entry of an unknown torque constant into the regression row of an actuator's effort,
 /// in units of the parameter's scale. The entry is computed from the effort that the model predicts
-/// with the prior values `at`.
+/// with the prior values `at`. Does nothing if `constant`, the index of the torque constant, is
+/// `None`.
 pub(super) fn complete(
     row: &mut nalgebra::RowDVector<f64>,
     (known, constant): (f64, Option<usize>),

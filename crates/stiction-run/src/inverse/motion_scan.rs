@@ -8,7 +8,7 @@ use stiction_core::dynamics::InverseDynamics;
 use stiction_core::parameters::InterfaceParameters;
 use stiction_core::statics::{Constraints, SingularityDistances};
 
-/// Evaluation of chunks that follows the motion without computing forces.
+/// Evaluates the chunks of a motion without computing forces.
 pub(super) struct Following {
     /// Indices of the samples at which the mobility is computed.
     pub(super) mobility_at: [usize; 3],

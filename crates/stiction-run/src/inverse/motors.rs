@@ -22,8 +22,8 @@ struct Train {
 }
 
 impl Motors {
-    /// Creates the evaluation. `rest_rates` contains, for each actuator, the rate below which its
-    /// joint counts as being at rest, m/s or rad/s.
+    /// Creates the evaluation of the drive trains of a job. `rest_rates` contains, for each
+    /// actuator, the rate below which its joint counts as being at rest, m/s or rad/s.
     pub(super) fn new(job: &Job<'_>, rest_rates: Vec<f64>) -> Self {
         let mechanism = &job.model.mechanism;
         let dofs = actuated(&dofs_of(mechanism));

@@ -18,8 +18,8 @@ pub(crate) const TABLES: [&str; 7] = [
     "motors.csv",
     "contributions.csv",
 ];
-/// Number of tables that every run has: the first ones in [`TABLES`]. The other tables require
-/// drive trains, or friction and actuators.
+/// Number of tables that every run writes; these tables come first in [`TABLES`]. The other tables
+/// require drive trains, or friction and actuators.
 const ALWAYS: usize = 5;
 
 /// Rows of all tables of a run for one sample.

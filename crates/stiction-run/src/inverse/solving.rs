@@ -15,7 +15,7 @@ use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Invers
 use stiction_core::kinematics::State;
 use stiction_format::Side;
 
-/// Evaluation of chunks that computes forces and verdicts at each sample.
+/// Evaluates the chunks of a motion; computes forces and their uniqueness at each sample.
 pub(super) struct Solving<'a> {
     pub(super) job: &'a Job<'a>,
     pub(super) track: &'a Track,
@@ -42,7 +42,7 @@ pub(super) struct ChunkResults {
 struct SolvedAt {
     state: State<f64>,
     loads: Vec<AppliedLoad<f64>>,
-    /// Index of this sample in the results of the chunk.
+    /// Index of the sample with this state and these loads in the results of the chunk.
     place: usize,
 }
 

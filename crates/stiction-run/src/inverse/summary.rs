@@ -64,8 +64,8 @@ pub struct Summary {
     pub(super) closure: Size,
     pub(super) actuation: Least,
     pub(super) constraint: Least,
-    /// Size of the effort of each gearing, and true if the effort is statically determinate at all
-    /// samples.
+    /// Statistics of the effort of each gearing, and true if this effort is statically determinate
+    /// at all samples.
     pub(super) gearings: Vec<(Size, bool)>,
     /// Flags for the reaction of each joint: true for each component that is statically determinate
     /// at all samples. The first three components are the force, the last three the moment.

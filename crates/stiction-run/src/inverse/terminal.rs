@@ -326,8 +326,8 @@ fn write_verdicts(
     }
 }
 
-/// Writes the singular poses at which the load does no work on the gained motion, so that the
-/// mechanism can carry the load.
+/// Writes the singular poses at which the mechanism can carry the load, because the load does no
+/// work on the motion that the mechanism gains.
 fn write_singular(
     out: &mut impl Write,
     summary: &Summary,
@@ -394,7 +394,8 @@ fn write_unique(out: &mut impl Write, what: &str, verdict: &Verdict) -> fmt::Res
     }
 }
 
-/// Writes other solutions and the friction margin to jamming.
+/// Writes other solutions with friction, if any were found, and the friction margin to jamming, if
+/// it was computed.
 fn write_certainty(out: &mut impl Write, summary: &Summary, verdict: &Verdict) -> fmt::Result {
     if let Some(others) = &verdict.other_solutions {
         let count = others.drives.len();

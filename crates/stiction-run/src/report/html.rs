@@ -32,7 +32,7 @@ pub(crate) fn table(head: &[(&str, Column)], rows: &[Vec<String>]) -> String {
     table_of(head, &rows)
 }
 
-/// Returns a collapsible section, for long tables.
+/// Returns a collapsible section, for long tables; empty if `inner` is empty.
 pub(crate) fn folded(summary: &str, inner: &str) -> String {
     if inner.is_empty() {
         return String::new();
