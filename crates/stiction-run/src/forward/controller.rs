@@ -48,7 +48,7 @@ impl Gains {
 #[derive(Clone, Debug)]
 pub(super) struct Controller<'a> {
     control: &'a Control,
-    /// Gains of each actuator.
+    /// Controller gains and effort limit of each actuator.
     pub(super) gains: Vec<Gains>,
     /// Integral part of the effort of each actuator at the last sample, N or N m. Zeros for a
     /// controller in continuous time, because the simulation then integrates these parts.
@@ -57,7 +57,7 @@ pub(super) struct Controller<'a> {
     /// of the actuators. `None` if the controller requires neither.
     model: Option<InverseDynamics>,
     motors: Motors,
-    /// Positions of all actuators at the previous sample, m or rad; `None` at the first sample.
+    /// Positions of all actuators at the previous sample, m or rad; `None` before the first sample.
     before: Option<Vec<f64>>,
 }
 
@@ -67,13 +67,13 @@ pub(super) struct ControllerInput<'a> {
     /// Position, m or rad, and rate, m/s or rad/s, of each actuator. Angles are not wrapped to one
     /// turn.
     pub(super) actual: &'a [(f64, f64)],
-    /// Reference motions of the actuators.
+    /// Reference position, rate and acceleration of each actuator.
     pub(super) reference: &'a [Target<f64>],
-    /// Feed-forward efforts, N or N m.
+    /// Feed-forward effort of each actuator, N or N m.
     pub(super) feed: &'a [f64],
     /// Friction contribution to the effort of each actuator along the reference motion, N or N m.
     pub(super) friction: &'a [f64],
-    /// External loads.
+    /// External loads on the bodies at the sample.
     pub(super) loads: &'a [AppliedLoad<f64>],
 }
 

@@ -14,8 +14,8 @@ use stiction_draw::figure::meaning::{
 };
 use stiction_draw::figure::{Figure, Panel, Trace};
 
-/// Collector of the curves that the figures of a simulation show. It receives the simulation sample
-/// by sample.
+/// Collector of the curves for the figures of a simulation. Each sample adds one point to the
+/// curves.
 #[derive(Clone, Debug)]
 pub struct Curves {
     layout: Layout,

@@ -43,7 +43,7 @@ impl Summary {
     }
 }
 
-/// Collector of the actuator efforts, which it reads from the table rows of a simulation.
+/// Collector of the actuator efforts in the table rows of a simulation.
 #[derive(Clone, Debug)]
 pub struct RowEfforts {
     layout: Layout,

@@ -17,7 +17,7 @@ use stiction_core::kinematics::{Bodies, State, Target};
 use stiction_draw::numbers::number;
 use stiction_format::{Drives, Signal};
 
-/// Named quantity with its unit.
+/// Named quantity with its unit and its value at the operating point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Named {
     /// Name of the quantity, such as `A` for a coordinate or `d(A)` for its rate.

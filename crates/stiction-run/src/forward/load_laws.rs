@@ -68,7 +68,7 @@ impl ActingLoads<'_> {
         None
     }
 
-    /// Returns whether the loads do not depend on time explicitly.
+    /// Returns true if no load depends on time explicitly.
     pub(super) fn are_steady(&self) -> bool {
         let has_time = self.load.laws.iter().any(|law| law.law.has_time());
         !has_time && self.load.signals().all(|signal| signal.is_constant())

@@ -53,7 +53,7 @@ pub struct PlantState {
 /// Inputs of a plant that stay constant until the caller changes them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Held {
-    /// Efforts of all actuators, N or N m, in the order of the actuators.
+    /// Effort of each actuator, N or N m.
     pub efforts: Vec<f64>,
     /// Forces and moments on bodies that act in addition to the loads of the load case.
     pub loads: Vec<AppliedLoad<f64>>,

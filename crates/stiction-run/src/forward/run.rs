@@ -13,8 +13,8 @@ use crate::{Instants, InstantsError};
 use stiction_core::forward::{Checkpoint, Event, Forward, PayloadChange};
 use stiction_format::{LoadCase, Payload, Signal};
 
-/// Largest relative change of the rates at the start that counts as a rounding error of the
-/// projection.
+/// Largest relative change of the initial rates, due to their projection onto the constraints, that
+/// counts as a rounding error.
 const CHANGED: f64 = 1e-6;
 
 impl Job<'_> {

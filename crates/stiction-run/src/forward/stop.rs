@@ -27,7 +27,8 @@ pub struct StopFunction {
 }
 
 impl StopFunction {
-    /// Creates a stop condition from a function. Events and messages contain its name `name`.
+    /// Creates a stop condition from a function. `name` identifies the condition in events and
+    /// messages.
     ///
     /// The function receives the measured state without reference motions. It is evaluated at trial
     /// states of integration steps and therefore must depend on its argument only.

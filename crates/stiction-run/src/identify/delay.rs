@@ -18,7 +18,8 @@ pub struct Delay {
 
 /// Largest number of Gauss-Newton iterations.
 const STEPS: usize = 6;
-/// Number of its standard deviations above which a delay, or another effect, counts as certain.
+/// A delay, or another effect, counts as certain if it exceeds this number of its standard
+/// deviations.
 pub(super) const CERTAIN: f64 = 5.0;
 /// Smallest fraction of the squared residuals that a delay must explain in cross-validation, in
 /// which each fifth of the logs is predicted from the other four.

@@ -33,17 +33,17 @@ pub struct Missing {
     pub cure: String,
 }
 
-/// Fraction of the squared residuals of left-out fifths of the logs. An effect that explains more
-/// than this fraction matters even if it changes no parameter.
+/// An effect that explains more than this fraction of the squared residuals of left-out fifths of
+/// the logs matters even if it changes no parameter.
 const EXPLAINED: f64 = 0.1;
-/// Fraction of the squared residuals of left-out fifths of the logs. An effect that explains less
-/// than this fraction is ignored.
+/// An effect that explains less than this fraction of the squared residuals of left-out fifths of
+/// the logs is ignored.
 const LEAST: f64 = 0.005;
 /// Change of a parameter, in standard deviations of this parameter, above which the effect that
 /// causes the change matters.
 const CHANGED: f64 = 1.0;
-/// Number of standard deviations. An effect whose coefficient, in the fit that includes the effect,
-/// does not exceed this number of its standard deviations is doubtful and is removed.
+/// An effect is doubtful and is removed if, in the fit that includes the effect, its coefficient
+/// does not exceed this number of standard deviations.
 const DOUBTFUL: f64 = 2.0;
 /// Largest number of parameters that a caution names.
 const NAMED: usize = 6;
@@ -198,8 +198,8 @@ impl Fit<'_> {
     }
 }
 
-/// Returns a description of an effect, and advice to the user that accounts for the effect. `name`
-/// is the actuator, `unit` the unit of its effort, and `is_positive` the sign of the coefficient.
+/// Returns a description of an effect, and advice to the user on how to account for it. `name` is
+/// the actuator, `unit` the unit of its effort, and `is_positive` the sign of the coefficient.
 fn words(effect: Effect, (name, unit): (&str, &str), is_positive: bool) -> (String, String) {
     let term = |formula: &str| {
         format!(

@@ -174,7 +174,8 @@ mod tests {
         let find = |times: &[f64]| standstills(times, is_resting, effort, (1, |k| vec![k as f64]));
         let found = find(&times);
         assert_eq!(found.len(), 1);
-        // The least mean is that of the first four rows, the greatest that of the last four.
+        // The least mean is that of the first four rows that are used, the greatest that of the
+        // last four.
         assert_eq!(found[0].efforts, [[15.5, 43.5]]);
         assert_eq!(found[0].position, [29.5]);
         assert_eq!(found[0].start, times[14]);

@@ -31,9 +31,9 @@ impl Efforts {
         rows.into_iter().map(|row| row[0]).collect()
     }
 
-    /// Computes the time derivative of the filtered effort of an actuator in the regression rows
-    /// with the times `times[step]`, s, for each of `steps`. `None` if a row lies outside the
-    /// gap-free pieces of the log.
+    /// Computes the time derivative of the filtered effort of an actuator at the times
+    /// `times[step]`, s, of regression rows, for each `step` in `steps`. `None` if such a time lies
+    /// outside the gap-free pieces of the log.
     pub(super) fn slope(
         &self,
         channel: usize,

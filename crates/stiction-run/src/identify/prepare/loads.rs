@@ -1,5 +1,5 @@
-//! Linearisation of the load-dependent friction for the regression. The normal loads depend on the
-//! friction themselves.
+//! Linearisation of the load-dependent friction for the regression. The normal loads themselves
+//! depend on friction.
 //!
 //! The theory is in equation (I6) of the book.
 

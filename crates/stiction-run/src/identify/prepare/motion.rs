@@ -326,7 +326,7 @@ fn suggested(times: &[f64], measured: &[Vec<f64>], stretches: &[(f64, f64)]) -> 
     let parts = if times.len() > EXAMINED { PARTS } else { 1 };
     let part = |k: usize| {
         let first = (times.len() - count) * k / (parts - 1).max(1);
-        // The longest stretch without gaps in this part.
+        // Only the longest gap-free stretch in this part of the log is examined.
         let own = stretches.iter().map(|ends| {
             let samples = filter::within(times, *ends);
             samples.start.max(first)..samples.end.min(first + count)

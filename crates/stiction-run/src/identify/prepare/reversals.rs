@@ -93,8 +93,8 @@ fn insert(motion: &mut Motion, brackets: &[(f64, f64)]) {
     let times = std::mem::take(&mut motion.times);
     let targets = std::mem::take(&mut motion.targets);
     let mut all: Vec<(f64, Vec<Target<f64>>)> = Vec::with_capacity(times.len());
-    // Instants within a rounding error of an end do not count as inside, so the ends themselves
-    // remain.
+    // Instants within a rounding error of an end of a bracket do not count as inside, so the ends
+    // themselves remain.
     let is_within = |time: f64| {
         let next = brackets.partition_point(|(start, _)| *start < time);
         next.checked_sub(1).is_some_and(|k| {

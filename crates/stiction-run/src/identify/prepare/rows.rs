@@ -15,8 +15,8 @@ use stiction_core::spatial::{Pose, Vec3};
 use stiction_format::{Drives, ModelFile};
 use stiction_identify::{Block, Kind, Regressor, Rest, Rows};
 
-/// Largest fraction of instants with friction at rest, and of saturated samples, that may
-/// contribute to a filtered row which the regression uses.
+/// Limit on the fraction of a filtered row that comes from instants with friction at rest, and on
+/// the fraction that comes from saturated samples. The regression uses only rows below both limits.
 const RESTING: f64 = 0.02;
 /// Smallest height of a spike in an effort, as a fraction of the standard deviation of the effort,
 /// for which the spike is replaced.

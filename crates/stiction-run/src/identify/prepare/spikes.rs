@@ -11,7 +11,8 @@ const SIGMAS: f64 = 8.0;
 /// not reach this distance.
 const RANGES: f64 = 3.0;
 /// Largest fraction of the samples that can be spikes. If more samples are far from their
-/// neighbours, the signal itself has this property, as in pulses.
+/// neighbours, the signal itself consists of such samples, for example of pulses, and no sample is
+/// replaced.
 const MOST: f64 = 0.1;
 /// Number of passes of the search for spikes. A second spike in a neighbourhood becomes detectable
 /// after the first one is replaced.
