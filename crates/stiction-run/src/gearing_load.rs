@@ -6,7 +6,8 @@ use serde_json::{Value, json};
 use std::fmt::{self, Write};
 use stiction_draw::numbers::number;
 
-/// Returns the entry of `summary.json` with the largest effort of each gearing, by name.
+/// Returns the entry of `summary.json` with the peak and the root mean square of the effort of each
+/// gearing, by name.
 pub(crate) fn gearings_json(names: &[(String, &'static str)], loads: &[(Size, bool)]) -> Value {
     let entry = |((name, unit), (size, determined)): (&(String, &str), &(Size, bool))| {
         let mut entry = size.json();
@@ -17,7 +18,7 @@ pub(crate) fn gearings_json(names: &[(String, &'static str)], loads: &[(Size, bo
     Value::Object(names.iter().zip(loads).map(entry).collect())
 }
 
-/// Writes the largest effort of each gearing as text.
+/// Writes the peak and the root mean square of the effort of each gearing as text.
 pub(crate) fn write_gearings(
     out: &mut impl Write,
     names: &[(String, &'static str)],

@@ -11,11 +11,11 @@ use stiction_core::kinematics::Target;
 pub struct Measured<'a> {
     /// Time of the sample, s.
     pub time: f64,
-    /// Positions of all actuators, m or rad; angles count full turns.
+    /// Positions of all actuators, m or rad. Angles are not wrapped to one turn.
     pub positions: &'a [f64],
     /// Rates of all actuators, m/s or rad/s.
     pub rates: &'a [f64],
-    /// Reference motions of all actuators; empty without a motion.
+    /// Reference position, rate and acceleration of each actuator; empty if the job has no motion.
     pub reference: &'a [Target<f64>],
 }
 
@@ -36,7 +36,8 @@ pub struct ControlLaw {
 }
 
 impl ControlLaw {
-    /// Creates a control law from a function that returns the efforts of all actuators, N or N m.
+    /// Creates a control law that is evaluated every `period` seconds. The function `compute`
+    /// returns the efforts of all actuators, N or N m.
     pub fn new(
         period: f64,
         compute: impl Fn(&Measured<'_>) -> Result<Vec<f64>, SinkError> + Send + Sync + 'static,
@@ -44,7 +45,8 @@ impl ControlLaw {
         Self { period, compute: Arc::new(compute) }
     }
 
-    /// Computes the efforts at a sample, N or N m.
+    /// Evaluates the control law at a sample and returns the efforts of all actuators, N or N m.
+    /// Fails if their number is not the number of actuators, or if an effort is not finite.
     pub(super) fn efforts(&self, measured: &Measured<'_>) -> Result<Vec<f64>, SinkError> {
         let efforts = (self.compute)(measured)?;
         let (found, count, time) = (efforts.len(), measured.positions.len(), measured.time);

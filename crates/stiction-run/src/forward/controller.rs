@@ -1,4 +1,4 @@
-//! Controllers, sampled or in continuous time.
+//! Controllers of the actuators, evaluated at regular samples or in continuous time.
 
 use super::job::Job;
 use super::motors::Motors;
@@ -23,57 +23,63 @@ pub(super) struct Gains {
 }
 
 impl Gains {
-    /// Effort, N or N m, for the given errors of position and rate and the given integral part.
+    /// Returns the sum of the proportional, derivative and integral parts for the given errors of
+    /// position and rate. The sum is an effort, N or N m, before its limit; for computed torque it
+    /// is an acceleration, m/s^2 or rad/s^2.
     pub(super) fn effort(&self, (error, rate_error): (f64, f64), integral: f64) -> f64 {
         self.proportional * error + integral + self.derivative * rate_error
     }
 
-    /// Rate of the integral part, N/s or N m/s, if the effort `demand` is limited to `effort`
-    /// (anti-windup by back-calculation).
+    /// Returns the time derivative of the integral part, N/s or N m/s, with anti-windup by
+    /// back-calculation. `demand` is the effort before the limit, and `effort` the effort after the
+    /// limit.
     pub(super) fn integral_rate(&self, error: f64, demand: f64, effort: f64) -> f64 {
         self.integral * error + (effort - demand) / self.tracking
     }
 
-    /// Scale of the integral part for the absolute tolerance of the integration, N or N m.
+    /// Returns the characteristic magnitude of the integral part, N or N m, which scales the
+    /// absolute tolerance of the time integration.
     pub(super) fn scale(&self) -> f64 {
         if self.limit.is_finite() { self.limit } else { self.proportional.max(self.integral) }
     }
 }
 
-/// Controller and its state between samples.
+/// Controller of all actuators, with the state that it keeps from sample to sample.
 #[derive(Clone, Debug)]
 pub(super) struct Controller<'a> {
     control: &'a Control,
-    /// Gains of each actuator.
+    /// Controller gains and effort limit of each actuator.
     pub(super) gains: Vec<Gains>,
     /// Integral part of the effort of each actuator at the last sample, N or N m. Zeros for a
     /// controller in continuous time, because the simulation then integrates these parts.
     integrals: Vec<f64>,
-    /// Inverse dynamics for computed torque, in which the coordinates of the actuators are
-    /// prescribed.
+    /// Inverse dynamics for computed torque and for effective masses, with prescribed coordinates
+    /// of the actuators. `None` if the controller requires neither.
     model: Option<InverseDynamics>,
     motors: Motors,
-    /// Positions of all actuators at the previous sample, m or rad; `None` at the first sample.
+    /// Positions of all actuators at the previous sample, m or rad; `None` before the first sample.
     before: Option<Vec<f64>>,
 }
 
 /// Measurements, references and feed-forward efforts that a controller receives at a sample.
 pub(super) struct ControllerInput<'a> {
     pub(super) time: f64,
-    /// Positions, m or rad, and rates of all actuators; angles count full turns.
+    /// Position, m or rad, and rate, m/s or rad/s, of each actuator. Angles are not wrapped to one
+    /// turn.
     pub(super) actual: &'a [(f64, f64)],
-    /// Reference motions of the actuators.
+    /// Reference position, rate and acceleration of each actuator.
     pub(super) reference: &'a [Target<f64>],
-    /// Feed-forward efforts, N or N m.
+    /// Feed-forward effort of each actuator, N or N m.
     pub(super) feed: &'a [f64],
-    /// Friction contributions to the efforts of the reference motion, N or N m.
+    /// Friction contribution to the effort of each actuator along the reference motion, N or N m.
     pub(super) friction: &'a [f64],
-    /// External loads.
+    /// External loads on the bodies at the sample.
     pub(super) loads: &'a [AppliedLoad<f64>],
 }
 
 impl<'a> Controller<'a> {
-    /// Creates the controller before its first sample; the third argument is the initial state of the mechanism.
+    /// Creates the controller before its first sample. `state` and `bodies` describe the mechanism
+    /// at the start of the simulation.
     pub(super) fn new(
         job: &Job<'a>,
         control: &'a Control,
@@ -128,8 +134,9 @@ impl<'a> Controller<'a> {
         Ok(controller)
     }
 
-    /// Appends the state of the controller to `numbers`: integral parts, the last measured
-    /// positions preceded by their number, and the configuration of the controller's model.
+    /// Appends the state of the controller to `numbers`: the integral parts, the number of
+    /// positions measured at the previous sample, these positions, and the configuration of the
+    /// inverse dynamics.
     pub(super) fn save(&self, numbers: &mut Vec<f64>) {
         numbers.extend(&self.integrals);
         let before = self.before.as_deref().unwrap_or_default();
@@ -158,15 +165,15 @@ impl<'a> Controller<'a> {
     }
 
     /// Returns the effective mass of each actuator, kg or kg m^2: the effort per unit acceleration
-    /// of one actuator while the others do not accelerate.
+    /// of this actuator while the other actuators do not accelerate.
     fn masses(&mut self) -> Result<Vec<f64>, Error> {
         let Some(model) = &mut self.model else {
             return Ok(vec![0.0; self.control.channels.len()]);
         };
         let state = model.state().clone();
         let (bodies, actuators) = (model.bodies().clone(), model.mechanism().actuators());
-        // The state refers to the tree of the model without friction. With friction the tree may
-        // contain additional motor shafts.
+        // The state refers to the spanning tree of the model without friction. With friction, the
+        // spanning tree may also contain motor shafts.
         let forward = Forward::new(model.mechanism().without_friction(), &[]);
         let mut targets: Vec<Target<f64>> = actuators
             .map(|(joint, dof)| Target {
@@ -190,7 +197,8 @@ impl<'a> Controller<'a> {
         Ok(masses)
     }
 
-    /// Computes the efforts, N or N m, that act from this sample until the next one.
+    /// Computes the efforts of all actuators, N or N m, which act from this sample until the next
+    /// one.
     pub(super) fn sample(&mut self, input: &ControllerInput<'_>) -> Result<Vec<f64>, Error> {
         let control = self.control;
         let ControllerInput { time, actual, reference, feed, friction, loads } = input;
@@ -243,7 +251,8 @@ impl<'a> Controller<'a> {
             let demand = *effort + feed[index] + more;
             *effort = demand.clamp(-gains.limit, gains.limit);
             if gains.integral > 0.0 {
-                // A shorter time constant than the period would overshoot.
+                // With a time constant below the sampling period, the anti-windup term would
+                // overshoot.
                 let tracking = gains.tracking.max(control.period);
                 let gains = Gains { tracking, ..*gains };
                 let rate = gains.integral_rate(errors[index].0, demand, *effort);
@@ -255,8 +264,9 @@ impl<'a> Controller<'a> {
     }
 }
 
-/// Creates inverse dynamics of the mechanism at its present pose, in which the coordinates of the
-/// actuators are prescribed. The settings of the new solver exclude friction.
+/// Creates a solver of inverse dynamics for the mechanism in the configuration given by `state` and
+/// `bodies`. The coordinates of the actuators are prescribed. Friction is switched off in the
+/// settings of the solver.
 pub(super) fn by_actuators(
     model: &ModelFile,
     forward: &Forward,

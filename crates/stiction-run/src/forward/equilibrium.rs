@@ -1,9 +1,9 @@
 //! Static equilibrium without friction.
 //!
-//! At an equilibrium, the accelerations of the mechanism at rest vanish: `a(q) = 0`. The derivative
-//! `da/dq` is minus the product of inverse mass matrix and stiffness. Each step of the search
-//! solves `(lambda - da/dq) dq = a`, with `lambda` above all eigenvalues of the derivative. This is
-//! a damped Newton step, which descends the potential energy if the forces have one.
+//! At an equilibrium, the mechanism at rest has no accelerations: `a(q) = 0`. The derivative
+//! `da/dq` is minus the inverse mass matrix times the stiffness matrix. Each step of the search
+//! solves `(lambda - da/dq) dq = a`, where `lambda` exceeds all eigenvalues of `da/dq`. This is a
+//! damped Newton step; if the forces are conservative, it descends the potential energy.
 
 use super::acting_inputs::Acting;
 use super::holding::Holding;
@@ -22,16 +22,19 @@ use stiction_draw::numbers::number;
 
 /// Largest number of steps of the search.
 const STEPS: usize = 150;
-/// Longest step of the search, rad or characteristic lengths.
+/// Largest change of a coordinate in one step of the search, rad or characteristic lengths.
 const LONGEST: f64 = 0.2;
-/// Largest distance that the search may cover, rad or characteristic lengths.
+/// Limit of the sum of all step lengths, rad or characteristic lengths. The search fails beyond
+/// this limit.
 const FAR: f64 = 20.0;
-/// Length of a step, rad or characteristic lengths, below which the search has converged.
+/// The search has converged if a Newton step changes each coordinate by less than this value, rad
+/// or characteristic lengths.
 const LAST: f64 = 1e-12;
-/// Eigenvalues count as zero below this fraction of the largest eigenvalue, or of the square of the
-/// characteristic frequency.
+/// An eigenvalue of `da/dq` counts as zero if its magnitude is below this fraction of the largest
+/// eigenvalue or of the squared characteristic frequency, whichever is greater.
 const NEUTRAL: f64 = 1e-7;
-/// Imaginary parts count as round-off below this fraction of the largest eigenvalue.
+/// The imaginary part of an eigenvalue counts as a rounding error below this fraction of the
+/// largest eigenvalue.
 const COMPLEX: f64 = 1e-6;
 
 /// Stability of an equilibrium.
@@ -41,7 +44,8 @@ pub enum Stability {
     Stable,
     /// Some small motion grows without oscillation.
     Unstable,
-    /// Some small oscillation grows, because the stiffness matrix has complex eigenvalues.
+    /// Some small oscillation grows, because the inverse mass matrix times the stiffness matrix has
+    /// complex eigenvalues.
     Flutter,
     /// There is a motion with neither a restoring nor a repelling force to first order.
     Neutral,
@@ -59,7 +63,7 @@ impl Stability {
     }
 }
 
-/// Position in which a mechanism is at rest without friction.
+/// Configuration in which a mechanism remains at rest without friction.
 #[derive(Clone, Debug)]
 pub struct Equilibrium {
     heading: String,
@@ -72,26 +76,29 @@ pub struct Equilibrium {
     pub stiffness: Vec<f64>,
     /// Largest remaining acceleration, relative to the characteristic acceleration.
     pub residual: f64,
-    /// Name, unit (N or N m) and value of the effort of every actuator that acts or holds a locked joint.
+    /// Name, unit (N or N m) and value of the effort of every actuator, including actuators that
+    /// lock a joint.
     pub efforts: Vec<(String, &'static str, f64)>,
-    /// Number of steps of the search.
+    /// Number of steps that the search required.
     pub steps: usize,
     /// Effect of static friction at the equilibrium, if requested.
     pub holding: Option<Holding>,
-    /// Remarks on the inputs.
+    /// Notes for the user, for example that loads change with time.
     pub notes: Vec<String>,
     /// State of the mechanism at the equilibrium.
     pub(super) state: State<f64>,
 }
 
 impl Job<'_> {
-    /// Finds a static equilibrium without friction near the start of the simulation. By default the
-    /// search descends the potential energy to a stable equilibrium. With `nearest`, it returns the
-    /// equilibrium to which Newton's method converges, stable or not.
+    /// Finds a static equilibrium without friction, starting from the initial configuration of the
+    /// job. If `nearest` is false, the search descends the potential energy to a stable
+    /// equilibrium. If `nearest` is true, the search returns the equilibrium to which Newton's
+    /// method converges, stable or not.
     ///
     /// # Errors
-    /// [`Error::NoEquilibrium`] if the search finds none, because the mechanism moves on without
-    /// bound or into a singular position.
+    /// [`Error::NoEquilibrium`] if the search does not converge, moves the mechanism without bound,
+    /// or reaches a configuration in which the stiffness matrix is singular or the loops cannot be
+    /// closed. Also fails if the mechanism cannot be assembled in its initial configuration.
     pub fn equilibrium(&self, nearest: bool) -> Result<Equilibrium, Error> {
         if !self.load.payloads.is_empty() {
             let (model, load) = self.with_payloads()?;
@@ -156,7 +163,8 @@ impl Job<'_> {
             let mut change = if nearest {
                 newton
             } else if (last || rests) && is_unstable {
-                // The search leaves an unstable equilibrium along its least stable motion.
+                // The search leaves an unstable equilibrium in the direction of its fastest-growing
+                // motion.
                 Some(least_stable(&slope, highest) * 1e-3)
             } else {
                 let lambda = if highest > -zero {
@@ -280,10 +288,11 @@ fn solve(slope: &DMatrix<f64>, a: &DVector<f64>, lambda: f64) -> Option<DVector<
     matrix.lu().solve(a).filter(|x| x.iter().all(|x| x.is_finite()))
 }
 
-/// Returns the motion that grows fastest, by inverse iteration near the highest eigenvalue.
+/// Returns the direction of the fastest-growing motion: the eigenvector of the highest eigenvalue
+/// `highest`, by inverse iteration, scaled to a largest component of one.
 fn least_stable(slope: &DMatrix<f64>, highest: f64) -> DVector<f64> {
     let m = slope.nrows();
-    // A fixed start vector without symmetry has a component along every motion.
+    // A start vector with unequal components is unlikely to be orthogonal to the eigenvector.
     let mut vector = DVector::from_fn(m, |k, _| 1.0 + 0.1 * k as f64);
     for _ in 0..20 {
         let Some(next) = solve(slope, &vector, highest * (1.0 + 1e-6) + 1e-12) else { break };

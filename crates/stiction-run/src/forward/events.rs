@@ -1,4 +1,4 @@
-//! Descriptions of events in words.
+//! Descriptions of the events of a simulation in words, for reports and tables.
 
 use super::rows::Layout;
 use crate::dofs::Dof;
@@ -6,20 +6,22 @@ use stiction_core::forward::{Event, EventKind, Method, RateJump};
 use stiction_core::mechanism::JointId;
 use stiction_draw::numbers::number;
 
-/// Description of an event.
+/// Description of an event of a simulation in words.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct DescribedEvent {
     /// Time of the event, s.
     pub(crate) time: f64,
-    /// Keyword of the kind of event.
+    /// Keyword for the kind of event, such as `sticks` or `jump`.
     pub(crate) what: &'static str,
-    /// Name of the friction interface or the joint; may be empty.
+    /// Name of the friction interface, joint or body at which the event occurs; empty if the event
+    /// concerns the whole mechanism.
     pub(crate) at: String,
     /// Further details of the event; may be empty.
     pub(crate) detail: String,
 }
 
-/// Describes all events. `at_rest` is true for each friction interface that sticks at the start of the simulation.
+/// Describes all events of a simulation in words. `at_rest` has one entry for each friction
+/// interface, which is true if the interface sticks at the start of the simulation.
 pub(crate) fn describe_all(
     layout: &Layout,
     mut at_rest: Vec<bool>,
@@ -118,12 +120,13 @@ pub(crate) fn method_name(method: Method) -> &'static str {
     }
 }
 
-/// Describes the direction of sliding in words.
+/// Returns the direction of sliding as text: `forward` or `backward` if the interface slides along
+/// one direction, otherwise the components of the unit vector.
 fn way(direction: [f64; 3], signed: bool) -> String {
     match (signed, direction[0] < 0.0) {
         (true, true) => "backward".to_owned(),
         (true, false) => "forward".to_owned(),
-        // Components of a unit vector that are rounding errors become zero.
+        // Components that are only rounding errors become zero.
         _ => direction.map(|x| number(if x.abs() < 1e-12 { 0.0 } else { x })).join(" "),
     }
 }

@@ -14,14 +14,16 @@ use stiction_draw::figure::meaning::{
 };
 use stiction_draw::figure::{Figure, Panel, Trace};
 
-/// Collector of the curves of a simulation, sample by sample.
+/// Collector of the curves for the figures of a simulation. Each sample adds one point to the
+/// curves.
 #[derive(Clone, Debug)]
 pub struct Curves {
     layout: Layout,
     /// Index of the leg of each actuator; `None` for actuators outside the legs.
     legs: Vec<Option<usize>>,
     title: String,
-    /// Indices of the degrees of freedom that are plotted.
+    /// Indices, among all scalar degrees of freedom of joints, of those whose positions are
+    /// plotted.
     drawn: Vec<usize>,
     positions: Vec<Trace>,
     reference: Vec<Trace>,
@@ -33,7 +35,7 @@ pub struct Curves {
     first: Option<(f64, f64)>,
 }
 
-/// Largest number of panels in a figure.
+/// Largest number of panels in the figures of motion, tracking errors and efforts.
 const PANELS: usize = 9;
 
 impl Curves {
@@ -60,7 +62,7 @@ impl Curves {
         }
     }
 
-    /// Returns all figures with their file names.
+    /// Returns all figures, each with the name of its file without extension.
     pub fn figures(self, summary: &Summary, events: &[Event]) -> Vec<(&'static str, Figure)> {
         let x_label = "time [s]".to_owned();
         let layout = &self.layout;
@@ -163,7 +165,8 @@ impl Sink<Rows> for Curves {
         let row = |body: usize| &rows.bodies[BodyRow::WIDTH * (body - 1)..][..BodyRow::WIDTH];
         self.space.add(|body| BodyRow::pose(row(body)).position);
         self.space.add_references(time, &rows.space);
-        // In a simulation the friction of a sticking interface is known.
+        // The third value is false, because a simulation also determines the friction of sticking
+        // interfaces.
         self.friction.add(time, rows.friction.chunks_exact(6).map(|row| (row[0], row[2], false)));
         let energy = &rows.energy;
         let drives = self.drives.len();
@@ -203,7 +206,8 @@ fn sticking(summary: &Summary, events: &[Event]) -> Trace {
     trace
 }
 
-/// Describes the actuation in a few words: the motion and the controller, or the efforts.
+/// Describes the actuation for titles: the names of the motion and the controller or, without a
+/// controller, the name of the feed-forward efforts.
 fn doing(job: &Job<'_>) -> String {
     match job.is_controlled() {
         true => format!("motion {}, controller {}", job.motion_name, job.control_name),

@@ -1,4 +1,5 @@
-//! Reference motion of the actuators, and the efforts that it requires.
+//! Reference motion of the actuators, and the efforts that inverse dynamics computes for this
+//! motion.
 
 use super::job::Job;
 use crate::error::Error;
@@ -14,15 +15,16 @@ use stiction_format::Side;
 #[derive(Clone, Debug)]
 pub(super) struct Guide<'a> {
     job: crate::Job<'a>,
-    /// Model with the same spanning tree as the state of the solver. The simulated model may differ
-    /// by additional motor shafts.
+    /// Model with the same spanning tree as the state of the solver. The spanning tree of the
+    /// simulated model may also contain motor shafts.
     tree: Forward,
     follower: Follower<'a>,
     loads: Vec<AppliedLoad<f64>>,
 }
 
 impl<'a> Guide<'a> {
-    /// Creates the inverse dynamics at the job's first instant; `None` if the job has no motion.
+    /// Creates the inverse dynamics at the first instant of the job's motion; `None` if the job has
+    /// no motion.
     pub(super) fn new(job: &Job<'a>) -> Result<Option<Self>, Error> {
         let Some(motion) = job.motion else { return Ok(None) };
         let friction = if job.friction { FrictionMode::Converged } else { FrictionMode::Off };
@@ -35,23 +37,23 @@ impl<'a> Guide<'a> {
         Ok(Some(Self { job, tree, follower, loads: Vec::new() }))
     }
 
-    /// Moves the solver to another instant, s.
+    /// Moves the solver to the instant `time` of the motion, s.
     pub(super) fn go_to(&mut self, time: f64) -> Result<(), Error> {
         if time == self.follower.time() { Ok(()) } else { self.follower.go_to(time) }
     }
 
-    /// Appends the time and the position of the mechanism to `numbers`, for [`Self::restore`].
+    /// Appends the time and the configuration of the mechanism to `numbers`, for [`Self::restore`].
     pub(super) fn save(&self, numbers: &mut Vec<f64>) {
         self.follower.save(numbers);
     }
 
     /// Restores the state written by [`Self::save`] from the start of `numbers` and returns the
-    /// rest; `None` if the numbers belong to another motion.
+    /// remaining numbers; `None` if the numbers belong to another motion.
     pub(super) fn restore<'n>(&mut self, numbers: &'n [f64]) -> Option<&'n [f64]> {
         self.follower.restore(numbers)
     }
 
-    /// Writes position, rate and acceleration of all actuators to `out`.
+    /// Writes the position, rate and acceleration of each actuator at the present instant to `out`.
     pub(super) fn actuators(&self, out: &mut [Target<f64>]) {
         let (state, bodies) = (self.follower.solver.state(), self.follower.solver.bodies());
         for (target, (joint, dof)) in out.iter_mut().zip(self.tree.mechanism().actuators()) {
@@ -59,7 +61,7 @@ impl<'a> Guide<'a> {
         }
     }
 
-    /// Returns the motion of the bodies at the present instant.
+    /// Returns the poses, velocities and accelerations of all bodies at the present instant.
     pub(super) fn bodies(&self) -> &Bodies<f64> {
         self.follower.solver.bodies()
     }
@@ -71,7 +73,8 @@ impl<'a> Guide<'a> {
         poses.map(move |pose| Pose { position: pose.position + origin, ..pose })
     }
 
-    /// Computes the efforts that the motion requires, with friction and without friction, N or N m.
+    /// Computes the efforts, N or N m, that the motion requires at the present instant. Returns the
+    /// efforts with friction, then those without friction.
     pub(super) fn drives(&mut self) -> Result<(&[f64], &[f64]), Error> {
         let (time, solver) = (self.follower.time(), &mut self.follower.solver);
         self.job.loads_of(solver, (time, Side::After), &mut self.loads)?;

@@ -7,8 +7,9 @@ use crate::comparison::{EffortCurves, Headline, motor_headlines};
 use crate::{Sink, SinkError};
 
 impl Summary {
-    /// Returns the headline figures: peak magnitude and root mean square of each effort, tracking errors, torque,
-    /// speed, power and limits of each motor, work, and the largest joint reaction.
+    /// Returns the headline figures: peak magnitude and root mean square of each effort, peak
+    /// tracking errors, work of actuators and friction, the largest joint reaction, and torque,
+    /// speed, power and limits of each motor.
     pub fn headlines(&self) -> Vec<Headline> {
         let mut all = Vec::new();
         let mut add = |name: String, unit, value: f64, at| {
@@ -42,11 +43,11 @@ impl Summary {
     }
 }
 
-/// Collector of actuator efforts from the rows of a simulation.
+/// Collector of the actuator efforts in the table rows of a simulation.
 #[derive(Clone, Debug)]
 pub struct RowEfforts {
     layout: Layout,
-    /// Curves of the efforts collected so far.
+    /// Effort of each actuator over time, as collected so far.
     pub curves: EffortCurves,
 }
 

@@ -1,5 +1,6 @@
-//! Static friction at an equilibrium: the efforts for which friction holds the position, and a
-//! check whether friction holds the mechanism at the position where the search starts.
+//! Static friction at an equilibrium: the range of efforts within which friction holds the
+//! mechanism at the equilibrium, and a check whether friction holds it where the search for the
+//! equilibrium starts.
 
 use super::acting_inputs::{Acting, prescribed};
 use super::controller::by_actuators;
@@ -23,26 +24,27 @@ const RESTS: f64 = 1e-9;
 /// Width of the column of names, characters.
 const WIDE: usize = 24;
 
-/// Range of the effort of one actuator within which static friction holds a position.
+/// Range of the effort of one actuator within which static friction holds the mechanism at rest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HoldingRange {
     /// Name of the actuator.
     pub name: String,
     /// Unit of the effort, N or N m.
     pub unit: &'static str,
-    /// Least and largest effort for which static friction holds the position, N or N m.
+    /// Least and greatest effort, N or N m, for which static friction holds the mechanism at rest.
     pub range: (f64, f64),
 }
 
-/// Effect of static friction on an equilibrium.
+/// Effect of static friction at an equilibrium.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Holding {
-    /// Ranges of the efforts that hold the position; empty if they are unknown.
+    /// For each actuator, the range of efforts that hold the mechanism at the equilibrium; empty if
+    /// the ranges are unknown.
     pub ranges: Vec<HoldingRange>,
-    /// Reason why the ranges are unknown, if they are.
+    /// Reason why the ranges are unknown; `None` if they are known.
     pub unknown: Option<String>,
-    /// True if friction holds the mechanism at the start of the search with the given efforts, so that it does not move
-    /// to the equilibrium; `None` if this is undecided.
+    /// True if, with the given efforts, friction holds the mechanism where the search starts, so
+    /// that it does not move to the equilibrium; `None` if this is undecided.
     pub rests_at_start: Option<bool>,
 }
 
@@ -60,7 +62,7 @@ impl Holding {
         })
     }
 
-    /// Writes the results for the terminal.
+    /// Writes the results as text for the terminal.
     pub(super) fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if !self.ranges.is_empty() {
             writeln!(f, "\nefforts that hold this position with static friction")?;
@@ -95,8 +97,7 @@ impl Job<'_> {
     /// Computes the effect of static friction at an equilibrium that was found without friction.
     ///
     /// # Errors
-    /// Fails like the start of a simulation, if the mechanism cannot be assembled at the
-    /// equilibrium.
+    /// Fails if the mechanism cannot be assembled in the initial state of the job.
     pub fn holding(&self, found: &Equilibrium) -> Result<Holding, Error> {
         if !self.load.payloads.is_empty() {
             let (model, load) = self.with_payloads()?;
@@ -115,7 +116,8 @@ impl Job<'_> {
         Ok(holding)
     }
 
-    /// Returns true if no joint accelerates or slides under the given efforts; `None` without a
+    /// Returns true if the mechanism remains at rest in `state` under the efforts of the job: no
+    /// joint accelerates and no friction interface slides. `None` if the accelerations have no
     /// solution.
     fn rests(&self, forward: &Forward, state: State<f64>) -> Option<bool> {
         let going = || false;
@@ -132,11 +134,11 @@ impl Job<'_> {
         )
     }
 
-    /// Computes the ranges of the efforts that hold a position of rest, which was found without
-    /// friction.
+    /// Computes, for each actuator, the range of efforts within which static friction holds the
+    /// mechanism in `state`, an equilibrium that was found without friction.
     fn ranges(&self, state: &State<f64>) -> Result<Vec<HoldingRange>, Error> {
-        // The state refers to the tree of the model without friction. With friction the tree may
-        // contain additional motor shafts.
+        // The state refers to the spanning tree of the model without friction. With friction, the
+        // spanning tree may also contain motor shafts.
         let tree = Forward::new(self.model.mechanism.without_friction(), &[]);
         let forward = &tree;
         let mut bodies = Bodies::new(forward.topology());

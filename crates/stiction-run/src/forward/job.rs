@@ -23,7 +23,7 @@ pub struct Job<'a> {
     pub load: &'a LoadCase,
     /// Name of the load case.
     pub load_name: String,
-    /// Feed-forward efforts, which do not depend on the state.
+    /// Feed-forward efforts: signals, formulas or inverse dynamics.
     pub drives: Feed<'a>,
     /// Name of the feed-forward efforts, for summaries.
     pub drives_name: String,
@@ -31,7 +31,7 @@ pub struct Job<'a> {
     pub control: Option<&'a Control>,
     /// Name of the controller.
     pub control_name: String,
-    /// Control law of the caller; its efforts are added to the feed-forward efforts.
+    /// Control law that the caller provides; its efforts are added to the feed-forward efforts.
     pub law: Option<&'a ControlLaw>,
     /// Indices of the actuators whose motion is prescribed; their efforts follow from the motion.
     pub prescribed: Vec<usize>,
@@ -53,27 +53,30 @@ pub struct Job<'a> {
     pub friction: bool,
 }
 
-/// Source of the feed-forward efforts, which do not depend on the state.
+/// Source of the feed-forward efforts.
 #[derive(Clone, Copy, Debug)]
 pub enum Feed<'a> {
-    /// Efforts given as signals and formulas.
+    /// Efforts given as signals, which depend on time, or as formulas, which may also depend on the
+    /// measured state.
     Given(&'a Drives),
-    /// Inverse dynamics along the motion, with friction if friction acts. Updated at each sample of the controller, or
-    /// every millisecond without a controller.
+    /// Efforts from inverse dynamics along the motion, including friction if [`Job::friction`] is
+    /// true. They are updated at each sample of the controller or control law, or every millisecond
+    /// if there are no samples.
     Inverse,
 }
 
 /// Initial state of a simulation.
 #[derive(Clone, Copy, Debug)]
 pub enum Start<'a> {
-    /// State at the first instant of the motion, with its rates.
+    /// Configuration and rates of the motion at its first instant.
     Moving,
-    /// Position at the first instant of the motion, at rest.
+    /// Configuration of the motion at its first instant, at rest.
     AtRest,
-    /// State at the first instant of this motion. Coordinates that the motion does not prescribe
-    /// start at the home position, at rest.
+    /// Configuration and rates of the given motion at its first instant. Coordinates that the
+    /// motion does not prescribe start at the home position, at rest.
     Given(&'a Motion),
-    /// Known coordinates and rates. All others follow from the loops and from the home position.
+    /// Known coordinates and rates. All other coordinates and rates follow from the loop
+    /// constraints and from the home position.
     Known(&'a [Known]),
     /// Home position of the model, at rest.
     Home,
@@ -118,14 +121,14 @@ impl<'a> Job<'a> {
 }
 
 impl Job<'_> {
-    /// Returns the external loads as inputs of a simulation. The loads may be functions of its
-    /// state.
+    /// Returns the external loads as inputs of a simulation. The loads may be functions of the
+    /// simulated state.
     pub(super) fn acting_loads(&self) -> ActingLoads<'_> {
         ActingLoads { load: self.load, mechanism: &self.model.mechanism }
     }
 
-    /// Returns the external loads in a state, including loads that are formulas of the measured
-    /// state.
+    /// Returns the external loads at the time and in the state of `view`, including loads that are
+    /// formulas of the measured state.
     ///
     /// # Errors
     /// [`Error::NoLoad`] if a formula has no value.
@@ -135,7 +138,8 @@ impl Job<'_> {
         Ok(loads)
     }
 
-    /// Returns the external loads at the start, where no state has been measured.
+    /// Returns the external loads at the start time of the simulation, for computations without a
+    /// measured state.
     ///
     /// # Errors
     /// [`Error::StateLoad`] if a load is a formula of the measured state.
@@ -149,7 +153,7 @@ impl Job<'_> {
         }
     }
 
-    /// Returns cautions about the data of a recorded motion, one sentence for each.
+    /// Returns warnings about the samples of a recorded motion, one text for each warning.
     pub(super) fn cautions(&self) -> Vec<String> {
         self.motion.iter().flat_map(|motion| motion.cautions()).collect()
     }
@@ -166,7 +170,9 @@ impl Job<'_> {
         self.control.is_some() || has_reference || feeds || !self.prescribed.is_empty()
     }
 
-    /// Returns the model whose bodies carry the payloads of the load case, and the load case without these payloads.
+    /// Returns a copy of the model in which the bodies carry the payloads of the load case, and a
+    /// copy of the load case without payloads. Fails if a body picks up or places a payload during
+    /// the simulation.
     pub(super) fn with_payloads(&self) -> Result<(ModelFile, LoadCase), Error> {
         let mut model = self.model.clone();
         let time = (self.from, self.until);
@@ -180,7 +186,8 @@ impl Job<'_> {
         Ok((model, load))
     }
 
-    /// Returns the models with the payloads that the bodies carry at the start and after each change.
+    /// Returns one model for each set of payloads that the bodies carry: at the start of the
+    /// simulation, and after each of the payload changes `changes`.
     pub(super) fn models_between(&self, changes: &[PayloadChange<'_>]) -> Vec<ModelFile> {
         let mut carried: Vec<&Payload> = self
             .load
@@ -212,8 +219,8 @@ impl Job<'_> {
         !self.load.payload_changes((self.from, self.until)).is_empty()
     }
 
-    /// Returns the bodies whose motion in space is of interest: the bodies that the motion
-    /// prescribes, or else the platforms, the end of an arm, or the couplers.
+    /// Returns the bodies whose path in space is reported: the bodies that the motion prescribes
+    /// or, if it prescribes none, the platforms, the end of an arm, or the couplers.
     pub fn tracked(&self) -> Vec<Tracked> {
         tracked(self.model, self.motion)
     }
@@ -230,7 +237,7 @@ impl Job<'_> {
         self.motion.is_some() && !followers.is_empty() && followers.iter().all(|follows| *follows)
     }
 
-    /// Returns true for each actuator that follows the motion.
+    /// Returns one value for each actuator: true if the actuator follows the motion.
     pub fn followers(&self) -> Vec<bool> {
         let has_reference = self.law.is_some() && self.motion.is_some();
         let all = self.control.is_some() || has_reference || matches!(self.drives, Feed::Inverse);
@@ -239,8 +246,8 @@ impl Job<'_> {
     }
 }
 
-/// Prepares a model for simulation, with or without friction. `locks` lists degrees of freedom that
-/// become locked actuators.
+/// Prepares a model for simulation, with or without friction. `locks` lists joint degrees of
+/// freedom that become actuators, so that the simulation can lock them.
 pub fn arrange(model: &ModelFile, friction: bool, locks: &[(JointId, usize)]) -> ModelFile {
     let mut model = model.clone();
     if !friction {

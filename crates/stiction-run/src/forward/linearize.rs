@@ -1,4 +1,4 @@
-//! Linear model of a mechanism about an operating point, with names.
+//! Linear model of a mechanism about an operating point, with named states, inputs and outputs.
 
 use super::acting_inputs::{Acting, prescribed};
 use super::controller::by_actuators;
@@ -17,7 +17,7 @@ use stiction_core::kinematics::{Bodies, State, Target};
 use stiction_draw::numbers::number;
 use stiction_format::{Drives, Signal};
 
-/// Named quantity with its unit.
+/// Named quantity with its unit and its value at the operating point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Named {
     /// Name of the quantity, such as `A` for a coordinate or `d(A)` for its rate.
@@ -31,11 +31,12 @@ pub struct Named {
 /// Mode of a friction interface in a linear model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LinearMode {
-    /// The interface sticks: its joint does not move.
+    /// The interface sticks: its surfaces do not move relative to each other.
     Sticks,
-    /// The interface continues to slide in its direction.
+    /// The interface slides and keeps its direction of sliding.
     Slides,
-    /// The law of the interface is smooth: regularised, or viscous friction alone.
+    /// The friction law of the interface is smooth: it is regularised, or contains only viscous
+    /// friction.
     Smooth,
 }
 
@@ -52,14 +53,15 @@ impl LinearMode {
 
 /// Linear model `dx/dt = f + A x + B u`, `y = C x + D u` for small deviations from an operating
 /// point. The states `x` are the independent coordinates and their rates, the inputs `u` are the
-/// efforts of the actuators, and the outputs `y` are the positions of the actuators.
+/// efforts of the actuators without prescribed motion, and the outputs `y` are the positions of the
+/// actuators.
 #[derive(Clone, Debug)]
 pub struct LinearModel {
     /// Title of the model and description of the operating point.
     pub heading: String,
     /// States `x`: independent coordinates, then their rates.
     pub states: Vec<Named>,
-    /// Inputs `u`: efforts of the actuators.
+    /// Inputs `u`: efforts of the actuators without prescribed motion.
     pub inputs: Vec<Named>,
     /// Outputs `y`: positions of the actuators, or the independent coordinates if there are no actuators.
     pub outputs: Vec<Named>,
@@ -80,7 +82,7 @@ pub struct LinearModel {
     pub interfaces: Vec<(String, LinearMode)>,
     /// Largest estimated error of a matrix entry, relative to the largest entry of the same matrix.
     pub error: f64,
-    /// Remarks on the operating point.
+    /// Notes for the user on the operating point.
     pub notes: Vec<String>,
 }
 
@@ -88,7 +90,8 @@ pub struct LinearModel {
 /// eigenvalue.
 const ROUNDING: f64 = 1e-12;
 
-/// Operating point: model, state, and efforts if they are given.
+/// Operating point: model, state, notes for the user, and the constant efforts of inverse dynamics.
+/// `drives` is `None` if the efforts of the job act instead.
 pub(super) struct OperatingPoint {
     pub(super) forward: Forward,
     pub(super) state: State<f64>,
@@ -98,8 +101,8 @@ pub(super) struct OperatingPoint {
 
 impl Job<'_> {
     /// Determines the operating point: the state at the start of the simulation, and the efforts in
-    /// this state. The efforts are those of inverse dynamics if the job requests these, or if
-    /// `usual` is true and the actuators determine the motion.
+    /// this state. The efforts come from inverse dynamics if the job requests this, or if `usual`
+    /// is true and the actuators determine the motion. Otherwise the efforts of the job act.
     pub(super) fn operating_point(&self, usual: bool) -> Result<OperatingPoint, Error> {
         let forward = Forward::new(self.model.mechanism.clone(), &prescribed(self));
         let (state, mut notes) = start::state(self, &forward)?;
@@ -122,7 +125,8 @@ impl Job<'_> {
         Ok(OperatingPoint { forward, state, drives, notes })
     }
 
-    /// Computes the efforts that the motion requires in a state by inverse dynamics, N or N m.
+    /// Computes by inverse dynamics the efforts of all actuators, N or N m, that cause the
+    /// accelerations of `state`.
     fn efforts_of(&self, forward: &Forward, state: &State<f64>) -> Result<Vec<f64>, Error> {
         let mut bodies = Bodies::new(forward.topology());
         bodies.place(forward.topology(), forward.parameters(), &state.coordinates);
@@ -146,13 +150,13 @@ impl Job<'_> {
         Ok(efforts)
     }
 
-    /// Linearises the mechanism at the start of the simulation, with constant modes of its friction
-    /// interfaces. If `usual` is true and no efforts are given, the efforts of inverse dynamics
-    /// act.
+    /// Linearises the mechanism about the initial state of the simulation. The friction interfaces
+    /// keep the modes that they have in this state. If `usual` is true, the efforts of inverse
+    /// dynamics replace those of the job, provided that the actuators determine the motion.
     ///
     /// # Errors
-    /// [`Error::NoLinearModel`] if the position is singular, if nothing can move there, or if
-    /// friction permits no linear model.
+    /// [`Error::NoLinearModel`] if the configuration is singular, if the mechanism cannot move in
+    /// this configuration, or if friction permits no linear model.
     pub fn linearize(&self, usual: bool) -> Result<LinearModel, Error> {
         if !self.load.payloads.is_empty() {
             let (model, load) = self.with_payloads()?;
@@ -175,11 +179,11 @@ impl Job<'_> {
     }
 }
 
-/// Advice to the user if friction at rest permits no linear model.
+/// Advice to the user if friction interfaces at rest permit no linear model.
 const BESIDE_REST: &str = "; choose an instant of the motion at which they slide (--at), give rates at the start \
                            (--from \"...; d(NAME) = ...\"), or leave friction out (--friction off)";
 
-/// Converts an error of the linearisation to an error of a run that names the friction interface.
+/// Converts an error of the linearisation to an error that names the friction interface.
 pub(super) fn refusal(error: LinearisationError, names: &Names) -> Error {
     let name = |interface: usize| {
         names.interfaces.get(interface).map_or_else(String::new, |(name, _)| name.clone())

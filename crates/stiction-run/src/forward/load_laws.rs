@@ -19,12 +19,13 @@ impl ActingLoads<'_> {
         format!("the load on `{}`", self.mechanism.bodies()[law.body.0].name)
     }
 
-    /// Appends the loads to a list. `sides` contains the side of each switching function of the
-    /// formulas, true if positive. For a formula without a value, NaN is appended. The simulation
-    /// then repeats the step with a shorter length, or ends if a shorter step does not help.
+    /// Appends the loads at the time and in the state of `view` to `loads`. `sides` tells for each
+    /// switching function of the formulas whether the function is taken as positive. If a formula
+    /// has no finite value, NaN is appended. The simulation then repeats the step with a shorter
+    /// length, or ends if a shorter step does not help.
     ///
     /// # Errors
-    /// [`Error::NoLoad`] for the first formula without a value.
+    /// [`Error::NoLoad`] for the first formula without a finite value.
     pub(super) fn append(
         &self,
         view: &View<'_>,
@@ -45,7 +46,8 @@ impl ActingLoads<'_> {
         found
     }
 
-    /// Appends the values of the switching functions of all formulas.
+    /// Appends the values of the switching functions of all load formulas to `values`. `sides`
+    /// tells for each switching function whether the function is taken as positive.
     pub(super) fn switches(&self, view: &View<'_>, mut sides: &[bool], values: &mut Vec<f64>) {
         for law in &self.load.laws {
             let (own, rest) = sides.split_at(law.law.switches().min(sides.len()));
@@ -55,7 +57,7 @@ impl ActingLoads<'_> {
     }
 
     /// Returns the name of a switching function for messages; `place` is the index of the function
-    /// among those of the load formulas.
+    /// among the switching functions of all load formulas.
     pub(super) fn switch_name(&self, mut place: usize) -> Option<String> {
         for law in &self.load.laws {
             if place < law.law.switches() {
@@ -66,14 +68,14 @@ impl ActingLoads<'_> {
         None
     }
 
-    /// Returns whether the loads do not depend on time explicitly.
+    /// Returns true if no load depends on time explicitly.
     pub(super) fn are_steady(&self) -> bool {
         let has_time = self.load.laws.iter().any(|law| law.law.has_time());
         !has_time && self.load.signals().all(|signal| signal.is_constant())
     }
 
-    /// Returns the end, s, of the interval that begins at `time` and in which a few samples resolve
-    /// all loads.
+    /// Returns the end, s, of the interval from `time` in which a few samples resolve the variation
+    /// of all loads with time.
     pub(super) fn seen_until(&self, time: f64) -> f64 {
         let laws = self.load.laws.iter().map(|law| law.law.resolved_until(time));
         let signals = self.load.signals().map(|signal| signal.resolved_until(time));

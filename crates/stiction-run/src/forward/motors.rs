@@ -1,8 +1,8 @@
 //! Motors of the drive trains in a simulation.
 //!
-//! The effort of an actuator with a drive train is the torque of its motor times the transmission.
-//! The rotor, the friction of the motor and the loss of the gear belong to the mechanism on which
-//! this effort acts.
+//! The effort of an actuator with a drive train is the torque of its motor times the transmission
+//! ratio. The rotor, the friction of the motor and the loss of the gear belong to the mechanism on
+//! which this effort acts.
 
 use crate::error::Error;
 use stiction_core::kinematics::{Bodies, Target};
@@ -12,12 +12,12 @@ use stiction_core::mechanism::{DriveTrain, GearInput, Mechanism, MotorMap, Share
 #[derive(Clone, Debug)]
 pub(super) struct Motors {
     trains: Vec<(DriveTrain, MotorMap)>,
-    /// Groups of motors that share efforts and whose gears do not transmit these efforts in the
-    /// ratio of the shares.
+    /// Groups of motors that together drive fewer joints, each motor with a fixed share of the
+    /// effort, and whose gears do not transmit efforts in the ratio of these shares.
     shared: Vec<SharedMotors>,
 }
 
-/// Motion at the output of a motor's gear.
+/// Motion at the output of a motor's gear, and of the body that carries the motor.
 struct OutputMotion {
     /// Rate, rad/s or m/s; `None` at rest, where friction may act in either direction.
     rate: Option<f64>,
@@ -34,7 +34,8 @@ impl Motors {
         Self { trains, shared: mechanism.shared_motors() }
     }
 
-    /// Names of the columns of all motors.
+    /// Returns the names of the table columns of all motors: torque, speed and, if the torque
+    /// constant is known, current.
     pub(super) fn columns(&self) -> impl Iterator<Item = String> + '_ {
         self.trains.iter().flat_map(|(train, _)| {
             let name = &train.name;
@@ -45,7 +46,7 @@ impl Motors {
         })
     }
 
-    /// Drive trains of the mechanism.
+    /// Returns the drive trains of the mechanism.
     pub(super) fn trains(&self) -> impl Iterator<Item = &DriveTrain> {
         self.trains.iter().map(|(train, _)| train)
     }
@@ -63,7 +64,9 @@ impl Motors {
         })
     }
 
-    /// Writes the columns of all motors; `rate` returns the rate of an actuator, m/s or rad/s.
+    /// Appends the column values of all motors to `row`, in the order of [`Self::columns`].
+    /// `efforts` contains the efforts of all actuators, N or N m; `rate` returns the rate of an
+    /// actuator, m/s or rad/s.
     pub(super) fn write(&self, efforts: &[f64], rate: impl Fn(usize) -> f64, row: &mut Vec<f64>) {
         for (train, map) in &self.trains {
             let n = train.transmission();
@@ -73,9 +76,9 @@ impl Motors {
         }
     }
 
-    /// Adds the efforts of the motors to the efforts that a motion requires at the joints. Motors
-    /// also accelerate their rotors and, if `friction` is true, overcome the friction of motors and
-    /// gears.
+    /// Converts `efforts` from the efforts that a motion requires at the joints to those that the
+    /// motors must exert. The motors also accelerate their rotors and, if `friction` is true,
+    /// overcome the friction of motors and gears.
     ///
     /// # Errors
     /// [`Error::SharedMotors`] at `time`, s, if motors with torques in the ratio of their shares
@@ -103,7 +106,8 @@ impl Motors {
             let more = train.transmission() * motor.torque - effort;
             map.terms.iter().for_each(|term| efforts[term.actuator] += term.part * more);
         }
-        // Without friction, only the sum of the efforts of motors with shares matters.
+        // Without friction, the distribution of an effort among several motors has no effect on
+        // their sum, so no correction is necessary.
         for shared in self.shared.iter().filter(|_| friction) {
             let input = |&k: &usize| -> GearInput {
                 let (train, map) = &self.trains[k];

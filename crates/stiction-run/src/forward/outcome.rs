@@ -35,14 +35,16 @@ pub struct Outcome {
     pub open_drives: usize,
     /// Number of evaluations of the accelerations during the simulation.
     pub evaluations: usize,
-    /// Largest relative error of a step near a singular position, if it is above the tolerance; zero otherwise.
+    /// Largest relative error of an integration step near a singular configuration; zero if all
+    /// steps meet the tolerance.
     pub coarsest: f64,
     /// Checkpoint at the last sample, if the user stopped the simulation.
     pub checkpoint: Option<RunCheckpoint>,
     /// True if the actuators determine the motion, so that inverse dynamics can recompute it.
     pub invertible: bool,
-    /// True if prescribed or locked actuators changed the requested rates at the start.
+    /// True if the simulation starts with other rates than requested, because loops, prescribed
+    /// actuators or locked actuators do not allow the requested rates.
     pub rates_changed: bool,
-    /// Notes on the initial configuration.
+    /// Notes for the user on the assembly of the initial configuration.
     pub assembly_notes: Vec<String>,
 }

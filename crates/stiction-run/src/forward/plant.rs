@@ -16,8 +16,9 @@ use stiction_core::mechanism::{Body, BodyId};
 use stiction_core::spatial::Pose;
 use stiction_format::LoadCase;
 
-/// Model of a plant: a mechanism with its loads. The caller provides the actuator efforts. The
-/// model does not change during a simulation.
+/// Plant: a mechanism with the loads of a load case, for which the caller provides the actuator
+/// efforts. A plant does not change during a simulation; [`PlantState`] contains everything that
+/// changes.
 #[derive(Clone, Debug)]
 pub struct Plant {
     /// Models for successive sets of payloads that the bodies carry, in chronological order.
@@ -29,7 +30,7 @@ pub struct Plant {
     dofs: Vec<Dof>,
 }
 
-/// Change of a payload: a body picks up or places a part at a time, s.
+/// Change of a payload: the instant, s, at which a body picks up or places a part.
 #[derive(Clone, Debug)]
 struct Change {
     time: f64,
@@ -44,24 +45,27 @@ struct Change {
 pub struct PlantState {
     /// State of the mechanism, see [`Checkpoint::numbers`].
     pub simulation: Vec<f64>,
-    /// Number of payload changes so far: parts picked up or placed.
+    /// Number of payload changes that have already happened. A change is a part picked up or
+    /// placed.
     pub changes: usize,
 }
 
 /// Inputs of a plant that stay constant until the caller changes them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Held {
-    /// Efforts of all actuators, N or N m, in the order of the actuators.
+    /// Effort of each actuator, N or N m.
     pub efforts: Vec<f64>,
-    /// Forces and moments on bodies in addition to those of the load case.
+    /// Forces and moments on bodies that act in addition to the loads of the load case.
     pub loads: Vec<AppliedLoad<f64>>,
 }
 
-/// Position and rate of each actuator, and pose of each body in the ground's frame.
+/// Initial position and rate of each actuator, and initial pose of each body except the ground, in
+/// the frame of the ground.
 pub type InitialMotion = (Vec<Target<f64>>, Vec<(BodyId, Pose<f64>)>);
 
 impl Plant {
-    /// Creates the plant of a job. It ignores the job's controller, feed-forward efforts, stop conditions and end time.
+    /// Creates the plant of a job. The plant ignores the job's controller, feed-forward efforts,
+    /// stop conditions and end time.
     pub fn new(job: &Job<'_>) -> Self {
         let all = job.load.payload_changes((job.from, f64::INFINITY));
         let models = job.models_between(&all);
@@ -81,10 +85,10 @@ impl Plant {
     }
 
     /// Returns the positions and rates of the actuators in the initial state of the job, and the
-    /// poses of all bodies in the ground's frame.
+    /// poses of all bodies except the ground in the frame of the ground.
     ///
     /// # Errors
-    /// An error of the assembly if the mechanism cannot be assembled in that state.
+    /// Fails if the mechanism cannot be assembled in the initial state.
     pub fn initial_motion(&self, job: &Job<'_>) -> Result<InitialMotion, Error> {
         let forward = &self.stages[0];
         let (state, _) = start::state(job, forward)?;
@@ -100,8 +104,9 @@ impl Plant {
         Ok((motion, poses.map(|(k, pose)| (BodyId(k), ground * pose)).collect()))
     }
 
-    /// Starts a simulation with the given inputs, in the initial state and at the start time of the
-    /// job from which the plant was created.
+    /// Starts a simulation with the inputs `held`, and passes the results at the start to
+    /// `receive`. `job` is the job from which the plant was created; it defines the initial state
+    /// and the start time.
     ///
     /// # Errors
     /// Fails if the mechanism cannot be assembled, or has no accelerations in the initial state.
@@ -121,10 +126,10 @@ impl Plant {
         Ok(PlantState { simulation: simulation.suspend().numbers, changes: 0 })
     }
 
-    /// Advances the simulation to `until`, s, and returns the events. If `to_event` is true, the
-    /// simulation ends earlier, at the first step with an event that [changes the
-    /// motion](stiction_core::forward::EventKind::changes_motion). `before` contains the inputs
-    /// until now, and `held` the inputs from now on.
+    /// Advances the simulation to `until`, s, passes the results at its end to `receive`, and
+    /// returns the events. If `to_event` is true, the simulation ends earlier, at the first step
+    /// with an event that [changes the motion](stiction_core::forward::EventKind::changes_motion).
+    /// `before` contains the inputs until now, and `held` the inputs from now on.
     ///
     /// # Errors
     /// Returns an error if the simulation cannot continue; the state is then unchanged.
@@ -175,8 +180,9 @@ impl Plant {
         Ok(events)
     }
 
-    /// Continues a state of another plant in the model of this plant. Both plants describe the same
-    /// mechanism with different friction coefficients or masses.
+    /// Continues a simulation of another plant, whose present state is `state`, with the parameters
+    /// of this plant. Both plants describe the same mechanism, possibly with different friction
+    /// coefficients or masses.
     ///
     /// # Errors
     /// Returns an error if the mechanism has no accelerations with the new values; the state is
@@ -198,7 +204,8 @@ impl Plant {
         Ok(events)
     }
 
-    /// Evaluates a state, for example a saved one, and passes the results to `receive`.
+    /// Evaluates the given state, for example a state saved earlier, and passes the results to
+    /// `receive`.
     ///
     /// # Errors
     /// [`Error::Checkpoint`] if the state does not belong to this plant.
@@ -262,14 +269,15 @@ struct HeldInputs<'a> {
     loads: ActingLoads<'a>,
     held: &'a Held,
     until: f64,
-    /// Error of the last evaluation of the loads, if a formula had no value in that state. The
-    /// simulation avoids that state by a shorter step if it can.
+    /// Error of the last evaluation of the loads, if a load formula had no finite value in the
+    /// evaluated state. The simulation first tries to avoid such states by shorter steps.
     without_load: Option<Error>,
 }
 
 impl HeldInputs<'_> {
-    /// Converts the result of a computation with these inputs. If a formula had no value, the error
-    /// of this formula replaces the error of the computation, because it is the cause.
+    /// Converts the result of a computation with these inputs. If a load formula had no finite
+    /// value, the error of this formula replaces the error of the computation, because it is the
+    /// cause.
     fn outcome<T>(
         &mut self,
         result: Result<T, stiction_core::forward::ForwardError>,

@@ -2,12 +2,11 @@
 
 use stiction_format::Signal;
 
-/// Number of intervals in which a pole is searched. The number is prime, because poles often lie at
-/// simple fractions of the duration.
+/// Number of equal intervals in which the search looks for changes of sign. The number is prime, so
+/// that poles at simple fractions of the duration do not lie on the ends of the intervals.
 const INTERVALS: usize = 4099;
-/// Factor of growth that distinguishes a pole from a zero or a jump. At a change of sign that is a
-/// pole, the values grow by more than this factor over the last bisections, typically by about a
-/// million.
+/// Factor of growth that distinguishes a pole from a zero or a jump. At a pole, the values grow by
+/// more than this factor during the last bisections, typically by about a million.
 const GROWTH: f64 = 1e3;
 /// Width of the interval next to a change of sign over which the growth of the values is measured,
 /// in units of the spacing of floating-point numbers. A signal without a pole hardly changes over
@@ -35,8 +34,9 @@ pub fn pole(signal: &Signal, from: f64, until: f64) -> Option<f64> {
     None
 }
 
-/// Bisects towards a change of sign and decides its kind: values vanish at a zero, stay finite at a jump, and grow at a
-/// pole. Returns the instant of a pole, s.
+/// Locates the change of sign between the points `left` and `right`, each a pair of time, s, and
+/// value, by bisection. The values vanish at a zero, stay finite at a jump, and grow at a pole.
+/// Returns the instant of the change, s, if it is a pole.
 fn between(value: &dyn Fn(f64) -> f64, left: (f64, f64), right: (f64, f64)) -> Option<f64> {
     let least = |low: (f64, f64), high: (f64, f64)| low.1.abs().min(high.1.abs());
     let (mut low, mut high) = (left, right);
@@ -51,7 +51,8 @@ fn between(value: &dyn Fn(f64) -> f64, left: (f64, f64), right: (f64, f64)) -> O
         }
         let found = value(middle);
         match found {
-            // At this instant, a sign function written as a quotient is zero divided by zero.
+            // A jump written as a quotient, such as `x / abs(x)`, is zero divided by zero at its
+            // instant.
             found if found.is_nan() => break,
             found if found.is_infinite() => return Some(middle),
             0.0 => return None,

@@ -1,6 +1,6 @@
-//! Reference motions of actuators. The reference of an actuator is the signal of this actuator in
-//! the motion, if the motion contains one. Otherwise it follows from the motion of the whole
-//! mechanism.
+//! Reference motions of actuators. If the motion of a job prescribes the coordinate of an actuator,
+//! its signal is the reference of this actuator. Otherwise the reference is computed from the
+//! motion of the whole mechanism.
 
 use super::guide::Guide;
 use super::job::{Feed, Job};
@@ -10,7 +10,7 @@ use stiction_core::forward::Forward;
 use stiction_core::kinematics::{Coordinate, Target};
 use stiction_format::{FrictionFeed, Signal};
 
-/// Reference motions of the actuators that follow the motion.
+/// Reference motions of the actuators that follow the motion of a job.
 #[derive(Clone, Debug)]
 pub(super) struct References<'a> {
     followers: Vec<Reference<'a>>,
@@ -24,8 +24,8 @@ struct Reference<'a> {
     turns: bool,
     /// Signal of this actuator in the motion; `None` if the motion does not prescribe the actuator.
     signal: Option<&'a Signal>,
-    /// Last reference motion, with angles counted over full turns, and the time of this reference,
-    /// s.
+    /// Reference motion at the last evaluation, with an angle that is not wrapped to one turn, and
+    /// the time of this evaluation, s.
     last: (Target<f64>, f64),
 }
 
@@ -42,7 +42,8 @@ pub(super) fn own_signal<'a>(
 }
 
 impl<'a> References<'a> {
-    /// Returns whether reference motions follow from the motion of the whole mechanism.
+    /// Returns true if the motion of the whole mechanism is computed, for reference motions or
+    /// feed-forward efforts.
     pub(super) fn is_guided(&self) -> bool {
         self.guide.is_some()
     }
@@ -90,14 +91,14 @@ impl<'a> References<'a> {
         Ok(&self.now)
     }
 
-    /// Returns the inverse dynamics along the motion at the last requested instant; `None` if no
-    /// actuator or effort requires it.
+    /// Returns the inverse dynamics along the motion, at the instant of the last call of
+    /// [`Self::at`]; `None` if no actuator or effort requires it.
     pub(super) fn guide(&mut self) -> Option<&mut Guide<'a>> {
         self.guide.as_mut()
     }
 
-    /// Appends the last reference of each actuator to `numbers`, followed by the configuration in
-    /// the motion of the whole mechanism.
+    /// Appends the last reference of each actuator to `numbers`, followed by the state of the
+    /// inverse dynamics along the motion, if it is computed.
     pub(super) fn save(&self, numbers: &mut Vec<f64>) {
         for follower in &self.followers {
             let (last, time) = follower.last;
@@ -109,7 +110,7 @@ impl<'a> References<'a> {
     }
 
     /// Restores the state written by [`Self::save`] from the start of `numbers` and returns the
-    /// rest; `None` if the numbers belong to another motion.
+    /// remaining numbers; `None` if the numbers belong to another motion.
     pub(super) fn restore<'n>(&mut self, mut numbers: &'n [f64]) -> Option<&'n [f64]> {
         for follower in &mut self.followers {
             let (&[value, rate, time], rest) = numbers.split_first_chunk()?;
@@ -130,8 +131,9 @@ impl Reference<'_> {
         Ok(Some(signal.at(time)))
     }
 
-    /// Adds full turns to an angle, so that the result is closest to the last angle extrapolated
-    /// with the mean rate.
+    /// Adds full turns to an angle to bring it closest to its expected value: the previous angle,
+    /// extrapolated with the mean of the previous and the present rate. Displacements are not
+    /// changed.
     fn count_on(&mut self, mut now: Target<f64>, time: f64) -> Target<f64> {
         let (last, before) = self.last;
         if self.turns {

@@ -1,4 +1,4 @@
-//! Columns and rows of the tables of a simulation.
+//! Columns and rows of the result tables of a simulation.
 
 use super::job::Job;
 use super::motors::Motors;
@@ -31,7 +31,8 @@ pub(super) struct Layout {
     bodies: Vec<String>,
     /// Bodies whose pose is compared with a reference in space.
     pub(crate) tracked: Vec<Tracked>,
-    /// Quantities that have a range but are not joint coordinates, with their names and SI units.
+    /// Quantities, other than joint coordinates, for which the model specifies a range, with their
+    /// names and SI units.
     pub(super) measured: Vec<(Measured, String, &'static str)>,
     /// Stop conditions, as the user wrote them.
     pub(crate) stops: Vec<String>,
@@ -56,7 +57,7 @@ pub struct Rows {
     pub energy: Vec<f64>,
 }
 
-/// Names of the columns of a friction interface.
+/// Names of the columns of a friction interface in `friction.csv`.
 const INTERFACE: [&str; 6] =
     ["speed [m/s]", "load [N]", "friction [N]", "limit [N]", "power [W]", "sticks"];
 
@@ -70,8 +71,8 @@ impl Layout {
             let interfaces = stiction_core::friction::interfaces_of(joint.joint_type);
             joint.friction.iter().map(|f| interfaces[f.place].1.has_one_dof())
         });
-        // If a joint has several degrees of freedom, names include the degree of freedom, as in all
-        // columns.
+        // Effort columns have the names of degrees of freedom, like all other columns. This
+        // distinguishes the degrees of freedom of one joint.
         let mut names = Names::with_shafts(mechanism);
         for ((name, _), &dof) in names.drives.iter_mut().zip(&dof_of_actuator) {
             let own: &Dof = &dofs[dof];
@@ -151,7 +152,7 @@ impl Layout {
         self.dofs[..dof].iter().map(width).sum()
     }
 
-    /// Returns the columns of the motors in a row of `forward.csv`.
+    /// Returns the end of a row of `forward.csv`, from the columns of the motors on.
     pub(super) fn motors_in<'r>(&self, row: &'r [f64]) -> &'r [f64] {
         let begin = self.place(self.dofs.len()).min(row.len());
         &row[begin..]
@@ -164,23 +165,24 @@ impl Layout {
         &row[at..at + 3]
     }
 
-    /// Returns the value of a quantity with a range in a row of `forward.csv`, rad or m; NaN if the
-    /// table does not contain the quantity.
+    /// Returns the value of a quantity of [`Self::measured`] in a row of `forward.csv`, rad or m;
+    /// NaN if the table does not contain the quantity.
     pub(crate) fn measured_in(&self, row: &[f64], of: Measured) -> f64 {
         let place = self.measured.iter().position(|(known, ..)| *known == of);
         let first = row.len() - 1 - self.measured.len();
         place.and_then(|place| row.get(first + place)).copied().unwrap_or(f64::NAN)
     }
 
-    /// Returns the effort and the reference position of an actuator in a row of `forward.csv`.
+    /// Returns the effort and the reference position of an actuator in a row of `forward.csv`. The
+    /// reference position is `None` if the actuator follows no motion.
     pub(crate) fn drive_in(&self, row: &[f64], actuator: usize) -> (f64, Option<f64>) {
         let at = self.place(self.dof_of_actuator[actuator]) + 3;
         (row[at], self.reference[actuator].then(|| row[at + 1]))
     }
 }
 
-/// Returns the speed and the friction of an interface. They have a sign if the interface slides
-/// along one direction; otherwise they are magnitudes.
+/// Returns the sliding speed, m/s, and the friction, N, of an interface. They have a sign if the
+/// interface slides along one direction; otherwise they are magnitudes.
 fn along(moment: &InterfaceSample, signed: bool) -> (f64, f64) {
     let size = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
     match signed {
@@ -189,7 +191,8 @@ fn along(moment: &InterfaceSample, signed: bool) -> (f64, f64) {
     }
 }
 
-/// Converter of samples to table rows. It passes the rows to another sink in chronological order.
+/// Converter of samples of a simulation to table rows. It passes the rows to [`Self::sink`] in
+/// chronological order.
 #[derive(Clone, Debug)]
 pub struct Recorder<S> {
     layout: Layout,
@@ -200,13 +203,13 @@ pub struct Recorder<S> {
 }
 
 impl<S: Sink<Rows>> Recorder<S> {
-    /// Creates a recorder before the first sample.
+    /// Creates a recorder that has not yet received a sample.
     pub fn new(job: &Job<'_>, sink: S) -> Self {
         let bodies = BodyRow::new(&job.model.mechanism);
         Self { layout: Layout::new(job), bodies, rows: Rows::default(), sink }
     }
 
-    /// Returns the rows of the sample that was received last.
+    /// Returns the table rows of the last sample that the recorder received.
     pub fn last(&self) -> &Rows {
         &self.rows
     }
@@ -229,7 +232,7 @@ impl<S: Sink<Rows>> Recorder<S> {
         }
         for _ in 0..count {
             let Rows { time, forward, reactions, friction, bodies, space, energy } = &mut self.rows;
-            // The rows of this table repeat values of other tables.
+            // The rows of `motion.csv` are discarded, because they repeat values of other tables.
             let mut motion = Vec::new();
             let rows = [forward, reactions, friction, bodies, energy, &mut motion];
             for (reader, row) in readers.iter_mut().zip(rows) {

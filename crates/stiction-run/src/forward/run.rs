@@ -13,8 +13,8 @@ use crate::{Instants, InstantsError};
 use stiction_core::forward::{Checkpoint, Event, Forward, PayloadChange};
 use stiction_format::{LoadCase, Payload, Signal};
 
-/// Largest relative change of the rates at the start that counts as a rounding error of the
-/// projection.
+/// Largest relative change of the initial rates, due to their projection onto the constraints, that
+/// counts as a rounding error.
 const CHANGED: f64 = 1e-6;
 
 impl Job<'_> {
@@ -68,7 +68,7 @@ impl Job<'_> {
                 if !checkpoint.fits(&self.model.mechanism) {
                     return Err(Error::Checkpoint);
                 }
-                // The checkpoint contains the earlier events.
+                // The checkpoint stores the earlier events separately; they are added below.
                 let numbers = checkpoint.simulation.clone();
                 let point = Checkpoint { numbers, events: Vec::new() };
                 let resumed = forward.resume(&point, self.settings);
@@ -110,7 +110,8 @@ impl Job<'_> {
             last = instants.at(done.saturating_sub(1));
             before.clone_from(&checkpoint.events);
         }
-        // Last checkpoint without its events, and the number of those events.
+        // Checkpoint after the last sample, without events, and the number of events up to this
+        // sample.
         let mut kept: Option<(RunCheckpoint, usize)> = None;
         for time in instants.iter().skip(done) {
             let mut advanced = self.check(time);
@@ -166,7 +167,8 @@ impl Job<'_> {
                     break;
                 }
             }
-            // Time stepping evaluates loads only in the middle of its steps.
+            // Loads are evaluated here because time stepping evaluates them only in the middle of
+            // its steps.
             let loads = match self.loads_at(&simulation.view()) {
                 Ok(loads) => loads,
                 Err(error) => {
@@ -222,7 +224,8 @@ impl Job<'_> {
         let mut events: Vec<Event> = before.iter().chain(simulation.events()).cloned().collect();
         let stopped = matches!(ending, Ending::Interrupted);
         let checkpoint = kept.filter(|_| stopped).map(|(checkpoint, count)| {
-            // Events after the last sample recur after a restart.
+            // Events after the last sample are dropped, because the resumed simulation repeats
+            // them.
             events.truncate(count);
             RunCheckpoint { events: events.clone(), ..checkpoint }
         });
@@ -242,7 +245,7 @@ impl Job<'_> {
         })
     }
 
-    /// Checks that all signals have finite values at an instant, s.
+    /// Checks that the signals of feed-forward efforts and loads have finite values at `time`, s.
     fn check(&self, time: f64) -> Result<(), Error> {
         let drives: &[(usize, Signal)] = match self.drives {
             Feed::Given(drives) => &drives.efforts,
@@ -252,8 +255,8 @@ impl Job<'_> {
         check_finite(drives.chain(self.load.signals()), time)
     }
 
-    /// Finds the cause of an error, which may be an unreadable recording or a signal without a
-    /// value. Returns the error itself if neither is the cause.
+    /// Returns the cause of a failure at `time`, s: the error of a signal that cannot be read or
+    /// has no finite value at this time or, if all signals are finite, the given error.
     fn explain(&self, error: Error, time: f64) -> Error {
         let motion = self.motion.iter().flat_map(|motion| motion.signals());
         let fault = check_finite(motion, time).and_then(|()| self.check(time));

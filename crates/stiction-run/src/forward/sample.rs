@@ -17,11 +17,13 @@ pub struct Sample<'a> {
     pub energies: &'a Energies,
     /// Residual of the energy balance since the start, J.
     pub energy_error: f64,
-    /// Motions of all scalar degrees of freedom of joints; angles count full turns.
+    /// Position, rate and acceleration of each scalar degree of freedom of a joint. Angles are not
+    /// wrapped to one turn.
     pub joints: &'a [Target<f64>],
-    /// Reference motions of the actuators; zeros for actuators that follow no motion.
+    /// Reference position, rate and acceleration of each actuator; zeros for actuators that follow
+    /// no motion.
     pub reference: &'a [Target<f64>],
-    /// Bodies whose pose has a reference: [`Job::followed`](super::Job::followed).
+    /// Bodies whose pose has a reference, as returned by [`Job::followed`](super::Job::followed).
     pub tracked: &'a [Tracked],
     /// Reference poses in the world of the bodies in `tracked`; NaN where the mechanism cannot follow the motion.
     pub reference_poses: &'a [Pose<f64>],
@@ -32,8 +34,8 @@ pub struct Sample<'a> {
 }
 
 impl Sample<'_> {
-    /// Returns the positions, references and tracking errors of the tracked bodies, in the order of
-    /// `tracked`.
+    /// Returns the position, the reference position and the tracking errors of each body, in the
+    /// order of `tracked`.
     pub fn in_space(&self) -> impl Iterator<Item = SpacePoint> {
         let origin = self.forward.parameters().origin;
         self.tracked.iter().zip(self.reference_poses).map(move |(tracked, reference)| {

@@ -7,7 +7,8 @@ use stiction_core::kinematics::{AssemblyError, Coordinate, State, Target};
 use stiction_core::mechanism::BodyId;
 use stiction_core::spatial::Vec3;
 
-/// Computes the initial coordinates and rates of the spanning tree, and notes on the assembly.
+/// Computes the initial coordinates and rates of the spanning tree. Also returns notes for the user
+/// on the assembly.
 pub(super) fn state(job: &Job<'_>, forward: &Forward) -> Result<(State<f64>, Vec<String>), Error> {
     let (motion, moves) = match job.start {
         Start::Moving => (job.motion, true),
@@ -31,7 +32,7 @@ pub(super) fn state(job: &Job<'_>, forward: &Forward) -> Result<(State<f64>, Vec
         }
         match forward.assemble_with_report(initial_poses, &coordinates, &targets) {
             // The motion does not determine the configuration, or the configuration is singular.
-            // The assembly below completes it.
+            // The assembly below determines the remaining coordinates.
             Err(ForwardError::Assembly(error))
                 if !matches!(error, AssemblyError::AngleRange { .. }) => {}
             other => {

@@ -18,8 +18,8 @@ pub enum Stop {
 
 type Compute = dyn Fn(&Measured<'_>) -> Result<f64, SinkError> + Send + Sync;
 
-/// Function that the caller provides. The simulation ends at the instant at which its value becomes
-/// negative.
+/// Function that the caller provides as a stop condition. The simulation ends at the instant at
+/// which the value of the function becomes negative.
 #[derive(Clone)]
 pub struct StopFunction {
     name: String,
@@ -27,7 +27,8 @@ pub struct StopFunction {
 }
 
 impl StopFunction {
-    /// Creates a stop condition from its name, for events and messages, and its function.
+    /// Creates a stop condition from a function. `name` identifies the condition in events and
+    /// messages.
     ///
     /// The function receives the measured state without reference motions. It is evaluated at trial
     /// states of integration steps and therefore must depend on its argument only.
@@ -46,7 +47,7 @@ impl fmt::Debug for StopFunction {
 }
 
 impl Stop {
-    /// Returns the text of the condition as written, or the name of the function.
+    /// Returns the text of the condition as the user wrote it, or the name of the function.
     pub fn text(&self) -> &str {
         match self {
             Self::Formula(condition) => &condition.text,
@@ -76,7 +77,7 @@ impl Stop {
         Ok(distance)
     }
 
-    /// Returns true if the condition can depend on time itself.
+    /// Returns true if the condition can depend on time explicitly.
     pub(super) fn has_time(&self) -> bool {
         match self {
             Self::Formula(condition) => condition.has_time(),
@@ -84,8 +85,9 @@ impl Stop {
         }
     }
 
-    /// Returns the time, s, up to which a few samples from `t`, s, resolve the dependence of the
-    /// condition on time alone. Infinite for a function, whose dependence on time is unknown.
+    /// Returns the end, s, of the interval from `t`, s, in which a few samples resolve the explicit
+    /// dependence of the condition on time. Infinite for a function, whose dependence on time is
+    /// unknown.
     pub(super) fn resolved_until(&self, t: f64) -> f64 {
         match self {
             Self::Formula(condition) => condition.resolved_until(t),

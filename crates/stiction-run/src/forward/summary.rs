@@ -1,4 +1,4 @@
-//! Summary of a simulation.
+//! Summary of a simulation: peaks and root mean squares, energy balance, events and verdicts.
 
 use super::events::{DescribedEvent, describe_all, method_name, methods};
 use super::job::Job;
@@ -20,19 +20,19 @@ pub struct Summary {
     pub(super) last: Rows,
     pub(super) samples: usize,
     pub(super) drives: Vec<Size>,
-    /// Size of the tracking error of each actuator.
+    /// Peak and root mean square of the tracking error of each actuator, m or rad.
     pub(super) errors: Vec<Size>,
     /// Load on the motor of each drive train.
     pub(super) motors: Vec<MotorLoad>,
     pub(super) reactions: Reactions,
-    /// Size of the effort of each gearing, and true if the effort is statically determinate at all
-    /// samples.
+    /// Peak and root mean square of the effort of each gearing. The flag is true if the effort is
+    /// statically determinate at all samples.
     pub(super) gearings: Vec<(Size, bool)>,
     pub(super) loads: Vec<Size>,
     pub(super) closure: Size,
     pub(super) energy_error: Size,
-    /// Magnitude of the energies whose difference is the energy error. It determines the size of
-    /// rounding errors.
+    /// Kinetic energy plus the magnitude of the potential energy, J. The peak determines the size
+    /// of rounding errors in the energy balance.
     energies: Size,
     ranges: Ranges,
 }
@@ -115,7 +115,8 @@ impl Summary {
         (self.first.as_ref().map_or(0.0, |first| first.time), self.last.time)
     }
 
-    /// Returns true for each friction interface that sticks at the first sample.
+    /// Returns one value for each friction interface: true if the interface sticks at the first
+    /// sample.
     pub fn at_rest_first(&self) -> Vec<bool> {
         let first = self.first.iter().flat_map(|rows| rows.friction.chunks_exact(6));
         first.map(|row| row[5] == 1.0).collect()
@@ -267,7 +268,7 @@ impl Summary {
         value
     }
 
-    /// Returns the magnitude, J, below which energies are rounding errors.
+    /// Returns the magnitude, J, below which an energy counts as a rounding error.
     pub(super) fn rounding(&self) -> f64 {
         1e-13 * self.energies.peak.abs()
     }
@@ -335,14 +336,15 @@ impl Summary {
         described
     }
 
-    /// Lists doubts about the recorded motion, and excursions of joints beyond their ranges.
+    /// Returns warnings about the samples of the recorded motion, about quantities that leave their
+    /// ranges, and about the loads on the motors.
     pub(super) fn cautions(&self, job: &Job<'_>) -> Vec<String> {
         let trains = self.layout.motors.trains().zip(&self.motors);
         let motors = trains.flat_map(|(train, load)| load.cautions(train));
         job.cautions().into_iter().chain(self.ranges.cautions()).chain(motors).collect()
     }
 
-    /// Counts the events of each kind.
+    /// Returns the number of events of each kind as a JSON object.
     fn count_events(&self, events: &[Event]) -> Value {
         let described = self.described(events);
         let kinds = [
@@ -411,7 +413,8 @@ impl Sink<Rows> for Summary {
     }
 }
 
-/// Energy balance, J: energies at the start and at the end, and work.
+/// Terms of the energy balance, J. Kinetic and potential energy are values at the first and at the
+/// last sample; all other terms are totals from the start to the last sample.
 pub(super) struct Account<'a> {
     pub(super) kinetic: (f64, f64),
     pub(super) potential: (f64, f64),

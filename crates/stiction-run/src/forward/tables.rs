@@ -1,4 +1,4 @@
-//! Tables of a simulation.
+//! Result tables of a simulation, as CSV files or in memory.
 
 use super::events::DescribedEvent;
 use super::job::Job;
@@ -59,19 +59,20 @@ pub struct Columns {
 }
 
 impl Columns {
-    /// Creates the tables of a job without rows.
+    /// Creates the tables of a simulation with headers and without rows.
     pub fn new(job: &Job<'_>) -> Self {
         let layout = Layout::new(job);
         Self { tables: Table::all(Tables::<Vec<u8>>::FILES, layout.headers()), layout }
     }
 
-    /// Returns the tables.
+    /// Returns the tables in the order of [`Tables::FILES`].
     pub fn finish(self) -> Vec<Table> {
         self.tables
     }
 }
 
-/// Passes the rows of all tables for one sample to `write`.
+/// Passes the rows of all tables for one sample to `write`, in the order of [`Tables::FILES`] and
+/// without the time.
 fn each_row<R>(layout: &Layout, rows: &Rows, write: impl FnOnce([&[f64]; 6]) -> R) -> R {
     let actuated = layout.dof_of_actuator.iter();
     let motion = actuated.flat_map(|&dof| layout.motion_in(&rows.forward, dof)).copied();
@@ -105,7 +106,8 @@ pub struct EventRow {
     pub time: f64,
     /// Kind of event, as a keyword.
     pub event: &'static str,
-    /// Friction interface, joint or condition; empty if the event concerns the whole mechanism.
+    /// Name of the friction interface, joint, body or other quantity to which the event belongs;
+    /// empty if the event concerns the whole mechanism.
     pub at: String,
     /// Details of the event; may be empty.
     pub detail: String,

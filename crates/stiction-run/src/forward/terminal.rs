@@ -9,9 +9,11 @@ use crate::names::{heading, width};
 use std::fmt::{self, Write};
 use stiction_draw::numbers::{number, order, percent};
 
-/// Largest number of friction interfaces and of events that the text lists.
+/// Largest number of degrees of freedom, of friction interfaces and of non-uniqueness events that
+/// the text lists.
 const LISTED: usize = 6;
-/// Relative error of a step above which the summary contains a caution.
+/// Relative error of an integration step near a singular configuration above which summary and
+/// report contain a caution.
 pub(super) const COARSE: f64 = 1e-8;
 
 /// Writes the summary as text.
@@ -269,7 +271,7 @@ fn write_energy(out: &mut impl Write, summary: &Summary) -> fmt::Result {
     }
 }
 
-/// Writes the integration schemes that were used.
+/// Writes the integration schemes that the simulation used, with their durations.
 fn write_method(out: &mut impl Write, summary: &Summary, outcome: &Outcome) -> fmt::Result {
     match methods(&outcome.events, summary.span()) {
         [_, 0.0] => writeln!(out, "method: event-driven"),

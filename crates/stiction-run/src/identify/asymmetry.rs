@@ -24,11 +24,13 @@ pub struct Asymmetry {
     pub unit: &'static str,
 }
 
-/// Smallest fraction of the rows of an actuator that must show motion in each direction.
+/// Smallest fraction of the regression rows of an actuator that must belong to motion in each
+/// direction.
 const BOTH: f64 = 0.05;
 
-/// Computes the asymmetries of the measured efforts. The model without friction removes the
-/// variation of weight and inertia forces along the motion.
+/// Computes the asymmetries of the measured efforts. The efforts of the model without friction,
+/// minus their mean, are subtracted from the measured efforts. This removes the variation of weight
+/// and inertia forces along the motion.
 pub(super) fn of_efforts(
     all: &[Prepared],
     actuators: &[String],
@@ -54,9 +56,9 @@ pub(super) fn of_efforts(
     each.collect()
 }
 
-/// Estimates the constant part of a signal in the rows of an actuator, and its standard deviation.
-/// The fit also includes terms proportional to the direction and to the rate of motion. `None` if
-/// the rows do not contain motion in both directions.
+/// Estimates the constant part of a signal in the regression rows of an actuator, and its standard
+/// deviation. The fit also includes terms proportional to the direction and to the rate of motion.
+/// `None` if the rows do not contain motion in both directions.
 fn constant_part(
     all: &[Prepared],
     channel: usize,
@@ -91,7 +93,7 @@ fn constant_part(
         .map(|column| Parameter {
             name: String::new(),
             unit: "",
-            // Offsets may have either sign.
+            // Parameters of this kind may have either sign.
             kind: Kind::Offset(column),
             prior: 0.0,
             scale: (size / norm(column)).max(1e-300),

@@ -5,13 +5,13 @@ use super::prepare::Prepared;
 use super::run::fitted_blocks;
 use stiction_identify::{Estimate, Options, Parameter, Problem};
 
-/// Number of standard deviations by which an effort at rest may exceed its limit. If the excess is
-/// larger, another force, such as a brake, must act.
+/// Number of standard deviations by which an effort at rest may exceed its static friction limit.
+/// If the excess is larger, another force, such as a brake, must act.
 const CONTRADICTS: f64 = 4.0;
 
-/// Bounds an estimate by the efforts at rest, and returns the bounded estimate and cautions. Dwells
-/// that contradict the estimate are left out: a brake holds the robot there, or static friction
-/// exceeds sliding friction.
+/// Corrects an estimate so that the efforts at rest lie within the static friction limits. Returns
+/// the corrected estimate and cautions. Dwells that contradict the estimate are left out: a brake
+/// holds the robot there, or static friction exceeds sliding friction.
 pub(super) fn bounded(
     all: &mut [Prepared],
     parameters: &[Parameter],

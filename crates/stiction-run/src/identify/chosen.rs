@@ -1,4 +1,4 @@
-//! Columns of a log that the identification uses.
+//! Choice of the log columns that the identification uses: coordinates and efforts.
 
 use super::IdentifyError as Error;
 use super::prepare::MeasuredLog;
@@ -11,7 +11,8 @@ pub(super) fn refuse(message: impl Into<String>, help: impl Into<String>) -> Err
     Error { message: message.into(), help: help.into() }
 }
 
-/// Coordinate that determines the motion of the mechanism, with its columns in a log: position, rate or both.
+/// One of the coordinates that determine the motion of the mechanism, with its columns in a log:
+/// position, rate or both.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Chosen {
     pub(super) coordinate: Coordinate,
@@ -20,7 +21,8 @@ pub(super) struct Chosen {
     /// Index of the log column with the rate of the coordinate, if the log has one. The rate is
     /// used if there is no position column, and in tables of steady motions.
     pub(super) rate: Option<usize>,
-    /// Position of the coordinate in the model, rad or m; used if the log has no position column.
+    /// Value of the coordinate at the home position of the model, rad or m; used if the log has no
+    /// position column.
     pub(super) home: f64,
 }
 
@@ -33,7 +35,8 @@ impl Chosen {
 }
 
 /// Chooses the coordinates that determine the motion, with their columns in the log. These are the
-/// coordinates of the actuators or, if the log lacks them, the same number of other coordinates.
+/// coordinates of all actuators or, if the log lacks one of them, as many of the logged coordinates
+/// as there are actuators.
 pub(super) fn chosen_coordinates(
     model: &ModelFile,
     log: &MeasuredLog,
@@ -91,8 +94,8 @@ pub(super) fn chosen_coordinates(
     Ok(chosen)
 }
 
-/// Returns the positions of the chosen coordinates in the model, rad or m; zero for coordinates
-/// whose position is logged.
+/// Returns the values of the chosen coordinates at the home position of the model, rad or m; zero
+/// for coordinates whose position is logged.
 fn homes(model: &ModelFile, log: &MeasuredLog, chosen: &[Chosen]) -> Result<Vec<f64>, Error> {
     let mechanism = &model.mechanism;
     let fail = |error: &dyn std::fmt::Display| {
@@ -137,14 +140,15 @@ pub(super) struct EffortColumn {
     pub(super) unknown: Option<usize>,
 }
 
-/// Chooses the columns of efforts in the order of the actuators. The second result is true if the
-/// efforts are measured at the motors.
+/// Chooses the effort column of each actuator, in the order of the actuators. The second result is
+/// true if the efforts are measured at the motors.
 pub(super) fn chosen_efforts(
     mechanism: &Mechanism,
     log: &MeasuredLog,
 ) -> Result<(Vec<EffortColumn>, bool), Error> {
     let count = mechanism.actuators().count();
-    // A table of inverse dynamics contains the efforts of the joints and of their motors.
+    // A table that inverse dynamics has written contains the efforts of the joints and of their
+    // motors. The efforts of the joints are then used.
     let (mut found, mut by_motors) = (vec![None; count], vec![None; count]);
     let mut twice = None;
     for (index, column) in log.log.columns.iter().enumerate() {
@@ -205,7 +209,7 @@ pub(super) fn chosen_efforts(
     Ok((found.into_iter().flatten().collect(), is_by_motors))
 }
 
-/// Assembles the mechanism with the chosen coordinates at given positions.
+/// Assembles the mechanism with the chosen coordinates at the values `at`, rad or m, at rest.
 pub(super) fn assembled(
     model: &ModelFile,
     log: &MeasuredLog,

@@ -16,25 +16,28 @@ pub struct Delay {
     pub is_corrected: bool,
 }
 
-/// Number of Gauss-Newton iterations.
+/// Largest number of Gauss-Newton iterations.
 const STEPS: usize = 6;
-/// Number of standard deviations above which a delay is certain.
+/// A delay, or another effect, counts as certain if it exceeds this number of its standard
+/// deviations.
 pub(super) const CERTAIN: f64 = 5.0;
-/// Fraction of the squared residuals that a delay must explain in cross-validation, in which each
-/// fifth of the logs is predicted from the others.
+/// Smallest fraction of the squared residuals that a delay must explain in cross-validation, in
+/// which each fifth of the logs is predicted from the other four.
 const EXPLAINED: f64 = 0.02;
-/// Largest change of a delay, in standard deviations, at which the iteration has converged.
+/// The iteration has converged if each delay changes by less than this number of standard
+/// deviations.
 const SETTLED: f64 = 0.1;
 
-/// Regressor signals of an effect, one for each fitted log; `None` if the effect cannot be computed
-/// for one of the logs.
+/// Returns the regressor signals of an effect on the effort of actuator `channel`, one signal for
+/// each fitted log; `None` if the signal cannot be computed for one of these logs.
 pub(super) fn candidate(all: &[Prepared], channel: usize, effect: Effect) -> Option<Candidate> {
     let fits = all.iter().filter(|log| !log.predict);
     let signal: Option<Vec<_>> = fits.map(|log| log.effect(channel, effect)).collect();
     Some(Candidate { channel, signal: signal? })
 }
 
-/// Estimates the delay of each effort that remains after the delays corrected so far.
+/// Estimates for each effort the delay that remains after the present correction; `None` if this
+/// delay cannot be estimated.
 fn remaining(
     all: &[Prepared],
     problem: &Problem<'_>,
@@ -47,12 +50,13 @@ fn remaining(
     each.collect()
 }
 
-/// Magnitude of the filtered direction of motion below which a row is close to a reversal.
+/// Magnitude of the filtered direction of motion below which a regression row is close to a
+/// reversal. Before filtering, the direction is 1 or -1.
 const CLOSE: f64 = 0.95;
 
 /// Returns the standard deviation of a delay due to the jumps of friction, s. The instant of each
-/// jump is known to within one sample. Only the rows close to reversals have this error. These rows
-/// contain only a part of the information on the delay.
+/// jump is known to within one sample. Only rows close to reversals have this error. It is weighted
+/// by the part of the information on the delay that these rows contain.
 fn jump_error(all: &[Prepared], channel: usize) -> f64 {
     let (mut close, mut total, mut count, mut sample) = (0.0, 0.0, 0.0, 0.0);
     for log in all.iter().filter(|log| !log.predict) {
@@ -75,10 +79,11 @@ fn jump_error(all: &[Prepared], channel: usize) -> f64 {
 }
 
 /// Estimates the delays of all efforts together with the parameters by the Gauss-Newton method,
-/// starting from the delays corrected so far. A delay is corrected if it differs significantly from
-/// zero and improves the prediction of left-out fifths of the logs. `solve` fits the logs with the
-/// delays corrected so far. Returns the delays, s, in the order of the actuators, with standard
-/// deviations.
+/// starting from the delays `begin`, each with its standard deviation, s. A delay is corrected if
+/// it differs significantly from zero and improves the prediction of left-out fifths of the logs.
+/// `solve` fits the logs with the present correction, and passes the regression problem and its
+/// estimate to its second argument. Returns the delays, s, in the order of the actuators, with
+/// standard deviations.
 pub(super) fn take_back(
     all: &mut [Prepared],
     begin: &[[f64; 2]],
@@ -110,7 +115,8 @@ pub(super) fn take_back(
     delays
 }
 
-/// Returns a caution that describes a corrected delay.
+/// Returns a caution that describes a corrected delay. `greatest` is the largest delay that can be
+/// corrected, s.
 pub(super) fn words(delay: &Delay, greatest: f64) -> String {
     let Delay { actuator, value, sigma, .. } = delay;
     let (size, sigma) = (1e3 * value.abs(), 1e3 * sigma);

@@ -33,20 +33,22 @@ pub struct Missing {
     pub cure: String,
 }
 
-/// Fraction of the squared residuals of left-out fifths above which an effect matters even if it
-/// changes no parameter.
+/// An effect that explains more than this fraction of the squared residuals of left-out fifths of
+/// the logs matters even if it changes no parameter.
 const EXPLAINED: f64 = 0.1;
-/// Fraction of the squared residuals of left-out fifths below which an effect is ignored.
+/// An effect that explains less than this fraction of the squared residuals of left-out fifths of
+/// the logs is ignored.
 const LEAST: f64 = 0.005;
-/// Change of a parameter, in standard deviations, above which an effect matters.
+/// Change of a parameter, in standard deviations of this parameter, above which the effect that
+/// causes the change matters.
 const CHANGED: f64 = 1.0;
-/// Number of standard deviations of an effect in the new fit up to which the effect counts as
-/// doubtful and is removed.
+/// An effect is doubtful and is removed if, in the fit that includes the effect, its coefficient
+/// does not exceed this number of standard deviations.
 const DOUBTFUL: f64 = 2.0;
 /// Largest number of parameters that a caution names.
 const NAMED: usize = 6;
 
-/// Fit of the logs, to which effects are added.
+/// Fit of the logs with the original model, from which the search for missing effects starts.
 pub(super) struct Fit<'a> {
     pub(super) all: &'a [Prepared],
     pub(super) parameters: &'a [Parameter],
@@ -65,8 +67,9 @@ pub(super) struct Found {
 }
 
 impl Fit<'_> {
-    /// Finds the effects that the residuals show. The first one improves the prediction of left-out
-    /// parts of the logs most.
+    /// Finds the effects that the residuals show. The effects are returned in the order in which
+    /// the search adds them; the first effect improves the prediction of left-out parts of the logs
+    /// most.
     pub(super) fn missing(&self) -> Found {
         let count = self.parameters.len();
         let mut blocks: Vec<Block> =
@@ -113,8 +116,8 @@ impl Fit<'_> {
                 chosen.push((channel, effect, found.gain));
                 continue;
             }
-            // In the new fit, parameters that the prior had restrained explain the residuals, so
-            // the effect is removed.
+            // In the new fit, parameters that the prior had restrained explain the residuals
+            // instead of the effect, so the effect is removed.
             for rows in blocks.iter_mut().flat_map(|block| &mut block.channels) {
                 rows.pop_column();
             }
@@ -133,7 +136,8 @@ impl Fit<'_> {
         Found { missing: each.collect(), changes }
     }
 
-    /// Finds the effect with the largest gain among the effects that are certain and matter.
+    /// Finds the effect with the largest gain among the effects that are not in `tried`, are
+    /// certain, and matter.
     fn best(
         &self,
         problem: &Problem<'_>,
@@ -194,7 +198,8 @@ impl Fit<'_> {
     }
 }
 
-/// Returns a description of an effect, and its remedy.
+/// Returns a description of an effect, and advice to the user on how to account for it. `name` is
+/// the actuator, `unit` the unit of its effort, and `is_positive` the sign of the coefficient.
 fn words(effect: Effect, (name, unit): (&str, &str), is_positive: bool) -> (String, String) {
     let term = |formula: &str| {
         format!(

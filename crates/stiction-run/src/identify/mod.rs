@@ -29,7 +29,7 @@ pub use traces::{EffortSample, FrictionTrace, LogTrace, Traces};
 
 use thiserror::Error;
 
-/// Error: the logs or options cannot be used.
+/// Reason why logs or options cannot be used for an identification.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{message}")]
 pub struct IdentifyError {

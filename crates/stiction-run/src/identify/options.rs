@@ -1,4 +1,4 @@
-//! Options of identification, which a TOML file next to the logs contains.
+//! Options of the identification, which are read from a TOML file.
 
 use super::IdentifyError as Error;
 use stiction_format::{
@@ -7,7 +7,7 @@ use stiction_format::{
 };
 use toml::{Table, Value};
 
-/// Options file that contains every key, for the option `--template`.
+/// Example of an options file that contains every key. The option `--template` writes it.
 pub const TEMPLATE: &str = r#"# Options of `stiction identify`. Every key may be left out.
 
 # Cut-off frequency (-3 dB) of the zero-phase low-pass filter, for positions, efforts and the model alike.
@@ -79,15 +79,15 @@ pub struct LogSettings {
     pub from: f64,
     /// End of the used time interval, s; infinite by default.
     pub until: f64,
-    /// True if each row of the log is a motion with constant rates.
+    /// True if each row of the log is a separate motion with constant rates.
     pub steady: bool,
     /// Payloads that the robot carries in this log.
     pub payloads: Vec<Payload>,
 }
 
 impl LogSettings {
-    /// Returns whether these options belong to the log at `path`. They do if the last components of
-    /// `path` equal those of [`Self::file`].
+    /// Returns whether these options belong to the log at `path`, that is, whether the last
+    /// components of `path` equal the components of [`Self::file`].
     pub fn is_at(&self, path: &str) -> bool {
         let parts = |text: &str| -> Vec<String> {
             text.split(['/', '\\'])
@@ -125,7 +125,8 @@ pub struct IdentifySettings {
     pub tie: Vec<Vec<String>>,
     /// Name patterns of parameters, each with the least and the greatest value, SI units.
     pub bounds: Vec<(String, [f64; 2])>,
-    /// Columns with another name or unit in the logs than in the model.
+    /// Log columns whose header does not state their content, with the header that they should
+    /// have, a factor and an offset.
     pub columns: Vec<Renamed>,
     /// Names of the columns of logs without a header.
     pub header: Vec<String>,
@@ -164,10 +165,10 @@ fn with_help(key: &str, what: impl std::fmt::Display, help: impl Into<String>) -
 }
 
 impl IdentifySettings {
-    /// Parses the text of an options file; `name` identifies it in messages.
+    /// Parses the text of an options file; `name` identifies the file in messages.
     ///
     /// # Errors
-    /// An error if the text is not TOML, or if a key or value is invalid.
+    /// Returns an error if the text is not TOML, or if a key or value is invalid.
     pub fn parse(name: &str, text: &str, model: &ModelFile) -> Result<Self, Error> {
         let table: Table = text.parse().map_err(|error: toml::de::Error| Error {
             message: format!("{name}: {}", error.to_string().trim_end()),
@@ -243,7 +244,8 @@ impl IdentifySettings {
         Ok(settings)
     }
 
-    /// Returns the options of a log, found by its path or file name.
+    /// Returns the options of the log at `path`; default options if none of [`Self::logs`] belong
+    /// to this log.
     pub fn of_log(&self, path: &str) -> LogSettings {
         let own = self.logs.iter().find(|log| log.is_at(path));
         own.cloned().unwrap_or(LogSettings {
@@ -295,7 +297,7 @@ fn texts(key: &str, value: &Value) -> Result<Vec<String>, Error> {
     list.ok_or_else(|| bad(key, "should be a list of names"))
 }
 
-/// Reads a TOML number with or without a decimal point; `None` for other values.
+/// Reads a TOML number with or without a decimal point; `None` if the value is not a number.
 fn number(value: &Value) -> Option<f64> {
     value.as_float().or_else(|| value.as_integer().map(|n| n as f64))
 }

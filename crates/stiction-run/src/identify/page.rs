@@ -16,15 +16,16 @@ use stiction_identify::{FitVerdict, Verdict};
 const LISTED: usize = 40;
 /// Largest number of measured points in a friction plot.
 const POINTS: usize = 400;
-/// Number of speed intervals in which the curve of the friction law is drawn.
+/// Largest number of points of the friction curve that is drawn. Each point is a mean over measured
+/// points of similar speed.
 const INTERVALS: usize = 40;
 /// Half the width of the dash that marks a measured point, as a fraction of the horizontal axis.
 const DASH: f64 = 2.5e-3;
 
 impl Identified {
     /// Returns the report as HTML: verdict, measured and predicted efforts, residuals, friction
-    /// over speed, identified values compared with those of the model, cautions. `command` is the
-    /// command line that produced the results, if any.
+    /// over speed, identified values compared with those of the model, and cautions. `command` is
+    /// the command line that produced the results, if any.
     pub fn report(&self, model: &ModelFile, traces: &Traces, command: Option<&str>) -> String {
         let logs: Vec<String> = self
             .predictions
@@ -99,7 +100,8 @@ impl Identified {
         html::cards(&all)
     }
 
-    /// Returns the table of the relative errors of all logs.
+    /// Returns the HTML table of the relative errors of the predicted efforts, for each log and
+    /// actuator.
     fn errors(&self) -> String {
         let mut rows = Vec::new();
         for p in &self.predictions {
@@ -205,12 +207,12 @@ const FRICTION_NOTE: &str = "Friction of each joint over the magnitude of its ra
     motion. Points are the measured efforts minus everything else that was identified; the line is the \
     identified law, averaged over the normal loads at each rate.";
 
-/// Returns a unit in the form that other tables of HTML pages use.
+/// Returns a unit with `²` in place of `^2`, as in the other tables of HTML pages.
 fn unit(unit: &str) -> String {
     unit.replace("^2", "²")
 }
 
-/// Returns the plots of the efforts in one log.
+/// Returns the HTML plots of one log: measured and predicted efforts, and residuals.
 fn efforts(traces: &Traces, log: &LogTrace) -> String {
     let count = log.rows.len();
     let figure = |title: String,
@@ -254,7 +256,8 @@ fn efforts(traces: &Traces, log: &LogTrace) -> String {
     both + &residuals
 }
 
-/// Returns the plot of a friction curve with its data; `None` if no point is finite.
+/// Returns the HTML plot of an identified friction law and of the measured points; `None` if no
+/// point is finite.
 fn friction(trace: &FrictionTrace) -> Option<String> {
     let mut points = trace.points.clone();
     points.retain(|point| point.iter().all(|x| x.is_finite()));

@@ -128,8 +128,8 @@ pub struct Identified {
 /// Largest number of iterations that alternate between the fit of parameter values and the
 /// computation of normal loads.
 const SWEEPS: usize = 12;
-/// Largest change of a parameter value, in standard deviations, at which the iteration has
-/// converged.
+/// The iteration has converged if each parameter value changes by less than this number of standard
+/// deviations.
 const SETTLED: f64 = 0.01;
 /// Remaining change of a parameter value, in standard deviations, above which a caution reports it.
 const VISIBLE: f64 = 0.1;
@@ -221,14 +221,15 @@ pub fn identify(
     let is_estimated = given.is_none();
     let mut said = Vec::new();
     if is_estimated {
-        // The first estimate uses the normal loads of the model.
+        // The first estimate of the delays uses the normal loads of the original model.
         delays = delay::take_back(&mut all, &delays, |all, take| {
             let blocks = fitted_blocks(all);
             let problem = Problem { parameters: &parameters, blocks: &blocks, options: &options };
             take(&problem, &problem.solve_weakly());
         });
         if delays.iter().any(|[delay, _]| *delay != 0.0) {
-            // The second estimate uses the normal loads of the fit.
+            // The second estimate of the delays uses the normal loads of a fit with the first
+            // delays.
             let fit = fitted(&mut all, &parameters, (&options, &groups), &mut said);
             delays = delay::take_back(&mut all, &delays, |all, take| {
                 let blocks = fitted_blocks(all);
@@ -239,8 +240,8 @@ pub fn identify(
             said.clear();
         }
         let known: Vec<f64> = delays.iter().map(|[delay, _]| *delay).collect();
-        // The old logs are released first, because the old and the new logs together would need
-        // twice the memory.
+        // The prepared logs are released before they are prepared again with the delays, because
+        // both together would need twice the memory.
         all.clear();
         all = prepare(Some(&known))?;
         for log in &mut all {
@@ -373,7 +374,8 @@ pub fn identify(
             c.verdict = Verdict::FitsOnly;
         }
     }
-    // Residuals that an additional effect explains are errors of the model.
+    // If an additional effect explains residuals, the model is incomplete, and the fit does not
+    // count as converged.
     let is_settled = is_settled && found.missing.is_empty();
     cautions.extend(found.missing.iter().map(Missing::caution));
     let mut verdict = sanity::fit_verdict(
@@ -425,7 +427,8 @@ fn without_forces(log: &str, why: &str) -> IdentifyError {
 }
 
 /// Fits the logs and recomputes the normal loads for the fitted values, alternately, until both
-/// converge. The second result is true if the remaining change is small.
+/// converge. The second result is true if no parameter value changes by more than [`UNSETTLED`]
+/// standard deviations in the last iteration.
 fn fitted(
     all: &mut [Prepared],
     parameters: &[Parameter],
@@ -494,8 +497,8 @@ fn fitted(
     (estimate, is_settled)
 }
 
-/// Downgrades the verdicts of values at the bounds of the options, and returns cautions that name
-/// these values.
+/// Downgrades the verdicts of parameters whose values lie at the bounds that the options set, and
+/// returns cautions that name these parameters.
 fn judge_bounds(named: &mut [Named], options: &Options) -> Vec<String> {
     let mut cautions = Vec::new();
     for &(k, bounds) in &options.bounds {
@@ -525,7 +528,8 @@ pub(super) fn fitted_blocks(all: &[Prepared]) -> Vec<Block> {
     all.iter().filter(|log| !log.predict).map(|log| log.block.clone()).collect()
 }
 
-/// Returns the errors of all parameters due to the filter, SI units; `None` without a filter.
+/// Returns the errors of all parameters due to the filter, SI units; `None` if these errors cannot
+/// be computed for one of the fitted logs, for example a table of steady motions.
 fn filter_biases(
     all: &[Prepared],
     parameters: &[Parameter],
@@ -540,7 +544,8 @@ fn filter_biases(
     Some(problem.residuals(estimate).response(&errors?))
 }
 
-/// Lists the delays that are not zero.
+/// Returns the delays that are not zero, with the names of their actuators; an empty list if all
+/// logs are tables of steady motions.
 fn delays_of(all: &[Prepared], actuators: &[String], delays: &[[f64; 2]]) -> Vec<Delay> {
     let is_recorded = all.iter().any(|log| log.cutoff.is_some());
     let each = actuators.iter().zip(delays).filter(|(_, [value, _])| is_recorded && *value != 0.0);
@@ -580,8 +585,8 @@ fn gear_losses(mechanism: &Mechanism, at_motors: bool) -> Vec<String> {
     }
 }
 
-/// Finds doubts about signs and units of efforts. The flag is true if the log of the doubt was
-/// fitted.
+/// Returns doubts about signs and units of measured efforts. The flag is true for a doubt that
+/// results from the fitted logs, and false for a doubt about a log that only checks the prediction.
 fn wrong_efforts(
     all: &[Prepared],
     (parameters, values): (&[Parameter], &[f64]),
@@ -603,7 +608,7 @@ fn wrong_efforts(
     found
 }
 
-/// Returns cautions on efforts for which a log has no usable row.
+/// Returns cautions on actuators for which a log has no usable regression row.
 fn without_rows(all: &[Prepared], actuators: &[String]) -> Vec<String> {
     let each = all.iter().filter_map(|log| {
         let channels = log.block.channels.iter().zip(actuators);
@@ -621,8 +626,8 @@ fn without_rows(all: &[Prepared], actuators: &[String]) -> Vec<String> {
 }
 
 /// Returns the scales to which the residuals of each effort are compared: the standard deviation of
-/// the measured effort, and that of the part of it that the model without friction does not
-/// explain.
+/// the measured effort, and the standard deviation of the measured effort minus the effort of the
+/// model without friction, N or N m.
 fn references(all: &[Prepared]) -> Vec<[f64; 2]> {
     let deviation = |values: Vec<f64>| {
         let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
@@ -682,7 +687,8 @@ pub(super) fn differences(parameters: &[Parameter], values: &[f64]) -> DVector<f
 }
 
 /// Returns the root mean square of the residuals of each effort, and its percentage of the root
-/// mean square of the measured effort. The percentage is `None` without rows.
+/// mean square of the measured effort. The percentage is `None` if the measured effort is zero or
+/// has no rows.
 fn errors(block: &Block, at: &DVector<f64>) -> (Vec<f64>, Vec<Option<f64>>) {
     let each = block.channels.iter().map(|rows| {
         let (error, size) = (rows.residuals(at).norm(), rows.measured.norm());
@@ -692,8 +698,8 @@ fn errors(block: &Block, at: &DVector<f64>) -> (Vec<f64>, Vec<Option<f64>>) {
     each.unzip()
 }
 
-/// Returns the mean standard deviation of the noise of each filtered effort; `None` if no log is
-/// filtered.
+/// Returns the standard deviation of the noise in each filtered effort, N or N m, averaged over the
+/// fitted logs; `None` if no fitted log is filtered.
 fn effort_noise(all: &[Prepared]) -> Option<Vec<f64>> {
     let fits: Vec<&Vec<f64>> =
         all.iter().filter(|log| !log.predict).filter_map(|log| log.effort_noise.as_ref()).collect();

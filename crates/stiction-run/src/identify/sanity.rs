@@ -5,7 +5,8 @@ use super::run::{Combined, Named, Prediction, differences};
 use nalgebra::DVector;
 use stiction_identify::{BaseParameters, Estimate, FitVerdict, Kind, Options, Parameter, Verdict};
 
-/// Correlation of the errors of two parameters above which the parameters count as confounded.
+/// Magnitude of the correlation between the errors of two parameters above which the parameters
+/// count as confounded.
 const CONFOUNDED: f64 = 0.95;
 /// Largest number of confounded pairs that the results list.
 const NAMED: usize = 20;
@@ -164,8 +165,8 @@ fn friction_agreement(
     if cosines[0].abs() > cosines[1].abs() { cosines[0] } else { cosines[1] }
 }
 
-/// Returns the largest correlation between the error of parameter `k` and that of another
-/// parameter. Parameters that the options tie to `k` are excluded.
+/// Returns the largest magnitude of the correlation between the errors of parameter `k` and of any
+/// other free parameter. Parameters that the options tie to `k` are excluded.
 pub(super) fn largest_correlation(estimate: &Estimate, options: &Options, k: usize) -> f64 {
     let is_tied =
         |i: usize| options.tied.iter().any(|group| group.contains(&i) && group.contains(&k));
@@ -179,18 +180,18 @@ pub(super) fn largest_correlation(estimate: &Estimate, options: &Options, k: usi
 pub(super) struct Residuals<'a> {
     /// Standard deviation of the white noise of each effort; `None` for tables of steady motions.
     pub(super) noise: Option<&'a [f64]>,
-    /// Standard deviation of each measured effort, and that of the part of it that the model
-    /// without friction does not explain.
+    /// Standard deviation of each measured effort, and of the measured effort minus the effort of
+    /// the model without friction, N or N m.
     pub(super) reference: &'a [[f64; 2]],
     pub(super) actuators: &'a [String],
 }
 
-/// Fractions of the standard deviations of an effort and of its friction part. If the residual
-/// exceeds either of these limits, the model is incomplete.
+/// Fractions of the two standard deviations in [`Residuals::reference`]. If the residual of an
+/// effort exceeds either fraction and is well above the noise, the model is incomplete.
 const LACKING: [f64; 2] = [0.05, 0.1];
 
 /// Lists the pairs of parameters that the data cannot distinguish because their errors are
-/// correlated. Each pair comes with advice.
+/// correlated. The third text of each pair is advice on data that would distinguish them.
 pub(super) fn confounded(
     named: &[Named],
     estimate: &Estimate,
@@ -280,8 +281,9 @@ fn cure(a: &Parameter, b: &Parameter) -> String {
 /// Largest number of parameters and combinations that a caution on errors due to the filter names.
 const BIASED: usize = 6;
 
-/// Stores the errors due to the filter. Parameters whose error exceeds a standard deviation no
-/// longer count as identified; the function returns a caution that names them.
+/// Stores the errors of parameters and combinations due to the filter. Those whose error exceeds
+/// their standard deviation no longer count as identified; the function returns a caution that
+/// names them, or `None` if all errors are smaller.
 pub(super) fn judge_filter(
     (named, combinations): (&mut [Named], &mut [Combined]),
     structure: &BaseParameters,
@@ -317,7 +319,8 @@ pub(super) fn judge_filter(
     })
 }
 
-/// Decides the verdict on the fit, and adds the reasons to the cautions.
+/// Decides the verdict on the fit, and adds the reasons to `cautions`. `wrong` is true if the
+/// efforts have a wrong sign.
 pub(super) fn fit_verdict(
     (named, combinations, predictions): (&[Named], &[Combined], &[Prediction]),
     estimate: &Estimate,

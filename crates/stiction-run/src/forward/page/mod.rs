@@ -1,4 +1,4 @@
-//! Report of a simulation as a self-contained HTML page with a moving robot.
+//! Report of a simulation as a self-contained HTML page that animates the robot.
 
 mod tables;
 mod verdicts;
@@ -13,9 +13,9 @@ use stiction_core::forward::EventKind;
 use stiction_draw::figure::Figure;
 use stiction_draw::numbers::number;
 
-/// Returns the report of a simulation as HTML: headline figures, the moving robot, plots, peaks,
-/// events, verdicts, and the options to repeat the simulation. `command` is the command line that
-/// produced the results, if any.
+/// Returns the report of a simulation as HTML: headline figures, an animation of the robot, plots,
+/// peaks, events, verdicts, and the options to repeat the simulation. `command` is the command line
+/// that produced the results, if any.
 pub fn draw_report(
     job: &Job<'_>,
     (summary, outcome): (&Summary, &Outcome),

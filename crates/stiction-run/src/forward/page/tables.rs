@@ -1,4 +1,4 @@
-//! Tables in the report: motion and efforts, motors, friction, events, energy.
+//! HTML tables in the report of a simulation: motion and efforts, motors, friction, events, energy.
 
 use crate::forward::events::DescribedEvent;
 use crate::forward::outcome::Outcome;

@@ -1,4 +1,5 @@
-//! Verdicts on a simulation, with their meaning and advice.
+//! Verdicts on the results of a simulation for the report. Each verdict comes with an explanation
+//! or advice.
 
 use crate::forward::events::methods;
 use crate::forward::job::Job;

@@ -1,5 +1,5 @@
-//! Effect of the filter on the predicted efforts. The filter attenuates the parts of the motion
-//! near the cut-off frequency.
+//! Error of the predicted efforts due to the filter, which attenuates the parts of the motion near
+//! the cut-off frequency.
 //!
 //! The theory is in equation (I8) of the book.
 
@@ -11,9 +11,10 @@ use stiction_core::dynamics::Status;
 use stiction_identify::Kind;
 
 impl Prepared {
-    /// Estimates the error of the predicted efforts due to the filter, for the rows of each
-    /// actuator: the efforts of the filtered motion minus the efforts of the motion filtered twice.
-    /// `None` for steady motions, and if the model has no forces at some instant.
+    /// Estimates the error of the predicted efforts due to the filter, N or N m, in the regression
+    /// rows of each actuator: the efforts of the filtered motion minus the efforts of the motion
+    /// filtered twice. `None` for steady motions, for pieces of the log that are too short, and if
+    /// the forces of the model have no solution at some instant.
     pub(in crate::identify) fn filter_error(
         &self,
         values: &[f64],

@@ -11,7 +11,7 @@ use stiction_identify::{Kind, Parameter};
 /// Largest factor by which one iteration increases or decreases a torque constant.
 const STEP: f64 = 2.0;
 
-/// Unknown torque constant of the motor whose current is the effort of an actuator.
+/// Unknown torque constant of a motor whose measured current serves as the effort of an actuator.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Constant {
     /// Index of the parameter that represents the torque constant.
@@ -42,11 +42,11 @@ impl Prepared {
         self.constants.iter().map(|own| own.map(|own| (own.parameter, own.value)))
     }
 
-    /// Separates the part of the bounds of an effort that is proportional to its unknown torque
-    /// constant K. The separated part is `effort K/K0`, where `effort` is the mean effort and K0
-    /// the present value. Returns the bounds minus `effort`, the index of the parameter K, and the
-    /// coefficient `-effort/K0` of K in the bounded expression. Without an unknown torque constant,
-    /// the bounds are unchanged.
+    /// Separates the part of the bounds of a measured effort that is proportional to the unknown
+    /// torque constant K of its motor. The separated part is `effort K/K0`, where `effort` is the
+    /// mean effort and K0 the present value. Returns the bounds minus `effort`, the index of the
+    /// parameter K, and the coefficient `-effort/K0` of K in the bounded expression. Without an
+    /// unknown torque constant, the bounds are unchanged.
     pub(super) fn scaled_by_constant(
         &self,
         channel: usize,
@@ -82,9 +82,9 @@ impl Prepared {
     }
 
     /// Recomputes the measured efforts with the torque constants in `values`, each within a factor
-    /// [`STEP`] of its present value. The column of a constant K is K times the derivative of the
-    /// predicted current with respect to K. The column is computed from the effort that `values`
-    /// predict, and therefore contains no noise of the current.
+    /// [`STEP`] of its present value. The regression column of a torque constant K is K times the
+    /// derivative of the predicted current with respect to K. The column is computed from the
+    /// effort that `values` predict, and therefore contains no noise of the current.
     pub(in crate::identify) fn set_constants(&mut self, values: &[f64]) {
         self.release_constants();
         let unknowns = differences(self.regressor.parameters(), values);
@@ -105,8 +105,9 @@ impl Prepared {
         self.set_instruments();
     }
 
-    /// Recomputes the measured efforts with the torque constants in `values`. Their changes are not
-    /// limited, and the regression has no columns for them.
+    /// Recomputes the measured efforts with the torque constants in `values`. Unlike
+    /// [`Self::set_constants`], this function does not limit the changes of the torque constants,
+    /// and leaves their regression columns zero.
     pub(in crate::identify) fn start_constants(&mut self, values: &[f64]) {
         self.release_constants();
         for channel in 0..self.constants.len() {
@@ -120,8 +121,8 @@ impl Prepared {
         }
     }
 
-    /// Removes the columns of torque constants. The right-hand sides are then measured efforts
-    /// minus those of the model.
+    /// Sets the regression columns of torque constants to zero. The right-hand sides then contain
+    /// the measured efforts minus the efforts of the model again.
     fn release_constants(&mut self) {
         for (rows, own) in self.block.channels.iter_mut().zip(&self.constants) {
             let Some(own) = own else { continue };

@@ -11,17 +11,18 @@ use stiction_identify::{Dwells, Kind};
 /// loads at rest. Static friction changes joint reactions by an unknown amount, which is about the
 /// loads times the friction coefficient.
 const LOADED: f64 = 1.2;
-/// Largest number of parts of a dwell whose mean efforts are compared.
+/// Largest number of equal parts into which a dwell is divided. The least and the greatest effort
+/// of the dwell are mean efforts of such parts.
 const PARTS: usize = 8;
 
 /// Dwell: interval in which the mechanism is at standstill.
 #[derive(Clone, Debug)]
 pub(super) struct Standstill {
-    /// Time of the first used row of the dwell, s.
+    /// Time of the first regression row of the dwell that is used, s.
     start: f64,
     /// Mean position of each coordinate during the dwell, rad or m.
     position: Vec<f64>,
-    /// Least and greatest effort of each actuator during the dwell, N or N m.
+    /// Least and greatest mean effort of each actuator over the parts of the dwell, N or N m.
     efforts: Vec<[f64; 2]>,
 }
 
@@ -36,10 +37,10 @@ impl Standstill {
 /// a gap.
 const GAP: f64 = 1.5;
 
-/// Finds the dwells among the rows at `times`: intervals in which `is_resting` is true. `effort`
-/// returns the filtered effort of an actuator in a row, and `position` the position in a row. At
-/// both ends of a dwell, one period of the cut-off frequency is left out. A dwell ends at a gap in
-/// the log, during which the mechanism may have moved.
+/// Finds the dwells among the regression rows at `times`, s: intervals in which `is_resting` is
+/// true. `effort` returns the filtered effort of an actuator in a row, and `position` the values of
+/// all coordinates in a row. One period of the cut-off frequency is left out at both ends of a
+/// dwell. A dwell ends at a gap in the log, during which the mechanism may have moved.
 pub(super) fn standstills(
     times: &[f64],
     is_resting: impl Fn(usize) -> bool,
@@ -88,8 +89,8 @@ pub(super) fn standstills(
 impl Prepared {
     /// Sets the bounds of the efforts at rest, with the normal loads for the parameter values
     /// `values`. Returns the number of dwells without bounds and the total number of dwells. A
-    /// dwell has no bounds if the model has no forces in its position, or if a formula may have any
-    /// value at rest.
+    /// dwell has no bounds if the forces of the model have no solution at the position of the
+    /// dwell, or if an effort term is a formula, which may have any value at rest.
     ///
     /// During a dwell, the mechanism may creep at a rate below the noise of the rates. The bounds
     /// remain valid, because sliding friction obeys the same limits.
@@ -131,8 +132,8 @@ impl Prepared {
                 let known = columns.known[channel];
                 let bounds = [low - known + fixed[channel], high - known - fixed[channel]];
                 let mut columns = matrix.row(channel).into_owned();
-                // An unknown torque constant scales the effort, for which the middle of the bounds
-                // is used.
+                // An unknown torque constant scales the effort. The middle of the bounds represents
+                // this effort.
                 let (bounds, constant) =
                     self.scaled_by_constant(channel, bounds, 0.5 * (low + high));
                 if let Some((parameter, slope)) = constant {
@@ -173,7 +174,8 @@ mod tests {
         let find = |times: &[f64]| standstills(times, is_resting, effort, (1, |k| vec![k as f64]));
         let found = find(&times);
         assert_eq!(found.len(), 1);
-        // The least mean is that of the first four rows, the greatest that of the last four.
+        // The least mean is that of the first four rows that are used, the greatest that of the
+        // last four.
         assert_eq!(found[0].efforts, [[15.5, 43.5]]);
         assert_eq!(found[0].position, [29.5]);
         assert_eq!(found[0].start, times[14]);

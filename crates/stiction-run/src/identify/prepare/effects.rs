@@ -1,43 +1,46 @@
-//! Signals of effects that a model may lack, for the efforts of each actuator.
+//! Regressor signals of effects on the efforts that a model may lack.
 //!
 //! The statistical test of a signal is equation (I7) of the book's theory.
 
 use super::Prepared;
 use nalgebra::DVector;
 
-/// Effect on the effort of an actuator that a model may lack. The largest magnitude of its signal is one, so that its
-/// coefficient is an effort.
+/// Effect on the effort of an actuator that a model may lack. Unless stated otherwise, the
+/// regressor signal of an effect is dimensionless with a magnitude of at most about one, so that
+/// its coefficient is an effort, N or N m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::identify) enum Effect {
     /// Constant error of the effort.
     Offset,
     /// Delay of the effort relative to the positions; the coefficient of this effect is a time, s.
     Delay,
-    /// Friction at low speed that differs from friction at high speed. The number is the speed at
-    /// which the difference has decreased to 1/e, as a fraction of the highest speed.
+    /// Additional friction at low speed. The number is the speed at which the additional friction
+    /// has decreased to 1/e, as a fraction of the highest speed in the log.
     SlowFriction(f64),
     /// Friction that grows with the square of the rate.
     FastFriction,
-    /// Effort that depends on the position: on the sine of an angle, or on the distance of a
-    /// displacement from the middle of the range.
+    /// Effort proportional to the sine of the actuator's angle or, for a displacement, to the
+    /// distance from the middle of its range in the log.
     Position,
-    /// Effort that depends on the position: on the cosine of an angle, or on the square of the
-    /// distance of a displacement from the middle of the range.
+    /// Effort proportional to the cosine of the actuator's angle or, for a displacement, to the
+    /// squared distance from the middle of its range in the log.
     PositionSquare,
-    /// Friction that increases in proportion to the distance from the middle of the range.
+    /// Friction that changes in proportion to the distance of the position from the middle of its
+    /// range in the log.
     PositionFriction,
     /// Friction proportional to the magnitude of the frictionless effort.
     LoadFriction,
-    /// Constant friction that changes linearly during the log.
+    /// Friction independent of speed (Coulomb friction) that drifts linearly with time during the
+    /// log.
     FrictionDrift,
-    /// Viscous friction that changes linearly during the log.
+    /// Viscous friction that drifts linearly with time during the log.
     ViscousDrift,
-    /// Constant effort that changes linearly during the log.
+    /// Error of the measured effort that drifts linearly with time during the log.
     EffortDrift,
 }
 
-/// Speeds at which the additional friction at low speed has decreased to 1/e, as fractions of the
-/// highest speed.
+/// Speeds at which the additional friction of [`Effect::SlowFriction`] has decreased to 1/e, as
+/// fractions of the highest speed in the log.
 const SLOW: [f64; 2] = [0.05, 0.2];
 
 /// Effects whose signals are nonlinear functions of the motion. These signals are computed at each
@@ -79,7 +82,8 @@ pub(super) struct State {
     pub(super) known: f64,
 }
 
-/// Largest magnitudes of motion and effort in a log, by which the signals are made dimensionless.
+/// Scales of the motion and the effort of an actuator in a log, which make the signals of effects
+/// dimensionless.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scales {
     rate: f64,
@@ -126,9 +130,9 @@ impl Scales {
 }
 
 impl Prepared {
-    /// Computes the signal of an effect in the rows of an actuator. `None` if the signal cannot be
-    /// computed for these rows, or is constant and therefore cannot be distinguished from an
-    /// offset.
+    /// Computes the signal of an effect in the regression rows of an actuator. `None` if the signal
+    /// cannot be computed for these rows, or is constant and therefore cannot be distinguished from
+    /// an offset.
     pub(in crate::identify) fn effect(
         &self,
         channel: usize,

@@ -1,4 +1,5 @@
-//! Measured efforts of a log at any time, with their delay relative to the positions corrected.
+//! Measured efforts of a log, interpolated to any time by the filter, and the correction of their
+//! delay relative to the positions.
 
 use super::filter::RowFilter;
 use super::{Prepared, gaps};
@@ -11,7 +12,7 @@ const MOST: f64 = 0.75;
 /// changes.
 const STEP: f64 = 0.02;
 
-/// Efforts of a log before filtering, with their filter.
+/// Measured efforts of a log before filtering, with the filter to apply to them.
 pub(super) struct Efforts {
     pub(super) times: Vec<f64>,
     pub(super) raw: Vec<Vec<f64>>,
@@ -30,8 +31,9 @@ impl Efforts {
         rows.into_iter().map(|row| row[0]).collect()
     }
 
-    /// Computes the time derivative of the filtered effort in the given rows; `None` if a row lies
-    /// outside the filtered pieces.
+    /// Computes the time derivative of the filtered effort of an actuator at the times
+    /// `times[step]`, s, of regression rows, for each `step` in `steps`. `None` if such a time lies
+    /// outside the gap-free pieces of the log.
     pub(super) fn slope(
         &self,
         channel: usize,
@@ -58,7 +60,7 @@ impl Prepared {
         self.cutoff.map_or(0.0, |cutoff| MOST.min(gaps::PERIODS) / cutoff)
     }
 
-    /// Corrects the efforts in the rows of the regression for `delays`, s.
+    /// Corrects the measured efforts in the regression rows for the given delay of each effort, s.
     pub(in crate::identify) fn set_delays(&mut self, delays: &[f64]) {
         let Some(efforts) = &mut self.efforts else { return };
         for (channel, delay) in delays.iter().enumerate() {

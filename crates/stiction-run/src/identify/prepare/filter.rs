@@ -1,8 +1,8 @@
-//! Filter of the rows of a log.
+//! Filter for the signals of a log.
 
 use stiction_format::LowPass;
 
-/// Filter for the rows of a log. Rows of steady motions are not filtered.
+/// Filter for the signals of a log. Tables of steady motions are not filtered.
 #[derive(Clone, Debug)]
 pub(super) enum RowFilter {
     /// Low-pass filters without phase shift: one for each gap-free piece of the log, with start and
@@ -14,8 +14,8 @@ pub(super) enum RowFilter {
 
 impl RowFilter {
     /// Filters signals that are sampled at `times`, s, and returns their values at the times `at`,
-    /// s. `row` writes the signals at the time with a given index. Without a filter, the times `at`
-    /// must be among `times`. Both lists of times must increase.
+    /// s. `row(k, out)` writes the values of all signals at `times[k]` to `out`. Without a filter,
+    /// the times `at` must be among `times`. Both lists of times must increase.
     pub(super) fn apply(
         &self,
         times: &[f64],

@@ -2,18 +2,19 @@
 
 use super::motion::Used;
 
-/// Length of an interval between two samples, as a multiple of the usual interval, above which
-/// samples count as missing.
+/// Time between two successive samples, as a multiple of the sampling interval, above which samples
+/// count as missing.
 pub(super) const SAMPLES: f64 = 5.0;
-/// Length of the shortest piece between gaps that the filter can process, in periods of the cut-off
-/// frequency.
+/// Duration of the shortest gap-free piece of a log that the filter can process, in periods of the
+/// cut-off frequency.
 pub(super) const PERIODS: f64 = 4.0;
 
-/// Largest fraction of long intervals between samples in a log with gaps. If more intervals are
-/// long, the samples are assumed to arrive in bursts, and the log counts as free of gaps.
+/// Largest fraction of the intervals between successive samples that can be gaps. If more intervals
+/// are longer than [`SAMPLES`] allows, the samples are assumed to arrive in bursts, and the log
+/// counts as free of gaps.
 const LONG: f64 = 0.05;
 
-/// Returns whether a piece between gaps is long enough for the filter. A piece of exactly the
+/// Returns whether a gap-free piece of a log is long enough for the filter. A piece of exactly the
 /// shortest length is accepted, because the cut-off frequency may have been chosen for its length.
 pub(super) fn is_long((start, end): (f64, f64), cutoff: f64) -> bool {
     (end - start) * cutoff >= PERIODS * (1.0 - 1e-9)
@@ -34,8 +35,8 @@ pub(super) fn rate(times: &[f64]) -> f64 {
     count / sum
 }
 
-/// Returns the start and the end, s, of each piece between gaps. A gap is an interval longer than
-/// `gap`, s.
+/// Returns the start and the end, s, of each gap-free piece of a log. A gap is a time between
+/// successive samples that exceeds `gap`, s.
 pub(super) fn pieces(times: &[f64], gap: f64) -> Vec<(f64, f64)> {
     times
         .chunk_by(|before, after| after - before <= gap)
@@ -43,13 +44,13 @@ pub(super) fn pieces(times: &[f64], gap: f64) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Returns the duration of the longest piece between gaps, s.
+/// Returns the duration of the longest gap-free piece, s.
 pub(super) fn longest(pieces: &[(f64, f64)]) -> f64 {
     pieces.iter().map(|(start, end)| end - start).fold(0.0, f64::max)
 }
 
-/// Returns a caution that names the longest gap and the pieces that are left out; `None` if there
-/// is no gap.
+/// Returns a caution that names the longest gap and the number of pieces that are too short and
+/// therefore left out; `None` if there is no gap.
 pub(super) fn caution(used: &Used<'_>, pieces: &[(f64, f64)], cutoff: f64) -> Option<String> {
     let gaps = || pieces.windows(2).map(|pair| (pair[0].1, pair[1].0));
     let (from, until) = gaps().max_by(|a, b| (a.1 - a.0).total_cmp(&(b.1 - b.0)))?;

@@ -1,4 +1,5 @@
-//! Regression columns linearised about the normal loads, which depend on friction.
+//! Linearisation of the load-dependent friction for the regression. The normal loads themselves
+//! depend on friction.
 //!
 //! The theory is in equation (I6) of the book.
 
@@ -14,15 +15,17 @@ pub(super) struct MuColumns {
     /// Index of the regression column of each friction coefficient, and the index of its friction
     /// interface.
     columns: Vec<(usize, usize)>,
-    /// Contribution of the friction under unit normal load to each effort, for each instant. The
-    /// index is `column * actuators + channel`.
+    /// For each instant, the contribution of each friction coefficient to each effort under unit
+    /// normal load. The index is `column * actuators + channel`, where `column` is an index into
+    /// [`Self::columns`].
     unit: Vec<Vec<f64>>,
     /// Times of all rows of the regression, s.
     at: Vec<f64>,
     pub(super) filter: RowFilter,
-    /// Right-hand sides of the regression for each actuator, which still include all friction.
+    /// Right-hand side of the regression for each actuator before the linearisation, which still
+    /// includes all friction.
     rights: Vec<DVector<f64>>,
-    /// Regression columns at constant normal loads, for each actuator.
+    /// Regression columns for each actuator before the linearisation.
     matrices: Vec<DMatrix<f64>>,
 }
 
@@ -60,10 +63,10 @@ impl MuColumns {
 }
 
 impl Prepared {
-    /// Linearises the load-dependent friction about the parameter values `values`. The columns
-    /// become the derivatives of the efforts with converged normal loads, and the right-hand side
-    /// contains the remaining constant part. Parameters in one of `groups` change together;
-    /// parameters in no group are fixed.
+    /// Linearises the load-dependent friction about the parameter values `values`. The regression
+    /// columns become the derivatives of the efforts, including the change of the normal loads; the
+    /// right-hand side contains the remaining constant part. Parameters in one of `groups` change
+    /// together; parameters in no group are fixed.
     ///
     /// # Errors
     /// If too many instants fail, returns the first time at which the forces have no solution, with
@@ -124,8 +127,8 @@ impl Prepared {
         drop((columns, filtered));
         // Friction of a joint changes the normal loads, and thereby the friction, of other joints.
         // Inertia also changes them, but this effect is small compared with the direct effect of
-        // inertia on the effort. It does not justify a solution for each column of all bodies; the
-        // next linearisation contains the changed loads.
+        // inertia on the effort. It is neglected, because it would require one more solution for
+        // each inertial parameter. The next linearisation uses the changed loads.
         let changes_loads = |group: &&Vec<usize>| {
             matches!(parameters[group[0]].kind, Kind::Mu(_) | Kind::Coulomb(_) | Kind::Viscous(_))
         };
@@ -149,10 +152,10 @@ impl Prepared {
         Ok(())
     }
 
-    /// Computes the derivatives of the load-dependent friction with respect to groups of
-    /// parameters, through the normal loads alone, at each instant. The index is
-    /// `group * actuators + channel`. The derivatives are zero where the loads have no derivative,
-    /// such as near jamming.
+    /// Computes the derivatives of the load-dependent friction with respect to groups of parameters
+    /// at each instant, as far as they result from changes of the normal loads. The index is `group
+    /// * actuators + channel`. The derivatives are zero where the loads have no derivative, such as
+    /// near jamming.
     fn load_friction_slopes(
         &self,
         values: &[f64],
@@ -183,8 +186,8 @@ impl Prepared {
         .collect()
     }
 
-    /// Computes the forces at all instants; `None` for an instant at which the forces have no
-    /// solution.
+    /// Computes the normal loads at all instants; `None` for an instant at which the forces have no
+    /// solution. Fails if there are too many such instants.
     fn solved(&self, engine: &Parameters<f64>) -> Result<Vec<Option<Solved>>, String> {
         let mut data = self.regressor.engine_data();
         let mut failed: Option<String> = None;

@@ -57,7 +57,8 @@ pub(super) struct Prepared {
     pub(super) times: Vec<f64>,
     /// Data for the regression columns of the friction coefficients.
     mu: MuColumns,
-    /// Filtered direction and rate of motion in the rows of each actuator.
+    /// Filtered direction of motion and filtered rate, m/s or rad/s, in the regression rows of each
+    /// actuator. Before filtering, the direction is 1 or -1, or zero at rest.
     pub(super) directions: Vec<Vec<[f64; 2]>>,
     /// Efforts of the model without friction in the regression rows of each actuator, N or N m.
     pub(super) known: Vec<Vec<f64>>,
@@ -76,11 +77,13 @@ pub(super) struct Prepared {
     /// Unknown torque constant of each actuator whose current is measured; `None` for other
     /// actuators.
     constants: Vec<Option<Constant>>,
-    /// Same log prepared with its commanded motion, for instrumental variables.
+    /// This log prepared with its commanded motion instead of the measured one; `None` if the fit
+    /// uses no instrumental variables.
     reference: Option<Box<Self>>,
-    /// Intervals at standstill.
+    /// Dwells: intervals in which the mechanism is at standstill.
     standstills: Vec<Standstill>,
-    /// Time, s, and state of the mechanism at the beginning of each interval in which all actuators may rest.
+    /// Time, s, and state of the mechanism at the beginning of each interval in which all actuators
+    /// may be at rest.
     rests: Vec<(f64, State<f64>)>,
     /// Filtered signals of effects that the model may lack, for the regression rows of each
     /// actuator.
@@ -96,7 +99,8 @@ impl Prepared {
         self.block.channels.iter().map(|rows| rows.predicted(at)).collect()
     }
 
-    /// Returns the largest range of a coordinate, in turns if its values are angles in rad.
+    /// Returns the largest range of a coordinate in the log, divided by two pi. For an angle in
+    /// rad, this is a number of turns.
     pub(super) fn turns(&self) -> f64 {
         let count = self.instants.first().map_or(0, |(_, [q, ..])| q.len());
         let range = |k: usize| {
@@ -115,9 +119,10 @@ impl Prepared {
         self.by_model = self.predicted(at);
     }
 
-    /// Prepares a log. `delays` contains the delays of the efforts relative to the positions, s.
-    /// They determine between which two samples of an effort the friction reverses. `None` if the
-    /// delays are not yet estimated.
+    /// Prepares a log for the regression. `filter` is the cut-off frequency, Hz; `None` selects one
+    /// automatically. `delays` contains the delay of each effort relative to the positions, s. The
+    /// delays determine between which two samples of an effort the friction reverses. `delays` is
+    /// `None` if they are not yet estimated.
     pub(super) fn new(
         model: &ModelFile,
         log: &MeasuredLog,

@@ -1,5 +1,5 @@
-//! Motion of the coordinates in a log, computed from filtered positions or rates, or from steady
-//! motions.
+//! Motion of the coordinates in a log, computed from filtered positions or rates, or from a table
+//! of steady motions.
 
 use super::filter::{self, RowFilter};
 use super::spikes::{self, Spikes};
@@ -21,8 +21,8 @@ const EXAMINED: usize = 20_000;
 const PARTS: usize = 4;
 /// Sampling rate, 1/s, below which the motion of a robot cannot be resolved.
 const SLOWEST: f64 = 2.0;
-/// Standard deviation of the time steps, as a fraction of their mean, above which there is a
-/// caution.
+/// Standard deviation of the time steps, as a fraction of their mean, above which a caution reports
+/// them.
 const JITTER: f64 = 0.1;
 /// Largest number of lines with spikes that a caution names.
 const NAMED: usize = 10;
@@ -58,8 +58,8 @@ impl Motion {
         self.filter = RowFilter::LowPass(filters.collect());
     }
 
-    /// Leaves out the neighbourhood of instants whose positions the model cannot reach; `reached`
-    /// contains the other instants, s.
+    /// Leaves out the neighbourhood of instants whose positions the model cannot reach. `reached`
+    /// contains the times of all other instants, s, in increasing order.
     pub(super) fn keep(&mut self, reached: &[f64]) {
         let (Some(cutoff), RowFilter::LowPass(pieces)) = (self.cutoff, &self.filter) else {
             return;
@@ -189,9 +189,10 @@ pub(super) fn steady(used: &Used<'_>, chosen: &[Chosen]) -> Motion {
     }
 }
 
-/// Computes the motion from filtered positions. A coordinate without a position column is
-/// integrated from its filtered rate, starting at its position in the model. Gaps are not
-/// interpolated; each piece between gaps is filtered separately.
+/// Computes the motion from filtered positions. `filter` is the cut-off frequency, Hz; `None`
+/// selects one automatically. `is_angle` is true for each coordinate that is an angle. A coordinate
+/// without a position column is integrated from its filtered rate, starting at its position in the
+/// model. Gaps are not interpolated; each piece between gaps is filtered separately.
 pub(super) fn filtered(
     used: &Used<'_>,
     chosen: &[Chosen],
@@ -217,8 +218,8 @@ pub(super) fn filtered(
         cautions.extend(used.spikes_caution(name, &spikes));
     }
     let is_encoder = |k: usize| is_angle[k] && chosen[k].position.is_some();
-    // Angles are continued within spans only, because a joint may move by more than half a turn
-    // across a gap.
+    // Full turns are added to encoder angles only within each of the spans, because a joint may
+    // move by more than half a turn across a gap.
     let continued = |measured: &mut [Vec<f64>], spans: &[(f64, f64)]| -> Vec<usize> {
         let each = measured.iter_mut().enumerate().map(|(k, values)| {
             let spans = spans.iter().filter(|_| is_encoder(k));
@@ -232,7 +233,7 @@ pub(super) fn filtered(
     let cutoff = match filter {
         Some(cutoff) => cutoff,
         // For noise-free positions of a model, the suggestion is the highest frequency that the
-        // samples carry. The suggestion is therefore limited.
+        // samples carry. Therefore a tenth of the sampling rate limits the suggestion.
         None => suggested(&used.times, &measured, stretches)
             .unwrap_or(0.1 * rate)
             .max(low)
@@ -254,7 +255,7 @@ pub(super) fn filtered(
     if let Some(caution) = gaps::caution(used, &all, cutoff) {
         cautions.push(caution);
     }
-    // Angles also continue across the short gaps between the stretches of one piece.
+    // Full turns are also added across the short gaps between the stretches of one piece.
     let joined = continued(&mut measured, &all);
     turns.iter_mut().zip(joined).for_each(|(turns, more)| *turns += more);
     for (chosen, turns) in chosen.iter().zip(turns).filter(|(_, turns)| *turns > 0) {
@@ -268,8 +269,8 @@ pub(super) fn filtered(
     let first = all[0];
     let pieces: Vec<(f64, f64)> =
         all.into_iter().filter(|piece| gaps::is_long(*piece, cutoff)).collect();
-    // The position after a gap is unknown, so a rate is integrated over the first piece only. A
-    // short last piece does not matter, because it is left out.
+    // The position after a gap is unknown, so a rate is integrated over the first piece only. If
+    // all later pieces are too short for the filter, this does no harm, because they are left out.
     let is_whole = pieces.len() == 1 && pieces[0] == first;
     let is_integrated = chosen.iter().position(|chosen| chosen.position.is_none());
     if let (Some(k), false) = (is_integrated, is_whole) {
@@ -325,7 +326,7 @@ fn suggested(times: &[f64], measured: &[Vec<f64>], stretches: &[(f64, f64)]) -> 
     let parts = if times.len() > EXAMINED { PARTS } else { 1 };
     let part = |k: usize| {
         let first = (times.len() - count) * k / (parts - 1).max(1);
-        // The longest stretch without gaps in this part.
+        // Only the longest gap-free stretch in this part of the log is examined.
         let own = stretches.iter().map(|ends| {
             let samples = filter::within(times, *ends);
             samples.start.max(first)..samples.end.min(first + count)
@@ -351,7 +352,8 @@ fn unwrap(values: &mut [f64]) -> usize {
     count
 }
 
-/// Integrates a rate by the trapezoidal rule, starting at the position `home`.
+/// Integrates a rate by the trapezoidal rule over the times `times`, s, starting at the position
+/// `home`, rad or m.
 fn integrated(rate: &Signal, times: &[f64], home: f64) -> Vec<Target<f64>> {
     let mut value = home;
     let mut last: Option<(f64, f64)> = None;
@@ -402,7 +404,8 @@ mod tests {
         assert_eq!(pieces.len(), 2);
     }
 
-    /// Creates a log of one angle with the times for which `keep` returns true.
+    /// Creates a log of one encoder angle that contains only the sample times for which `keep`
+    /// returns true.
     fn turning(keep: impl Fn(f64) -> bool) -> MeasuredLog {
         let times: Vec<f64> = (0..2000).map(|k| 2e-3 * f64::from(k)).filter(|t| keep(*t)).collect();
         // The angle swings over several turns; the encoder counts within one turn.
@@ -417,8 +420,8 @@ mod tests {
         MeasuredLog { name: "log".to_owned(), log, settings }
     }
 
-    /// Tests that the result does not jump if the angle passes half a turn inside a gap that is
-    /// short enough for one piece.
+    /// Tests that the filtered angle does not jump if the measured angle passes half a turn inside
+    /// a gap that is too short to divide the log into pieces.
     #[test]
     fn a_turn_within_a_short_gap_is_added() {
         // The angle reaches half a turn at asin(pi/9)/1.7 s = 0.2098 s. The gap is ten samples
@@ -438,7 +441,7 @@ mod tests {
         assert!(cautions.iter().any(|c| c.contains("jumps by a full turn")), "{cautions:?}");
         for (time, targets) in motion.times.iter().zip(&motion.targets) {
             let truth = 9.0 * (1.7 * time).sin();
-            // Largest change of a signal of 0.3 Hz by the filter.
+            // The tolerance allows for the change of a signal of 0.3 Hz by the filter.
             assert!((targets[0].value - truth).abs() < 1e-2, "{time}: {targets:?} {truth}");
         }
     }

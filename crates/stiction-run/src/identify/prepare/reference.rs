@@ -11,8 +11,8 @@ use stiction_format::{Drives, LogRole, ModelFile};
 use stiction_identify::Choice;
 
 impl MeasuredLog {
-    /// Returns the log with the commanded positions in place of the measured ones; `None` if it has
-    /// no commanded positions.
+    /// Returns a copy of the log with the commanded positions in place of the measured positions;
+    /// `None` if the log has no commanded positions.
     fn commanded(&self) -> Option<Self> {
         let mut log = self.clone();
         let mut has_reference = false;
@@ -31,11 +31,12 @@ impl MeasuredLog {
 }
 
 impl Prepared {
-    /// Adds the instruments: columns of the model along the commanded motion of the log, filtered
-    /// like the columns of the measured motion.
+    /// Adds the instruments: regression columns of the model along the commanded motion of the log,
+    /// filtered like the columns along the measured motion.
     ///
     /// # Errors
-    /// Fails if the log has no commanded motion, or if the model cannot follow it everywhere.
+    /// Fails if the log has no commanded motion, or if the model cannot follow the commanded motion
+    /// everywhere.
     pub(in crate::identify) fn add_reference(
         &mut self,
         model: &ModelFile,
@@ -72,8 +73,8 @@ impl Prepared {
         Ok(())
     }
 
-    /// Copies the columns along the commanded motion into the rows as instruments. They are zero
-    /// where the commanded motion is at rest.
+    /// Stores the regression columns along the commanded motion as instruments of the regression
+    /// rows. The instruments are zero in rows in which the commanded motion is at rest.
     pub(super) fn set_instruments(&mut self) {
         let Some(reference) = &self.reference else { return };
         for (rows, own) in self.block.channels.iter_mut().zip(&reference.block.channels) {

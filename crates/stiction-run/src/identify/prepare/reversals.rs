@@ -1,4 +1,4 @@
-//! Instants at reversals of friction, placed so that the regression columns change their sign
+//! Placement of instants at reversals of friction, so that the regression columns change their sign
 //! between the same two samples as the measured efforts.
 //!
 //! A sampled signal does not show where between two samples it jumps. On an independent time grid,
@@ -13,8 +13,8 @@ use super::motion::Motion;
 use stiction_core::kinematics::Target;
 use stiction_identify::Regressor;
 
-/// Distance between two instants, as a fraction of the step of the grid, below which they count as
-/// one.
+/// Distance between two instants, as a fraction of the interval between successive instants, below
+/// which both count as one instant.
 const SAME: f64 = 1e-3;
 
 /// Returns the common delay of the efforts of all channels, s; `None` if the delays are unknown, or
@@ -76,8 +76,8 @@ pub(super) fn refine(
     insert(motion, &found);
 }
 
-/// Returns the fraction of the way from one velocity to the other at which the motion reverses;
-/// `None` if the motion does not reverse.
+/// Returns the fraction of the way from the velocity `before` to the velocity `after` at which the
+/// motion reverses; `None` if the motion does not reverse.
 fn reversal(before: &[f64; 3], after: &[f64; 3]) -> Option<f64> {
     let dot = |a: &[f64; 3], b: &[f64; 3]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     if dot(before, after) >= 0.0 {
@@ -93,8 +93,8 @@ fn insert(motion: &mut Motion, brackets: &[(f64, f64)]) {
     let times = std::mem::take(&mut motion.times);
     let targets = std::mem::take(&mut motion.targets);
     let mut all: Vec<(f64, Vec<Target<f64>>)> = Vec::with_capacity(times.len());
-    // Instants within a rounding error of an end do not count as inside, so the ends themselves
-    // remain.
+    // Instants within a rounding error of an end of a bracket do not count as inside, so the ends
+    // themselves remain.
     let is_within = |time: f64| {
         let next = brackets.partition_point(|(start, _)| *start < time);
         next.checked_sub(1).is_some_and(|k| {
@@ -121,7 +121,7 @@ fn insert(motion: &mut Motion, brackets: &[(f64, f64)]) {
 }
 
 /// Interpolates the motion between two instants by the polynomial of fifth degree that matches
-/// position, rate and acceleration at both.
+/// position, rate and acceleration at both instants. All times are in s.
 fn between([start, end]: [f64; 2], [a, b]: [&Target<f64>; 2], time: f64) -> Target<f64> {
     let h = end - start;
     let u = (time - start) / h;
@@ -139,7 +139,7 @@ fn between([start, end]: [f64; 2], [a, b]: [&Target<f64>; 2], time: f64) -> Targ
     }
 }
 
-/// Splits targets into positions, rates and accelerations.
+/// Splits the motions of all coordinates into positions, rates and accelerations.
 pub(super) fn split(targets: &[Target<f64>]) -> [Vec<f64>; 3] {
     [
         targets.iter().map(|t| t.value).collect(),

@@ -1,5 +1,5 @@
-//! Rows of the regression: columns of the model and measured efforts, passed through the same
-//! filter.
+//! Rows of the regression: regression columns of the model and measured efforts, passed through the
+//! same filter.
 
 use super::dwells::{self as rests, Standstill};
 use super::effects::{self, Scales, State};
@@ -15,19 +15,20 @@ use stiction_core::spatial::{Pose, Vec3};
 use stiction_format::{Drives, ModelFile};
 use stiction_identify::{Block, Kind, Regressor, Rest, Rows};
 
-/// Largest fraction of friction at rest, or of saturated samples, in a filtered row that the
-/// regression uses.
+/// Limit on the fraction of a filtered row that comes from instants with friction at rest, and on
+/// the fraction that comes from saturated samples. The regression uses only rows below both limits.
 const RESTING: f64 = 0.02;
 /// Smallest height of a spike in an effort, as a fraction of the standard deviation of the effort,
 /// for which the spike is replaced.
 const HARMLESS: f64 = 0.05;
-/// Largest number of instants whose poses are stored for the moving robot of the report.
+/// Largest number of instants whose poses are stored for the animation in the report.
 const SHOWN: usize = 600;
-/// Number of signals of each actuator in addition to its columns: known effort, two signals for
-/// friction at rest, direction, rate, and the signals of effects that the model may lack.
+/// Number of signals of each actuator in addition to its regression columns: known effort, two
+/// signals for friction at rest, direction, rate, and the signals of effects that the model may
+/// lack.
 const EXTRA: usize = 5 + effects::FILTERED.len();
 
-/// Unfiltered columns of the model at the instants at which the regressor is evaluated.
+/// Unfiltered regression columns of the model at the instants at which the regressor is evaluated.
 pub(super) struct Computed {
     pub(super) instants: Vec<(f64, [Vec<f64>; 3])>,
     /// Regression columns of the friction coefficients under unit normal loads, for each instant.
@@ -43,20 +44,22 @@ pub(super) struct Computed {
     actuators: usize,
     width: usize,
     pub(super) caution: Option<String>,
-    /// Time, s, and state of the mechanism at the beginning of each interval in which all actuators may rest.
+    /// Time, s, and state of the mechanism at the beginning of each interval in which all actuators
+    /// may be at rest.
     pub(super) rests: Vec<(f64, MechanismState<f64>)>,
 }
 
 /// Measured efforts in the rows of the regression.
 pub(super) struct Measured {
-    /// Values in each row: the filtered efforts, followed by the fraction of saturated samples.
+    /// For each regression row, the filtered efforts of all actuators, N or N m, followed by the
+    /// fraction of saturated samples.
     rows: Vec<Vec<f64>>,
     pub(super) noise: Option<Vec<f64>>,
-    /// Efforts before filtering.
+    /// Samples of each effort before filtering, N or N m.
     pub(super) raw: Vec<Vec<f64>>,
 }
 
-/// Rows of the regression, with columns, measured efforts and further signals.
+/// Rows of the regression with regression columns, measured efforts and further signals.
 pub(super) struct Assembled {
     pub(super) block: Block,
     pub(super) directions: Vec<Vec<[f64; 2]>>,
@@ -68,7 +71,9 @@ pub(super) struct Assembled {
     pub(super) standstills: Vec<Standstill>,
 }
 
-/// Computes the columns of the model along a motion.
+/// Computes the regression columns of the model at the instants of a motion. Instants that the
+/// model cannot reach are left out. Fails if too many instants cannot be reached, or if an effort
+/// term has no finite value.
 pub(super) fn computed(
     regressor: &mut Regressor,
     motion: &Motion,
@@ -84,8 +89,8 @@ pub(super) fn computed(
     let (mut instants, mut unit_friction) = (Vec::new(), Vec::new());
     let mut poses = Vec::new();
     let stride = motion.times.len().div_ceil(SHOWN).max(1);
-    // State of rest at all instants for each actuator: of all friction in its effort, and of the
-    // friction in its own joint.
+    // For each actuator and instant, whether any friction that contributes to its effort is at
+    // rest, then whether the friction of its own joint is at rest.
     let mut rests: Vec<[Vec<Rest>; 2]> = vec![Default::default(); actuators];
     let (mut rest_states, mut was_at_rest) = (Vec::new(), false);
     let mut signals = Vec::new();
@@ -190,9 +195,9 @@ pub(super) fn computed(
     Ok(Computed { poses, instants, unit_friction, mu, signals, actuators, width, caution, rests })
 }
 
-/// Decides for each instant whether the friction of an effort is certainly at rest, and whether it
-/// may be at rest. A short interval of rates within the noise counts as a reversal, at which
-/// friction changes its sign once.
+/// Decides for each instant whether the friction in an effort is certainly at rest, and whether it
+/// may be at rest. An interval of rates within the noise that is shorter than `shortest`, s, counts
+/// as a reversal, at which friction changes its sign once.
 fn dwells(times: &[f64], rest: &[Rest], shortest: f64) -> Vec<[bool; 2]> {
     let mut all: Vec<[bool; 2]> = rest.iter().map(|rest| [*rest == Rest::Resting; 2]).collect();
     let mut from = 0;
@@ -262,7 +267,8 @@ pub(super) fn measured(
     Ok(Measured { rows, noise, raw })
 }
 
-/// Combines the columns and the measured efforts. Rows with friction at rest are left out.
+/// Combines the regression columns and the measured efforts. Rows with friction at rest or with
+/// saturated efforts are left out.
 pub(super) fn assembled(
     computed: &Computed,
     measured: &Measured,
@@ -273,8 +279,8 @@ pub(super) fn assembled(
     let Computed { actuators, width, .. } = *computed;
     let grid: Vec<f64> = computed.instants.iter().map(|(time, _)| *time).collect();
     let is_filtered = matches!(motion.filter, RowFilter::LowPass(_));
-    // Without a filter, each row is an instant. Rows at instants that the model cannot reach are
-    // left out.
+    // Without a filter, each regression row is one instant. Rows at instants that the model cannot
+    // reach are left out.
     let kept: Vec<usize> = (0..motion.rows.len())
         .filter(|&k| is_filtered || grid.binary_search_by(|t| t.total_cmp(&motion.rows[k])).is_ok())
         .collect();
@@ -286,7 +292,7 @@ pub(super) fn assembled(
         &at,
     );
     // The mechanism is at rest if all actuators are at rest. Rows with saturated efforts do not
-    // count.
+    // count as rows at rest.
     let is_resting = |k: usize| {
         is_filtered
             && (0..actuators).all(|channel| {
@@ -352,7 +358,8 @@ pub(super) fn assembled(
     Assembled { block, directions, known, effects, at, standstills }
 }
 
-/// Writes the column of an effort term that the options give as a formula.
+/// Writes the regression column of an effort term, which the options define by a formula, at one
+/// instant.
 fn write_term(
     drives: &Drives,
     time: f64,
@@ -378,8 +385,8 @@ fn write_term(
 mod tests {
     use super::*;
 
-    /// Tests that a short interval with rates within the noise is a reversal, and a long one a
-    /// dwell.
+    /// Tests that a short interval with rates within the noise counts as a reversal, and a long
+    /// interval as a dwell.
     #[test]
     fn dwells_are_distinguished_from_reversals() {
         use Rest::{Resting as R, Sliding as S, Uncertain as U};

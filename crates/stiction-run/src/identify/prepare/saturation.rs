@@ -3,7 +3,8 @@
 /// Number of successive samples with the same extreme value that indicate saturation.
 const SATURATED: usize = 5;
 
-/// Marks samples that stay at the largest or smallest value. Returns the index of the first marked
+/// Sets `marks` to true for saturated samples: at least [`SATURATED`] successive samples that all
+/// have the largest or the smallest value of the signal. Returns the index of the first marked
 /// sample and the number of marked samples; `None` without saturation. A signal that is also
 /// constant at other values is coarsely resolved or piecewise constant, not saturated. A value of
 /// zero is never a limit.

@@ -1,17 +1,18 @@
 //! Spikes: single samples far from their neighbours, caused by lost packets, disturbed converters
 //! or manual edits.
 
-/// Number of samples on each side with which a sample is compared.
+/// Number of neighbours on each side with which a sample is compared.
 const SIDE: usize = 3;
-/// Smallest distance of a spike from the median of its neighbourhood, in robust standard deviations of this distance
-/// over all samples.
+/// Smallest distance of a spike from the median of its neighbourhood, in standard deviations of
+/// this distance over all samples, as estimated by [`robust_deviation`].
 const SIGMAS: f64 = 8.0;
 /// Smallest distance of a spike from the median of its neighbourhood, relative to the range of its
 /// neighbours without the farthest of them. A step, a peak of a fast motion, or sensor noise does
 /// not reach this distance.
 const RANGES: f64 = 3.0;
 /// Largest fraction of the samples that can be spikes. If more samples are far from their
-/// neighbours, the signal itself has this property, as in pulses.
+/// neighbours, the signal itself consists of such samples, for example of pulses, and no sample is
+/// replaced.
 const MOST: f64 = 0.1;
 /// Number of passes of the search for spikes. A second spike in a neighbourhood becomes detectable
 /// after the first one is replaced.
@@ -95,7 +96,8 @@ fn distance(values: &[f64], stretch: &std::ops::Range<usize>, k: usize) -> (f64,
     ((values[k] - middle).abs(), range)
 }
 
-/// Estimates the standard deviation robustly from the median of the magnitudes.
+/// Estimates the standard deviation of a normally distributed quantity with zero mean from the
+/// median of its magnitudes, which is robust against outliers.
 fn robust_deviation(mut magnitudes: Vec<f64>) -> f64 {
     if magnitudes.is_empty() {
         return 0.0;
@@ -134,7 +136,7 @@ mod tests {
     use super::*;
     use stiction_core::random::Random;
 
-    /// Creates times and values of an oscillating effort with friction steps and noise.
+    /// Creates sample times, s, and values of an oscillating effort with friction steps and noise.
     fn effort(noise: f64, seed: u64) -> (Vec<f64>, Vec<f64>) {
         let mut random = Random::new(seed);
         let times: Vec<f64> = (0..4000).map(|k| 0.002 * f64::from(k)).collect();
@@ -158,7 +160,7 @@ mod tests {
                 assert_eq!(found(&times, &mut values), Spikes::default(), "{seed} {noise}");
             }
         }
-        // Coarse steps of a converter.
+        // Efforts with the coarse resolution of a converter have no spikes either.
         let (times, mut values) = effort(0.02, 1);
         values.iter_mut().for_each(|x| *x = (*x / 0.5).round() * 0.5);
         assert_eq!(found(&times, &mut values), Spikes::default());
