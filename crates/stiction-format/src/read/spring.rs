@@ -1,4 +1,5 @@
-//! Reader of springs: between points of two bodies, as gas springs, and on degrees of freedom of joints.
+//! Reader of springs and gas springs between points of two bodies, and of springs on degrees of
+//! freedom of joints.
 
 use super::check_values::check_values;
 use super::context::{Context, Record};
@@ -28,12 +29,12 @@ pub(crate) enum AnySpring {
     Bushing(Box<BushingSpec>),
 }
 
-/// Places of the parts of a spring.
+/// Places in the text of the name, the bodies and the values of a spring.
 pub(crate) struct SpringSpans {
     pub(crate) name: Span,
     pub(crate) from: Span,
     pub(crate) to: Span,
-    /// Places of the values by key.
+    /// Key and place of each value of the spring.
     pub(crate) values: Vec<(String, Span)>,
 }
 
@@ -51,14 +52,16 @@ impl SpringSpans {
         }
     }
 
-    /// Place of the value that a message of the mechanism's builder calls `parameter`.
+    /// Returns the place of the value that messages of the mechanism builder call `parameter`; the
+    /// place of the spring's name if the spring does not have this value.
     pub(crate) fn of(&self, parameter: &str) -> Span {
         let key = parameter.replace(' ', "_");
         let place = self.values.iter().find(|(known, _)| *known == key);
         place.map_or(&self.name, |(_, span)| span).clone()
     }
 
-    /// Place of the first value whose key occurs in a message of the builder.
+    /// Returns the place of the value whose key occurs first in a message of the mechanism builder;
+    /// the place of the spring's name if no key occurs.
     pub(crate) fn mentioned_in(&self, message: &str) -> Span {
         let at = |key: &str| message.find(&key.replace('_', " "));
         let places = self.values.iter().filter_map(|(key, span)| Some((at(key)?, span)));
@@ -66,14 +69,15 @@ impl SpringSpans {
     }
 }
 
-/// Keys of gas springs.
+/// Keys that only gas springs have.
 const GAS: &[&str] = &["extension_force", "progression", "extended_length", "stroke"];
-/// Keys of springs between two points, other than gas springs.
+/// Keys of springs between two points that gas springs do not have.
 const STRAIGHT: &[&str] = &["stiffness", "free_length", "preload"];
-/// Keys of the end points of a spring.
+/// Keys of the two bodies that a spring connects, and of the points on them.
 const ENDS: &[&str] = &["from", "to", "at", "to_at"];
 
-/// Reads a spring; `what` describes it in messages.
+/// Reads a spring from its table; `joints` are the joints of the model, and `what` describes the
+/// spring in messages.
 pub(crate) fn read(
     context: &Context<'_>,
     key: &Key,
@@ -106,7 +110,8 @@ pub(crate) fn read(
     SpringDraft { name: key.name.clone(), spec, spans: SpringSpans::new(&record, key) }
 }
 
-/// Rejects keys that this kind of spring does not have.
+/// Reports each of `keys` that the table of a spring contains, although a spring of this kind does
+/// not have it. `kind` describes the kind of spring in messages.
 fn refuse(record: &Record<'_>, kind: &str, keys: &[&[&str]]) {
     for key in keys.iter().flat_map(|keys| keys.iter()) {
         let Some(value) = record.value(key) else { continue };
@@ -133,7 +138,8 @@ fn refuse(record: &Record<'_>, kind: &str, keys: &[&[&str]]) {
     }
 }
 
-/// Reads the two bodies and the points on them.
+/// Reads the two bodies that a spring connects and the points on them. A point that is not given is
+/// the origin of its body.
 fn ends(record: &Record<'_>, key: &Key) -> Option<SpringSpec> {
     let (from, to) = (record.text("from")?, record.text("to")?);
     let end = |key: &str| match record.value(key) {
@@ -160,7 +166,7 @@ fn straight(record: &Record<'_>, key: &Key) -> Option<SpringSpec> {
     )
 }
 
-/// Reports a spring without any force.
+/// Reports a spring without stiffness, damping and preload.
 fn needs_a_force(record: &Record<'_>) {
     let forces = ["stiffness", "damping", "preload"];
     if forces.iter().all(|key| record.value(key).is_none()) {
@@ -168,8 +174,8 @@ fn needs_a_force(record: &Record<'_>) {
     }
 }
 
-/// Kind of the value of a key for a spring between points: the linear one of a linear-or-angular
-/// key.
+/// Returns the kind of quantity that a key of a translational spring has: a spring between two
+/// points, or on a translational degree of freedom.
 fn linear(key: &str) -> Measure {
     match key {
         "stiffness" => Measure::Stiffness,
@@ -230,7 +236,8 @@ fn on_joint(record: &Record<'_>, key: &Key, joints: &[JointDraft]) -> Option<Joi
     Some(spec.preload(preload?).damping(damping?))
 }
 
-/// Finds the degree of freedom named `joint` or `joint.dof`.
+/// Finds a degree of freedom by its name `JOINT.DOF`, or `JOINT` if the joint has a single degree
+/// of freedom.
 fn dof(joints: &[JointDraft], name: &str) -> Option<&'static Dof> {
     joints.iter().find_map(|joint| match joint.joint_type?.dofs() {
         [only] if joint.name == name => Some(only),
@@ -241,7 +248,8 @@ fn dof(joints: &[JointDraft], name: &str) -> Option<&'static Dof> {
     })
 }
 
-/// Names of the degrees of freedom of all joints on which springs can act.
+/// Returns the names of all degrees of freedom on which springs can act: `JOINT` for a joint with a
+/// single degree of freedom, otherwise `JOINT.DOF`.
 pub(crate) fn coordinates(joints: &[JointDraft]) -> Vec<String> {
     let of_joint = |joint: &JointDraft| {
         let joint_type = joint.joint_type.filter(|known| known.has_scalar_coordinates());

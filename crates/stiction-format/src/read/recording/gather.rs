@@ -1,5 +1,6 @@
-//! Curves through the samples of a recording. They are computed at once from a text in memory, and
-//! piece by piece through an index from any other text.
+//! Reads a recording and fits a curve to the samples of each coordinate or effort. The curves of a
+//! text in memory are computed at once; those of any other text are computed piece by piece, with
+//! an index of the text.
 
 use super::header::Header;
 use super::input::Input;
@@ -16,20 +17,22 @@ use crate::source::Source;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Maximum size, bytes, of a recording whose spline is solved as a whole; the solution needs
-/// several times as much memory.
+/// Maximum size, in bytes, of a recording whose spline is solved for all samples at once; the
+/// solution needs several times as much memory.
 const MAX_GLOBAL_BYTES: u64 = 1 << 30;
 
-/// Valid recording: its header, times and curves.
+/// Recording without errors in its header and rows: the header, the sample times, and a curve for
+/// each coordinate or effort.
 pub(super) struct Recording {
     pub(super) header: Header,
-    /// Page of the text that contains the header.
+    /// Page (part of the text) that contains the header line.
     pub(super) header_page: Arc<Source>,
     pub(super) samples: SampleTimes,
     pub(super) curves: Vec<RecordedCurve>,
 }
 
-/// Function that reads a header from the text, its line and the separator.
+/// Function that reads the header of a recording. Its arguments are the text, the byte range of the
+/// header line, the column separator, and the list to which messages are added.
 pub(super) type ReadHeader<'a> = &'a dyn Fn(&str, Line, Delimiter, &mut Messages) -> Header;
 
 /// Curve through the samples of one coordinate or effort.
@@ -38,24 +41,25 @@ pub(super) struct RecordedCurve {
     pub(super) column: usize,
     pub(super) interpolation: Interpolation,
     pub(super) signal: Signal,
-    /// Findings about the quality of its samples; `None` for efforts.
+    /// Findings about the quality of the coordinate's samples; `None` for efforts.
     pub(super) findings: Option<Findings>,
     is_finite: bool,
-    /// True if the recording is long but its spline must be solved as a whole instead of window by
-    /// window.
+    /// True if the recording is long, but the windows of its spline disagree, so that the spline is
+    /// solved for all samples at once.
     pub(super) is_global: bool,
 }
 
 /// Collects the rows of a recording while they are read.
 struct Collector {
     layout: Layout,
-    /// Numbers of the present row that the curves need.
+    /// Values of the current row that the curves need, in SI units, in the order of `layout`.
     row: Vec<f64>,
-    /// Standard deviations of the rounding of the numbers in `row`.
+    /// Standard deviations of the rounding errors of the values in `row`, in SI units.
     rounding: Vec<f64>,
-    /// Quality tests of the curves, each with the range of its numbers in `row`.
+    /// Quality test of each curve, with the range of indices in `row` that belongs to the curve;
+    /// `None` for efforts.
     tests: Vec<Option<(Quality, Range<usize>)>>,
-    /// End of the last row's line in the file, bytes.
+    /// Byte offset, in the file, of the end of the row read last.
     end: u64,
     sink: Sink,
 }
@@ -102,7 +106,8 @@ impl Collector {
     }
 }
 
-/// Reads a recording; for an invalid one, only messages are returned.
+/// Reads a recording and fits its curves. Returns the messages, and the recording unless its header
+/// or a row is invalid. `head` reads the header line; `example` is a column name for messages.
 pub(super) fn gather(
     input: &Input,
     example: &str,
@@ -113,7 +118,8 @@ pub(super) fn gather(
         scan(input.pages(), example, head, |header, row, rounding, line| {
             kept.get_or_insert_with(|| Collector::new(header, input)).push(row, rounding, line);
         })?;
-    // Rows that cannot be read do not count as missing.
+    // After an error in the header or a row, no curve is fitted. Unreadable rows are thus not
+    // reported a second time as too few samples.
     let Some((header, page)) = header.filter(|_| !messages.out.has_errors()) else {
         return Ok((None, messages));
     };
@@ -168,8 +174,8 @@ pub(super) fn gather(
 }
 
 impl RecordedCurve {
-    /// Tests if the accelerations are uncertain because of noise in the positions, not because of the rounding of
-    /// written numbers.
+    /// Tests whether noise in the positions makes the accelerations uncertain. Rounding of the
+    /// written numbers does not count as noise.
     pub(super) fn is_noisy(&self) -> bool {
         let noise = self.findings.as_ref().and_then(|findings| findings.noise.as_ref());
         noise.is_some_and(|noise| noise.order == 0 && !noise.is_rounding)
@@ -177,12 +183,13 @@ impl RecordedCurve {
 }
 
 impl Recording {
-    /// Tests if any coordinate of the recording is noisy.
+    /// Tests whether any coordinate of the recording has noisy positions.
     pub(super) fn is_noisy(&self) -> bool {
         self.curves.iter().any(RecordedCurve::is_noisy)
     }
 
-    /// Reports curves that are not finite. The page of `messages` must be that of the header.
+    /// Reports each curve that contains infinite values or NaN. The current page of `messages` must
+    /// be the page that contains the header.
     fn check(&self, messages: &mut Messages) {
         for curve in self.curves.iter().filter(|curve| !curve.is_finite) {
             let Some(column) = self.header.columns.get(curve.column) else { continue };
@@ -195,7 +202,8 @@ impl Recording {
 }
 
 /// Fits all curves to samples in memory. Returns the sample times, and for each curve its signal
-/// and two flags: the curve is finite, and it was solved as a whole.
+/// and two flags. The first flag is true if the curve is finite, the second if its spline is long
+/// and was solved for all samples at once.
 fn at_once(plan: &Plan, mut columns: Vec<Vec<f64>>) -> (SampleTimes, Vec<(Signal, bool, bool)>) {
     let mut take = |place: usize| columns.get_mut(place).map(std::mem::take).unwrap_or_default();
     let times: Arc<[f64]> = take(0).into();
@@ -208,8 +216,9 @@ fn at_once(plan: &Plan, mut columns: Vec<Vec<f64>>) -> (SampleTimes, Vec<(Signal
     (times.into(), curves)
 }
 
-/// Rejects a recording whose spline must be solved as a whole and that is too large for this. The
-/// page of `messages` must be that of the header.
+/// Reports a recording that is too large to solve its spline for all samples at once, although its
+/// time steps are too unequal for any other solution. `end` is the size of the recording in bytes.
+/// The current page of `messages` must be the page that contains the header.
 fn refuse(header: &Header, messages: &mut Messages, end: u64) {
     let Some(time) = header.time.and_then(|index| header.columns.get(index)) else { return };
     let message = format!(

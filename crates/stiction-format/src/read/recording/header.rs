@@ -1,4 +1,5 @@
-//! Header of a recording: the meaning of its columns.
+//! Reader of the header line of a recording, which determines the meaning and the unit of each
+//! column.
 
 use super::super::actuators::Actuators;
 use super::super::names::Names;
@@ -12,21 +13,21 @@ use crate::signal::recorded::lines::{Cells, Delimiter, Digits, Line};
 use crate::source::Span;
 use stiction_core::kinematics::Coordinate;
 
-/// Remedy for two columns with the same meaning.
+/// Help text of the message about two columns with the same meaning.
 const TWICE: &str = "remove one of the columns, or rename it if it has another meaning";
 
 /// Meaning of a column of a recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Role {
     Time,
-    /// A coordinate, or its first or second derivative.
+    /// Coordinate (`order` 0), or its first or second time derivative (`order` 1 or 2).
     Coordinate {
         coordinate: Coordinate,
         order: u8,
     },
-    /// Effort of an actuator, by index.
+    /// Effort (force or torque) of the actuator with this index.
     Effort(usize),
-    /// Column that is not needed, or an invalid one that has been reported.
+    /// Column that is not used, or an invalid column, which has been reported.
     Unknown,
 }
 
@@ -34,9 +35,10 @@ pub(super) enum Role {
 pub(super) struct Column {
     pub(super) role: Role,
     pub(super) scale: Scale,
-    /// True for the values of an angle; false for other values and for derivatives.
+    /// True if the values of the column are angles; false for their derivatives and for all other
+    /// quantities.
     pub(super) is_angle: bool,
-    /// Name of the coordinate as written.
+    /// Name in the header cell, without the unit, `d()` or `dd()`, and the suffix `.drive`.
     pub(super) name: String,
     pub(super) span: Span,
     /// Number of digits with which the values are written.
@@ -48,7 +50,7 @@ pub(super) struct Header {
     /// Separator between columns.
     pub(super) delimiter: Delimiter,
     pub(super) columns: Vec<Column>,
-    /// Index of the time column.
+    /// Index of the time column; `None` if it is missing.
     pub(super) time: Option<usize>,
 }
 
@@ -113,8 +115,8 @@ impl Header {
 }
 
 impl Header {
-    /// Reads the header of a file of efforts, with columns such as `leg1.P [N]`; if some names end in `.drive`, only
-    /// these columns are used.
+    /// Reads the header of a file of efforts, with columns such as `leg1.P [N]`. If some names end
+    /// in `.drive`, only these columns and the time are used.
     pub(super) fn of_drives(
         text: &str,
         line: Line,
@@ -145,7 +147,7 @@ impl Header {
                 column.role = Role::Time;
                 Measure::Time
             } else if results && drive.is_none() {
-                // In a result file, any other name without a suffix is not an effort.
+                // In a result file, a column whose name does not end in `.drive` is not an effort.
                 if actuators.find(name).is_some() {
                     let message = format!(
                         "the column {} is ambiguous in a file with columns `….drive`",
@@ -194,11 +196,12 @@ impl Header {
 /// Splits a header line into its cells.
 fn header_cells(text: &str, line: &Line, delimiter: Delimiter) -> Vec<Span> {
     let count = Cells::new(delimiter).split(text, line.clone(), usize::MAX).len();
-    // Some programs end each line with a separator, which gives an empty name.
+    // Some programs end each line with a separator. The empty cell after it is not a column.
     Cells::new(delimiter).split(text, line.clone(), count.saturating_sub(1).max(1)).to_vec()
 }
 
-/// Returns a reason to refuse a header with several names but no separator between them.
+/// Returns an error message for a header with several names but no separator between them; `None`
+/// for any other header.
 fn separated_by_blanks(text: &str, line: &Line, delimiter: Delimiter) -> Option<String> {
     let header = text.get(line.clone())?;
     let is_alone = header_cells(text, line, delimiter).len() == 1;

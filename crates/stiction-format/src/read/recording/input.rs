@@ -1,4 +1,4 @@
-//! Source of the text of a recording.
+//! Access to the text of a recording.
 
 use crate::contents::{Contents, Store};
 use crate::signal::recorded::Pages;
@@ -6,7 +6,7 @@ use crate::signal::recorded::lines::unify_line_ends;
 use crate::source::Source;
 use std::sync::Arc;
 
-/// Text of a recording, in memory or read in pieces.
+/// Text of a recording, either in memory or read page by page from a store.
 pub(crate) enum Input {
     Whole(Arc<Source>),
     Stored { store: Arc<dyn Store>, name: String },
@@ -22,12 +22,12 @@ impl Input {
         }
     }
 
-    /// Creates the input from a source, whose whole text is in memory.
+    /// Creates the input from a source that contains the whole text.
     pub(crate) fn of_source(source: &Source) -> Self {
         Self::new(&source.name, Contents::Whole(source.text.clone()))
     }
 
-    /// The text from beginning to end in pages; a text in memory is a single page.
+    /// Returns the pages of the text from beginning to end. A text in memory is a single page.
     pub(super) fn pages(&self) -> Box<dyn Iterator<Item = Result<Arc<Source>, String>> + '_> {
         match self {
             Self::Whole(source) => Box::new(std::iter::once(Ok(Arc::clone(source)))),
@@ -35,7 +35,7 @@ impl Input {
         }
     }
 
-    /// Loads the text into memory.
+    /// Returns an input with the whole text in memory.
     pub(super) fn in_memory(&self) -> Result<Self, String> {
         let (mut name, mut text) = (String::new(), String::new());
         for page in self.pages() {

@@ -1,4 +1,4 @@
-//! Messages about a recording with their places.
+//! Collection of the messages about a recording, each with its place in the file.
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::source::{Place, Source, Span};
@@ -7,9 +7,10 @@ use std::sync::Arc;
 /// Maximum number of messages shown for a file.
 const MAX_MESSAGES: usize = 20;
 
-/// The first messages about a file; further messages are only counted.
+/// Messages about a file. The first [`MAX_MESSAGES`] messages are stored; further messages are only
+/// counted.
 pub(super) struct Messages {
-    /// The current page, to which places refer.
+    /// Page of the text that is being read. The spans of new messages are byte ranges of this page.
     pub(super) page: Arc<Source>,
     pub(super) out: Diagnostics,
 }
@@ -39,7 +40,8 @@ impl Messages {
         self.out.push(Diagnostic::error(code, message).at(place, label).maybe_help(help));
     }
 
-    /// Tests if further messages are only counted.
+    /// Tests whether [`MAX_MESSAGES`] messages are stored, so that further messages are only
+    /// counted.
     pub(super) fn is_full(&self) -> bool {
         self.out.len() >= MAX_MESSAGES
     }

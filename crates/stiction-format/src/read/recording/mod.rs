@@ -1,5 +1,5 @@
-//! Reader of recorded motions: CSV files with a header such as `time [s], platform.x [mm],
-//! d(platform.x) [mm/s]`.
+//! Reader of recordings: motions in CSV files with a header such as `time [s], platform.x [mm],
+//! d(platform.x) [mm/s]`, and efforts of actuators.
 
 mod filtering;
 mod gather;
@@ -26,16 +26,17 @@ use header::{Header, Role};
 use messages::Messages;
 use report::Report;
 
-/// Example of a column name in messages.
+/// Column name shown as an example in messages.
 const EXAMPLE: &str = "platform.x [mm]";
-/// Minimum number of samples of a spline.
+/// Minimum number of samples of a recorded motion.
 const MIN_SAMPLES: usize = 2;
 
-/// Reads a recorded motion and reports its errors to `context`. A filter set by an option replaces `filter`, the one
-/// in the text of the motion.
+/// Reads a recorded motion and reports its errors to `context`. Returns `None` for an invalid
+/// motion. `filter` is the cut-off frequency in the text of the motion; a cut-off frequency set by
+/// [`Source::with_filter`](crate::source::Source::with_filter) takes precedence.
 ///
 /// # Errors
-/// A reason if the file cannot be read.
+/// Returns the reason if the file cannot be read.
 pub(crate) fn read(
     input: &Input,
     names: &Names,
@@ -125,7 +126,8 @@ fn motion(
     }))
 }
 
-/// Reports a recording with too few samples. The page of `messages` must be the last.
+/// Reports a recording with `count` samples, too few for a motion. The current page of `messages`
+/// must be the last page of the file.
 fn too_few(count: usize, messages: &mut Messages) {
     let message = format!(
         "the file has {}, but a motion needs at least {MIN_SAMPLES} samples",
@@ -141,10 +143,11 @@ fn too_few(count: usize, messages: &mut Messages) {
     messages.push_help("samples", message, end..end, "the end", pose);
 }
 
-/// Reads recorded efforts and reports their errors to `context`.
+/// Reads recorded efforts and reports their errors to `context`. Returns `None` for an invalid
+/// recording.
 ///
 /// # Errors
-/// A reason if the file cannot be read.
+/// Returns the reason if the file cannot be read.
 pub(crate) fn read_drives(
     input: &Input,
     actuators: &Actuators,

@@ -1,4 +1,4 @@
-//! Assignment of columns to curves.
+//! Assignment of the columns of a recording to the curves through its samples.
 
 use super::header::{Header, Role};
 use crate::expression::unit::Scale;
@@ -8,7 +8,7 @@ use crate::signal::{Given, Interpolation};
 /// Columns and interpolation of each curve of a recording.
 pub(super) struct Plan {
     pub(super) layout: Layout,
-    /// Column of the values of each curve.
+    /// For each curve, the index in the header of the column with its values.
     pub(super) columns: Vec<usize>,
 }
 
@@ -17,7 +17,8 @@ impl Plan {
     pub(super) fn of(header: &Header) -> Self {
         let place = |role: Role| header.columns.iter().position(|column| column.role == role);
         let (mut interpolations, mut columns) = (Vec::new(), Vec::new());
-        // Kept columns, in this order.
+        // Indices of the columns that the curves need, in the order in which the layout stores
+        // their values.
         let mut kept: Vec<usize> = header.time.into_iter().collect();
         for (index, column) in header.columns.iter().enumerate() {
             let (interpolation, derivatives) = match column.role {

@@ -9,10 +9,11 @@ use crate::source::{Place, Source};
 use std::sync::Arc;
 use stiction_core::kinematics::Coordinate;
 
-/// Number of significant digits from which numbers have the usual precision of logs; the effect of their rounding on
-/// accelerations is then reported as a note, not as a defect of the recording.
+/// Number of significant digits that is usual in logs. With at least this many digits, the effect
+/// of rounding on accelerations is reported as a note, not as a defect of the recording.
 const USUAL_DIGITS: i32 = 7;
-/// Change of the acceleration by a filter, relative to its peak, above which the change is reported.
+/// Change of the acceleration by a filter, relative to the peak acceleration, above which a warning
+/// is issued.
 const SMEARING_LIMIT: f64 = 0.05;
 
 /// Notes, warnings and errors about the columns of a recording.
@@ -22,13 +23,14 @@ pub(super) struct Report<'a> {
     notes: Vec<String>,
     warnings: Diagnostics,
     errors: Diagnostics,
-    /// Suggested cut-off frequency of a filter, Hz.
+    /// Cut-off frequency of a filter that the report suggests, Hz; `None` without a suggestion and
+    /// after it has been reported.
     suggestion: Option<f64>,
 }
 
 impl<'a> Report<'a> {
-    /// Creates an empty report; `page` contains the header, `suggestion` is the cut-off frequency, Hz, of a filter
-    /// that would suit the noise.
+    /// Creates an empty report. `page` is the page that contains the header; `suggestion` is the
+    /// cut-off frequency, Hz, of a filter that suits the noise of the recording.
     pub(super) fn new(header: &'a Header, page: Arc<Source>, suggestion: Option<f64>) -> Self {
         Self {
             header,
@@ -45,7 +47,8 @@ impl<'a> Report<'a> {
         (self.notes, self.warnings, self.errors)
     }
 
-    /// Reports the findings about a coordinate whose positions are in a column.
+    /// Adds the findings about a coordinate to the report. `column` is the index in the header of
+    /// the column with its positions.
     pub(super) fn add(&mut self, coordinate: Coordinate, column: usize, findings: &Findings) {
         let Some(positions) = self.header.columns.get(column) else { return };
         let unit = if positions.is_angle { "rad" } else { "m" };
@@ -85,7 +88,8 @@ impl<'a> Report<'a> {
         self.notes.push(note);
     }
 
-    /// Place of the column with a coordinate or one of its derivatives.
+    /// Returns the place, in the header, of the column that contains a coordinate (`order` 0) or
+    /// its first or second derivative.
     fn place(&self, coordinate: Coordinate, order: usize) -> Place {
         let role = Role::Coordinate { coordinate, order: u8::try_from(order).unwrap_or(0) };
         let column = self.header.columns.iter().find(|column| column.role == role);
@@ -135,7 +139,9 @@ impl<'a> Report<'a> {
         self.warnings.push(warning.at(place, label).help(help));
     }
 
-    /// Reports on a filtered coordinate whose positions are in a column.
+    /// Adds the effect of a filter on a coordinate to the report. `column` is the index in the
+    /// header of the column with its positions, `cutoff` the cut-off frequency, Hz; `findings` are
+    /// those about the unfiltered samples.
     pub(super) fn filtered(
         &mut self,
         coordinate: Coordinate,
@@ -285,7 +291,8 @@ fn describe_rest(rest: &Rest) -> String {
     format!("from {} to {} s", short(rest.from), short(rest.until))
 }
 
-/// Name of the column for a derivative of a coordinate, such as `d(platform.x)`.
+/// Returns the name of the column that contains a derivative of a coordinate, such as
+/// `d(platform.x)`.
 fn derivative(name: &str, order: usize) -> String {
     match order {
         0 => name.to_owned(),

@@ -7,22 +7,22 @@ use crate::diagnostic::{number, quoted};
 use crate::signal::recorded::lines::{Cells, Line, parse_number};
 use crate::source::Span;
 
-/// Largest number of lines whose digits are counted before the rows are read.
+/// Maximum number of lines whose digits are counted before the first row is read.
 const SURVEYED: usize = 100_000;
 
-/// Reader of successive rows, which reports their errors.
+/// Reader of the rows of a recording, one after another, which reports their errors.
 pub(super) struct Rows {
     header: Header,
-    /// The previous row, in SI units.
+    /// Values of the row read last, in SI units, one for each column; 0 in unused columns.
     row: Vec<f64>,
-    /// Standard deviations of the rounding of the numbers in `row`, in SI units.
+    /// Standard deviations of the rounding errors of the values in `row`, in SI units.
     rounding: Vec<f64>,
     cells: Cells,
     /// Decimal mark of the file, a point or a comma; `None` until a number contains one.
     decimal_mark: Option<char>,
     is_first: bool,
     last_time: Option<f64>,
-    /// Columns for which wrapped angles have been reported.
+    /// Names of the columns for which a wrapped angle has been reported.
     wrapped: Vec<String>,
 }
 
@@ -49,18 +49,20 @@ impl Rows {
         self.header
     }
 
-    /// Numbers of the last row, in SI units.
+    /// Values of the row read last, in SI units, one for each column of the header.
     pub(super) fn row(&self) -> &[f64] {
         &self.row
     }
 
-    /// Standard deviations of the rounding of the last row, in SI units.
+    /// Standard deviations of the rounding errors of the row read last, in SI units, one for each
+    /// column of the header.
     pub(super) fn rounding(&self) -> &[f64] {
         &self.rounding
     }
 
-    /// Counts the digits of the columns in these lines before the rows are read: a program that omits trailing zeros
-    /// writes `1.0` with the precision of its neighbours.
+    /// Counts the digits with which each column is written in these lines, before the rows are
+    /// read. This is necessary for programs that omit trailing zeros: a number written as `1.0` is
+    /// as precise as numbers with more digits in the same column.
     pub(super) fn count_digits(&mut self, text: &str, lines: impl Iterator<Item = Line>) {
         let is_used = |role: Role| !matches!(role, Role::Unknown);
         for line in lines.take(SURVEYED) {
@@ -75,10 +77,11 @@ impl Rows {
         }
     }
 
-    /// Reads a row; returns false unless it has as many numbers as the header has columns.
+    /// Reads a row. Returns false if the number of its cells differs from the number of columns in
+    /// the header, or if the header is invalid.
     pub(super) fn read(&mut self, text: &str, line: Line, messages: &mut Messages) -> bool {
         let width = self.header.columns.len();
-        // The header is invalid, which has been reported.
+        // A header without columns is invalid and has been reported.
         if width == 0 {
             return false;
         }
@@ -135,8 +138,8 @@ fn numbers(count: usize) -> String {
     if count == 1 { "1 column".to_owned() } else { format!("{count} columns") }
 }
 
-/// Reports numbers with a decimal mark different from earlier ones, and commas that may separate
-/// thousands.
+/// Reports a number whose decimal mark differs from that of earlier numbers (`known`), or which may
+/// contain thousands separators.
 fn check_mark(
     content: &str,
     is_comma: bool,
@@ -167,7 +170,7 @@ fn check_mark(
     messages.push_help("syntax", message, cell.clone(), label, Some(help.to_owned()));
 }
 
-/// Remedy for a row with a cell that is not a number.
+/// Help text of the message about a cell that is not a number.
 const WITHOUT_NUMBER: &str = "write the measured value, or remove the row";
 
 fn read_number(content: &str, cell: &Span, messages: &mut Messages) -> Option<f64> {
@@ -197,8 +200,9 @@ fn read_number(content: &str, cell: &Span, messages: &mut Messages) -> Option<f6
     }
 }
 
-/// Reports an angle that changes by more than half a turn between samples, which shows that it was wrapped to one
-/// turn. One message per column.
+/// Reports an angle that changes by more than half a turn between two samples, which shows that the
+/// angle was wrapped to one turn. `wrapped` contains the names of the columns already reported;
+/// each column is reported once.
 fn check_turn(
     change: f64,
     name: &str,
@@ -206,7 +210,7 @@ fn check_turn(
     wrapped: &mut Vec<String>,
     messages: &mut Messages,
 ) {
-    // An invalid number has been reported already.
+    // If a number is invalid, which has been reported, the change is NaN and the comparison false.
     let is_wrapped = change.abs() > std::f64::consts::PI;
     if !is_wrapped || wrapped.iter().any(|known| known == name) {
         return;

@@ -1,4 +1,4 @@
-//! Complete pass through a recording.
+//! Reading of a whole recording, from the header line to the last row.
 
 use super::header::Header;
 use super::messages::Messages;
@@ -9,17 +9,19 @@ use crate::source::{Begin, Source};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Result of a pass through a recording: its header, and the messages about it.
+/// Result of reading a whole recording: the header, and the messages.
 pub(super) struct Scan {
-    /// Columns, and the page that contains the header line; `None` if the header is invalid.
+    /// Header, and the page that contains the header line; `None` if the file is empty, is not a
+    /// text, or begins with numbers.
     pub(super) header: Option<(Header, Arc<Source>)>,
-    /// Messages, whose current page is the last page read.
+    /// Messages about the recording; their current page is the page read last.
     pub(super) messages: Messages,
 }
 
-/// Reads all pages. `head` reads the header line; `take` receives the rows in SI units, with the
-/// standard deviations of their rounding and the byte range of their line, until the first error;
-/// `example` is a column name for messages.
+/// Reads all pages of a recording. `example` is a column name for messages; `head` reads the header
+/// line. Until the first error, `take` is called for each row with the header, the values in SI
+/// units, the standard deviations of their rounding errors, and the byte range of the row's line in
+/// the file.
 pub(super) fn scan(
     pages: impl Iterator<Item = Result<Arc<Source>, String>>,
     example: &str,
@@ -33,7 +35,7 @@ pub(super) fn scan(
         messages.page = Arc::clone(&page);
         let text = page.text.as_str();
         if let Some(at) = text.find('\0') {
-            // Discard earlier messages, as the file is not a text.
+            // Discard the messages about earlier pages, as the file is not a text.
             messages.out = Diagnostics::new();
             let message = "this is not a text file".to_owned();
             messages.push("syntax", message, at..at + 1, "a zero byte");

@@ -1,4 +1,5 @@
-//! Blends at waypoints: consecutive moves overlap, and their sum must stay within the limits.
+//! Checks of blends at waypoints. In a blend, two consecutive moves overlap in time, and the sum of
+//! both must stay within the limits of speed, acceleration and jerk.
 
 use super::curve::largest;
 use super::fastest::magnitudes;
@@ -13,9 +14,10 @@ use std::sync::Arc;
 
 /// Number of bisections in the search for the longest blend within the limits.
 const HALVINGS: usize = 12;
-/// Fractions of a blend's duration that are tried first: if the shorter exceeds a limit, every
-/// blend does. The longer is tried if the mechanism cannot follow the shorter, whose interval may
-/// be so short that rounding hides the joint motion.
+/// Fractions of a blend's duration that the search for the longest blend tries first. If the blend
+/// with the smaller fraction exceeds a limit, every blend does. If the mechanism cannot follow that
+/// blend, the larger fraction is tried, because rounding may hide the joint motion in so short an
+/// interval.
 const SHORTEST: [f64; 2] = [1e-3, 0.03];
 /// Advice for a blend whose longest possible duration is unknown.
 const SHORTEN: &str = "shorten the blend, or stop at this waypoint";
@@ -25,12 +27,14 @@ struct Excess {
     path: String,
     /// Exceeded quantity: 0 for speed, 1 for acceleration, 2 for jerk.
     what: usize,
-    /// Ratio of the largest value to the limit.
+    /// Ratio of the largest value of the quantity during the blend to its limit.
     factor: f64,
 }
 
 impl Timing<'_> {
-    /// Checks if neighbouring moves may overlap, and that their sum stays within the limits.
+    /// Checks a blend of `blend` seconds at a waypoint, in which the moves to and from the waypoint
+    /// overlap. Reports an error and returns `None` if the blend is longer than half of the shorter
+    /// move, if the sum of the moves exceeds a limit, or if the mechanism cannot follow it.
     pub(super) fn check_blend(
         &self,
         (moves, start): (&Arc<Moves>, f64),
@@ -63,7 +67,8 @@ impl Timing<'_> {
             Ok(None) => Some(()),
             Ok(Some(Excess { path, what, factor })) => {
                 let what = ["speed", "acceleration", "jerk"][what];
-                // If a time of arrival is given, a shorter blend would also shorten the next move.
+                // If the time of arrival at the next waypoint is given, a shorter blend would also
+                // shorten the move to that waypoint.
                 let arrives = |(key, _): &(Key, Value)| key.name == "at";
                 let fixed = self.tables.get(waypoint + 1)?.entries.iter().any(arrives);
                 let help = match self.longest((moves, start), waypoint, blend) {
@@ -93,11 +98,12 @@ impl Timing<'_> {
         }
     }
 
-    /// Longest blend at a waypoint within all limits, s, rounded down to three digits; `None` if
-    /// even a very short blend exceeds a limit.
+    /// Returns the duration, s, of the longest blend at a waypoint that stays within all limits,
+    /// rounded down to three digits; `None` if even a very short blend exceeds a limit. `blend` is
+    /// the duration, s, of the blend in `moves`.
     ///
     /// # Errors
-    /// The mechanism cannot follow one of the blends that are tried.
+    /// Returns an error if the mechanism cannot follow one of the blends that are tried.
     fn longest(
         &self,
         (moves, start): (&Arc<Moves>, f64),
@@ -128,17 +134,19 @@ impl Timing<'_> {
         Ok(Some(number((low * places).floor() / places)))
     }
 
-    /// First limit that is exceeded while the moves to and from a waypoint overlap.
+    /// Returns a limit that is exceeded while the moves to and from a waypoint overlap; `None` if
+    /// no limit is exceeded. `start` is the time, s, at which the motion starts.
     ///
     /// # Errors
-    /// The mechanism cannot follow the motion during the overlap.
+    /// Returns an error if the mechanism cannot follow the motion during the overlap.
     fn excess(
         &self,
         (moves, start): (&Arc<Moves>, f64),
         waypoint: usize,
     ) -> Result<Option<Excess>, ()> {
         let (before, after) = (&moves.0[waypoint - 1], &moves.0[waypoint]);
-        // Between corners, both moves are smooth.
+        // Corners are the times, s, at which a move or one of its phases begins or ends. Between
+        // corners, both moves are smooth.
         let mut corners = vec![after.begin, before.end()];
         for each in [before, after] {
             let own = each.profile.phases().into_iter().map(|time| each.begin + time);

@@ -1,20 +1,22 @@
-//! Piecewise polynomials for the first three derivatives of a smooth function, fitted to samples of
-//! the first two; used to find their largest values.
+//! Piecewise polynomials for the first three derivatives of a smooth function. They are fitted to
+//! samples of the first two derivatives, and used to find the largest magnitudes of all three.
 
 use std::f64::consts::PI;
 
-/// Number of Chebyshev nodes of a piece.
+/// Number of Chebyshev nodes on each polynomial piece of a curve.
 const NODES: usize = 17;
-/// Maximum number of pieces of a curve.
+/// Maximum number of polynomial pieces of a curve.
 const MOST: usize = 64;
-/// Accuracy of the interpolated second derivative, relative to its largest value or to that of the first derivative.
+/// Tolerance of the interpolated derivatives. It is relative to the largest second derivative, or
+/// to the largest first derivative divided by the length of the interval, whichever is greater.
 const ACCURACY: f64 = 1e-11;
-/// Number of samples between two corners of a function whose maximum is sought.
+/// Number of equal steps between two corners of a function, at which its maximum is sought.
 const SAMPLES: usize = 48;
 /// Displacement, m or rad, below which a joint counts as at rest.
 const AT_REST: f64 = 1e-12;
 
-/// First three derivatives of a function on an interval, as piecewise polynomials through Chebyshev nodes.
+/// First three derivatives of a function on an interval, as piecewise polynomials through values at
+/// Chebyshev nodes.
 #[derive(Clone, Debug)]
 pub(super) struct Curve {
     from: f64,
@@ -33,7 +35,7 @@ fn weight(k: usize) -> f64 {
     if k == 0 || k == NODES - 1 { 0.5 * sign } else { sign }
 }
 
-/// Value at `x`, from 0 to 1, of the polynomial through the node values.
+/// Evaluates, at `x` from 0 to 1, the polynomial with these values at the Chebyshev nodes.
 fn interpolated(values: &[f64; NODES], x: f64) -> f64 {
     let (mut above, mut below) = (0.0, 0.0);
     for (k, value) in values.iter().enumerate() {
@@ -48,7 +50,8 @@ fn interpolated(values: &[f64; NODES], x: f64) -> f64 {
     above / below
 }
 
-/// Derivatives at the nodes of the polynomial through the node values.
+/// Returns the derivatives, at the Chebyshev nodes from 0 to 1, of the polynomial with these values
+/// at the nodes.
 fn differentiated(values: &[f64; NODES]) -> [f64; NODES] {
     std::array::from_fn(|i| {
         let others = (0..NODES).filter(|k| *k != i);
@@ -60,8 +63,10 @@ fn differentiated(values: &[f64; NODES]) -> [f64; NODES] {
 }
 
 impl Curve {
-    /// Fits curves of several functions between two arguments. `sample` returns the first two derivatives of each
-    /// function at increasing arguments. `None` if the functions are not smooth.
+    /// Fits curves of `count` functions on the interval from `from` to `to`. For a list of
+    /// increasing arguments, `sample` returns the first two derivatives of each function at each
+    /// argument. Returns `None` if the functions are not smooth enough for [`MOST`] pieces, and an
+    /// error if `sample` fails.
     pub(super) fn fit<E>(
         (from, to): (f64, f64),
         count: usize,
@@ -95,7 +100,8 @@ impl Curve {
         Ok(None)
     }
 
-    /// Tests if this curve agrees with the curve `fine` at `arguments`, the nodes of `fine`.
+    /// Tests whether the first two derivatives of this curve agree with those of the curve `fine`
+    /// at `arguments`, the nodes of `fine`.
     fn agrees(&self, fine: &Self, arguments: &[f64]) -> bool {
         let size = |d: usize| {
             let each = fine.pieces.iter().flat_map(|piece| piece[d]);
@@ -133,8 +139,9 @@ impl Curve {
     }
 }
 
-/// Largest magnitudes of three functions on intervals between corners, which are given in increasing order. In each
-/// interval the functions are smooth; `at` receives its index. Without `exact`, only some samples are compared.
+/// Returns the largest magnitudes of three functions, which are smooth between successive arguments
+/// of the increasing list `corners`. `at` evaluates the functions in an interval between corners,
+/// given by its index. If `exact` is false, only the values at some samples are compared.
 pub(super) fn largest(
     corners: &[f64],
     exact: bool,
@@ -154,8 +161,9 @@ pub(super) fn largest(
                 continue;
             }
             for k in 0..=count {
-                // A maximum between samples exceeds the neighbouring samples by little more than these differ. It may
-                // also lie next to an end of the interval.
+                // A maximum may lie between a sample and its neighbours, or next to an end of the
+                // interval. It exceeds these samples only a little, so samples below 90 % of the
+                // largest value so far need no search.
                 let (before, after) = (k.saturating_sub(1), (k + 1).min(count));
                 let here = samples[k][d];
                 if here >= samples[before][d] && here >= samples[after][d] && here >= 0.9 * most[d]
@@ -202,7 +210,8 @@ pub(super) fn minimum(
 mod tests {
     use super::*;
 
-    /// Compares the derivatives and the largest values of a sine with closed forms.
+    /// Checks the derivatives and the largest values of a sine and a line against closed forms,
+    /// maxima next to the ends of an interval, and that a function with a kink is rejected.
     #[test]
     fn curves_of_known_functions() {
         let sample = |at: &[f64]| -> Result<_, ()> {

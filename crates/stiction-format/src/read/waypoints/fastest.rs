@@ -1,18 +1,23 @@
-//! Shortest moves within limits of coordinates, which are linear in the path parameter, and of joints, which are not.
+//! Shortest moves within limits of coordinates and of joints. Coordinates are linear in the path
+//! parameter of a move; joint positions are not.
 
 use super::curve::{Curve, largest, minimum};
 use crate::signal::law::{Law, Limits, Profile};
 
-/// Number of steps in each search for the phases of a trapezoid or s-curve. The minimum duration is accurate to about
-/// 1e-6, because it changes little near its minimum.
+/// Number of steps of each golden-section search for the phases of a trapezoid or s-curve. The
+/// minimum duration is accurate to about 1e-6, because it changes little near its minimum.
 const STEPS: usize = 22;
-/// Shortest ramp as a fraction of the move, and shortest jerk phase as a fraction of the ramp.
+/// Lower bound in the search for the phases: of the ramp as a fraction of the move, and of the jerk
+/// phase as a fraction of the ramp.
 const SHORTEST: f64 = 1e-3;
 
-/// Returns the fastest move; `None` if the law has no shortest duration. `straight` are limits for unit distance.
+/// Returns the fastest move with a motion law; `None` if the law has no shortest duration within
+/// the limits. `straight` are the limits of the path parameter, which moves from 0 to 1. `curves`
+/// are the components of further quantities as functions of the path parameter, with the limits of
+/// each quantity.
 ///
-/// Smooth laws are scaled in time. For the other laws, the phases are those of the shortest move. At least one limit
-/// is reached, and none is exceeded.
+/// Smooth laws are scaled in time. For a trapezoid or s-curve, the durations of the phases are
+/// those of the shortest move. The move reaches at least one limit and exceeds none.
 pub(super) fn fastest(
     law: Law,
     straight: Limits,
@@ -48,31 +53,34 @@ pub(super) fn fastest(
     (duration > 0.0).then(|| profile.stretched(duration))
 }
 
-/// Computes the magnitudes of three vectors from their components.
+/// Computes the magnitudes of three vectors. Each item of `components` contains one component of
+/// all three.
 pub(super) fn magnitudes(components: impl Iterator<Item = [f64; 3]>) -> [f64; 3] {
     components.fold([0.0; 3], |sum: [f64; 3], each| [0, 1, 2].map(|k| sum[k].hypot(each[k])))
 }
 
-/// Shortest duration, s, within the limits of a move that has these peaks if it lasts 1 s.
+/// Returns the shortest duration, s, of a move within `limits`. `peaks` are the greatest speed,
+/// acceleration and jerk of the move if it lasts 1 s.
 fn duration(peaks: Limits, limits: Limits) -> f64 {
     let ratio = |d: usize| if limits[d].is_finite() { peaks[d] / limits[d] } else { 0.0 };
     ratio(0).max(ratio(1).sqrt()).max(ratio(2).cbrt())
 }
 
-/// Greatest speed, acceleration and jerk of a quantity during a move with this profile; `curves` are its components
-/// as functions of the path parameter, which the profile moves from 0 to 1.
+/// Returns the greatest speed, acceleration and jerk of a quantity during a move. `curves` are the
+/// components of the quantity as functions of the path parameter, which `profile` moves from 0 to
+/// 1. If `exact` is false, only some samples are compared.
 pub(super) fn peaks(curves: &[Curve], profile: &Profile, exact: bool) -> Limits {
     let phases = profile.phases();
-    // Corners, each with the phase that follows it.
+    // Times, s, of the corners of the motion, each with the index of the phase that follows it.
     let mut corners: Vec<(f64, usize)> = Vec::new();
     for (phase, pair) in phases.windows(2).enumerate() {
         if pair[1] > pair[0] {
             corners.push((pair[0], phase));
         }
     }
-    // All components have the same pieces.
+    // The curves of all components are divided into the same pieces.
     for part in curves.iter().take(1).flat_map(Curve::joints) {
-        // Time at which the path parameter has this value.
+        // Bisect for the time at which the path parameter has the value `part`.
         let (mut low, mut high) = (0.0, profile.duration);
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
