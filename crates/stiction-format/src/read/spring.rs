@@ -139,7 +139,7 @@ fn refuse(record: &Record<'_>, kind: &str, keys: &[&[&str]]) {
 }
 
 /// Reads the two bodies that a spring connects and the points on them. A point that is not given is
-/// the origin of its body.
+/// the origin of its body's frame.
 fn ends(record: &Record<'_>, key: &Key) -> Option<SpringSpec> {
     let (from, to) = (record.text("from")?, record.text("to")?);
     let end = |key: &str| match record.value(key) {

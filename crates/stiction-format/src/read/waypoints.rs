@@ -23,11 +23,11 @@ use stiction_core::mechanism::BodyId;
 use stiction_core::spatial::Mat3;
 use timing::Timing;
 
-/// Coordinates, duration and description of a motion through waypoints.
+/// Coordinates, duration (s) and description of a motion through waypoints.
 pub(super) struct Waypoints {
     pub(super) coordinates: Vec<(Coordinate, Signal)>,
     pub(super) duration: f64,
-    /// Description of the motion laws and the times of arrival, in words.
+    /// Number of waypoints and times of arrival, in words.
     pub(super) description: String,
 }
 
@@ -49,7 +49,8 @@ enum Given {
     Orientation(BodyId, Mat3<f64>),
 }
 
-/// Reads the waypoints of a motion; `None` after an error.
+/// Reads the waypoints of a motion that starts at the time `start`, s. Returns `None` after an
+/// error, which has been reported.
 pub(super) fn read(
     reader: &Reader<'_>,
     motion: &Record<'_>,
@@ -121,7 +122,8 @@ fn describe(moves: &Moves, count: usize) -> String {
     format!("through {count} waypoints, reached at {}{more} s", times.join(", "))
 }
 
-/// Values of all coordinates at all waypoints. A coordinate that is not named at a waypoint keeps its value.
+/// Reads the values of all coordinates at all waypoints. A coordinate that is not named at a
+/// waypoint has the same value as at the previous waypoint. Returns `None` after an error.
 fn channels(reader: &Reader<'_>, tables: &[&Table]) -> Option<Vec<Channel>> {
     let context = reader.context;
     let mut channels: Vec<Channel> = Vec::new();
@@ -186,7 +188,7 @@ fn channels(reader: &Reader<'_>, tables: &[&Table]) -> Option<Vec<Channel>> {
     (fine && !channels.is_empty()).then_some(channels)
 }
 
-/// Repeats the last value until the list has `count` values.
+/// Repeats the last value once if the list contains fewer than `count` values.
 fn keep<T: Clone>(values: &mut Vec<T>, count: usize) {
     if let Some(last) = values.last().cloned()
         && values.len() < count

@@ -74,8 +74,8 @@ impl Banded {
 pub(super) struct Factored(Banded);
 
 impl Factored {
-    /// Entries of the inverse of a symmetric matrix within the band (Takahashi's recursion, from
-    /// `Z = D^-1 L^-1 + (1 - L^T) Z`).
+    /// Returns the entries, within the band, of the inverse of the factored matrix, which must be
+    /// symmetric (Takahashi's recursion, from `Z = D^-1 L^-1 + (1 - L^T) Z`).
     pub(super) fn inverse_within_band(&self) -> Banded {
         let Banded { size, band, .. } = self.0;
         let mut inverse = Banded::new(size, band);
@@ -93,7 +93,7 @@ impl Factored {
         inverse
     }
 
-    /// Solves for one right-hand side, in place.
+    /// Solves the linear system for the right-hand side `b`, which is replaced by the solution.
     pub(super) fn solve(&self, b: &mut [f64]) {
         let Banded { size, band, .. } = self.0;
         let read = |b: &[f64], k: usize| b.get(k).copied().unwrap_or(0.0);
@@ -138,7 +138,7 @@ mod tests {
             (0..n).map(|i| (0..n).map(|k| matrix.get(i, k) * x[k]).sum()).collect();
         matrix.factor().solve(&mut b);
         for (found, expected) in b.iter().zip(&x) {
-            // Diagonally dominant: the condition number is of order one.
+            // The matrix is diagonally dominant, so its condition number is of order one.
             assert!((found - expected).abs() < 1e-14);
         }
     }
@@ -163,7 +163,7 @@ mod tests {
             unit[column] = 1.0;
             factored.solve(&mut unit);
             for row in column.saturating_sub(3)..n.min(column + 4) {
-                // Diagonally dominant: the condition number is of order one.
+                // The matrix is diagonally dominant, so its condition number is of order one.
                 assert!((inverse.get(row, column) - unit[row]).abs() < 1e-15);
             }
         }

@@ -16,7 +16,8 @@ pub(crate) enum Interpolation {
 }
 
 impl Interpolation {
-    /// Number of columns from which the curve is interpolated.
+    /// Number of columns that the interpolation needs: values, and rates and accelerations if they
+    /// are given.
     pub(crate) fn columns(self) -> usize {
         match self {
             Self::Monotone | Self::Spline(Given::Values) => 1,
@@ -33,7 +34,7 @@ impl Interpolation {
         }
     }
 
-    /// Value, rate and acceleration at all samples, from one global system of equations.
+    /// Computes value, rate and acceleration at all samples from one system of equations.
     pub(crate) fn knots(self, times: &[f64], columns: Vec<Vec<f64>>) -> Vec<Target<f64>> {
         match self {
             Self::Spline(_) => Samples::new(columns).knots(times),
@@ -44,8 +45,8 @@ impl Interpolation {
         }
     }
 
-    /// Tests if knot values depend on distant samples; the values of neighbouring windows must then
-    /// be compared.
+    /// Tests whether rates or accelerations at a sample depend on distant samples. The results of
+    /// neighbouring windows must then be compared.
     pub(crate) fn reaches_far(self) -> bool {
         matches!(self, Self::Spline(Given::Values | Given::Rates))
     }
@@ -73,7 +74,7 @@ impl Curve {
         }
     }
 
-    /// Creates the function from its knots.
+    /// Creates the function from value, rate and acceleration at each sample.
     pub(crate) fn of_knots(
         interpolation: Interpolation,
         times: &Arc<[f64]>,
@@ -85,7 +86,7 @@ impl Curve {
         }
     }
 
-    /// Tests if all knots are finite.
+    /// Tests whether value, rate and acceleration are finite at all samples.
     pub(crate) fn is_finite(&self) -> bool {
         match self {
             Self::Spline(spline) => spline.is_finite(),
@@ -94,7 +95,8 @@ impl Curve {
         }
     }
 
-    /// Tests if the spline of a long recording was solved as a whole instead of window by window.
+    /// Tests whether the spline of a long recording was solved for all samples at once instead of
+    /// window by window.
     pub(crate) fn is_global(&self) -> bool {
         matches!(self, Self::Spline(spline) if spline.is_global())
     }

@@ -85,7 +85,8 @@ impl Samples {
         }
     }
 
-    /// Value, rate and acceleration at every sample, from one global system of equations.
+    /// Computes value, rate and acceleration at every sample from one system of equations for all
+    /// samples.
     pub(crate) fn knots(self, times: &[f64]) -> Vec<Target<f64>> {
         let few = |degree_of_dof: usize| degree_of_dof * times.len() <= 6;
         let target = |(value, (rate, acceleration))| Target { value, rate, acceleration };
@@ -116,8 +117,8 @@ impl Samples {
 pub(crate) struct Spline {
     times: Arc<[f64]>,
     knots: Vec<Target<f64>>,
-    /// True if the solutions of neighbouring windows disagreed, so that the spline was solved as a
-    /// whole.
+    /// True if the solutions of neighbouring windows disagreed, so that the spline was solved for
+    /// all samples at once.
     is_global: bool,
 }
 
@@ -145,12 +146,12 @@ impl Spline {
         Self { times: Arc::clone(times), knots, is_global: false }
     }
 
-    /// Tests if a long spline was solved as a whole instead of window by window.
+    /// Tests whether a long spline was solved for all samples at once instead of window by window.
     pub(crate) fn is_global(&self) -> bool {
         self.is_global
     }
 
-    /// Tests if all knots are finite.
+    /// Tests whether value, rate and acceleration are finite at all samples.
     pub(crate) fn is_finite(&self) -> bool {
         self.knots.iter().all(|k| (k.value + k.rate + k.acceleration).is_finite())
     }
@@ -184,7 +185,8 @@ impl Spline {
     }
 }
 
-/// Value at `t` of the quintic with `a` at 0 and `b` at `h`, which may be negative.
+/// Evaluates at `t` the quintic with value, rate and acceleration `a` at 0 and `b` at `h`; `h` may
+/// be negative.
 fn between(a: Target<f64>, b: Target<f64>, h: f64, t: f64) -> Target<f64> {
     let u = t / h;
     let rise = b.value - a.value;
@@ -200,14 +202,16 @@ fn between(a: Target<f64>, b: Target<f64>, h: f64, t: f64) -> Target<f64> {
     }
 }
 
-/// Rate and acceleration at `t` of the polynomial through the values (and rates) of a few samples,
-/// by divided differences with repeated nodes.
+/// Returns rate and acceleration at `t` of the polynomial through a few samples, by divided
+/// differences with repeated nodes. `known` returns the value and, if it is given, the rate of a
+/// sample.
 fn newton(
     times: &[f64],
     known: impl Fn(usize) -> (Option<f64>, Option<f64>),
     t: f64,
 ) -> (f64, f64) {
-    // Nodes, and the current column of the table of divided differences.
+    // Nodes, the current column of the table of divided differences, and the given rate at each
+    // repeated node.
     let mut nodes: Vec<f64> = Vec::new();
     let mut column: Vec<f64> = Vec::new();
     let mut slopes: Vec<Option<f64>> = Vec::new();
@@ -223,7 +227,7 @@ fn newton(
             }
         }
     }
-    // The polynomial and its derivatives, in Newton's form, highest coefficient last.
+    // Coefficients of the polynomial in Newton's form, the highest last.
     let mut coefficients: Vec<f64> = column.first().copied().into_iter().collect();
     for order in 1..nodes.len() {
         let next = |k: usize| {
@@ -244,14 +248,16 @@ fn newton(
     (rate, acceleration)
 }
 
-/// Accelerations for which the quintic Hermite spline through values and rates has a continuous third derivative at
-/// each inner sample, and a continuous fourth derivative at the first and the last inner sample.
+/// Computes the accelerations for which the quintic Hermite spline through values and rates has a
+/// continuous third derivative at each inner sample, and a continuous fourth derivative at the
+/// first and the last inner sample.
 pub(super) fn accelerations_for_rates(times: &[f64], values: &[f64], rates: &[f64]) -> Vec<f64> {
     let n = times.len();
     let mut matrix = Banded::new(n, 2);
     let mut right = vec![0.0; n];
     let at = |list: &[f64], i: usize| list.get(i).copied().unwrap_or(f64::NAN);
-    // Length of an interval; rise, rate at its start and rate at its end, each divided by the length.
+    // Length of the interval that begins at sample `i`, slope of its chord, and the rates at its
+    // ends.
     let interval = |i: usize| {
         let h = at(times, i + 1) - at(times, i);
         let slope = (at(values, i + 1) - at(values, i)) / h;
@@ -260,8 +266,9 @@ pub(super) fn accelerations_for_rates(times: &[f64], values: &[f64], rates: &[f6
     for i in 1..n - 1 {
         let (h0, s0, v0, v1) = interval(i - 1);
         let (h1, s1, w0, w1) = interval(i);
-        // Third derivatives: (60 s0 - 24 v0 - 36 v1)/h0^2 + (-3 a_(i-1) + 9 a_i)/h0 on the left,
-        // (60 s1 - 36 w0 - 24 w1)/h1^2 + (-9 a_i + 3 a_(i+1))/h1 on the right; times h0 h1 here.
+        // The third derivative is (60 s0 - 24 v0 - 36 v1)/h0^2 + (-3 a_(i-1) + 9 a_i)/h0 on the
+        // left of sample `i`, and (60 s1 - 36 w0 - 24 w1)/h1^2 + (-9 a_i + 3 a_(i+1))/h1 on the
+        // right. The row equates both, multiplied by h0 h1.
         let (below, beside) = (h1, h0);
         matrix.set(i, i - 1, -3.0 * below);
         matrix.set(i, i, 9.0 * (below + beside));
@@ -271,14 +278,17 @@ pub(super) fn accelerations_for_rates(times: &[f64], values: &[f64], rates: &[f6
                 - (60.0 * s0 - 24.0 * v0 - 36.0 * v1) * (h1 / h0);
         }
     }
-    // Fourth derivatives at the inner sample `i`, times h0^2: left (360 s0 - 168 v0 - 192 v1)/h0
+    // The fourth derivative at the inner sample `i`, times h0^2, is (360 s0 - 168 v0 - 192 v1)/h0 -
+    // 24 a_(i-1) + 36 a_i on the left, and (h0/h1)^2 times (-360 s1 + 192 w0 + 168 w1)/h1 + 36 a_i
+    // - 24 a_(i+1) on the right.
     // - 24 a_(i-1) + 36 a_i; right, times (h0/h1)^2: (-360 s1 + 192 w0 + 168 w1)/h1 + 36 a_i
     // - 24 a_(i+1).
     for (row, i) in [(0, 1), (n - 1, n - 2)] {
         let (h0, s0, v0, v1) = interval(i - 1);
         let (h1, s1, w0, w1) = interval(i);
         let ratio = (h0 / h1).powi(2);
-        // The diagonal unknown of the last row is that of the end.
+        // The diagonal entry of the first row belongs to the first sample, that of the last row to
+        // the last sample.
         matrix.set(row, i - 1, -24.0);
         matrix.set(row, i, 36.0 * (1.0 - ratio));
         matrix.set(row, i + 1, 24.0 * ratio);

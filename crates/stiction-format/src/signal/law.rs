@@ -15,7 +15,8 @@ pub(crate) enum Law {
     SCurve,
 }
 
-/// Greatest speed, acceleration and jerk; infinite without a limit.
+/// Limits or peak values of speed, acceleration and jerk, in this order; an infinite value means no
+/// limit.
 pub(crate) type Limits = [f64; 3];
 
 /// Limits of infinite speed, acceleration and jerk.
@@ -77,11 +78,12 @@ pub(crate) struct Profile {
 #[derive(Clone, Debug)]
 enum Shape {
     Smooth(Law),
-    /// Pieces of constant jerk over unit duration, in order.
+    /// Phases of constant jerk in order of time, scaled to a move of unit duration.
     Pieces(Vec<Piece>),
 }
 
-/// Piece of constant jerk, with the state at its beginning.
+/// Phase of constant jerk. `begin` is the fraction of the move at which the phase begins; `state`
+/// is the position, speed and acceleration at its beginning.
 #[derive(Clone, Copy, Debug)]
 struct Piece {
     begin: f64,
@@ -110,7 +112,8 @@ impl Profile {
         if jerk.is_infinite() {
             return None;
         }
-        // Acceleration that is reached if neither the speed limit nor the distance ends its growth.
+        // Greatest acceleration that the limits of acceleration and jerk and the distance permit.
+        // The speed limit follows below.
         let reached = acceleration.min((jerk * jerk / 2.0).cbrt());
         let step = (reached / jerk).min((speed / jerk).sqrt());
         let peak = jerk * step;
@@ -155,7 +158,7 @@ impl Profile {
         Self { duration, ..self }
     }
 
-    /// Creates a move of given duration, without limits.
+    /// Creates a move of a given duration, s, without regard to limits.
     pub(crate) fn lasting(law: Law, duration: f64) -> Self {
         let profile = match law {
             Law::Trapezoid => Self::trapezoid(1.0, 1.0),
@@ -210,7 +213,7 @@ impl Profile {
     }
 
     /// Position between 0 and 1 and its first and second derivatives at a time, s, after the
-    /// beginning.
+    /// beginning of the move.
     pub(crate) fn at(&self, time: f64) -> [f64; 3] {
         if time <= 0.0 {
             return [0.0; 3];
@@ -222,7 +225,8 @@ impl Profile {
         [s, v / self.duration, a / (self.duration * self.duration)]
     }
 
-    /// Phase at a time, s, within the move. A phase ends where the jerk may jump.
+    /// Returns the index of the phase at a time, s, after the beginning of the move. A phase ends
+    /// where the jerk may jump.
     pub(crate) fn phase(&self, time: f64) -> usize {
         let x = time / self.duration;
         match &self.shape {
@@ -232,7 +236,8 @@ impl Profile {
         }
     }
 
-    /// Times at which phases begin, and the end, s.
+    /// Returns the times, s, at which the phases begin, and the time at which the last phase ends.
+    /// Times count from the beginning of the move.
     pub(crate) fn phases(&self) -> Vec<f64> {
         let mut begins: Vec<f64> = match &self.shape {
             Shape::Pieces(pieces) => pieces.iter().map(|piece| piece.begin).collect(),
@@ -243,7 +248,8 @@ impl Profile {
         begins.iter().map(|begin| begin * self.duration).collect()
     }
 
-    /// Position between 0 and 1 and its first three derivatives at a time, s, evaluated by the formula of a phase.
+    /// Position between 0 and 1 and its first three derivatives at a time, s, after the beginning
+    /// of the move, evaluated by the formula of a phase, also outside this phase.
     pub(crate) fn in_phase(&self, phase: usize, time: f64) -> [f64; 4] {
         let [s, v, a, j] = self.unit(phase, time / self.duration);
         let rate = self.duration.recip();
@@ -251,7 +257,7 @@ impl Profile {
     }
 
     /// Position and its first three derivatives at the fraction `x` of a move of unit duration,
-    /// evaluated by the formula of one phase.
+    /// evaluated by the formula of a phase, also outside this phase.
     fn unit(&self, phase: usize, x: f64) -> [f64; 4] {
         use std::f64::consts::{PI, TAU};
         match &self.shape {
@@ -261,7 +267,8 @@ impl Profile {
             }
             Shape::Smooth(Law::ModifiedSine) => {
                 let scale = 1.0 / (4.0 + PI);
-                // The outer eighths have the period 1/2, the middle 3/2.
+                // The sine has the period 1/2 in the first and the last eighth of the move, and 3/2
+                // between them.
                 let (offset, size, rate, begin) = match phase {
                     0 => (0.0, 0.25, 4.0 * PI, 0.0),
                     1 => (2.0, 2.25, 4.0 * PI / 3.0, PI / 3.0),
@@ -287,7 +294,8 @@ impl Profile {
         }
     }
 
-    /// Times, s, that divide the move into intervals in each of which a few samples are enough.
+    /// Returns times, s, after the beginning of the move, which divide it into intervals. A few
+    /// samples resolve the move in each interval.
     pub(crate) fn knots(&self) -> Vec<f64> {
         match &self.shape {
             Shape::Smooth(_) => (1..4).map(|k| self.duration * f64::from(k) / 4.0).collect(),
@@ -325,7 +333,7 @@ mod tests {
             let end = profile.unit(profile.phase(0.7), 1.0);
             assert!((end[0] - 1.0).abs() < 1e-14 && end[1].abs() < 1e-13, "{law:?}: {end:?}");
             for k in 1..100 {
-                // Avoids the corners of the accelerations.
+                // These times avoid the corners of the acceleration.
                 let (t, h) = (0.7 * (f64::from(k) + 0.37) / 101.0, 1e-6);
                 let phase = profile.phase(t);
                 let [low, middle, high] = [t - h, t, t + h].map(|t| profile.in_phase(phase, t));
@@ -339,7 +347,7 @@ mod tests {
         }
     }
 
-    /// The fastest move reaches a limit exactly and exceeds none.
+    /// Checks that the fastest move reaches a limit exactly and exceeds none.
     #[test]
     fn limits_are_reached_and_not_exceeded() {
         let limits = [[0.5, 3.0, 40.0], [5.0, 3.0, 40.0], [5.0, 30.0, 40.0], [0.5, 30.0, 4.0]];
@@ -363,8 +371,9 @@ mod tests {
         }
     }
 
-    /// Textbook durations: trapezoid T = 1/v + v/a; triangle 2/sqrt(a); full S-curve 1/v + v/a + a/j;
-    /// S-curve of four jerk phases 4 (1/(2 j))^(1/3).
+    /// Checks the shortest durations over unit distance against textbook formulas: trapezoid 1/v +
+    /// v/a; triangle 2/sqrt(a); full s-curve 1/v + v/a + a/j; s-curve of four jerk phases 4 (1/(2
+    /// j))^(1/3).
     #[test]
     fn durations_are_the_shortest() {
         let time = |law, limits| Profile::fastest(law, limits).unwrap().duration;

@@ -1,4 +1,4 @@
-//! Functions of time.
+//! Functions of time: formulas, and curves through samples or waypoints.
 
 mod banded;
 mod bspline;
@@ -26,10 +26,11 @@ use crate::source::{Place, Source, Span};
 use std::sync::Arc;
 use stiction_core::kinematics::Target;
 
-/// A function of time: a coordinate of a motion, a component of a load.
+/// A function of time, for example a coordinate of a motion or a component of a load.
 ///
-/// It is an expression with exact derivatives, or a spline through samples. At a kink of an
-/// expression (`abs`, `min`, `max`) the derivatives are one-sided, towards later times.
+/// A signal is a constant, an expression with exact derivatives, a spline through samples, or a
+/// motion through waypoints. At a kink of an expression (`abs`, `min`, `max`) the derivatives are
+/// one-sided, towards later times.
 #[derive(Clone, Debug)]
 pub struct Signal {
     shape: Shape,
@@ -87,13 +88,13 @@ impl Signal {
         Self { shape: Shape::Course(Arc::new(course)) }
     }
 
-    /// Creates the signals of the three components of the rotation vector.
+    /// Creates the signals of the three components of a body's rotation vector.
     pub(crate) fn turning(turning: Turning) -> [Self; 3] {
         let turning = Arc::new(turning);
         [0, 1, 2].map(|axis| Self { shape: Shape::Turning(Arc::clone(&turning), axis) })
     }
 
-    /// Tests for a signal written as a constant.
+    /// Tests whether the signal was written as a constant.
     pub fn is_constant(&self) -> bool {
         matches!(self.shape, Shape::Constant(_))
     }
@@ -118,8 +119,8 @@ impl Signal {
     }
 
     /// Returns a time, s, after `t` (s) such that a few samples between both times resolve the
-    /// signal. It lies before the next ramp or kink, within the period of a sine, before its next
-    /// peak, or at the next sample.
+    /// signal. The returned time lies before the next ramp or kink, within the period of a sine,
+    /// before its next peak, or at the next sample.
     pub fn resolved_until(&self, t: f64) -> f64 {
         match &self.shape {
             Shape::Constant(_) => f64::INFINITY,
@@ -147,7 +148,7 @@ impl Signal {
     /// Value with its derivatives at time `t` (s), as [`Self::at`] computes it.
     ///
     /// # Errors
-    /// See [`Self::fault_at`].
+    /// Returns the diagnostic of [`Self::fault_at`].
     pub fn checked_at(&self, t: f64) -> Result<Target<f64>, Diagnostic> {
         let written = match &self.shape {
             Shape::Constant(_) | Shape::Curve(_) | Shape::Course(_) | Shape::Turning(..) => {

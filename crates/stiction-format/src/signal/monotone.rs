@@ -88,7 +88,7 @@ mod tests {
         Monotone::of_knots(times, knots(times, values))
     }
 
-    /// A jump between two samples, such as friction at a reversal, causes no overshoot.
+    /// Checks that a jump between two samples, such as friction at a reversal, causes no overshoot.
     #[test]
     fn a_jump_causes_no_overshoot() {
         let times: Arc<[f64]> = (0..20).map(|k| f64::from(k) * 0.1).collect();
@@ -109,8 +109,7 @@ mod tests {
         }
     }
 
-    /// Checks that the error decreases at least with the third power of the distance between
-    /// samples.
+    /// Checks that the error decreases about with the second power of the distance between samples.
     #[test]
     fn convergence_order() {
         let error = |n: i32| {
@@ -120,7 +119,8 @@ mod tests {
             let at = |k: i32| f64::from(k) / 999.0;
             (0..1000).map(|k| (curve.at(at(k)).value - at(k).exp()).abs()).fold(0.0, f64::max)
         };
-        // The slope at an end is that of a chord and only second-order accurate.
+        // The slope at an end is that of a chord, so the function is only second-order accurate
+        // there.
         assert!(error(10) < 5e-3 && error(20) < 0.3 * error(10), "{} {}", error(10), error(20));
     }
 

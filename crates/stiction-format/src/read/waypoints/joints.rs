@@ -10,15 +10,16 @@ use crate::signal::law::Law;
 use crate::source::Span;
 use stiction_core::mechanism::JointId;
 
-/// Name that stands for all actuators.
+/// Name, in the limits of a motion, that stands for all actuators.
 const ACTUATORS: &str = "actuators";
 
 /// Degree of freedom of a joint: its full name, the joint with the index of the degree of freedom,
 /// and its kind of quantity.
 pub(super) type Named = (String, (JointId, usize), Measure);
 
-/// Degrees of freedom to which a limit of this name applies, all of the same measure; empty for an unknown name,
-/// `None` after an error.
+/// Returns the degrees of freedom to which a limit named `path` applies, all of the same kind of
+/// quantity. The list is empty for an unknown name, and for `actuators` if some of them translate
+/// and others rotate. Returns `None` if the mechanism has defects.
 pub(super) fn named(reader: &Reader<'_>, path: &str) -> Option<Vec<Named>> {
     if let Ok(Meaning::Joint(joint, joint_type, dof)) = resolve(reader.names, path) {
         let translates = joint_type.dofs().get(dof).is_some_and(|dof| dof.translates());
@@ -28,7 +29,7 @@ pub(super) fn named(reader: &Reader<'_>, path: &str) -> Option<Vec<Named>> {
     if path != ACTUATORS {
         return Some(Vec::new());
     }
-    // Defects of the mechanism have been reported.
+    // Without an assembly, the mechanism has defects, which have been reported.
     let mechanism = reader.assembly?.mechanism;
     let each = mechanism.actuators().map(|(joint, dof)| {
         let own = &mechanism.joints()[joint.0];
@@ -42,7 +43,8 @@ pub(super) fn named(reader: &Reader<'_>, path: &str) -> Option<Vec<Named>> {
     Some(if same { all } else { Vec::new() })
 }
 
-/// Place of a motion law that does not limit the jerk, if a move has one.
+/// Returns the place of a motion law that a move uses and that does not limit the jerk; `None` if
+/// the laws of all moves limit it.
 pub(super) fn unlimited_jerk(motion: &Record<'_>, tables: &[&Table]) -> Option<Span> {
     let trapezoid = |record: &Record<'_>| {
         record.value("law")?;

@@ -1,4 +1,4 @@
-//! Limits of motions through waypoints.
+//! Reader of the limits of speed, acceleration and jerk in motions through waypoints.
 
 use super::curve::Curve;
 use super::joints;
@@ -16,17 +16,18 @@ use stiction_core::kinematics::Coordinate;
 use stiction_core::mechanism::{BodyId, JointId};
 use stiction_core::spatial::{Mat3, Vec3};
 
-/// Limits of one quantity: a coordinate, the path of a body's origin, or its rotation.
+/// Limits of speed, acceleration and jerk of one quantity: a coordinate, the position of a body's
+/// origin, the orientation of a body, or a degree of freedom of a joint.
 pub(super) struct Limited {
     pub(super) path: String,
     pub(super) limits: Limits,
     pub(super) way: LimitedPath,
 }
 
-/// Kind of path to which a limit applies.
+/// Dependence of a limited quantity on the path parameter of a move.
 pub(super) enum LimitedPath {
-    /// Displacement in each move of a quantity that is linear in the path parameter; for a
-    /// coordinate only the first component is used.
+    /// Quantity that is linear in the path parameter, given by its displacement in each move. For a
+    /// scalar coordinate, only the first component is used.
     Straight(Vec<Vec3<f64>>),
     /// Quantity that inverse kinematics computes from the coordinates of the waypoints.
     Followed(FollowedPath),
@@ -51,15 +52,16 @@ impl Followed {
     }
 }
 
-/// Components of a quantity computed by inverse kinematics, in each move, as functions of the
-/// completed fraction of the move.
+/// Quantity that inverse kinematics computes. `curves` contains, for each move, the components of
+/// the quantity as functions of the completed fraction of the move.
 pub(super) struct FollowedPath {
     pub(super) of: Followed,
     pub(super) curves: Vec<Vec<Curve>>,
 }
 
 impl Limited {
-    /// Displacement of a quantity in move `k`; zero for a quantity computed by inverse kinematics.
+    /// Returns the displacement of the quantity in move `k`; zero for a quantity computed by
+    /// inverse kinematics.
     pub(super) fn step(&self, k: usize) -> Vec3<f64> {
         match &self.way {
             LimitedPath::Straight(steps) => steps.get(k).copied().unwrap_or(Vec3::zero()),
@@ -67,8 +69,8 @@ impl Limited {
         }
     }
 
-    /// Components in move `k` of a quantity computed by inverse kinematics; `None` if it does not
-    /// change.
+    /// Returns the components of a quantity computed by inverse kinematics in move `k`; `None` if
+    /// it does not change in this move, and for any other quantity.
     pub(super) fn curve(&self, k: usize) -> Option<&[Curve]> {
         let LimitedPath::Followed(way) = &self.way else { return None };
         let components = way.curves.get(k)?;
@@ -76,7 +78,8 @@ impl Limited {
     }
 }
 
-/// Reads the limits; `None` after an error.
+/// Reads the limits of a motion through waypoints from the table `value`. Reports an error and
+/// returns `None` if a limit is invalid.
 pub(super) fn read(
     reader: &Reader<'_>,
     (motion, value): (&Record<'_>, &Value),
@@ -189,7 +192,9 @@ pub(super) fn read(
     Some(found)
 }
 
-/// Displacements in all moves to which a limit of this name applies, and the keys of the limit.
+/// Returns the displacements, one for each move, of the coordinate or body named `path`, and the
+/// keys of its limits. Returns `None` if the waypoints contain neither this coordinate nor the
+/// position of this body.
 fn steps(
     path: &str,
     channels: &[Channel],

@@ -14,7 +14,7 @@ use crate::signal::waypoints::{Move, Moves};
 use crate::source::Span;
 use std::sync::Arc;
 
-/// Relative tolerance of limits, for the rounding of durations.
+/// Relative tolerance of limits, which allows for the rounding of durations.
 pub(super) const ROUNDING: f64 = 1e-9;
 
 /// Data from which the durations of the moves are determined.
@@ -86,14 +86,16 @@ impl Timing<'_> {
         Some(moves)
     }
 
-    /// Profile of move `k`, which ends at the waypoint of `record`.
+    /// Determines the profile of move `k`, which begins at time `begin`, s, and ends at the
+    /// waypoint of `record`. Reports an error and returns `None` if the duration of the move is
+    /// missing or too short.
     fn profile(&self, k: usize, record: &Record<'_>, law: Law, begin: f64) -> Option<Profile> {
         let context = self.reader.context;
         let mut limits = UNLIMITED;
         for limited in self.limited {
             let distance = limited.step(k).norm();
             for (limit, given) in limits.iter_mut().zip(limited.limits) {
-                // A move without displacement has no limit.
+                // A quantity that does not change in this move does not limit its duration.
                 if distance > 0.0 {
                     *limit = limit.min(given / distance);
                 }
@@ -171,7 +173,8 @@ impl Timing<'_> {
     }
 }
 
-/// Reads a time that must not be negative, by default 0; `None` after an error.
+/// Reads a time, s, that must not be negative. Returns 0 if the key is missing; reports an error
+/// and returns `None` if the time is invalid.
 fn nonnegative(record: &Record<'_>, key: &str) -> Option<f64> {
     if record.value(key).is_none() {
         return Some(0.0);

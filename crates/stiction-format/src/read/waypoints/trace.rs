@@ -1,4 +1,5 @@
-//! Joint motions computed from the coordinates of waypoints, by inverse kinematics.
+//! Motions of joints and body origins, computed from the coordinates of waypoints by inverse
+//! kinematics.
 
 use super::curve::Curve;
 use super::limits::{Followed, FollowedPath, Limited, LimitedPath};
@@ -11,18 +12,18 @@ use std::sync::Arc;
 use stiction_core::dynamics::{InverseDynamics, Settings};
 use stiction_core::kinematics::{AssemblyError, Coordinate, Target};
 
-/// Distance from the ends of an interval, as a fraction of its length, at which motions are
-/// evaluated instead of at the ends.
+/// Distance from an end of an interval, as a fraction of the interval's length. Motions are
+/// evaluated at this distance from the ends instead of at the ends.
 const INSIDE: f64 = 1e-12;
 
-/// Prescribed coordinates of all waypoints, with their signals.
+/// Coordinates that the waypoints prescribe, with their values as functions of time.
 pub(super) struct Goals {
     courses: Vec<(Coordinate, Course)>,
     turnings: Vec<(Vec<Coordinate>, Turning)>,
 }
 
 impl Goals {
-    /// Combines the coordinates of all channels with these moves.
+    /// Creates the signals of the coordinates of all channels for these moves.
     pub(super) fn new(channels: &[Channel], moves: &Arc<Moves>) -> Self {
         let (mut courses, mut turnings) = (Vec::new(), Vec::new());
         for channel in channels {
@@ -45,7 +46,8 @@ impl Goals {
         scalars.chain(self.turnings.iter().flat_map(|(axes, _)| axes.clone())).collect()
     }
 
-    /// Targets in a move as functions of its completed fraction.
+    /// Returns the targets of all coordinates when the fraction `part` of move `k` is completed.
+    /// Their derivatives are with respect to this fraction.
     fn along(&self, k: usize, part: f64) -> Vec<Target<f64>> {
         let scalars = self.courses.iter().map(|(_, course)| course.along(k, part));
         let state = [part, 1.0, 0.0];
@@ -59,7 +61,7 @@ impl Goals {
     }
 }
 
-/// Assembles the mechanism at the first waypoint.
+/// Assembles the mechanism at the first waypoint. Returns `None` if the mechanism has defects.
 fn first(reader: &Reader<'_>, goals: &Goals) -> Option<Result<InverseDynamics, AssemblyError>> {
     let assembly = reader.assembly?;
     let (mechanism, poses) = (assembly.mechanism.clone(), assembly.initial_poses);
@@ -68,15 +70,16 @@ fn first(reader: &Reader<'_>, goals: &Goals) -> Option<Result<InverseDynamics, A
     Some(InverseDynamics::new(mechanism, poses, &goals.coordinates(), &targets, settings))
 }
 
-/// Fits curves to quantities along a motion of the mechanism. Returns the components of all
-/// quantities, one quantity after another.
+/// Fits curves to quantities along a motion of the mechanism. `targets` returns the prescribed
+/// coordinates at an argument in `interval`. Returns the curves of the components of all
+/// quantities, one quantity after another; `None` if they are not smooth.
 fn fit(
     solver: &mut InverseDynamics,
     followed: &[Followed],
     interval: (f64, f64),
     targets: impl Fn(f64) -> Vec<Target<f64>>,
 ) -> Result<Option<Vec<Curve>>, AssemblyError> {
-    // The rates at the beginning of the interval are those just after it.
+    // Rates may jump at the beginning of the interval; the solver starts with those just after it.
     solver.move_to(&targets(interval.0))?;
     let begin = solver.clone();
     let go_to = |solver: &mut InverseDynamics, from: f64, to: f64| {
@@ -129,7 +132,9 @@ pub(super) fn by_quantity(followed: &[Followed], curves: &[Curve]) -> Vec<Vec<Cu
     each.collect()
 }
 
-/// Computes the curves of all limited quantities that follow from the coordinates.
+/// Computes the curves, in each move, of all limited quantities that follow from the coordinates of
+/// the waypoints, and stores them in `found`. Returns `None` if the mechanism cannot follow a move
+/// or a quantity is not smooth; the error has then been reported.
 pub(super) fn joints(
     reader: &Reader<'_>,
     channels: &[Channel],
@@ -198,9 +203,10 @@ fn followed(limited: &Limited) -> Option<Followed> {
 }
 
 /// Computes curves, as functions of time, of all limited quantities that follow from the
-/// coordinates. `corners` are instants, s, at which overlapping moves begin, end or change their
-/// phase. Returns the components for each interval between corners and each quantity; `None` if
-/// they are not smooth or the mechanism cannot follow.
+/// coordinates of the waypoints. `start` is the time, s, at which the motion starts. `corners` are
+/// the times, s, at which overlapping moves begin, end or change their phase. Returns the
+/// components for each interval between corners and each quantity; `None` if a quantity is not
+/// smooth or the mechanism cannot follow the motion.
 pub(super) fn between(
     reader: &Reader<'_>,
     goals: &Goals,
@@ -217,7 +223,7 @@ pub(super) fn between(
         };
         let [from, to] = [pair[0], pair[1]];
         solver.follow(now, from, go).ok()?;
-        // The acceleration may jump at corners, so the interval ends just before the next corner.
+        // The acceleration may jump at corners, so the motion is evaluated only between them.
         let inside = (INSIDE * (to - from)).max(4.0 * f64::EPSILON * to.abs());
         let targets = |t: f64| goals.at(t.max(from + inside).min(to - inside));
         all.push(by_quantity(&joints, &fit(&mut solver, &joints, (from, to), targets).ok()??));

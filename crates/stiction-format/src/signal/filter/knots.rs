@@ -1,4 +1,4 @@
-//! Equally spaced knots, and the penalty on the fourth derivative.
+//! Equally spaced knots of the filter's spline, and the penalty on its fourth derivative.
 
 use super::super::banded::Banded;
 use super::super::bspline::{Knots, ORDER, local};
@@ -8,7 +8,7 @@ use stiction_core::kinematics::Target;
 /// Half bandwidth of matrices over B-splines of order six.
 pub(super) const BAND: usize = ORDER - 1;
 
-/// Equally spaced knots from `start` to `end`; the first and the last knot occur six times.
+/// Equally spaced knots from `start` to `end`, s; the first and the last knot occur six times.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EqualKnots {
     pub(super) start: f64,
@@ -28,12 +28,12 @@ impl EqualKnots {
         self.intervals + ORDER - 1
     }
 
-    /// Length of an interval, s.
+    /// Distance between neighbouring knots, s.
     pub(super) fn step(&self) -> f64 {
         (self.end - self.start) / self.intervals as f64
     }
 
-    /// Time of a knot, s, counted without repetition.
+    /// Returns the time of a knot, s. The index counts repeated knots only once.
     pub(super) fn knot(&self, index: usize) -> f64 {
         if index >= self.intervals {
             return self.end;
@@ -46,8 +46,9 @@ impl EqualKnots {
         (0..=self.intervals).map(|k| self.knot(k)).collect()
     }
 
-    /// Index of the interval that contains `t`, which is also the index of its first B-spline, and the values of its
-    /// B-splines at `t`.
+    /// Returns the index of the interval between knots that contains `t`, and the values at `t` of
+    /// the six B-splines that can be nonzero in this interval. The first of these B-splines has the
+    /// same index as the interval.
     pub(super) fn splines_at(&self, t: f64) -> (usize, [f64; ORDER]) {
         let place = ((t - self.start) / self.step()).floor().max(0.0) as usize;
         let first = place.min(self.intervals - 1);
@@ -60,8 +61,8 @@ impl EqualKnots {
         self.target(local(coefficients, first), first, self.knot(knot))
     }
 
-    /// Weights of the coefficients in rate and acceleration at a knot, and the index of the first of these
-    /// coefficients.
+    /// Returns the index of the first of the six coefficients that determine the spline at a knot,
+    /// and the weights of these coefficients in the rate and in the acceleration.
     pub(super) fn derivative_weights(&self, knot: usize) -> (usize, [[f64; ORDER]; 2]) {
         let first = knot.min(self.intervals - 1);
         let mut weights = [[0.0; ORDER]; 2];
@@ -75,11 +76,12 @@ impl EqualKnots {
         (first, weights)
     }
 
-    /// Adds `factor` times the integral of the squared fourth derivative as a quadratic form of the
-    /// coefficients.
+    /// Adds `factor` times the integral of the squared fourth derivative to `matrix`, as a
+    /// quadratic form of the spline coefficients.
     pub(super) fn add_penalty(&self, matrix: &mut Banded, factor: f64) {
         for first in 0..self.intervals {
-            // The fourth derivative is linear within an interval: its values at both ends.
+            // The fourth derivative is linear within an interval, so its values at both ends
+            // determine it.
             let mut ends = [[0.0; 2]; ORDER];
             for (k, ends) in ends.iter_mut().enumerate() {
                 let mut c = [0.0; ORDER];

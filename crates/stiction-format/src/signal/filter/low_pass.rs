@@ -1,5 +1,5 @@
-//! The filter as a linear operator on any signals, for measured efforts and the columns from which they are
-//! predicted.
+//! The low-pass filter as a linear operator on signals of any kind, for measured efforts and the
+//! columns from which the efforts are predicted.
 
 use super::{Equations, Samples, filter, knots_needed, suggest};
 use crate::signal::Signal;
@@ -24,7 +24,7 @@ pub struct Smooth {
 }
 
 impl LowPass {
-    /// Creates a filter with a cut-off frequency, Hz, between two times, s.
+    /// Creates a filter with a cut-off frequency, Hz, for the time between `ends`, s.
     pub fn new(cutoff: f64, ends: (f64, f64)) -> Self {
         Self { cutoff, ends }
     }
@@ -39,7 +39,7 @@ impl LowPass {
         knots_needed(self.cutoff, self.ends.1 - self.ends.0)
     }
 
-    /// Filters coordinates and computes their derivatives.
+    /// Filters coordinates that are sampled at `times`, s, and computes their derivatives.
     pub fn smooth(&self, times: &[f64], signals: &[Vec<f64>]) -> Vec<Smooth> {
         let mut samples = Samples::new(self.cutoff, self.ends, signals.len());
         let mut row = vec![0.0; signals.len()];
@@ -58,9 +58,9 @@ impl LowPass {
         smooth.collect()
     }
 
-    /// Filters signals whose samples at `times` are written by `row`, and returns the values of the
-    /// filtered signals at other times, one row per time. The memory needed does not depend on the
-    /// number of samples.
+    /// Filters signals and returns the values of the filtered signals at the times `at`, s, one row
+    /// per time. For an index of `times`, `row` writes the samples of all signals at this time. The
+    /// memory needed does not depend on the number of samples.
     pub fn apply(
         &self,
         times: &[f64],

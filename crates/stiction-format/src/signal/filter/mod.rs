@@ -37,12 +37,14 @@ pub(crate) const MAX_KNOTS: f64 = 1.5e6;
 pub(crate) const MIN_PERIODS: f64 = 1.0;
 /// Maximum ratio of the cut-off frequency to the sampling rate.
 pub(crate) const MAX_RATIO: f64 = 0.4;
-/// `λ` times the eighth power of the cut-off frequency (rad/s): the amplitude there is `1/√2`.
+/// `λ` times the eighth power of the cut-off frequency (rad/s). With this value, the amplitude at
+/// the cut-off frequency is `1/√2`.
 const WEIGHT: f64 = std::f64::consts::SQRT_2 - 1.0;
-/// Maximum ratio of the noise near the cut-off frequency to the white noise that has the same third
-/// differences.
+/// Upper limit of the estimated noise near the cut-off frequency, relative to white noise with the
+/// same third differences.
 const MOST_COLOURED: f64 = 3.0;
-/// Number of standard deviations up to which a change of acceleration is explained by noise.
+/// Number of standard deviations of the noise up to which a difference between filtered
+/// accelerations is attributed to noise.
 const SMEARING_SIGMAS: f64 = 4.0;
 /// Greatest difference between the step responses of two filters whose cut-off frequencies have the ratio 1.5, relative
 /// to the height of the step. At the step itself, the filtered signal is wrong by half of the height.
@@ -63,7 +65,7 @@ pub(crate) fn rise_time(cutoff: f64) -> f64 {
     RISE / cutoff
 }
 
-/// Number of knots for a cut-off frequency, Hz, and a duration, s.
+/// Number of knots of the filter's spline for a cut-off frequency, Hz, and a duration, s.
 pub(crate) fn knots_needed(cutoff: f64, duration: f64) -> f64 {
     (KNOTS_PER_PERIOD * cutoff * duration).ceil()
 }
@@ -76,17 +78,18 @@ pub(crate) struct Filtered {
     pub(crate) removed: f64,
     /// Standard deviation of the noise that remains in the acceleration, m/s^2 or rad/s^2.
     pub(crate) acceleration_noise: f64,
-    /// Standard deviations of the noise that remains in value and rate.
+    /// Standard deviations of the noise that remains in value and rate, SI units.
     pub(crate) noise_left: [f64; 2],
     /// Largest magnitude of the filtered acceleration.
     pub(crate) acceleration: Peak,
-    /// Largest loss of acceleration by smoothing, beyond the noise: the difference from a filter with
-    /// one and a half times the cut-off frequency. Zero if noise explains all of the difference.
+    /// Largest loss of acceleration by smoothing, beyond what noise explains: the difference from a
+    /// filter with 1.5 times the cut-off frequency, minus the effect of noise. Zero if noise
+    /// explains the whole difference.
     pub(crate) smearing: Peak,
     /// Error of the acceleration at the time of `smearing` if the acceleration has a step there:
     /// half the height of the step, estimated from the difference of the two filters.
     pub(crate) error_at_step: f64,
-    /// Times at which the signal rests, s.
+    /// Times at which the signal is at rest, s.
     pub(crate) rests: Vec<Rest>,
 }
 
@@ -95,11 +98,11 @@ pub(crate) struct Filtered {
 struct Equations {
     cutoff: f64,
     knots: EqualKnots,
-    /// Weighted products of the B-splines, summed over the samples.
+    /// Products of each two B-splines, weighted and summed over the samples.
     gram: Banded,
-    /// Weighted products of the B-splines with each signal.
+    /// For each signal, its products with the B-splines, weighted and summed over the samples.
     rights: Vec<Vec<f64>>,
-    /// Weighted sum of squares of each signal.
+    /// For each signal, its square, weighted and summed over the samples.
     squares: Vec<f64>,
     /// Sum of the weights of all samples, s.
     weights: f64,
@@ -169,7 +172,7 @@ impl Equations {
 struct Solution<'a> {
     equations: &'a Equations,
     factored: Factored,
-    /// Inverse of the matrix within its band.
+    /// Entries, within the band, of the inverse of the matrix of the equations.
     inverse: Banded,
     /// Effective number of parameters of the fit.
     parameters: f64,
@@ -182,7 +185,8 @@ impl Solution<'_> {
         c
     }
 
-    /// Standard deviations of rate and acceleration at a knot for noise of unit variance.
+    /// Standard deviations of rate and acceleration at a knot if the samples contain white noise of
+    /// unit variance.
     fn spread(&self, knot: usize) -> [f64; 2] {
         let (first, weights) = self.equations.knots.derivative_weights(knot);
         weights.map(|weights| {
@@ -201,7 +205,7 @@ impl Solution<'_> {
         let equations = self.equations;
         let fitted = dot(c, &equations.gram.times(c));
         let sum = equations.squares[signal] - 2.0 * dot(c, &equations.rights[signal]) + fitted;
-        // The sum is a difference of nearly equal numbers.
+        // Rounding can make this difference of nearly equal numbers negative.
         sum.max(f64::EPSILON * equations.squares[signal]) / equations.weights
     }
 
@@ -328,7 +332,8 @@ mod tests {
         }
     }
 
-    /// The noise remaining in the acceleration after filtering has the predicted size.
+    /// Checks that the noise remaining in the acceleration after filtering has the predicted
+    /// standard deviation, and that a signal of noise alone is at rest.
     #[test]
     fn noise_of_the_acceleration_is_predicted() {
         let mut noise = normal(7);
@@ -347,7 +352,7 @@ mod tests {
         assert_eq!(middle.iter().map(square).sum::<f64>(), 0.0, "a signal of noise alone rests");
     }
 
-    /// Cubics pass unchanged up to both ends, so the ends do not ring.
+    /// Checks that cubics pass unchanged up to both ends, so that the ends do not ring.
     #[test]
     fn cubics_pass_unchanged() {
         let f = |t: f64| Target {
@@ -366,8 +371,9 @@ mod tests {
         }
     }
 
-    /// With the suggested cut-off frequency, the acceleration of a noisy motion from rest to rest is accurate to some
-    /// percent of its peak, also at the ends, and the motion begins and ends exactly at rest.
+    /// Checks the suggested cut-off frequency for noisy motions from rest to rest. The acceleration
+    /// must be accurate to 5 % of its peak, also at the ends, and the motion must begin and end
+    /// exactly at rest.
     #[test]
     fn the_suggested_filter_restores_a_motion_between_rests() {
         for seed in 0..20 {
@@ -406,10 +412,11 @@ mod tests {
         }
     }
 
-    /// Checks the reported smearing of a motion whose acceleration has a step. The step responses
-    /// of two filters whose cut-off frequencies have the ratio 1.5 differ by at most 0.1194 of the
-    /// step, according to numerical inversion of their frequency responses; four standard
-    /// deviations of the noise are subtracted. At the step of 4 the error is 2.
+    /// Checks the reported smearing of a motion whose acceleration has a step of 4. The step
+    /// responses of two filters whose cut-off frequencies have the ratio 1.5 differ by at most
+    /// 0.1194 of the step, according to numerical inversion of their frequency responses; four
+    /// standard deviations of the noise are subtracted. At the step, the filtered acceleration is
+    /// wrong by half of the step, 2.
     #[test]
     fn smearing_of_acceleration_steps_is_reported() {
         // Acceleration 2 for 1 s, then -2 for 1 s.
@@ -427,7 +434,8 @@ mod tests {
         }
     }
 
-    /// Checks the closed forms of the areas by the trapezoidal rule.
+    /// Checks the constants `AREAS` and `ACCELERATION_AREA`, and their closed forms, by the
+    /// trapezoidal rule.
     #[test]
     fn areas_of_value_rate_and_acceleration() {
         let u = |k: usize| 1e-3 * k as f64;
@@ -439,7 +447,7 @@ mod tests {
         ];
         for (order, stated) in [AREAS[0], AREAS[1], ACCELERATION_AREA].into_iter().enumerate() {
             let value = |u: f64| (u.powi(order as i32) * amplitude(u)).powi(2);
-            // The first half step belongs to the value at zero alone.
+            // The trapezoidal rule gives the value at zero half the weight of the others.
             let area: f64 =
                 (0..20_000).map(|k| 1e-3 * value(u(k))).sum::<f64>() - 5e-4 * value(0.0);
             assert!((stated - closed[order]).abs() < 1e-4, "{order}: {}", closed[order]);

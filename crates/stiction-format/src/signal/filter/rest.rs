@@ -1,4 +1,4 @@
-//! Rest: dwells, and ends at which a motion begins or stops.
+//! Rest of filtered signals: dwells, and rest at the beginning or end of a recording.
 //!
 //! A robot that stands still has zero rate, but filtered noise has a nonzero rate, whose sign would determine the
 //! direction of friction. Rest is therefore imposed as a condition of the fit where the samples are consistent with
@@ -22,26 +22,27 @@ const BORDER: usize = 2;
 /// Minimum length of a dwell in knots: one period of the cut-off frequency.
 const MIN_DWELL: usize = KNOTS_PER_PERIOD as usize;
 
-/// A time at which a signal rests, s: a dwell, or a single instant at an end.
+/// Interval of time, s, in which a signal is at rest: a dwell, or a single instant at an end of the
+/// recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Rest {
     pub(crate) from: f64,
     pub(crate) until: f64,
 }
 
-/// Condition of rest; times are given by knot indices.
+/// Condition of rest that a fit must satisfy. The numbers are indices of knots.
 #[derive(Clone, Debug, PartialEq)]
 enum Condition {
-    /// Constant from one knot to another.
+    /// The signal is constant from the first to the last knot of the range.
     Dwell(RangeInclusive<usize>),
-    /// Rate and acceleration zero at the first or the last knot.
+    /// Rate and acceleration are zero at this knot, which is the first or the last.
     End(usize),
-    /// Rate zero at the first or the last knot; the acceleration is free.
+    /// The rate is zero at this knot, which is the first or the last; the acceleration is free.
     Stop(usize),
 }
 
 impl Condition {
-    /// Range of the spline coefficients that a dwell makes equal.
+    /// Range of the spline coefficients that the condition makes equal.
     fn merged(&self, knots: &EqualKnots) -> RangeInclusive<usize> {
         let last = knots.size() - 1;
         match self {
@@ -67,12 +68,14 @@ impl Condition {
 pub(super) struct Rested<'a> {
     equations: &'a Equations,
     coefficients: Vec<f64>,
-    /// Index of the unknown for each coefficient.
+    /// For each coefficient, the index of its unknown; equal coefficients have the same unknown.
     unknowns: Vec<usize>,
     pub(super) rests: Vec<Rest>,
 }
 
-/// Imposes rest where a signal is consistent with it; `noise` is the standard deviation of the signal's noise.
+/// Fits a signal again, with conditions of rest where the samples are consistent with rest. `free`
+/// are the spline coefficients of the fit without conditions, `noise` is the standard deviation of
+/// the signal's noise.
 pub(super) fn impose<'a>(
     solution: &Solution<'a>,
     signal: usize,
@@ -88,7 +91,7 @@ pub(super) fn impose<'a>(
         lost <= variance * (conditions + 2.0 * SIGMAS * (2.0 * conditions).sqrt())
     };
     let still = still_knots(solution, free, noise);
-    // Dwells are tried first, then shortened dwells, then the ends alone.
+    // Dwells are tried first, then shortened dwells, then rest at the ends alone.
     for border in [Some(BORDER), Some(2 * BORDER), Some(4 * BORDER), None] {
         let conditions = conditions(&still, border);
         let rested = Rested::new(equations, signal, &conditions);
@@ -99,7 +102,8 @@ pub(super) fn impose<'a>(
     Rested::new(equations, signal, &[])
 }
 
-/// Two flags for each knot: rate and acceleration are each consistent with zero.
+/// Returns two flags for each knot: whether its rate is consistent with zero, and whether its
+/// acceleration is.
 fn still_knots(solution: &Solution<'_>, c: &[f64], noise: f64) -> Vec<[bool; 2]> {
     let knots = &solution.equations.knots;
     let is_still = |knot: usize| {
@@ -113,7 +117,8 @@ fn still_knots(solution: &Solution<'_>, c: &[f64], noise: f64) -> Vec<[bool; 2]>
     (0..=knots.intervals).map(is_still).collect()
 }
 
-/// Conditions of rest from the knots that are consistent with rest; without a border only at the ends.
+/// Determines the conditions of rest from the flags of [`still_knots`]. Each dwell is shortened by
+/// `border` knots where it borders on motion. Without `border`, rest is imposed only at the ends.
 fn conditions(still: &[[bool; 2]], border: Option<usize>) -> Vec<Condition> {
     let last = still.len() - 1;
     let mut found: Vec<Condition> = Vec::new();
@@ -149,7 +154,7 @@ fn conditions(still: &[[bool; 2]], border: Option<usize>) -> Vec<Condition> {
             _ => {}
         }
     }
-    // The merged coefficients of different conditions must not overlap.
+    // `Rested::new` needs the conditions in increasing order of their coefficients.
     found.sort_by_key(|condition| match condition {
         Condition::Dwell(range) => *range.start(),
         Condition::End(knot) | Condition::Stop(knot) => *knot,
@@ -201,12 +206,13 @@ impl<'a> Rested<'a> {
         self.unknowns.last().map_or(0, |last| last + 1)
     }
 
-    /// Value, rate and acceleration at all knots.
+    /// Returns value, rate and acceleration at all knots; `offset` is added to the values.
     pub(super) fn knots(&self, offset: f64) -> Vec<Target<f64>> {
         let knots = &self.equations.knots;
         let mut all: Vec<Target<f64>> =
             (0..=knots.intervals).map(|k| knots.target_at(&self.coefficients, k)).collect();
-        // Equal coefficients give equal values up to rounding.
+        // Where all coefficients are equal, the spline is constant. Set its derivatives exactly to
+        // zero, as rounding errors would remain otherwise.
         for (interval, equal) in self.unknowns.windows(ORDER).enumerate() {
             if equal.first() == equal.last() {
                 let value = self.coefficients[interval];

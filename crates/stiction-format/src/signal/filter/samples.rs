@@ -1,18 +1,19 @@
-//! Collection of the samples of a recording.
+//! Collection of the samples of a recording for the filter.
 
 use super::{Equations, MAX_RATIO, knots_needed};
 
-/// Ratio of the cut-off frequency of the comparison filter to that of the main filter.
+/// Ratio of the higher cut-off frequency, with which the filter is compared, to that of the filter.
 const FINER: f64 = 1.5;
 
 /// Samples of several signals at the same times, accumulated in the equations of the filter.
 pub(crate) struct Samples {
     pub(super) equations: Equations,
-    /// Equations for a higher cut-off frequency, from which the filter's loss of acceleration is estimated.
+    /// Equations for a higher cut-off frequency, from which the filter's loss of acceleration is
+    /// estimated; `None` if this estimate is not needed or not possible.
     pub(super) finer: Option<Equations>,
     /// First value of each signal; it is subtracted so that squares lose no digits.
     offsets: Option<Vec<f64>>,
-    /// Last sample, and the time between it and the previous one, s.
+    /// Sample added last: its time, s, its values, and the time since the sample before it, s.
     last: Option<(f64, Vec<f64>, Option<f64>)>,
     /// Last four values of each signal, and the sum of squares of its third differences.
     recent: Vec<([f64; 4], f64)>,
@@ -74,7 +75,7 @@ impl Samples {
         self.last = Some((time, values, gap));
     }
 
-    /// Completes the equations with the last sample.
+    /// Adds the last sample to the equations, which completes them.
     pub(crate) fn finish(mut self) -> Self {
         if let Some((time, values, gap)) = self.last.take() {
             self.take(time, &values, gap.unwrap_or(0.0));
@@ -87,7 +88,8 @@ impl Samples {
         self.offsets.as_ref().and_then(|all| all.get(signal)).copied().unwrap_or(0.0)
     }
 
-    /// Standard deviation of white noise of a signal, from third differences of its values.
+    /// Estimates the standard deviation of a signal's noise from third differences of its values,
+    /// on the assumption that the noise is white.
     pub(super) fn roughness(&self, signal: usize) -> f64 {
         /// Variance of the third difference of white noise: 1 + 9 + 9 + 1.
         const GAIN: f64 = 20.0;

@@ -8,7 +8,7 @@ const PARAMETER_WEIGHT: f64 = 1.4;
 /// Ratio of the suggestion to the cut-off frequency that suits the values best. It is greater than one because
 /// accelerations at the ends of a motion have a larger bias than values.
 const FOR_ACCELERATIONS: f64 = 1.4;
-/// Steps per octave in the search.
+/// Number of cut-off frequencies per octave that the search tries.
 const PER_OCTAVE: f64 = 4.0;
 
 /// Suggests a cut-off frequency, Hz, for the filter of signals that are all sampled at `times`, s:
@@ -39,7 +39,8 @@ pub(crate) fn suggest(times: &[f64], signals: &[Vec<f64>]) -> Option<f64> {
     digits.parse().ok().filter(|rounded: &f64| *rounded > 0.0 && *rounded >= low)
 }
 
-/// Generalised cross-validation of each signal at a cut-off frequency.
+/// Returns the generalised cross-validation score of each signal at a cut-off frequency, Hz; the
+/// lower, the better.
 fn scores(cutoff: f64, times: &[f64], signals: &[Vec<f64>]) -> Vec<f64> {
     let (Some(&start), Some(&end)) = (times.first(), times.last()) else { return Vec::new() };
     let mut samples = Samples::new(cutoff, (start, end), signals.len());

@@ -29,7 +29,8 @@ impl Histogram {
         }
     }
 
-    /// Upper limit of the bin that contains a quantile; 0 if it is in the lowest bin.
+    /// Returns the upper limit of the bin that contains the quantile for the fraction `part`, from
+    /// 0 to 1; 0 if this is the lowest bin.
     pub(super) fn quantile(&self, part: f64) -> f64 {
         let rank = part * self.count as f64;
         let mut below = 0;

@@ -34,7 +34,8 @@ use stencil::{Stencil, residuals};
 const BLOCK: usize = 256;
 /// Samples needed on either side of an analysed sample.
 pub(crate) const MARGIN: usize = 8;
-/// Number of first blocks that are all tested for noise; of the later blocks, one in [`SPARSE`] is tested.
+/// Number of blocks, from the beginning of the recording, that are all tested for noise. Of the
+/// later blocks, one in [`SPARSE`] is tested.
 const DENSE_BLOCKS: usize = 200;
 const SPARSE: usize = 8;
 /// Quantile of the residuals from which noise is estimated, and its value for a normal
@@ -47,19 +48,24 @@ const NOISE_LIMIT: f64 = 0.014;
 const EXPLAINED: f64 = 6.0;
 /// Error of the acceleration, relative to its peak, above which an outlier is reported.
 const OUTLIER_LIMIT: f64 = 0.025;
-/// Minimum ratio of an outlier to the typical error of predictions in the recording.
+/// Minimum ratio of the acceleration error of an outlier to the typical error of predictions in the
+/// recording.
 const OUTLIER_FACTOR: f64 = 5.0;
-/// Minimum ratio of an outlier to the standard deviation of noise and rounding.
+/// Minimum ratio of the acceleration error of an outlier to its standard deviation by rounding.
 const OUTLIER_SIGMAS: f64 = 8.0;
-/// Minimum ratio of an outlier to the standard deviation of the acceleration that noise causes.
+/// Minimum ratio of the acceleration error of an outlier to the standard deviation of the
+/// acceleration that noise causes.
 const OUTLIER_NOISE: f64 = 4.0;
-/// Contradiction, relative to the root mean square of the derivative, above which it is reported: at a single sample,
-/// and for half of a block.
+/// Difference between a recorded derivative and the slope of its column, relative to the root mean
+/// square of the slope, above which a contradiction is reported. The first limit applies to a
+/// single sample, the second to the median of a block.
 const CONTRADICTION_LIMIT: (f64, f64) = (0.02, 0.01);
 /// Limit of the ratio of an acceleration's error near an end of the recording to the peak
-/// elsewhere. A reversal of the greatest acceleration has a ratio of 2, so the limit lies above it.
+/// acceleration elsewhere. A reversal of the greatest acceleration has a ratio of 2, so the limit
+/// lies above it.
 const END_LIMIT: f64 = 2.2;
-/// Error of the acceleration by rounded times, relative to its peak, above which it is reported.
+/// Acceleration error by rounded times, relative to the peak acceleration, above which the error is
+/// reported.
 const TIME_LIMIT: f64 = 0.05;
 /// Minimum number of samples in motion that a block needs for contradictions in it to be judged.
 const FEWEST_MOVING: usize = 24;
@@ -85,10 +91,10 @@ impl Peak {
 /// Estimated noise of a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Noise {
-    /// Order of the derivative in the column.
+    /// Order of the derivative in the column; 0 for positions.
     pub(crate) order: usize,
-    /// Standard deviation, SI units of the column, and time of the block in which its effect on the acceleration is
-    /// largest.
+    /// Standard deviation of the noise, in SI units of the column, and start time, s, of a block.
+    /// In this block, the noise has its largest effect on the acceleration.
     pub(crate) deviation: Peak,
     /// Standard deviation of the acceleration that the noise causes.
     pub(crate) acceleration: f64,
@@ -101,7 +107,7 @@ pub(crate) struct Noise {
 /// Values that repeat because the sensor is slower than the recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Held {
-    /// Number of samples for which a value is held, rounded.
+    /// Number of successive samples in the longest run of one value.
     pub(crate) samples: usize,
     /// Start of the first block with held values, s.
     pub(crate) time: f64,
@@ -114,7 +120,8 @@ pub(crate) struct Contradiction {
     pub(crate) order: usize,
     /// Largest difference, SI units of the derivative.
     pub(crate) difference: Peak,
-    /// Root mean square of the derivative, computed by differences of the lower column.
+    /// Root mean square of the derivative, computed by differences of the column of the next lower
+    /// order.
     pub(crate) scale: f64,
 }
 
@@ -139,21 +146,24 @@ pub(crate) struct Quality {
     /// Values and given derivatives; the standard deviations of their rounding are in `rounding`.
     columns: Vec<Vec<f64>>,
     rounding: Vec<Vec<f64>>,
-    /// Standard deviation of the rounding of times, s, according to their digits; zero if all steps are equal.
+    /// Standard deviation of the rounding error of the times, s, according to their digits; zero if
+    /// all steps are equal.
     time_rounding: f64,
-    /// Largest standard deviation of the rounding of the values.
+    /// Largest standard deviation of the rounding errors of the values.
     value_rounding: f64,
     blocks: usize,
     /// Index of the first sample in the buffer that has not been analysed.
     next: usize,
     speed: Peak,
     acceleration: Peak,
-    /// Noise with the largest effect on the acceleration: not explained by rounding, and explained by rounding.
+    /// Noise with the largest effect on the acceleration. The first entry is noise that rounding
+    /// does not explain, the second is noise that rounding explains.
     noise: [Option<Noise>; 2],
     errors: Histogram,
     outliers: Vec<(Peak, f64)>,
-    /// Distances of the accelerations near the ends from their predictions, with the standard deviations of rounding, and
-    /// the largest acceleration elsewhere.
+    /// Distances of the accelerations near the ends of the recording from their predictions, each
+    /// with the standard deviation of its rounding error. `interior` is the largest acceleration
+    /// elsewhere.
     ends: Vec<(Peak, f64)>,
     interior: f64,
     exchanged: Vec<Peak>,
@@ -166,7 +176,8 @@ pub(crate) struct Quality {
 struct Difference {
     /// Largest difference at a sample, beyond rounding and integration errors.
     single: Peak,
-    /// Largest median of the differences in a block; `effect` is its effect on the acceleration.
+    /// Largest median of the differences in a block. `effect` is the largest effect of such a
+    /// median on the acceleration.
     sustained: Peak,
     effect: f64,
     /// Sum of squares of the derivative computed by differences, and number of terms.
@@ -174,7 +185,7 @@ struct Difference {
 }
 
 impl Quality {
-    /// Begins the test of a coordinate with the given derivatives at each sample.
+    /// Begins the test of a coordinate. `given` are the derivatives that each sample contains.
     pub(crate) fn new(given: Given) -> Self {
         let orders = match given {
             Given::Values => 1,
@@ -203,8 +214,9 @@ impl Quality {
         }
     }
 
-    /// Adds a sample: its time, s, with the rounding of the time, and the numbers in SI units with
-    /// the standard deviations of their rounding.
+    /// Adds a sample. `time` is the time, s, with the standard deviation of its rounding error;
+    /// `numbers` are the values in SI units, and `rounding` the standard deviations of their
+    /// rounding errors.
     pub(crate) fn push(&mut self, time: (f64, f64), numbers: &[f64], rounding: &[f64]) {
         let last = self.times.last().zip(self.columns.first().and_then(|c| c.last()));
         let speed = match (last, numbers.first(), numbers.get(1)) {
@@ -215,7 +227,7 @@ impl Quality {
         self.times.push(time.0);
         if let [.., a, b, c] = self.times.as_slice() {
             let change = (c - 2.0 * b + a).abs();
-            // Equal steps are exact up to the last digit of double precision.
+            // Steps count as equal if they differ only in the last digit of double precision.
             let equal = change <= 4.0 * f64::EPSILON * c.abs() || is_multiple(b - a, c - b);
             let change = if equal { 0.0 } else { change };
             self.time_rounding = self.time_rounding.max(change.min(time.1));
@@ -303,7 +315,8 @@ impl Quality {
         }
     }
 
-    /// Root mean square of the derivative of a column, from its differences.
+    /// Returns the root mean square of the derivative of the column of order `below`, computed by
+    /// differences of the column.
     fn typical(&self, below: usize) -> f64 {
         self.contradictions.get(below).map_or(0.0, |found| {
             if found.squares.1 > 0.0 { (found.squares.0 / found.squares.1).sqrt() } else { 0.0 }
@@ -332,8 +345,9 @@ impl Quality {
         self.next = samples.end;
     }
 
-    /// Accelerations at all samples of the buffer, by differences of the column of an order, each with the standard
-    /// deviation of its rounding.
+    /// Computes the accelerations at all samples of the buffer by differences of the column of the
+    /// given order. Each acceleration has the standard deviation of its rounding error; it is
+    /// `None` where a neighbour is missing.
     fn accelerations(&self, order: usize) -> Vec<Option<(f64, f64)>> {
         let t = &self.times;
         let (y, s) = (&self.columns[order], &self.rounding[order]);
@@ -379,6 +393,7 @@ impl Quality {
     fn noise(&mut self, samples: std::ops::Range<usize>) {
         for order in 0..self.orders {
             // If accelerations are given, the spline takes exactly these values at the samples.
+            // Noise of positions and rates then has no effect on them.
             if order + 1 < self.orders && self.orders == 3 {
                 continue;
             }
@@ -393,7 +408,8 @@ impl Quality {
             let own = samples.clone().map(|i| self.rounding[order][i].powi(2)).sum::<f64>() / count;
             let steps = self.times[samples.end - 1] - self.times[samples.start];
             let step = steps / (count - 1.0).max(1.0);
-            // Root mean square of the spline's response to white noise of unit variance.
+            // Root mean square of the acceleration that the spline computes from white noise of
+            // unit variance.
             let gain = match (order, self.orders) {
                 (0, 1) => 4.4 / step.powi(2),
                 (0, _) => 8.0 / step.powi(2),
@@ -418,7 +434,7 @@ impl Quality {
         }
     }
 
-    /// Tests if the values of a column differ within a range of samples.
+    /// Tests whether the values of the column of an order differ within a range of samples.
     fn moves(&self, order: usize, samples: &std::ops::Range<usize>) -> bool {
         let values = &self.columns[order][samples.clone()];
         values.windows(2).any(|pair| pair[0] != pair[1])
@@ -463,7 +479,8 @@ impl Quality {
         }
     }
 
-    /// Compares displacements with integrals of the next derivative.
+    /// Compares displacements of the column of order `below` with integrals of the column of the
+    /// next higher order.
     fn contradiction(&mut self, samples: std::ops::Range<usize>, below: usize) {
         let (t, y, v) = (&self.times, &self.columns[below], &self.columns[below + 1]);
         let (sy, sv) = (&self.rounding[below], &self.rounding[below + 1]);
@@ -485,7 +502,7 @@ impl Quality {
             let integration = 3.0 * (two - four).abs();
             let excess = two.abs().min(four.abs()) - integration - rounding - 4.0 * rough;
             found.single.raise(excess, t[i]);
-            // Where nothing moves nothing can be compared.
+            // Where both columns are at rest, they cannot be compared.
             if slope == 0.0 && v[i] == 0.0 && v[i + 1] == 0.0 {
                 continue;
             }
@@ -504,13 +521,15 @@ impl Quality {
     }
 }
 
-/// Tests if one of two steps is a multiple of the other: rows are missing, and times are not rounded.
+/// Tests whether one of two time steps is a multiple of the other. Rows are then missing, and the
+/// difference of the steps does not come from rounded times.
 fn is_multiple(a: f64, b: f64) -> bool {
     let ratio = (a / b).max(b / a);
     ratio > 1.5 && (ratio - ratio.round()).abs() < 1e-6 * ratio
 }
 
-/// Mean value over the middle interval of the cubic through four points.
+/// Returns the mean value of the cubic through four points over the interval between the second and
+/// the third point.
 fn mean_of_cubic(t: &[f64], v: &[f64]) -> f64 {
     let (&[t0, t1, t2, t3], &[v0, v1, v2, v3]) = (t, v) else { return f64::NAN };
     // Newton's form with nodes t1, t2, t0, t3; integrals of its products over [t1, t2].
@@ -519,12 +538,14 @@ fn mean_of_cubic(t: &[f64], v: &[f64]) -> f64 {
     let d02 = ((v2 - v0) / (t2 - t0) - d12) / (t0 - t1);
     let d32 = ((v3 - v2) / (t3 - t2) - d12) / (t3 - t1);
     let cubic = (d32 - d02) / (t3 - t0);
-    // The mean of (t - t1)(t - t2) is -h^2/6, that of (t - t1)(t - t2)(t - t0) follows at t1 + h/2.
+    // Over [t1, t2], the mean of (t - t1)(t - t2) is -h^2/6. By symmetry, the mean of (t - t1)(t -
+    // t2)(t - t0) is this value times t1 + h/2 - t0.
     let quadratic = -h * h / 6.0;
     v1 + 0.5 * d12 * h + d02 * quadratic + cubic * quadratic * (t1 + 0.5 * h - t0)
 }
 
-/// A quantile of a list, which is reordered; 0 for an empty list.
+/// Returns the quantile of a list for the fraction `part`, from 0 to 1; 0 for an empty list. The
+/// list is reordered.
 fn quantile(list: &mut [f64], part: f64) -> f64 {
     if list.is_empty() {
         return 0.0;

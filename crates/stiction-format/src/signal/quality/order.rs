@@ -5,19 +5,24 @@ use std::ops::Range;
 
 /// Largest distance, in rows, between two exchanged rows.
 const FARTHEST: usize = 3;
-/// Fraction of the irregularity that may remain after rows have been exchanged back.
+/// Fraction of an irregularity of the acceleration that may remain after two rows have been
+/// exchanged back.
 const REMAINDER: f64 = 0.25;
-/// Ratio of an irregularity to the differences among the neighbouring accelerations.
+/// Minimum ratio of an irregularity of the acceleration to the differences among the neighbouring
+/// accelerations.
 const IRREGULAR: f64 = 4.0;
-/// Standard deviations of rounding that an irregularity or a change must exceed.
+/// Number of standard deviations of rounding that an irregularity of the acceleration, or a change
+/// between held values, must exceed.
 const SIGMAS: f64 = 16.0;
-/// Longest run of equal values that counts as held, and the least number of such runs in a block.
+/// Maximum number of equal successive values that count as held. [`FEWEST_HELD`] is the minimum
+/// number of such runs in a block.
 const LONGEST_HELD: usize = 16;
 const FEWEST_HELD: usize = 4;
-/// Least ratio of the largest to the smallest change between held values.
+/// Minimum ratio of the largest to the smallest change between held values.
 const VARIED: f64 = 1.2;
 
-/// Second divided differences of values at the samples `range`.
+/// Computes the accelerations at the samples `range` by second divided differences of the values
+/// `y`.
 fn accelerations(t: &[f64], y: impl Fn(usize) -> f64, range: Range<usize>) -> Vec<f64> {
     let at = |i: usize| {
         let (before, after) = (t[i] - t[i - 1], t[i + 1] - t[i]);
@@ -26,10 +31,10 @@ fn accelerations(t: &[f64], y: impl Fn(usize) -> f64, range: Range<usize>) -> Ve
     range.map(at).collect()
 }
 
-/// Error of the acceleration at sample `i` if its value and that of one of the next samples are
-/// exchanged; `None` if they are not. Two values count as exchanged if exchanging them back makes
-/// the accelerations like the neighbouring ones. `found` are the accelerations with the standard
-/// deviations of their rounding.
+/// Returns the error of the acceleration at sample `i` if the value of this sample and that of one
+/// of the next samples are exchanged; otherwise `None`. Two values count as exchanged if exchanging
+/// them back makes the accelerations like the neighbouring ones. `found` are the accelerations at
+/// all samples, each with the standard deviation of its rounding error.
 pub(super) fn exchanged(
     t: &[f64],
     y: &[f64],
@@ -63,9 +68,10 @@ pub(super) fn exchanged(
     })
 }
 
-/// Number of samples for which the values of a range are held, if most of them are: between changes
-/// in the same direction, each value is repeated equally often, and the changes differ in size.
-/// `sigmas` are the standard deviations of rounding.
+/// Returns the number of samples for which each value of a range is held, if most of the values are
+/// held; otherwise `None`. Values count as held if, between changes in the same direction, each
+/// value is repeated about equally often, and the changes differ in size. `sigmas` are the standard
+/// deviations of the rounding errors of the values `y`.
 ///
 /// Values that repeat because the sensor has a coarse resolution are not held values: their changes
 /// are equal, and they are repeated for different numbers of samples.

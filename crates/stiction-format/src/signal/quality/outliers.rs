@@ -1,14 +1,15 @@
-//! Accelerations inconsistent with the previous and the next ones.
+//! Detection of accelerations that are inconsistent with the previous and the next ones.
 
 /// Number of neighbours on either side from which accelerations are predicted. The nearest neighbours are omitted,
 /// because a wrong sample also disturbs them.
 const NEIGHBOURS: usize = 4;
 
-/// Distance of acceleration `i` from the nearest prediction. Predictions are extrapolations from each side, the
-/// interval between them, and interpolations.
+/// Returns the distance of acceleration `i` from the nearest prediction; `None` near the ends of
+/// the recording. Predictions are extrapolations from each side, the interval between these
+/// extrapolations, and interpolations.
 ///
 /// A step of the acceleration lies in the interval, a smooth signal near the extrapolations and
-/// interpolations; a wrong sample is far from all of them. `None` near the ends of the recording.
+/// interpolations; a wrong sample is far from all predictions.
 pub(super) fn excess(times: &[f64], found: &[Option<(f64, f64)>], i: usize) -> Option<f64> {
     let own = (*found.get(i)?)?.0;
     let mut before = [(0.0, 0.0); NEIGHBOURS];
@@ -36,8 +37,9 @@ pub(super) fn excess(times: &[f64], found: &[Option<(f64, f64)>], i: usize) -> O
     Some(least)
 }
 
-/// Distance of acceleration `i` near an end of the recording from the nearest extrapolation of the
-/// accelerations between it and the middle. `None` without enough neighbours.
+/// Returns the distance of acceleration `i`, near an end of the recording, from the nearest
+/// extrapolation. The extrapolations use accelerations between sample `i` and the middle of the
+/// recording. Returns `None` without enough neighbours.
 pub(super) fn excess_at_end(times: &[f64], found: &[Option<(f64, f64)>], i: usize) -> Option<f64> {
     let own = (*found.get(i)?)?.0;
     let is_first = i < found.len() / 2;
