@@ -11,13 +11,15 @@ pub(crate) type Span = Range<usize>;
 pub struct Source {
     /// File name, or an option such as `--motion`.
     pub name: String,
-    /// The text; if it is read in pieces, one piece of whole lines.
+    /// The whole text or, if the text is read in pieces, one piece of whole lines.
     pub text: String,
     /// Position of the piece in the whole text.
     begin: Begin,
-    /// Changes of single values, one per line.
+    /// Changes of single values of the model, one per line, as [`Self::with_changes`] describes
+    /// them.
     changes: Option<Arc<Source>>,
-    /// Cut-off frequency of the filter for recordings that the text names, Hz.
+    /// Cut-off frequency, Hz, of the filter for all recordings that the text names; `None` if each
+    /// motion determines its own filter.
     filter: Option<f64>,
 }
 
@@ -58,8 +60,8 @@ impl Source {
         Self { changes, ..self }
     }
 
-    /// Sets the cut-off frequency, Hz, of the low-pass filter for all recorded motions that the text
-    /// names. It replaces their own `filter`.
+    /// Sets the cut-off frequency, Hz, of the low-pass filter for all recorded motions that the
+    /// text names. The frequency replaces the `filter` of each motion; `None` leaves it unchanged.
     pub fn with_filter(self, cutoff: Option<f64>) -> Self {
         Self { filter: cutoff, ..self }
     }
@@ -69,7 +71,7 @@ impl Source {
         self.filter
     }
 
-    /// Changes of single values as one text, with one change per line.
+    /// Changes of single values as one text, with one change per line; `None` without changes.
     pub(crate) fn changes(&self) -> Option<&Arc<Self>> {
         self.changes.as_ref()
     }
@@ -107,12 +109,14 @@ impl Place {
         self.span == (0..0) && self.source.begin.bytes == 0
     }
 
-    /// Line and column of the first character, counted from 1, columns in characters.
+    /// Line and column of the first character of the place, counted from 1; columns are counted in
+    /// characters.
     pub fn line_column(&self) -> (usize, usize) {
         self.source.line_column(self.span.start)
     }
 
-    /// Line and column after the last character.
+    /// Line and column after the last character of the place, counted in the same way as
+    /// [`Self::line_column`] counts them.
     pub fn end_line_column(&self) -> (usize, usize) {
         self.source.line_column(self.span.end.max(self.span.start))
     }

@@ -7,7 +7,7 @@ pub(crate) type Triangle = [Vec3<f64>; 3];
 /// Reads the triangles of a mesh file, whose format follows from the extension of its name.
 ///
 /// # Errors
-/// The reason, as the end of the sentence "the mesh cannot be read: ".
+/// Returns the reason, as the end of the sentence "the mesh cannot be read: ".
 pub(crate) fn read(name: &str, bytes: &[u8]) -> Result<Vec<Triangle>, String> {
     let ending = name.rsplit_once('.').map_or("", |(_, ending)| ending).to_ascii_lowercase();
     let triangles = match ending.as_str() {
@@ -90,8 +90,9 @@ fn obj(text: &str) -> Result<Vec<Triangle>, String> {
     }
 }
 
-/// Reads MuJoCo's binary format: four counts (of vertices, normals, texture coordinates, faces), then vertices,
-/// normals, texture coordinates and indices of faces, all of 4 bytes.
+/// Reads MuJoCo's binary mesh format. It contains four counts (of vertices, normals, texture
+/// coordinates, faces), then the vertices, normals, texture coordinates and indices of faces. All
+/// numbers have 4 bytes.
 fn msh(bytes: &[u8]) -> Result<Vec<Triangle>, String> {
     let word = |at: usize| <[u8; 4]>::try_from(bytes.get(4 * at..4 * at + 4)?).ok();
     let count =

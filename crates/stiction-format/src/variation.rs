@@ -19,7 +19,7 @@ impl Key {
     /// Reads the header of a column, `tool.mass [kg]` or `mu`.
     ///
     /// # Errors
-    /// The reason, one line.
+    /// Returns the reason, in one line, if the name is missing or the unit is invalid.
     pub fn of_header(header: &str) -> Result<Self, String> {
         let header = header.trim();
         let (path, unit) = match header.strip_suffix(']').and_then(|rest| rest.rsplit_once('[')) {
@@ -34,7 +34,9 @@ impl Key {
         }
     }
 
-    /// Change of the model that assigns a value to the key; `None` for an empty text, which keeps the model's value.
+    /// Returns the change of the model that assigns a value to the key, in the form that
+    /// [`Source::with_changes`] reads. Returns `None` for an empty text, so that the model keeps
+    /// its own value.
     pub fn change(&self, setting: &Setting) -> Option<String> {
         match setting {
             Setting::Text(text) if text.is_empty() => None,
@@ -66,7 +68,7 @@ pub enum Setting {
 }
 
 impl Setting {
-    /// Reads a cell of a table.
+    /// Reads a value from a cell of a table.
     pub fn of_cell(cell: &str) -> Self {
         let cell = cell.trim();
         match cell.parse::<f64>() {
@@ -121,7 +123,7 @@ impl Variation {
     /// sampled, or `KEY = [VALUE, …]`.
     ///
     /// # Errors
-    /// A text that does not parse, with the place of the mistake.
+    /// Returns a diagnostic with the place of the mistake if the text does not parse.
     pub fn parse(text: &str) -> Result<Self, Diagnostics> {
         let source = Arc::new(Source::new("--vary", text));
         Reader { source: &source, text }.read().map_err(Diagnostics::from)
@@ -135,7 +137,8 @@ impl Variation {
         }
     }
 
-    /// Value `k` of a counted variation; for a greater `k`, the last value.
+    /// Value `k`, counted from 0, of a variation with a number of values; the last value for a
+    /// greater `k`.
     pub fn at(&self, k: u64) -> Setting {
         match &self.values {
             Values::Range { count, .. } => {
@@ -150,7 +153,7 @@ impl Variation {
         }
     }
 
-    /// Value at a fraction, from 0 to 1, of the interval or of the list.
+    /// Value at a fraction, from 0 to 1, of the interval or of the list of values.
     pub fn within(&self, part: f64) -> Setting {
         match &self.values {
             Values::Range { from, to, is_logarithmic, .. } => Setting::Number(match part {
@@ -226,7 +229,7 @@ impl Reader<'_> {
         let dots = span.start + content.find("..").unwrap_or_default();
         let first = self.trimmed(span.start..dots);
         let rest = self.trimmed(dots + 2..span.end);
-        // The last ` in ` is the separator, because `in` is also a unit.
+        // The last ` in ` before a number is the separator, because `in` is also a unit.
         let of_count = |(at, _): (usize, &str)| {
             let words: Vec<&str> =
                 self.text[rest.start + at + 4..rest.end].split_whitespace().collect();

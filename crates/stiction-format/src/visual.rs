@@ -1,4 +1,4 @@
-//! Meshes that show bodies in pages. Results do not depend on them.
+//! Meshes that show bodies in HTML pages. The results of computations do not depend on meshes.
 
 use crate::diagnostic::{Diagnostic, Diagnostics, quoted};
 use crate::source::Place;
@@ -9,18 +9,20 @@ use std::sync::Arc;
 use stiction_core::mechanism::BodyId;
 use stiction_core::spatial::Pose;
 
-/// Largest size of a mesh file, and of all mesh files of a model, bytes: a page contains them.
+/// Size limit, in bytes, of one mesh file; [`LARGEST_SUM`] is that of all mesh files of a model
+/// together. HTML pages embed these files.
 const LARGEST: usize = 8 << 20;
 const LARGEST_SUM: usize = 16 << 20;
-/// Largest numbers of triangles, of accessor elements and of nodes of a mesh; a larger mesh would
-/// not be displayed smoothly.
+/// Maximum number of triangles of a mesh. [`MOST_ELEMENTS`] and [`MOST_NODES`] limit the accessor
+/// elements and the nodes of a glTF file. A larger mesh would not be displayed smoothly.
 const MOST_TRIANGLES: usize = 1_000_000;
 const MOST_ELEMENTS: u64 = 4_000_000;
 const MOST_NODES: usize = 2000;
-/// Prefixes of glTF extensions that change only colours or the type of numbers.
+/// Prefixes of the glTF extensions that are accepted; they change only colours or the type of
+/// numbers.
 const EXTENSIONS: [&str; 3] = ["KHR_materials_", "KHR_texture_transform", "KHR_mesh_quantization"];
 
-/// Mesh on a body.
+/// Mesh that shows a body.
 #[derive(Clone, Debug)]
 pub struct Visual {
     /// Body that the mesh shows.
@@ -60,7 +62,8 @@ impl Mesh {
     /// Checks the content of a mesh file, whose format follows from the extension of its name.
     ///
     /// # Errors
-    /// The reason why the mesh cannot be shown, as the end of the sentence "the mesh cannot be shown: ".
+    /// Returns the reason why the mesh cannot be shown, as the end of the sentence "the mesh cannot
+    /// be shown: ".
     pub fn new(name: &str, bytes: Vec<u8>) -> Result<Self, String> {
         if bytes.len() > LARGEST {
             let (size, most) = (bytes.len() as f64 / 1e6, LARGEST as f64 / 1e6);
@@ -87,7 +90,8 @@ impl Mesh {
     }
 }
 
-/// Reads the files of meshes, as [`ModelFile::load_meshes`](crate::ModelFile::load_meshes) describes.
+/// Loads the mesh files of all visuals, as
+/// [`ModelFile::load_meshes`](crate::ModelFile::load_meshes) describes.
 pub(crate) fn load(
     visuals: &mut [Visual],
     warnings: &mut Diagnostics,
@@ -126,7 +130,8 @@ pub(crate) fn load(
     }
 }
 
-/// Rejects glTF files that need other files, or that a page could not show in reasonable time and memory.
+/// Rejects glTF files that need other files, or that an HTML page could not show in reasonable time
+/// and memory.
 fn check_gltf(bytes: &[u8]) -> Result<(), String> {
     let text = match bytes.starts_with(b"glTF") {
         true => {
@@ -176,7 +181,8 @@ fn check_gltf(bytes: &[u8]) -> Result<(), String> {
     check_nodes(&list(&root["nodes"]), &list(&root["scenes"]))
 }
 
-/// Rejects nodes that do not form trees, which a reader would follow without end.
+/// Rejects glTF nodes that do not form trees, because a reader would follow a cycle of nodes
+/// without end.
 fn check_nodes(nodes: &[Value], scenes: &[Value]) -> Result<(), String> {
     if nodes.len() > MOST_NODES {
         return Err(format!("it has {} nodes; at most {MOST_NODES} are shown", nodes.len()));

@@ -7,10 +7,11 @@
 use super::banded::Banded;
 use super::bspline::{Knots, ORDER, local};
 
-/// Number of off-diagonals within which B-splines are nonzero at a sample.
+/// Half bandwidth of the collocation matrix, which contains the values of the B-splines at the
+/// samples.
 const BAND: usize = 4;
 
-/// Rates and accelerations at all samples; at least seven.
+/// Computes the rates and accelerations of the spline at all samples; there must be at least seven.
 pub(super) fn rates_and_accelerations(times: &[f64], values: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let n = values.len().min(times.len());
     let knots = SampleKnots { times, count: n };
@@ -103,8 +104,8 @@ mod tests {
         Spline::new(times, Samples::new([values, rates, accelerations].into_iter().take(kind + 1)))
     }
 
-    /// All kinds of spline reproduce quintics if there are enough samples, and polynomials of lower degree with fewer
-    /// samples.
+    /// Checks that all kinds of spline reproduce quintics if there are enough samples, and
+    /// polynomials of lower degree with fewer samples.
     #[test]
     fn polynomials_are_reproduced() {
         let c = [0.3, -1.0, 2.0, 0.5, -1.5, 0.7];
@@ -145,7 +146,8 @@ mod tests {
         }
     }
 
-    /// Halving the step divides the error by 2^6 (value), 2^5 (rate), 2^4 (acceleration).
+    /// Checks that halving the step divides the error by about 2^6 (value), 2^5 (rate) and 2^4
+    /// (acceleration), or more.
     #[test]
     fn errors_fall_with_the_order_of_a_quintic() {
         let f = |t: f64| {
@@ -176,7 +178,8 @@ mod tests {
         }
     }
 
-    /// Jumps of the third and fourth derivative at the samples, by differences of the acceleration.
+    /// Checks that the third derivative, computed by differences of the acceleration, does not jump
+    /// at the samples.
     #[test]
     fn pieces_join_smoothly() {
         let times = uneven(30);
@@ -191,8 +194,8 @@ mod tests {
             for &t in &times[1..29] {
                 let a = |t: f64| spline.at(t).acceleration;
                 let third = (a(t + h) - a(t)) / h - (a(t) - a(t - h)) / h;
-                // A jump would be of the order of 6^5 times the step, 100; the difference itself
-                // leaves h times the fourth derivative, 0.13.
+                // A jump of the third derivative would be of the order of 6^5 times the step, 100.
+                // Without a jump, the difference is h times the fourth derivative, 0.13.
                 assert!(third.abs() < 0.5, "{kind} {t}: {third}");
             }
         }

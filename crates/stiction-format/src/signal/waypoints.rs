@@ -1,4 +1,4 @@
-//! Motions through waypoints: moves from rest to rest, one after the other.
+//! Motions through waypoints: consecutive moves from rest to rest, which overlap in blends.
 
 use super::law::Profile;
 use std::sync::Arc;
@@ -19,20 +19,22 @@ impl Move {
     }
 }
 
-/// Moves, sorted by begin and end; neighbours may overlap.
+/// Moves of a motion, in order of their begin and of their end. Neighbouring moves may overlap.
 #[derive(Clone, Debug)]
 pub(crate) struct Moves(pub(crate) Vec<Move>);
 
 impl Moves {
-    /// Returns the moves that are under way at `t`, by index, with their profiles at `t`, preceded by the number of
-    /// moves that have ended.
+    /// Returns the number of moves that have ended at the time `t`, s, and the moves under way.
+    /// Each move under way is given by its index, and by its completed fraction with the first two
+    /// derivatives.
     fn under_way(&self, t: f64) -> (usize, impl Iterator<Item = (usize, [f64; 3])> + '_) {
         let ended = self.0.partition_point(|each| each.end() <= t);
         let begun = self.0.iter().enumerate().skip(ended).take_while(move |(_, m)| m.begin < t);
         (ended, begun.map(move |(k, each)| (k, each.profile.at(t - each.begin))))
     }
 
-    /// First instant after `t`, s, at which a move begins, ends or changes its phase.
+    /// Returns the first time after `t`, s, at which a move begins or ends, or that is one of its
+    /// [`Profile::knots`].
     pub(crate) fn after(&self, t: f64) -> Option<f64> {
         let near = self.0.iter().skip(self.0.partition_point(|each| each.end() <= t)).take(2);
         near.flat_map(|each| {
@@ -52,7 +54,8 @@ pub(crate) struct Course {
 }
 
 impl Course {
-    /// Value and derivatives of the coordinate with respect to the completed fraction of move `k`.
+    /// Value and derivatives of the coordinate with respect to the completed fraction `part` of
+    /// move `k`.
     pub(crate) fn along(&self, k: usize, part: f64) -> Target<f64> {
         let value = |k: usize| self.values.get(k).copied().unwrap_or(f64::NAN);
         let step = value(k + 1) - value(k);
@@ -79,9 +82,9 @@ impl Course {
 #[derive(Clone, Debug)]
 pub(crate) struct Turning {
     pub(crate) moves: Arc<Moves>,
-    /// Orientations; there is one more than moves.
+    /// Orientations at the waypoints; there is one more than moves.
     pub(crate) orientations: Vec<Mat3<f64>>,
-    /// Rotation vector of each move, in the axes of the orientation at its begin.
+    /// Rotation vector of each move, in the body's axes at the beginning of the move.
     pub(crate) turns: Vec<Vec3<f64>>,
 }
 
@@ -94,8 +97,8 @@ impl Turning {
         Self { moves: Arc::clone(moves), orientations, turns }
     }
 
-    /// Instant, s, at which the rotation vector passes half a turn, where its components jump;
-    /// `None` if there is no such instant.
+    /// Returns a time, s, near which the rotation vector passes half a turn, so that its components
+    /// jump; `None` if this does not happen.
     pub(crate) fn half_turn(&self) -> Option<f64> {
         let vector = |t: f64| {
             let [x, y, z] = self.at(t).map(|target| target.value);
@@ -103,12 +106,13 @@ impl Turning {
         };
         self.moves.0.iter().find_map(|each| {
             let time = |k: u32| each.begin + each.profile.duration * f64::from(k) / 100.0;
-            // In a hundredth of a move, the body rotates by less than one radian.
+            // In a hundredth of a move, the body rotates by less than one radian, so a greater
+            // change is a jump.
             (1..=100).find(|&k| (vector(time(k)) - vector(time(k - 1))).norm() > 1.0).map(time)
         })
     }
 
-    /// Rotation vector of the orientation at time `t`, with its derivatives.
+    /// Rotation vector of the orientation at time `t`, s, with its time derivatives.
     pub(crate) fn at(&self, t: f64) -> [Target<f64>; 3] {
         let (ended, mut under_way) = self.moves.under_way(t);
         let rotation = self.orientations.get(ended).copied().unwrap_or(Mat3::identity());
@@ -118,7 +122,8 @@ impl Turning {
         }
     }
 
-    /// The rotation vector of the orientation, with its derivatives, when the fraction `part` of move `k` is completed.
+    /// Rotation vector of the orientation, with its derivatives, when the fraction `part` of move
+    /// `k` is completed. `rate` and `acceleration` are the derivatives of this fraction.
     pub(crate) fn along(&self, k: usize, [part, rate, acceleration]: [f64; 3]) -> [Target<f64>; 3] {
         let rotation = self.orientations.get(k).copied().unwrap_or(Mat3::identity());
         let turn = self.turns.get(k).copied().unwrap_or(Vec3::zero());

@@ -16,9 +16,11 @@ const CORE: usize = 4096;
 const MARGIN: usize = 96;
 /// Minimum number of samples for which several windows are used.
 const LONG: usize = 2 * CORE;
-/// Tolerance where windows meet, in units of the rounding error of a value, for a rate times the step or an
-/// acceleration times its square. Both are differences of neighbouring values, which the solution magnifies about ten
-/// times, and a few unequal steps about a hundred times.
+/// Tolerance for the knots of two windows where the windows meet, in units of the rounding error of
+/// a value. It applies to the difference of rates times the step, and to the difference of
+/// accelerations times the square of the step. Both are differences of neighbouring values. The
+/// solution magnifies their rounding errors about ten times, and a few unequal steps about a
+/// hundred times.
 const ROUNDINGS: f64 = 256.0;
 
 /// Range of consecutive samples of a recording whose spline is solved at once.
@@ -31,8 +33,9 @@ pub(crate) struct Window {
 }
 
 impl Window {
-    /// Window of a recording with `count` samples whose core begins at sample `begin`. A larger `count` gives the
-    /// same window as long as [`is_long`] holds for the samples from `begin` on.
+    /// Returns the window whose core begins at sample `begin`, in a recording with `count` samples.
+    /// If [`is_long`] holds for the number of samples from `begin` on, further samples do not
+    /// change the window.
     pub(crate) fn at(begin: usize, count: usize) -> Self {
         // The last window includes a remainder that is too short for a separate window.
         let end = if is_long(count - begin) { begin + CORE } else { count };
@@ -55,7 +58,7 @@ impl Window {
     }
 }
 
-/// Tests if this number of samples needs more than one window.
+/// Tests whether this number of samples needs more than one window.
 pub(crate) fn is_long(count: usize) -> bool {
     count >= LONG
 }
@@ -87,8 +90,9 @@ pub(super) fn by_windows(
     Some(knots)
 }
 
-/// Tests if the knots of a window agree with `last`, the last core knot of the previous window. Times and values are
-/// those of the window; its first `skip` samples belong to the previous window.
+/// Tests whether the knots of a window agree with `last`, the last core knot of the previous
+/// window. `times` and `values` are the samples of the window, of which the first `skip` lie before
+/// its core.
 pub(crate) fn agrees(
     last: &Target<f64>,
     knots: &[Target<f64>],
@@ -102,8 +106,8 @@ pub(crate) fn agrees(
     is_rounding([again.rate - last.rate, again.acceleration - last.acceleration], around, values)
 }
 
-/// Tests if differences of a rate and an acceleration at the middle of three samples are within the
-/// rounding of the values.
+/// Tests whether the differences of a rate and an acceleration at the middle of three samples are
+/// within the rounding errors of `values`. `times` are the times of the three samples.
 fn is_rounding([rate, acceleration]: [f64; 2], times: &[f64], values: &[f64]) -> bool {
     let step = times.windows(2).map(|pair| match pair {
         [a, b] => b - a,
@@ -136,8 +140,8 @@ mod tests {
         ((k * k) as f64 * 0.618).sin()
     }
 
-    /// The windowed spline equals the global quintic spline: rates times steps and accelerations
-    /// times their squares agree within the rounding of the values.
+    /// Checks that the windowed spline equals the global quintic spline: rates times steps and
+    /// accelerations times the squares of steps agree within the rounding of the values.
     #[test]
     fn windows_equal_the_whole() {
         let steps: [fn(usize) -> f64; 2] = [|_| 1e-3, |k| 1e-3 * [1.0, 0.4, 1.2, 0.7][k % 4]];
@@ -164,7 +168,7 @@ mod tests {
         }
     }
 
-    /// The windowed spline with given rates equals the global spline.
+    /// Checks that the windowed spline with given rates equals the global spline.
     #[test]
     fn windows_with_rates_equal_the_whole() {
         let times = times(2 * CORE + 5, |k| 1e-3 * [1.0, 0.4, 1.2, 0.7][k % 4]);
@@ -175,12 +179,14 @@ mod tests {
         let largest = all.iter().fold(0.0_f64, |most, a| most.max(a.abs()));
         for (t, expected) in times.iter().zip(&all) {
             let found = spline.at(*t).acceleration;
-            // Four roundings, as elimination in a different order changes the last digit.
+            // The tolerance is about four rounding errors, because elimination in a different order
+            // changes the last digit.
             assert!((found - expected).abs() < 1e-15 * largest, "{t}: {found} {expected}");
         }
     }
 
-    /// A disagreement between windows is detected if influences reach beyond the margin.
+    /// Checks that a disagreement between windows is detected, and that a short recording is not
+    /// divided into windows.
     #[test]
     fn windows_that_disagree_are_refused() {
         let times = times(2 * CORE + 100, |_| 1e-3);

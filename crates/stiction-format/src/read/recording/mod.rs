@@ -33,7 +33,7 @@ const MIN_SAMPLES: usize = 2;
 
 /// Reads a recorded motion and reports its errors to `context`. Returns `None` for an invalid
 /// motion. `filter` is the cut-off frequency in the text of the motion; a cut-off frequency set by
-/// [`Source::with_filter`](crate::source::Source::with_filter) takes precedence.
+/// [`Source::with_filter`](crate::Source::with_filter) takes precedence.
 ///
 /// # Errors
 /// Returns the reason if the file cannot be read.

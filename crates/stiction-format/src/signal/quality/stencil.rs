@@ -7,13 +7,14 @@ use std::ops::Range;
 pub(super) struct Stencil(usize);
 
 impl Stencil {
-    /// Six, eight and ten neighbours. All estimate white noise equally well; for smooth signals, residuals are
-    /// smallest with the most neighbours, for signals with corners with the fewest.
+    /// Stencils with six, eight and ten neighbours. All stencils estimate white noise equally well.
+    /// For smooth signals, residuals are smallest with the most neighbours; for signals with
+    /// corners, they are smallest with the fewest.
     pub(super) const ALL: [Self; 3] = [Self(3), Self(4), Self(5)];
 }
 
-/// Residuals of samples, divided by their gain for white noise. Samples without enough neighbours
-/// have no residual.
+/// Returns the magnitudes of the residuals of samples, scaled so that white noise and its residuals
+/// have the same variance. Samples without enough neighbours have no residual.
 pub(super) fn residuals(
     Stencil(half): Stencil,
     times: &[f64],

@@ -8,32 +8,32 @@ use std::ops::Range;
 use std::sync::Arc;
 use stiction_core::kinematics::Target;
 
-/// Builder of the index from the rows of a recording.
+/// Builds the index of a recording from its rows.
 pub(crate) struct IndexBuilder {
     layout: Layout,
-    /// Numbers that the curves need from the rows of the next window, by columns; `lines` are the
-    /// byte ranges of these rows.
+    /// Columns of the values that the curves need, from the rows of the next window. `lines`
+    /// contains the byte ranges of these rows in the file.
     columns: Vec<Vec<f64>>,
     lines: Vec<Range<u64>>,
-    /// Index of the first row in `columns`; `begin` is the index of the first core sample of the
-    /// next window.
+    /// Index, in the recording, of the first row in `columns`. `begin` is the index of the first
+    /// core sample of the next window.
     first: usize,
     begin: usize,
     entries: Vec<WindowEntry>,
     /// Knots of all curves at the last core sample of the previous window.
     last: Vec<Target<f64>>,
-    /// Flag for each curve, true if all its knots are finite.
+    /// Flag for each curve; true if value, rate and acceleration are finite at all samples.
     finite: Vec<bool>,
-    /// True if a window disagreed with the previous one.
+    /// True if the knots of a window disagreed with those of the previous window.
     is_global: bool,
 }
 
-/// Result of the first pass.
+/// Result of the first pass through a recording.
 pub(crate) enum Indexed {
-    /// The recording can be read in pieces. The flags, one for each curve, are true if all its
-    /// knots are finite.
+    /// The recording can be read in pieces. The flags, one for each curve, are true if value, rate
+    /// and acceleration are finite at all samples.
     Pieces(Arc<Recorded>, Vec<bool>),
-    /// The spline of the recording must be solved as a whole.
+    /// The spline of the recording must be solved for all samples at once.
     Global,
 }
 
@@ -56,7 +56,8 @@ impl IndexBuilder {
         self.first + self.lines.len()
     }
 
-    /// Adds the needed numbers of a row and the byte range of its line.
+    /// Adds a row: the values that the curves need, and the byte range of the row's line in the
+    /// file.
     pub(crate) fn push(&mut self, row: &[f64], line: Range<u64>) {
         if self.is_global {
             return;
@@ -100,8 +101,8 @@ impl IndexBuilder {
         self.first += done;
     }
 
-    /// Computes the index entry of a window; `None` if its knots disagree with those of the
-    /// previous window.
+    /// Computes the index entry of a window and appends it to the index. Returns `None` if the
+    /// knots of the window disagree with those of the previous window.
     fn entry(&mut self, window: &Window) -> Option<()> {
         let known = 0..window.known.len();
         let columns: Vec<Vec<f64>> = self

@@ -1,16 +1,18 @@
-//! Assignment of file columns to curves.
+//! Assignment of the columns of a recording file to curves.
 
 use super::lines::{Cells, Delimiter, lines, parse_number, unify_line_ends};
 use crate::expression::unit::Scale;
 use crate::signal::Interpolation;
 use crate::source::{Begin, Source};
 
-/// Numbers of a row that the curves need: the time, then the numbers of each curve.
+/// Selection of the values that the curves need from each row: the time, then the values of each
+/// curve.
 #[derive(Clone, Debug)]
 pub(crate) struct Layout {
     /// Separator of the columns.
     pub(crate) delimiter: Delimiter,
-    /// For each column of the file: its index among the needed numbers, if any, and its unit.
+    /// For each column of the file, the index of its value among the selected values (`None` if no
+    /// curve needs it), and its unit.
     pub(crate) columns: Vec<(Option<usize>, Scale)>,
     /// Interpolation of each curve between samples.
     pub(crate) interpolations: Vec<Interpolation>,
@@ -22,7 +24,8 @@ impl Layout {
         1 + self.interpolations.iter().map(|interpolation| interpolation.columns()).sum::<usize>()
     }
 
-    /// Interpolation and range of columns of each curve.
+    /// Returns the interpolation of each curve, and the range of the curve's values among the
+    /// selected values.
     pub(crate) fn curves(
         &self,
     ) -> impl Iterator<Item = (Interpolation, std::ops::Range<usize>)> + '_ {
@@ -34,7 +37,7 @@ impl Layout {
         })
     }
 
-    /// Copies the needed numbers of a row of the file to `kept`.
+    /// Copies the values that the curves need from a row of the file to `kept`.
     pub(crate) fn pick(&self, row: &[f64], kept: &mut [f64]) {
         for ((place, _), value) in self.columns.iter().zip(row) {
             if let Some(kept) = place.and_then(|place| kept.get_mut(place)) {
@@ -43,7 +46,9 @@ impl Layout {
         }
     }
 
-    /// Reads the needed columns of all rows of a text that was read before; `None` if a row can no longer be read.
+    /// Reads the columns that the curves need, in SI units, from a part of the file that was read
+    /// before. `begin` is the byte offset of this part. Returns `None` if a row can no longer be
+    /// read.
     pub(crate) fn read(&self, text: String, begin: u64) -> Option<Vec<Vec<f64>>> {
         let source = Source::piece("", unify_line_ends(text), Begin { bytes: begin, lines: 0 });
         let mut columns = vec![Vec::new(); self.width()];

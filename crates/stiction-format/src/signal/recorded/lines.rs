@@ -22,7 +22,7 @@ pub(crate) fn unify_line_ends(text: String) -> String {
     String::from_utf8(bytes).unwrap_or_default()
 }
 
-/// All lines that are neither empty nor comments, without line ends.
+/// Returns the byte ranges, without line ends, of all lines that are neither empty nor comments.
 pub(crate) fn lines(source: &Source) -> impl Iterator<Item = Line> + Clone + '_ {
     let text = source.text.as_str();
     let is_begin = source.begin().bytes == 0;
@@ -49,7 +49,7 @@ pub(crate) struct Delimiter(u8);
 
 impl Delimiter {
     pub(crate) const COMMA: Self = Self(b',');
-    /// All separators; commas, which may be decimal ones, come last.
+    /// All separators. The comma comes last, because it may also be a decimal comma.
     pub(crate) const ALL: [Self; 3] = [Self(b'\t'), Self(b';'), Self::COMMA];
 
     /// Separator declared by a first line `sep=;`, which some spreadsheets write.
@@ -62,7 +62,8 @@ impl Delimiter {
         }
     }
 
-    /// Separator that divides a header into the most cells; a comma in a tie.
+    /// Returns the separator that divides a header into the most cells. If several separators do, a
+    /// semicolon is preferred to a tab, and a comma to both.
     pub(crate) fn of(header: &str) -> Self {
         let count = |delimiter: u8| {
             let is_quoted = |quoted: &mut bool, byte: u8| {
@@ -98,8 +99,8 @@ impl Cells {
         Self { reader: ReaderBuilder::new().delimiter(delimiter).build(), spans: Vec::new() }
     }
 
-    /// Cells of a line, without surrounding white space and quotes. If there are more than `width` cells, an empty
-    /// cell after the last separator is omitted.
+    /// Returns the byte ranges of the cells of a line, without surrounding white space and quotes.
+    /// If there are more than `width` cells, an empty cell after the last separator is omitted.
     pub(crate) fn split(&mut self, text: &str, line: Line, width: usize) -> &[Span] {
         self.spans.clear();
         self.reader.reset();
@@ -131,7 +132,7 @@ impl Cells {
     }
 }
 
-/// A cell without white space and quotes around it.
+/// Returns the byte range of a cell without the white space and quotes around it.
 fn content(text: &str, cell: Span) -> Span {
     let raw = text.get(cell.clone()).unwrap_or_default();
     let start = cell.start + raw.len() - raw.trim_start().len();
@@ -158,15 +159,15 @@ pub(crate) fn parse_number(cell: &str) -> Option<f64> {
 pub(crate) struct Digits {
     /// Largest number of significant digits.
     pub(crate) significant: i32,
-    /// Largest number of digits after the decimal mark; negative for multiples of ten.
+    /// Largest number of digits after the decimal mark.
     pub(crate) decimals: i32,
 }
 
-/// Number of significant digits of full double precision.
+/// Number of significant digits from which numbers count as having full double precision.
 const FULL_PRECISION: i32 = 15;
 
 impl Digits {
-    /// Updates the digits with a number as written.
+    /// Updates the numbers of digits with a cell of the column.
     pub(crate) fn add(&mut self, cell: &str) {
         let (mantissa, exponent) = match cell.find(['e', 'E']) {
             Some(at) => (cell.get(..at), cell.get(at + 1..).and_then(|e| e.parse().ok())),
@@ -187,19 +188,19 @@ impl Digits {
         self.decimals = self.decimals.max(decimals.saturating_sub(exponent.unwrap_or(0)));
     }
 
-    /// Tests if the numbers have full double precision.
+    /// Tests whether the numbers have full double precision.
     pub(crate) fn is_full(self) -> bool {
         self.significant >= FULL_PRECISION
     }
 
-    /// Standard deviation of the rounding of a number with these digits.
+    /// Standard deviation of the rounding error of a number that is written with these digits.
     pub(crate) fn rounding(self, value: f64) -> f64 {
         if self.is_full() {
             return value.abs() * f64::EPSILON / 4.0;
         }
         let magnitude = value.abs().max(f64::MIN_POSITIVE).log10().floor() as i32;
         let unit = (magnitude + 1 - self.significant).max(-self.decimals);
-        // A uniform distribution over one unit.
+        // Standard deviation of a uniform distribution over one unit of the last digit.
         10f64.powi(unit) / 12f64.sqrt()
     }
 }

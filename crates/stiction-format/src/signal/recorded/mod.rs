@@ -1,8 +1,9 @@
 //! Recordings that exceed the available memory.
 //!
-//! A recording is read once from beginning to end ([`IndexBuilder`]): each row is checked and each window solved, but
-//! only an index with a few numbers per window is kept. When a window is needed, its text is read and solved again by
-//! the same operations, so that results are bit-identical to those of a recording in memory.
+//! A recording is read once from beginning to end ([`IndexBuilder`]): each row is checked and the
+//! curves are solved window by window, but only an index with a few numbers per window is kept.
+//! When a window is needed, its text is read and solved again by the same operations, so that
+//! results are bit-identical to those of a recording in memory.
 
 mod index_builder;
 mod layout;
@@ -43,22 +44,25 @@ pub(crate) struct Recorded {
     count: usize,
     /// Time of the last sample, s.
     end: f64,
-    /// Recently used pieces, the most recent one last.
+    /// Recently used pieces of the recording, the most recent one last.
     pieces: Mutex<Vec<Arc<Piece>>>,
-    /// Reason for a failed read. The error is permanent, so that results from changed data are never used.
+    /// Diagnostic of the first failed read. All later reads fail as well, so that results from
+    /// changed data are never used.
     fault: OnceLock<Diagnostic>,
 }
 
 /// Index entry of a window.
 #[derive(Debug)]
 struct WindowEntry {
-    /// Time of the first sample in the core of the window, which excludes its margins, s.
+    /// Time, s, of the first sample in the core of the window, that is, in the window without its
+    /// margins.
     time: f64,
-    /// Knots of all curves at the first sample in the core of the window.
+    /// Value, rate and acceleration of all curves at the first sample in the core of the window.
     knots: Vec<Target<f64>>,
-    /// Byte range of the lines of all samples of the window.
+    /// Byte range, in the file, of the lines of all samples of the window.
     bytes: Range<u64>,
-    /// Fingerprint of the numbers in these lines.
+    /// Fingerprint of the numbers in the lines of the window, which shows whether the file has
+    /// changed.
     fingerprint: u64,
 }
 
@@ -93,7 +97,7 @@ impl Recorded {
         self.entries.first().map(|entry| (entry.time, self.end))
     }
 
-    /// Value of a curve at `t`; NaN after a failed read.
+    /// Evaluates a curve at `t`, s; NaN after a failed read.
     pub(crate) fn at(&self, curve: usize, t: f64) -> Target<f64> {
         let read = |piece: &Piece| piece.curves.get(curve).map(|curve| curve.at(t));
         let nothing = Target { value: f64::NAN, rate: f64::NAN, acceleration: f64::NAN };
@@ -115,13 +119,14 @@ impl Recorded {
         self.with(self.window_at(t), |piece| first_after(&piece.times, t)).flatten()
     }
 
-    /// Reads the piece at `t` if necessary; returns the diagnostic of the failed read, if one has failed.
+    /// Reads the piece that contains the time `t`, s, if it is not in memory. Returns the
+    /// diagnostic of the failed read if this or an earlier read failed.
     pub(crate) fn fault_at(&self, t: f64) -> Option<Diagnostic> {
         self.with(self.window_at(t), |_| ());
         self.fault.get().cloned()
     }
 
-    /// Index of the window that contains an instant.
+    /// Index of the window that contains the time `t`, s.
     fn window_at(&self, t: f64) -> usize {
         self.entries.partition_point(|entry| entry.time <= t).saturating_sub(1)
     }
@@ -133,8 +138,8 @@ impl Recorded {
         thread_cache::with(self.id, index, || self.fetch(index), read)
     }
 
-    /// Returns a shared piece, which is read if necessary. Other threads wait, because they usually need the same
-    /// piece.
+    /// Returns the piece of a window, shared between threads, and reads it if it is not in memory.
+    /// Other threads wait meanwhile, because they usually need the same piece.
     fn fetch(&self, index: usize) -> Option<Arc<Piece>> {
         // After a panic on another thread, the list contains only complete pieces.
         let mut pieces = self.pieces.lock().unwrap_or_else(PoisonError::into_inner);

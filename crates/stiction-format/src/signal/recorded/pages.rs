@@ -10,7 +10,8 @@ const PAGE: usize = 1 << 18;
 /// Maximum length of a line, bytes; a file with a longer line is not a recording.
 const LONGEST_LINE: usize = 1 << 20;
 
-/// Iterator over the pages of a stored text; an empty text has one empty page.
+/// Iterator over the pages of a stored text, each of which consists of whole lines; an empty text
+/// has one empty page.
 pub(crate) struct Pages<'a> {
     store: &'a dyn Store,
     name: &'a str,

@@ -5,10 +5,11 @@ use crate::signal::{Curve, Window};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 
-/// Core samples of one window, and the first core sample of the next window.
+/// Part of a recording that is in memory: the core samples of one window and the first core sample
+/// of the next window.
 #[derive(Debug)]
 pub(super) struct Piece {
-    /// Identifier of the recording; `index` is that of the window.
+    /// Identifier of the recording. `index` is the index of the window.
     pub(super) owner: u64,
     pub(super) index: usize,
     /// Times of the samples, s.
@@ -27,7 +28,8 @@ pub(super) fn fingerprint(columns: &[Vec<f64>]) -> u64 {
     hasher.finish()
 }
 
-/// Reads the piece of a window; fails if the file has changed.
+/// Reads and solves the piece of the window with this index. Returns an error if the file cannot be
+/// read or has changed.
 pub(super) fn read(recording: &Recorded, index: usize) -> Result<Piece, String> {
     let changed = || "it has changed since it was first read".to_owned();
     let entry = recording.entries.get(index).ok_or_else(changed)?;
@@ -62,7 +64,8 @@ fn piece(
     mut columns: Vec<Vec<f64>>,
 ) -> Option<Piece> {
     let next = recording.entries.get(index + 1);
-    // The core ends at the first sample of the next window, whose knots this window contains.
+    // The piece ends with the first core sample of the next window, which belongs to the margin of
+    // this window.
     let own = window.skip()..window.skip() + window.core.len() + usize::from(next.is_some());
     let known = std::mem::take(columns.first_mut()?);
     let times: Arc<[f64]> = known.get(own.clone())?.into();

@@ -1,4 +1,4 @@
-//! Cache of one piece per thread.
+//! Cache of one piece of a recording per thread.
 //!
 //! A motion is evaluated many times at nearby instants. Each thread keeps the piece that it used last, so that
 //! threads which follow the same recording need no common lock. A piece remains in memory until the thread ends or
@@ -12,7 +12,8 @@ thread_local! {
     static CACHED: RefCell<Option<Arc<Piece>>> = const { RefCell::new(None) };
 }
 
-/// Calls `f` with a piece; the piece is fetched if the thread caches another one. `None` if it cannot be fetched.
+/// Calls `read` with the piece of the recording `owner` and the window `index`. The piece is
+/// fetched if the thread caches another one; returns `None` if it cannot be fetched.
 pub(super) fn with<T>(
     owner: u64,
     index: usize,
@@ -30,7 +31,7 @@ pub(super) fn with<T>(
     }
     let piece = fetch()?;
     let found = read(&piece);
-    // Without a cache, fetch the piece again.
+    // If the piece cannot be cached, the next call fetches it again.
     let _ =
         CACHED.try_with(|cached| cached.try_borrow_mut().map(|mut cached| *cached = Some(piece)));
     Some(found)
