@@ -137,8 +137,8 @@ impl Variation {
         }
     }
 
-    /// Value `k`, counted from 0, of a variation with a number of values; the last value for a
-    /// greater `k`.
+    /// Returns value `k`, counted from 0, or the last value if `k` is too large. For an interval to
+    /// be sampled, returns the first value.
     pub fn at(&self, k: u64) -> Setting {
         match &self.values {
             Values::Range { count, .. } => {

@@ -13,8 +13,9 @@ use stiction_core::spatial::Pose;
 /// together. HTML pages embed these files.
 const LARGEST: usize = 8 << 20;
 const LARGEST_SUM: usize = 16 << 20;
-/// Maximum number of triangles of a mesh. [`MOST_ELEMENTS`] and [`MOST_NODES`] limit the accessor
-/// elements and the nodes of a glTF file. A larger mesh would not be displayed smoothly.
+/// Maximum number of triangles of an STL or OBJ mesh. [`MOST_ELEMENTS`] and [`MOST_NODES`] limit
+/// the accessor elements and the nodes of a glTF file. A larger mesh would not be displayed
+/// smoothly.
 const MOST_TRIANGLES: usize = 1_000_000;
 const MOST_ELEMENTS: u64 = 4_000_000;
 const MOST_NODES: usize = 2000;

@@ -166,7 +166,7 @@ fn straight(record: &Record<'_>, key: &Key) -> Option<SpringSpec> {
     )
 }
 
-/// Reports a spring without stiffness, damping and preload.
+/// Reports a spring that has neither stiffness nor damping nor preload.
 fn needs_a_force(record: &Record<'_>) {
     let forces = ["stiffness", "damping", "preload"];
     if forces.iter().all(|key| record.value(key).is_none()) {

@@ -56,7 +56,8 @@ pub(super) trait Knots {
     }
 }
 
-/// Coefficients of the B-splines that can be nonzero in an interval, beginning with index `first`.
+/// Returns the six coefficients, beginning with index `first`, of the B-splines that can be nonzero
+/// in an interval.
 pub(super) fn local(coefficients: &[f64], first: usize) -> [f64; ORDER] {
     std::array::from_fn(|k| coefficients.get(first + k).copied().unwrap_or(f64::NAN))
 }

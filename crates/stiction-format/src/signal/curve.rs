@@ -34,7 +34,8 @@ impl Interpolation {
         }
     }
 
-    /// Computes value, rate and acceleration at all samples from one system of equations.
+    /// Computes value, rate and acceleration at all samples together. `columns` contains the
+    /// values, and the rates and accelerations if they are given.
     pub(crate) fn knots(self, times: &[f64], columns: Vec<Vec<f64>>) -> Vec<Target<f64>> {
         match self {
             Self::Spline(_) => Samples::new(columns).knots(times),
@@ -46,7 +47,7 @@ impl Interpolation {
     }
 
     /// Tests whether rates or accelerations at a sample depend on distant samples. The results of
-    /// neighbouring windows must then be compared.
+    /// neighbouring windows of a long recording must then be compared.
     pub(crate) fn reaches_far(self) -> bool {
         matches!(self, Self::Spline(Given::Values | Given::Rates))
     }

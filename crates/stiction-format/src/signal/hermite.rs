@@ -279,7 +279,8 @@ pub(super) fn accelerations_for_rates(times: &[f64], values: &[f64], rates: &[f6
         }
     }
     // The fourth derivative at the inner sample `i`, times h0^2, is (360 s0 - 168 v0 - 192 v1)/h0 -
-    // 24 a_(i-1) + 36 a_i on the left, and (h0/h1)^2 times (-360 s1 + 192 w0 + 168 w1)/h1 + 36 a_i
+    // 24 a_(i-1) + 36 a_i on the left. On the right it is (h0/h1)^2 times ((-360 s1 + 192 w0 + 168
+    // w1)/h1 + 36 a_i - 24 a_(i+1)).
     // - 24 a_(i+1) on the right.
     // - 24 a_(i-1) + 36 a_i; right, times (h0/h1)^2: (-360 s1 + 192 w0 + 168 w1)/h1 + 36 a_i
     // - 24 a_(i+1).

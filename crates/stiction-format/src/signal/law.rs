@@ -112,8 +112,8 @@ impl Profile {
         if jerk.is_infinite() {
             return None;
         }
-        // Greatest acceleration that the limits of acceleration and jerk and the distance permit.
-        // The speed limit follows below.
+        // Greatest acceleration that the distance and the limits of acceleration and jerk permit.
+        // The speed limit may shorten the jerk phase further.
         let reached = acceleration.min((jerk * jerk / 2.0).cbrt());
         let step = (reached / jerk).min((speed / jerk).sqrt());
         let peak = jerk * step;
@@ -371,9 +371,12 @@ mod tests {
         }
     }
 
-    /// Checks the shortest durations over unit distance against textbook formulas: trapezoid 1/v +
-    /// v/a; triangle 2/sqrt(a); full s-curve 1/v + v/a + a/j; s-curve of four jerk phases 4 (1/(2
-    /// j))^(1/3).
+    /// Checks the shortest durations over unit distance against textbook formulas:
+    ///
+    /// - trapezoid: 1/v + v/a;
+    /// - triangle: 2/sqrt(a);
+    /// - full s-curve: 1/v + v/a + a/j;
+    /// - s-curve of four jerk phases: 4 (1/(2 j))^(1/3).
     #[test]
     fn durations_are_the_shortest() {
         let time = |law, limits| Profile::fastest(law, limits).unwrap().duration;

@@ -109,7 +109,8 @@ mod tests {
         }
     }
 
-    /// Checks that the error decreases about with the second power of the distance between samples.
+    /// Checks that the error decreases approximately with the square of the distance between
+    /// samples.
     #[test]
     fn convergence_order() {
         let error = |n: i32| {

@@ -19,7 +19,8 @@ impl Move {
     }
 }
 
-/// Moves of a motion, in order of their begin and of their end. Neighbouring moves may overlap.
+/// Moves of a motion, in increasing order of both their begin and their end. Neighbouring moves may
+/// overlap.
 #[derive(Clone, Debug)]
 pub(crate) struct Moves(pub(crate) Vec<Move>);
 
@@ -33,8 +34,8 @@ impl Moves {
         (ended, begun.map(move |(k, each)| (k, each.profile.at(t - each.begin))))
     }
 
-    /// Returns the first time after `t`, s, at which a move begins or ends, or that is one of its
-    /// [`Profile::knots`].
+    /// Returns the first time after `t`, s, at which a move begins, ends, or passes one of its
+    /// [`Profile::knots`]; `None` if no such time follows.
     pub(crate) fn after(&self, t: f64) -> Option<f64> {
         let near = self.0.iter().skip(self.0.partition_point(|each| each.end() <= t)).take(2);
         near.flat_map(|each| {

@@ -18,9 +18,9 @@ const MARGIN: usize = 96;
 const LONG: usize = 2 * CORE;
 /// Tolerance for the knots of two windows where the windows meet, in units of the rounding error of
 /// a value. It applies to the difference of rates times the step, and to the difference of
-/// accelerations times the square of the step. Both are differences of neighbouring values. The
-/// solution magnifies their rounding errors about ten times, and a few unequal steps about a
-/// hundred times.
+/// accelerations times the square of the step. Rates and accelerations are differences of
+/// neighbouring values. The solution magnifies their rounding errors about ten times, or about a
+/// hundred times if a few steps are unequal.
 const ROUNDINGS: f64 = 256.0;
 
 /// Range of consecutive samples of a recording whose spline is solved at once.

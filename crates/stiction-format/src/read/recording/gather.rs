@@ -44,8 +44,8 @@ pub(super) struct RecordedCurve {
     /// Findings about the quality of the coordinate's samples; `None` for efforts.
     pub(super) findings: Option<Findings>,
     is_finite: bool,
-    /// True if the recording is long, but the windows of its spline disagree, so that the spline is
-    /// solved for all samples at once.
+    /// True if the recording is long, but its time steps are too unequal to solve the spline in
+    /// parts, so that it is solved for all samples at once.
     pub(super) is_global: bool,
 }
 
@@ -217,7 +217,7 @@ fn at_once(plan: &Plan, mut columns: Vec<Vec<f64>>) -> (SampleTimes, Vec<(Signal
 }
 
 /// Reports a recording that is too large to solve its spline for all samples at once, although its
-/// time steps are too unequal for any other solution. `end` is the size of the recording in bytes.
+/// time steps are too unequal to solve it in parts. `end` is the size of the recording in bytes.
 /// The current page of `messages` must be the page that contains the header.
 fn refuse(header: &Header, messages: &mut Messages, end: u64) {
     let Some(time) = header.time.and_then(|index| header.columns.get(index)) else { return };

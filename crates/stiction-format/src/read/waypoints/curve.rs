@@ -10,7 +10,8 @@ const MOST: usize = 64;
 /// Tolerance of the interpolated derivatives. It is relative to the largest second derivative, or
 /// to the largest first derivative divided by the length of the interval, whichever is greater.
 const ACCURACY: f64 = 1e-11;
-/// Number of equal steps between two corners of a function, at which its maximum is sought.
+/// Number of equal steps into which the search for the maximum of a function divides an interval
+/// between corners.
 const SAMPLES: usize = 48;
 /// Displacement, m or rad, below which a joint counts as at rest.
 const AT_REST: f64 = 1e-12;

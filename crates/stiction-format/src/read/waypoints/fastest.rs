@@ -67,8 +67,8 @@ fn duration(peaks: Limits, limits: Limits) -> f64 {
 }
 
 /// Returns the greatest speed, acceleration and jerk of a quantity during a move. `curves` are the
-/// components of the quantity as functions of the path parameter, which `profile` moves from 0 to
-/// 1. If `exact` is false, only some samples are compared.
+/// components of the quantity as functions of the path parameter. During the move, `profile`
+/// changes the path parameter from 0 to 1. If `exact` is false, only some samples are compared.
 pub(super) fn peaks(curves: &[Curve], profile: &Profile, exact: bool) -> Limits {
     let phases = profile.phases();
     // Times, s, of the corners of the motion, each with the index of the phase that follows it.

@@ -24,7 +24,7 @@ pub struct Smooth {
 }
 
 impl LowPass {
-    /// Creates a filter with a cut-off frequency, Hz, for the time between `ends`, s.
+    /// Creates a filter with a cut-off frequency, Hz, for signals between the two times `ends`, s.
     pub fn new(cutoff: f64, ends: (f64, f64)) -> Self {
         Self { cutoff, ends }
     }
@@ -59,8 +59,8 @@ impl LowPass {
     }
 
     /// Filters signals and returns the values of the filtered signals at the times `at`, s, one row
-    /// per time. For an index of `times`, `row` writes the samples of all signals at this time. The
-    /// memory needed does not depend on the number of samples.
+    /// per time. `row(k, values)` writes the samples of all signals at `times[k]` into `values`.
+    /// The memory needed does not depend on the number of samples.
     pub fn apply(
         &self,
         times: &[f64],

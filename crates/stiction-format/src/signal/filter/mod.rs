@@ -100,7 +100,8 @@ struct Equations {
     knots: EqualKnots,
     /// Products of each two B-splines, weighted and summed over the samples.
     gram: Banded,
-    /// For each signal, its products with the B-splines, weighted and summed over the samples.
+    /// Right-hand sides of the equations, one list for each signal: its products with the
+    /// B-splines, weighted and summed over the samples.
     rights: Vec<Vec<f64>>,
     /// For each signal, its square, weighted and summed over the samples.
     squares: Vec<f64>,

@@ -102,8 +102,8 @@ pub(super) fn impose<'a>(
     Rested::new(equations, signal, &[])
 }
 
-/// Returns two flags for each knot: whether its rate is consistent with zero, and whether its
-/// acceleration is.
+/// Returns two flags for each knot. The first flag is true if the rate is consistent with zero, the
+/// second if the acceleration is.
 fn still_knots(solution: &Solution<'_>, c: &[f64], noise: f64) -> Vec<[bool; 2]> {
     let knots = &solution.equations.knots;
     let is_still = |knot: usize| {

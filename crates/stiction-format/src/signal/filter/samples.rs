@@ -2,7 +2,8 @@
 
 use super::{Equations, MAX_RATIO, knots_needed};
 
-/// Ratio of the higher cut-off frequency, with which the filter is compared, to that of the filter.
+/// Ratio of the cut-off frequency of a second filter, with which the main filter is compared, to
+/// that of the main filter.
 const FINER: f64 = 1.5;
 
 /// Samples of several signals at the same times, accumulated in the equations of the filter.

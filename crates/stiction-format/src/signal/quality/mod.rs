@@ -51,14 +51,16 @@ const OUTLIER_LIMIT: f64 = 0.025;
 /// Minimum ratio of the acceleration error of an outlier to the typical error of predictions in the
 /// recording.
 const OUTLIER_FACTOR: f64 = 5.0;
-/// Minimum ratio of the acceleration error of an outlier to its standard deviation by rounding.
+/// Minimum ratio of the acceleration error of an outlier to the standard deviation of the
+/// acceleration that rounding causes.
 const OUTLIER_SIGMAS: f64 = 8.0;
 /// Minimum ratio of the acceleration error of an outlier to the standard deviation of the
 /// acceleration that noise causes.
 const OUTLIER_NOISE: f64 = 4.0;
-/// Difference between a recorded derivative and the slope of its column, relative to the root mean
-/// square of the slope, above which a contradiction is reported. The first limit applies to a
-/// single sample, the second to the median of a block.
+/// Difference between a recorded derivative and the slope of the column of the next lower order,
+/// relative to the root mean square of the slope, above which a contradiction is reported. The
+/// first limit applies to the difference of a rate at a single sample, the second to the median of
+/// the differences in a block.
 const CONTRADICTION_LIMIT: (f64, f64) = (0.02, 0.01);
 /// Limit of the ratio of an acceleration's error near an end of the recording to the peak
 /// acceleration elsewhere. A reversal of the greatest acceleration has a ratio of 2, so the limit
@@ -93,8 +95,8 @@ impl Peak {
 pub(crate) struct Noise {
     /// Order of the derivative in the column; 0 for positions.
     pub(crate) order: usize,
-    /// Standard deviation of the noise, in SI units of the column, and start time, s, of a block.
-    /// In this block, the noise has its largest effect on the acceleration.
+    /// Standard deviation of the noise, in SI units of the column, in the block in which the noise
+    /// has its largest effect on the acceleration, and start time, s, of this block.
     pub(crate) deviation: Peak,
     /// Standard deviation of the acceleration that the noise causes.
     pub(crate) acceleration: f64,
@@ -107,7 +109,7 @@ pub(crate) struct Noise {
 /// Values that repeat because the sensor is slower than the recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Held {
-    /// Number of successive samples in the longest run of one value.
+    /// Length, in samples, of the longest run of a repeated value.
     pub(crate) samples: usize,
     /// Start of the first block with held values, s.
     pub(crate) time: f64,
@@ -346,8 +348,8 @@ impl Quality {
     }
 
     /// Computes the accelerations at all samples of the buffer by differences of the column of the
-    /// given order. Each acceleration has the standard deviation of its rounding error; it is
-    /// `None` where a neighbour is missing.
+    /// given order. The result for a sample is the acceleration with the standard deviation of its
+    /// rounding error, or `None` where a neighbour is missing.
     fn accelerations(&self, order: usize) -> Vec<Option<(f64, f64)>> {
         let t = &self.times;
         let (y, s) = (&self.columns[order], &self.rounding[order]);

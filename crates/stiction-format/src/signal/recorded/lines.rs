@@ -163,7 +163,7 @@ pub(crate) struct Digits {
     pub(crate) decimals: i32,
 }
 
-/// Number of significant digits from which numbers count as having full double precision.
+/// Minimum number of significant digits of a number that counts as having full double precision.
 const FULL_PRECISION: i32 = 15;
 
 impl Digits {

@@ -1,9 +1,9 @@
 //! Recordings that exceed the available memory.
 //!
 //! A recording is read once from beginning to end ([`IndexBuilder`]): each row is checked and the
-//! curves are solved window by window, but only an index with a few numbers per window is kept.
-//! When a window is needed, its text is read and solved again by the same operations, so that
-//! results are bit-identical to those of a recording in memory.
+//! curves are solved window by window (a window is a range of samples), but only an index with a
+//! few numbers per window is kept. When a window is needed, its text is read and solved again by
+//! the same operations, so that results are bit-identical to those of a recording in memory.
 
 mod index_builder;
 mod layout;
@@ -27,7 +27,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use stiction_core::kinematics::Target;
 
-/// Number of recently used pieces that are kept in addition to the threads' caches.
+/// Number of recently used pieces of a recording that are kept in memory, in addition to the caches
+/// of the threads.
 const KEPT: usize = 4;
 
 /// Identifier of the next recording that is indexed.
