@@ -1,4 +1,5 @@
-//! Runs for several motions and loads: all combinations, and their envelope.
+//! Runs of a command for all combinations of several motions and loads, and the envelope of the
+//! results.
 
 use crate::arguments::Report;
 use crate::failure::Failure;
@@ -11,26 +12,27 @@ use std::path::{Path, PathBuf};
 use stiction::Robot;
 use stiction_run::comparison::{Comparison, EffortCurves, Headline, Reel, overlay};
 
-/// A motion and a load, as the user gave them, and the name of the folder for their results.
+/// Combination of a motion and a load, as the user wrote them, with the name of the folder for the
+/// results.
 pub(crate) struct Case<'a> {
     pub(crate) motion: Option<&'a str>,
     pub(crate) load: Option<&'a str>,
     pub(crate) name: String,
 }
 
-/// Results of one case.
+/// Results of the run for one [`Case`].
 pub(crate) struct Done {
     pub(crate) json: Value,
     pub(crate) headlines: Vec<Headline>,
     pub(crate) efforts: EffortCurves,
-    /// The moving robot for the common report, if one is written.
+    /// Animation of the robot for the report on all cases, if this report is written.
     pub(crate) reel: Option<Reel>,
-    /// Paths of the files that were written.
+    /// Paths of the files that this run has written.
     pub(crate) files: Vec<PathBuf>,
 }
 
-/// Splits the values of an option into single motions or loads: `a,b` is a list of two names or files. Commas in
-/// assignments and in names of existing files do not separate.
+/// Splits the values of an option into single motions or loads: `a,b` is a list of two names or
+/// files. A text that contains an assignment or is the name of an existing file is not split.
 pub(crate) fn separate(given: &[String]) -> Vec<&str> {
     given.iter().flat_map(|text| separate_one(text)).collect()
 }
@@ -68,8 +70,9 @@ pub(crate) fn cases<'a>([motions, loads]: &[Vec<&'a str>; 2]) -> Vec<Case<'a>> {
     cases
 }
 
-/// Name of the folder for a motion or load: its name, or the name of its file without folder and extension. `None` for
-/// assignments.
+/// Returns a short name of a motion or load for the name of a folder: the name in the model, or the
+/// file name without folder and extension, with `_` instead of special characters. Returns `None`
+/// for assignments.
 fn short_name(text: &str) -> Option<String> {
     if text.contains('=') {
         return None;
@@ -145,8 +148,8 @@ pub(crate) fn run_all(
     Ok(())
 }
 
-/// Adds to a failure the name of the failed case, those of the finished cases, and those of the cases that were not
-/// run.
+/// Adds the names of the failed case, of the finished cases, and of the cases that were not run to
+/// `failure`.
 fn in_case(failure: Failure, cases: &[Case<'_>], failed: usize, folder: Option<&Path>) -> Failure {
     let names = |cases: &[Case<'_>]| {
         cases.iter().map(|case| case.name.as_str()).collect::<Vec<_>>().join(", ")

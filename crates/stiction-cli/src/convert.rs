@@ -19,7 +19,8 @@ pub(crate) fn run(options: &Convert) -> Result<(), Failure> {
     let robot = options.set.iter().fold(text, |text, change| text.with(change)).read()?;
     warn(robot.warnings());
     let format = format(options, is_import)?;
-    // The text of an import says more than the mechanism: comments, units and legs.
+    // The model text of an imported robot contains comments, units and legs, which the assembled
+    // mechanism does not contain.
     let is_text =
         format == Format::Model && is_import && options.set.is_empty() && options.motion.is_none();
     let Converted { text, beside, .. } = match is_text {
@@ -48,7 +49,8 @@ pub(crate) fn run(options: &Convert) -> Result<(), Failure> {
     }
 }
 
-/// Chooses the format: that of `--to`, or that of the output's file extension.
+/// Chooses the output format: that of `--to`, else that of the output's file extension. Without
+/// both, an imported robot becomes a model file.
 fn format(options: &Convert, is_import: bool) -> Result<Format, Failure> {
     if let Some(format) = options.to {
         return Ok(format);
@@ -69,7 +71,8 @@ fn format(options: &Convert, is_import: bool) -> Result<Format, Failure> {
     }
 }
 
-/// Converts the mechanism and prints notes on properties that the format cannot express.
+/// Converts the mechanism to `format` and prints notes on properties that this format cannot
+/// express.
 fn converted(options: &Convert, robot: &Robot, format: Format) -> Result<Converted, Failure> {
     let mut request = robot.check_along();
     if let Some(motion) = &options.motion {

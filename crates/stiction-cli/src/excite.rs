@@ -12,10 +12,13 @@ use crate::written::note_files;
 use std::sync::atomic::Ordering;
 use stiction::run::excite::ExciteSettings;
 
-/// Names of the files that the command writes.
+/// Name of the file with the reference motion.
 const REFERENCE: &str = "excite.csv";
+/// Name of the file with the reference motion in the coordinates of the actuators.
 const ACTUATORS: &str = "actuators.csv";
+/// Name of the file with options for `stiction identify`.
 const LOG: &str = "log.toml";
+/// Name of the file with the results as JSON.
 const RESULT: &str = "excite.json";
 
 pub(crate) fn run(options: &Excite) -> Result<(), Failure> {

@@ -67,7 +67,8 @@ pub(crate) fn run(options: &Export) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Prints a note on effects that `inverse` includes by default and the code does not.
+/// Prints notes on effects that `stiction inverse` includes by default but the exported code does
+/// not.
 fn note_remarks(export: &stiction::Export) {
     for remark in export.remarks() {
         note!("note: {remark}");

@@ -6,12 +6,12 @@ use serde_json::json;
 use std::process::ExitCode;
 use stiction::{Error, ErrorKind};
 
-/// Error with its output format, text or JSON.
+/// Error of the program, with the format in which it is printed: text or JSON.
 #[derive(Debug)]
 pub(crate) struct Failure {
     error: Error,
     json: bool,
-    /// Description of the run or model that failed, if the command has several.
+    /// Description of the run or model that failed, if the command has several runs or models.
     run: Option<String>,
     /// Lines of the message after the first one.
     notes: Vec<String>,
@@ -38,7 +38,8 @@ impl Failure {
         Self { error: self.error.with_help(text), ..self }
     }
 
-    /// Adds a description of the run or model that failed, for commands with several.
+    /// Adds a description of the run or model that failed, for commands with several runs or
+    /// models.
     pub(crate) fn in_run(self, run: impl Into<String>) -> Self {
         Self { run: Some(run.into()), ..self }
     }

@@ -3,8 +3,9 @@
 /// Maximum width of a line, columns.
 const WIDTH: usize = 100;
 
-/// Breaks long lines between words, but not between a number and its unit. Continuation lines are indented by two more
-/// columns. Rows of tables, recognised by adjacent blanks, stay on one line.
+/// Breaks long lines between words, but not between a number and its unit. Continuation lines are
+/// indented by two more columns. A line that contains two adjacent blanks is taken for a row of a
+/// table and stays unbroken.
 pub(crate) fn folded(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for line in text.split_inclusive('\n') {
@@ -60,7 +61,7 @@ pub(crate) fn folded_diagnostics(text: &str) -> String {
     out
 }
 
-/// No-break space; it replaces blanks at which a line must not be broken.
+/// No-break space; it temporarily replaces each blank at which a line must not be broken.
 const TIE: &str = "\u{a0}";
 
 /// Joins a number by no-break spaces to the following one or two words of up to three letters, such

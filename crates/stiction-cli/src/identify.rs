@@ -11,9 +11,11 @@ use std::path::PathBuf;
 use stiction::run::identify::{Identified, IdentifySettings, TEMPLATE, Traces};
 use stiction_identify::FitVerdict;
 
-/// Names of the files that the command writes.
+/// Name of the file with the identified model.
 const MODEL: &str = "identified.toml";
+/// Name of the file with the results as JSON.
 const RESULT: &str = "identify.json";
+/// Name of the file with measured and computed efforts.
 const EFFORTS: &str = "efforts.csv";
 
 pub(crate) fn run(options: &Identify) -> Result<(), Failure> {
@@ -24,7 +26,7 @@ fn execute(options: &Identify) -> Result<(), Failure> {
     if options.template {
         return print(TEMPLATE);
     }
-    // clap requires the model without --template.
+    // Without `--template`, clap rejects arguments that lack the model.
     let Some(name) = options.model.as_deref() else { return Ok(()) };
     let robot = sources::robot(name, &options.set, &options.reading)?;
     warn(robot.warnings());

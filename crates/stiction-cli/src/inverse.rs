@@ -106,7 +106,7 @@ pub(crate) struct Choice {
 }
 
 impl Choice {
-    /// Converts the options to a request to the library.
+    /// Converts the options to a request to the library `stiction`.
     pub(crate) fn request(
         &self,
         robot: &Robot,
@@ -133,21 +133,21 @@ impl Choice {
     }
 }
 
-/// Results of a run.
+/// Results of inverse dynamics along one motion with one load.
 pub(crate) struct Run {
     pub(crate) json: Value,
     /// Summary of the run for the terminal.
     pub(crate) text: String,
     pub(crate) headlines: Vec<Headline>,
     pub(crate) efforts: EffortCurves,
-    /// The moving robot for the common report of several runs.
+    /// Animation of the robot for the common report of several runs.
     pub(crate) reel: Option<Reel>,
-    /// Paths of the files that were written.
+    /// Paths of the files that this run has written.
     pub(crate) files: Vec<PathBuf>,
 }
 
-/// Computes inverse dynamics along a motion, passes the results to `show`, and then gives the files in `folder` their
-/// final names.
+/// Computes inverse dynamics along a motion, passes the results to `show`, and then completes the
+/// output files in `folder`, which have temporary names until then.
 pub(crate) fn along(
     robot: &Robot,
     request: &stiction::Inverse,
@@ -156,7 +156,7 @@ pub(crate) fn along(
     interrupted: &AtomicBool,
     show: impl FnOnce(&Run) -> Result<(), Failure>,
 ) -> Result<Run, Failure> {
-    // Only tables and plots show the indices of all samples.
+    // Only tables and plots, which need a folder, contain the singularity indices of all samples.
     let indices = if folder.is_some() { Indices::All } else { Indices::Least };
     let request = &request.clone().indices(indices);
     let job = request.job()?;

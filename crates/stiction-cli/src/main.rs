@@ -5,7 +5,7 @@
 //! computations. Data go to standard output, messages to standard error. Exit codes: 0 success, 1 no solution (a
 //! singular position, a mechanism that jams), 2 invalid input, 130 interrupted.
 
-/// Prints a line to standard error; ignores errors of printing.
+/// Prints a line to standard error, and ignores write errors.
 macro_rules! message {
     ($($what:tt)*) => {{
         use std::io::Write as _;

@@ -28,8 +28,9 @@ pub(crate) fn supported(formats: Formats) -> Result<Formats, Failure> {
     Ok(formats)
 }
 
-/// Files of one run in a folder. Each has a temporary name until all are complete. If the run fails, incomplete files
-/// are removed; files of earlier runs stay until the new ones are complete.
+/// Output files of one run in a folder. Each file has a temporary name until all files of the run
+/// are complete. If the run fails, its incomplete files are removed. Files of earlier runs are
+/// replaced only when all new files are complete.
 #[derive(Debug)]
 pub(crate) struct Outputs {
     folder: PathBuf,
@@ -46,7 +47,7 @@ pub(crate) struct Outputs {
 impl Outputs {
     /// Creates the folder if it does not exist. `inputs` are the full paths of files that outputs must not replace.
     pub(crate) fn new(folder: &Path, inputs: Vec<PathBuf>) -> Result<Self, Failure> {
-        // A file with the path of the folder or of one of its parents.
+        // True for a file that has the path of the folder or of a parent of the folder.
         let blocks = |at: &&Path| at.exists() && !at.is_dir();
         if let Some(file) = folder.ancestors().find(blocks) {
             return Err(Failure::input(format!(
@@ -93,7 +94,7 @@ impl Outputs {
         path.canonicalize().is_ok_and(|path| self.inputs.contains(&path))
     }
 
-    /// Creates a file of the folder under a temporary name.
+    /// Creates the file `name` in the folder under a temporary name.
     pub(crate) fn begin(&mut self, name: &str) -> Result<BufWriter<File>, Failure> {
         let complete = self.folder.join(name);
         let partial = self.folder.join(format!(".{name}.{}.partial", std::process::id()));
@@ -116,8 +117,8 @@ impl Outputs {
         Ok(BufWriter::new(file))
     }
 
-    /// Creates a file of the folder under a temporary name, and copies the first `bytes` bytes of
-    /// the file `other` into it.
+    /// Creates the file `name` in the folder under a temporary name, and copies the first `bytes`
+    /// bytes of the file `other` in the folder into it.
     pub(crate) fn begin_with(
         &mut self,
         name: &str,
@@ -139,7 +140,8 @@ impl Outputs {
         Ok(file)
     }
 
-    /// Temporary name and present length in bytes of a file that is being written.
+    /// Returns the temporary name and the present length, in bytes, of the file `name` while it is
+    /// being written; `None` for other names.
     pub(crate) fn partial(&self, name: &str) -> Option<(String, u64)> {
         let complete = self.folder.join(name);
         let (partial, _) = self.pending.iter().find(|(_, known)| *known == complete)?;
@@ -147,12 +149,13 @@ impl Outputs {
         Some((partial.file_name()?.to_str()?.to_owned(), length))
     }
 
-    /// Writes a whole file immediately, independently of the other files.
+    /// Writes the whole file `name` immediately under its final name, independently of the other
+    /// files.
     pub(crate) fn write_now(&self, name: &str, content: &[u8]) -> Result<(), Failure> {
         let partial = self.folder.join(format!(".{name}.{}.partial", std::process::id()));
         let written = File::create(&partial).and_then(|mut file| {
             file.write_all(content)?;
-            // Without this, a power failure may leave a file name without contents.
+            // Without `sync_all`, a power failure may leave an empty file.
             file.sync_all()?;
             fs::rename(&partial, self.folder.join(name))
         });
@@ -177,7 +180,7 @@ impl Outputs {
         let _ = fs::remove_file(self.folder.join(name));
     }
 
-    /// Writes a whole file under a temporary name.
+    /// Writes the whole file `name` under a temporary name.
     pub(crate) fn write(&mut self, name: &str, content: &[u8]) -> Result<(), Failure> {
         let file = self.begin(name)?;
         self.end(name, file, content)
@@ -215,8 +218,8 @@ impl Outputs {
         arrived(&mut file).map_err(|error| self.trouble(name, error))
     }
 
-    /// Converts the complete tables (`NAME.csv`) to other formats if these are requested, and removes the CSV files if
-    /// CSV is not requested.
+    /// Converts the complete CSV tables to NumPy archives (`.npz`) if this format is requested, and
+    /// removes the CSV files if CSV is not requested.
     pub(crate) fn convert_tables(
         &mut self,
         tables: &[&str],
@@ -265,7 +268,8 @@ impl Outputs {
         self.end(name, file, &[])
     }
 
-    /// Not reached: a program without MCAP support refuses this format when it reads its arguments.
+    /// Does nothing. This function is never called: a program without MCAP support rejects this
+    /// format when it reads its arguments.
     #[cfg(not(feature = "mcap"))]
     pub(crate) fn write_mcap(
         &mut self,
@@ -276,7 +280,7 @@ impl Outputs {
         Ok(())
     }
 
-    /// Removes an incomplete file.
+    /// Removes the incomplete file `name` from the files of this run.
     pub(crate) fn abandon(&mut self, name: &str) {
         let complete = self.folder.join(name);
         self.pending.retain(|(partial, known)| {
@@ -299,8 +303,9 @@ impl Outputs {
         self.kept.get()
     }
 
-    /// Gives all files their final names and returns their paths. Removes files named in `possible` that this run did
-    /// not write, since they could be mistaken for its results.
+    /// Gives all files their final names and returns the final paths. Removes files named in
+    /// `possible` that this run did not write, because they could be mistaken for results of this
+    /// run.
     pub(crate) fn complete(mut self, possible: &[&str]) -> Result<Vec<PathBuf>, Failure> {
         for (partial, complete) in &self.pending {
             fs::rename(partial, complete).map_err(|error| {
@@ -320,7 +325,8 @@ impl Outputs {
         Ok(std::mem::take(&mut self.pending).into_iter().map(|(_, complete)| complete).collect())
     }
 
-    /// Removes temporary files of the same names that an earlier, killed run has left.
+    /// Removes temporary files that an earlier run left when it was killed: those of checkpoints
+    /// and of files that this run also writes.
     fn tidy(&self) {
         let is_older = |path: &Path| {
             let changed = fs::metadata(path).and_then(|about| about.modified());
@@ -376,13 +382,14 @@ impl Drop for Outputs {
             let _ = fs::remove_file(partial);
         }
         for folder in &self.made {
-            // Fails for folders that are no longer empty, which stay.
+            // Fails for a folder that is no longer empty; this folder stays.
             let _ = fs::remove_dir(folder);
         }
     }
 }
 
-/// Final name of a file with the given temporary name; `None` for any other file.
+/// Returns the final name of the file whose temporary name is `name`; `None` if `name` is not a
+/// temporary name.
 fn of_partial(name: &str) -> Option<&str> {
     let (whole, id) = name.strip_prefix('.')?.strip_suffix(".partial")?.rsplit_once('.')?;
     id.bytes().all(|byte| byte.is_ascii_digit()).then_some(whole)

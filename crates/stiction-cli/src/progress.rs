@@ -1,4 +1,4 @@
-//! Progress of computations that take longer than two seconds.
+//! Display of the progress of computations that take longer than two seconds.
 
 use crate::manners;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -10,7 +10,8 @@ const PATIENCE: Duration = Duration::from_secs(2);
 /// Time between two progress lines if standard error is not a terminal.
 const LINE_EVERY: Duration = Duration::from_secs(10);
 
-/// Progress of a long computation: a bar on a terminal, otherwise a line every ten seconds.
+/// Display of the progress of a long computation: a bar on a terminal, otherwise a line every ten
+/// seconds.
 pub(crate) struct Progress {
     begun: Instant,
     printed: Instant,
@@ -37,7 +38,7 @@ impl Progress {
         self.update_samples(words(phase), done, of);
     }
 
-    /// Updates the progress of a named computation after a sample.
+    /// Updates the progress of the computation named `phase` after a sample.
     pub(crate) fn update_samples(&mut self, phase: &'static str, done: usize, of: usize) {
         self.update_amount(phase, (done as u64, of as u64), "samples");
     }
@@ -47,7 +48,7 @@ impl Progress {
         self.update_amount("computing designs", (done, of), "designs");
     }
 
-    /// Updates the progress of a search after a step.
+    /// Updates the progress of the search for an exciting motion after a step.
     pub(crate) fn update_search(&mut self, done: usize, of: usize) {
         self.update_amount("improving the motion", (done as u64, of as u64), "steps");
     }
@@ -90,7 +91,8 @@ impl Progress {
         }
     }
 
-    /// Updates the progress of a study with named steps; may be called more than once in a step.
+    /// Prints the name `what` of the current step of a study; `done` is the index of this step,
+    /// from 0. Repeated calls in one step print its name once.
     pub(crate) fn update_step(&mut self, what: &str, done: usize, of: usize) {
         if self.begun.elapsed() > PATIENCE && self.step != Some(done) {
             self.step = Some(done);

@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Name of the report of a run.
+/// File name of the report of a run.
 pub(crate) const FILE: &str = "report.html";
 
 impl Report {
@@ -14,7 +14,8 @@ impl Report {
         self.report == Switch::On
     }
 
-    /// Folder of the results: that of `-o`, or a temporary one if only `--open` is given.
+    /// Returns the folder of the results: that of `-o`, or a temporary folder if only `--open` is
+    /// given. Without both options, returns `None`.
     pub(crate) fn folder(self, output: Option<&Path>) -> Result<Option<PathBuf>, Failure> {
         if self.open && !self.is_on() {
             return Err(Failure::input(
@@ -67,7 +68,7 @@ fn open(file: &Path) -> bool {
 /// Options that do not change the results; the command line in a report omits them.
 const PASSING: [&str; 5] = ["--resume", "--json", "--open", "--quiet", "-q"];
 
-/// Command line of this run, quoted for a shell.
+/// Returns the command line of this run, quoted for a shell, without the options [`PASSING`].
 pub(crate) fn command_line() -> String {
     let given = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned());
     let words = given.filter(|word| !PASSING.contains(&word.as_str())).map(|word| quoted(&word));

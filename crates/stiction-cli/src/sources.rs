@@ -1,4 +1,4 @@
-//! Reads models, and finds the names given on the command line.
+//! Reads models, and suggests names similar to misspelt ones on the command line.
 
 use crate::arguments::{Arguments, Filter, Model, Reading};
 use crate::failure::Failure;
@@ -28,7 +28,8 @@ fn changed(name: &OsStr, changes: &[String], reading: &Reading) -> Result<ModelT
     Ok(changes.iter().fold(text, |text, change| text.with(change)))
 }
 
-/// Reads the text of a model; robot files of other programs are converted to it.
+/// Reads the text of a model file. A robot file of another program is converted to the text of a
+/// model file.
 pub(crate) fn model_text(name: &OsStr, import: &Import) -> Result<ModelText, Failure> {
     let path = Path::new(name);
     let file = || ModelText::robot_file(path, Some(read_progress()), import);
@@ -110,8 +111,9 @@ pub(crate) fn note_frictionless(robot: &Robot) {
     }
 }
 
-/// Largest number of wrong letters for which a known name is still suggested; one more is allowed
-/// if the first letters agree, as in `goff` for `gough`.
+/// Largest edit distance between the word `name` and the name `known` for which `known` is
+/// suggested. If the first letters agree, as in `goff` for `gough`, the distance may be larger by
+/// one.
 fn tolerance(known: &str, name: &str) -> usize {
     1 + known.len() / 3 + usize::from(known.chars().next() == name.chars().next())
 }
@@ -140,8 +142,9 @@ pub(crate) fn unknown_model(name: &str) -> Failure {
     Failure::input(format!("there is no built-in model and no file named `{name}`")).help(help)
 }
 
-/// The only command that begins with `name`, if `name` has at least three letters; otherwise the
-/// command with the most similar name, if one is similar enough.
+/// Returns the command that begins with `name`, if `name` has at least three letters and exactly
+/// one command begins with it. Otherwise returns the command with the most similar name, if its
+/// edit distance from `name` is at most two.
 pub(crate) fn near_command(name: &str) -> Option<String> {
     /// Least number of letters that abbreviate a command.
     const SHORTEST: usize = 3;

@@ -93,8 +93,8 @@ fn write(mut outputs: Outputs, report: &Report, earlier: &[String]) -> Result<us
     Ok(outputs.complete(&earlier)?.len() - 1)
 }
 
-/// Names of the files that an earlier report in this folder lists; ignores names that contain a
-/// path.
+/// Returns the names of the CSV and SVG files that an earlier report in `folder` lists. Names that
+/// contain a path are ignored.
 fn earlier_files(folder: &Path) -> Vec<String> {
     let text = std::fs::read_to_string(folder.join("report.json")).unwrap_or_default();
     let report: Value = serde_json::from_str(&text).unwrap_or_default();

@@ -128,8 +128,8 @@ fn robot_heading(robot: &Robot) -> String {
     }
 }
 
-/// Number of a row in the whole study, from 1; `place` is the index of the row within the part,
-/// from 0.
+/// Returns the number of a row in the whole study, from 1; `place` is the index of the row within
+/// the part, from 0.
 fn number_of(shard: Shard, place: u64) -> u64 {
     (shard.part - 1) + place * shard.parts + 1
 }
@@ -139,7 +139,8 @@ fn part_of(count: u64, shard: Shard) -> u64 {
     (count + shard.parts - shard.part) / shard.parts
 }
 
-/// Description that identifies a study; it is the same for all its parts.
+/// Returns a description that identifies a study, with a fingerprint of the options and of the
+/// input files. All parts of a study have the same description.
 fn description(options: &Sweep, robot: &Robot, designs: &Designs) -> Result<Value, Failure> {
     let mut files = Vec::new();
     for path in robot.files_read().into_iter().chain(designs.file()) {
@@ -169,7 +170,7 @@ fn description(options: &Sweep, robot: &Robot, designs: &Designs) -> Result<Valu
     Ok(value)
 }
 
-/// Results of the rows computed so far.
+/// Statistics and pictures of the designs that are computed so far.
 pub(crate) struct Results {
     findings: Findings,
     pictures: Pictures,
@@ -200,7 +201,8 @@ impl Results {
         self.pictures.add(settings, &row.values);
     }
 
-    /// Animations of the robots of those designs at which an objective is extreme, for the report.
+    /// Returns animations for the report: the robot of each design at which an objective has its
+    /// extreme value.
     fn reels(&self, study: &Study) -> Vec<(String, Reel)> {
         let designs = self.findings.extreme_designs();
         let count = designs.len();

@@ -4,9 +4,10 @@ use crate::report;
 use std::io::{IsTerminal, stderr};
 use std::path::{Path, PathBuf};
 
-/// Prints a note that names the folder with the results, or the option that writes them.
+/// Prints a note that names the folder with the results. Without a folder, the note names the
+/// option that writes results.
 pub(crate) fn note_folder(folder: Option<&Path>, files: &[PathBuf]) {
-    // After the reports of single runs, that of all runs.
+    // The report on all runs comes after the reports of the single runs.
     let report = files.iter().rev().find(|path| path.ends_with(report::FILE));
     let report = report.map_or(String::new(), |path| format!("; report: {}", path.display()));
     match folder {
@@ -15,7 +16,8 @@ pub(crate) fn note_folder(folder: Option<&Path>, files: &[PathBuf]) {
     }
 }
 
-/// Prints a note that names the files that were written, or the option that writes them.
+/// Prints a note that names the written files. If the user asked for no files, the note names the
+/// option that writes them.
 pub(crate) fn note_files(files: &[PathBuf], is_asked: bool) {
     if is_asked {
         let names: Vec<String> = files.iter().map(|name| name.display().to_string()).collect();

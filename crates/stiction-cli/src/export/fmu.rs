@@ -11,7 +11,7 @@ use stiction::{Export, Fmi, Fmu};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
-/// Compilers that are tried if the environment variable `CC` is not set.
+/// C compilers that are tried in this order if the environment variable `CC` is not set.
 const COMPILERS: [&str; 3] = ["cc", "gcc", "clang"];
 
 /// Writes the FMU that computes the feed-forward efforts of the actuators.
@@ -34,7 +34,8 @@ pub(super) fn write(
     convert::write(&options.output, &archive(&files)?, files_read)
 }
 
-/// Packs files into an archive; equal files yield equal archives.
+/// Packs files, each given by its name and content, into a ZIP archive. Equal files yield
+/// byte-identical archives.
 pub(super) fn archive(files: &[(String, Vec<u8>)]) -> Result<Vec<u8>, Failure> {
     let trouble = |error: &dyn std::fmt::Display| {
         Failure::input(format!("the FMU cannot be archived: {error}"))
@@ -94,7 +95,8 @@ fn binary(fmu: &Fmu, fmi: Fmi) -> Result<(String, Vec<u8>), String> {
     Ok((format!("binaries/{platform}/{library}"), content))
 }
 
-/// Command of the C compiler: that of the environment variable `CC`, or the first one that is installed.
+/// Returns the C compiler and its arguments: those in the environment variable `CC`, or the first
+/// of [`COMPILERS`] that is installed.
 fn compiler() -> Option<Vec<String>> {
     if let Some(own) = env::var_os("CC") {
         let own = own.to_string_lossy().into_owned();

@@ -64,7 +64,8 @@ impl Journal {
         Ok(())
     }
 
-    /// Reads the checkpoint in the folder, which must belong to an interrupted run of the same simulation.
+    /// Reads the checkpoint in the output folder. The checkpoint must belong to an interrupted run
+    /// of the same simulation: only the end time may differ.
     pub(super) fn read(&self, outputs: &Outputs) -> Result<Kept, Failure> {
         let text = outputs.read(CHECKPOINT).ok_or_else(|| {
             Failure::input(format!("there is no {CHECKPOINT} to resume from"))
@@ -85,7 +86,8 @@ impl Journal {
             ))
             .help("give the same options, or start again without --resume"));
         }
-        // A changed digit would define a different simulation.
+        // The checksum reveals changes of the file: a changed digit would define a different
+        // simulation.
         if value["checksum"] != json!(checksum_of(&value["tables"], &value["checkpoint"])) {
             return Err(wrong("is damaged"));
         }
@@ -110,10 +112,12 @@ fn checksum_of(tables: &Value, checkpoint: &Value) -> String {
     format!("{:016x}", checksum(&format!("{tables}{checkpoint}")))
 }
 
-/// Temporary names and present lengths in bytes of the tables that are being written.
+/// Returns the temporary file name and the present length, in bytes, of each table that is being
+/// written.
 ///
 /// # Errors
-/// A failure if a file is missing, since a checkpoint without it could not be resumed.
+/// Returns a failure if the file of a table is missing, because a checkpoint without this file
+/// could not be resumed.
 pub(super) fn partials(outputs: &Outputs) -> Result<[(String, u64); FILES.len()], Failure> {
     for_each_file(|_, name| {
         outputs.partial(name).ok_or_else(|| {
@@ -123,7 +127,8 @@ pub(super) fn partials(outputs: &Outputs) -> Result<[(String, u64); FILES.len()]
     })
 }
 
-/// Opens the tables, empty or with the rows of an interrupted run.
+/// Opens the files of the tables. They are empty, or contain the rows of the interrupted run
+/// `kept`.
 pub(super) fn begin(
     outputs: &mut Outputs,
     kept: Option<&Kept>,

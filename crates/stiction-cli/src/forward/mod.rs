@@ -29,7 +29,7 @@ pub(crate) fn run(options: &Forward) -> Result<(), Failure> {
     execute(options).map_err(|failure| failure.into_json(options.json))
 }
 
-/// Converts the options to a request to the library.
+/// Converts the options of the command line to a request to the library `stiction`.
 fn request(
     robot: &Robot,
     options: &Forward,
@@ -104,7 +104,7 @@ fn execute(options: &Forward) -> Result<(), Failure> {
     }
 }
 
-/// Runs the simulation with several loads.
+/// Runs one simulation for each of several loads.
 fn several(
     robot: &Robot,
     (options, folder): (&Forward, Option<&Path>),
@@ -128,7 +128,8 @@ fn several(
         .collect::<Result<Vec<_>, Failure>>()?;
     let shape = (folder, options.json, options.report);
     cases::run_all(robot, shape, cases, |index, folder| {
-        // Runs that were not begun start now; finished ones have a checkpoint of their end.
+        // Without a checkpoint, a run starts from its beginning. A finished run has a checkpoint at
+        // its end.
         let resume = options.resume && folder.is_some_and(is_kept);
         single(robot, (options, resume), &requests[index], folder, watch)
     })?;
@@ -223,7 +224,8 @@ fn single(
             Ok(())
         },
         &|| {
-            // Called at every evaluation, because a single row may take long.
+            // Called at every evaluation of the dynamics, because a single row of the tables may
+            // take long.
             progress.borrow_mut().update_samples("simulating", done.get(), count);
             interrupted.load(Ordering::Relaxed) || limit.is_passed()
         },
@@ -261,7 +263,7 @@ fn single(
         }
         let tables: Vec<&str> =
             FILES.into_iter().filter(|name| outputs.partial(name).is_some()).collect();
-        // A simulation resumes from its tables in CSV.
+        // Resuming a simulation requires its CSV tables.
         let formats = options.tables.formats();
         let formats = Formats { csv: formats.csv || outcome.checkpoint.is_some(), ..formats };
         if formats.mcap && outcome.checkpoint.is_none() {
@@ -345,8 +347,9 @@ impl Limit {
         self.seconds.is_some_and(|limit| self.start.elapsed().as_secs_f64() > limit)
     }
 
-    /// Failure of a run that has reached the limit. `last` is the time, s, of the last row, and the folder of the
-    /// results, if any.
+    /// Creates the failure of a run that has reached the limit. `last` contains the time of the
+    /// last row, s, and the folder of the results, if there is one; `last` is `None` if the run has
+    /// no row.
     fn failure(&self, last: Option<(f64, Option<&Path>)>) -> Failure {
         let limit = self.seconds.unwrap_or_default();
         let (reached, resume) = match last {

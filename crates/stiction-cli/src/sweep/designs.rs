@@ -1,4 +1,4 @@
-//! Designs of a study: from variations of keys, or from a table.
+//! Designs of a parameter study, defined by variations of keys of the model or by a table.
 
 use crate::arguments::{Plan, Shard, Sweep};
 use crate::failure::Failure;
@@ -8,7 +8,7 @@ use stiction::Error;
 use stiction_format::{Key, Setting, Variation};
 use stiction_run::sweep::{Design, DesignError, DesignTable};
 
-/// Designs of a study; any design can be computed independently of its predecessors.
+/// Designs of a parameter study. A design does not depend on the designs before it.
 pub(super) enum Designs {
     Plan(Design, Plan),
     Table { path: PathBuf, keys: Vec<Key>, count: u64 },
@@ -80,7 +80,7 @@ impl Designs {
         }
     }
 
-    /// Name of the kind of design, such as a grid or a table.
+    /// Returns the kind of the designs: `grid`, `lhs` (Latin hypercube), `sobol` or `table`.
     pub(super) fn plan(&self) -> &'static str {
         match self {
             Self::Plan(_, Plan::Grid) => "grid",
@@ -90,7 +90,7 @@ impl Designs {
         }
     }
 
-    /// Full path of the table, if the designs come from one.
+    /// Returns the full path of the table, if the designs come from a table.
     pub(super) fn file(&self) -> Option<PathBuf> {
         match self {
             Self::Plan(..) => None,
@@ -98,7 +98,8 @@ impl Designs {
         }
     }
 
-    /// Iterates over the designs of a part, omitting the first `done` designs.
+    /// Iterates over the designs in the part `shard` of the study, omitting the first `done`
+    /// designs of this part.
     pub(super) fn iter(&self, shard: Shard, done: u64) -> Result<Iter<'_>, Failure> {
         let (first, step) = (shard.part - 1 + done * shard.parts, shard.parts);
         Ok(match self {

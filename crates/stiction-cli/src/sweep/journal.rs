@@ -1,4 +1,5 @@
-//! Rows of a study on disk while it runs, so that an interrupted study can be continued.
+//! Stores the rows of a running parameter study on disk, so that an interrupted study can be
+//! continued.
 
 use super::Results;
 use crate::arguments::Sweep;
@@ -35,7 +36,8 @@ pub(super) struct Journal {
 }
 
 impl Journal {
-    /// Begins the table, or continues the table of an interrupted study and adds its rows to `results`.
+    /// Creates the table of the study. With `--resume`, opens the table of the interrupted study
+    /// and adds its rows to `results`.
     pub(super) fn open(
         outputs: &Outputs,
         about: &Value,
@@ -73,7 +75,7 @@ impl Journal {
                     ))
                     .help("give the same options, or another folder with -o"));
                 }
-                // Killed before the first row, the study has no table.
+                // A study that was killed before its first row has no table.
                 if partial.exists() {
                     length = Some(replay(&partial, study, options, results).map_err(trouble)?);
                 }
@@ -118,7 +120,7 @@ impl Journal {
         })
     }
 
-    /// Writes all rows so far to the files.
+    /// Writes all rows added so far to the table and waits until they are on disk.
     pub(super) fn flush(&mut self) -> Result<(), Error> {
         self.write(|journal| {
             journal.table.flush()?;
@@ -133,7 +135,7 @@ impl Journal {
         })
     }
 
-    /// Gives the table of the completed study its final name.
+    /// Renames the table of the completed study to its final path `name`.
     pub(super) fn complete(mut self, name: &Path) -> Result<(), Failure> {
         self.flush()?;
         let renamed = std::fs::rename(&self.partial, name);
@@ -147,7 +149,8 @@ impl Journal {
     }
 }
 
-/// Adds the complete rows in the table of an interrupted study to the results, and returns their length in bytes.
+/// Adds the complete rows in the table of an interrupted study to `results`. Returns the length, in
+/// bytes, of the header and these rows.
 fn replay(
     partial: &Path,
     study: &Study,
@@ -179,7 +182,7 @@ fn replay(
     }
 }
 
-/// Header of the table as text.
+/// Returns the header line of the study's table, without the line break.
 fn header_line(study: &Study) -> std::io::Result<String> {
     let mut bytes = Vec::new();
     drop(Table::new(study.keys(), study.headers(), &mut bytes)?);

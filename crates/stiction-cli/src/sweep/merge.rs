@@ -1,4 +1,4 @@
-//! Merging of the parts of a study.
+//! Merges the parts (shards) of a parameter study.
 
 use super::journal::TABLE;
 use super::{Results, part_of};
@@ -21,7 +21,7 @@ struct Part {
     header: String,
 }
 
-/// Merges the tables of all parts, row by row.
+/// Merges the tables of all parts into one table, in the order of the row numbers.
 pub(super) fn merge(options: &Sweep, folders: &[PathBuf]) -> Result<(), Failure> {
     let mut parts = folders.iter().map(|folder| open(folder)).collect::<Result<Vec<_>, _>>()?;
     parts.sort_by_key(|part| part.shard.part);

@@ -7,7 +7,9 @@ const NEAR: f64 = 0.5;
 /// Twice the area of a triangle, px^2, below which its three corners count as collinear.
 const FLAT: f64 = 1.0;
 
-/// Computes the corners of the convex hull: one if all points coincide, two if they lie on a line.
+/// Computes the corners of the convex hull of `points`, px, in the direction of rotation from the x
+/// to the y axis. Returns one corner if all points coincide, and two corners if all points lie on a
+/// line.
 pub(super) fn hull(mut points: Vec<Point>) -> Vec<Point> {
     points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
     points.dedup_by(|a, b| (a[0] - b[0]).hypot(a[1] - b[1]) < NEAR);
@@ -35,7 +37,8 @@ pub(super) fn hull(mut points: Vec<Point>) -> Vec<Point> {
     outline
 }
 
-/// Returns true if a point lies within a hull with the corners `outline` in the order of [`hull`].
+/// Returns true if `point` lies within the convex hull with the corners `outline`, in the order in
+/// which [`hull`] returns them.
 pub(super) fn is_within(outline: &[Point], point: Point) -> bool {
     let side = |k: usize| {
         let (a, b) = (outline[k], outline[(k + 1) % outline.len()]);

@@ -61,12 +61,12 @@ pub(super) struct Label {
     pub(super) inside: bool,
 }
 
-/// Obstacles for labels.
+/// Parts of the picture that labels should not cover. Coordinates are in px.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Obstacles {
     /// Boxes of the symbols and of the labels that are already placed.
     pub(super) areas: Vec<Area>,
-    /// Lines, represented by points along them.
+    /// Points along all lines that labels should not cover.
     pub(super) points: Vec<Point>,
 }
 

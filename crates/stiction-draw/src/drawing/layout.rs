@@ -13,7 +13,7 @@ const HUB: usize = 3;
 pub(super) struct Layout {
     /// Position of the symbol of each joint.
     pub(super) places: Vec<Vec3<f64>>,
-    /// Points to which the symbols are attached.
+    /// For each joint, the points of its two bodies to which the joint's symbol is attached.
     pub(super) anchorages: Vec<Anchorage>,
     /// Indices of the joints of each body.
     pub(super) joints: Vec<Vec<usize>>,
@@ -36,20 +36,22 @@ impl Layout {
         Self { places, anchorages, joints, hubs, branch, branches }
     }
 
-    /// Index of the branch of a joint: that of the predecessor or successor.
+    /// Returns the index of the branch to which a joint belongs: the branch of the successor or, if
+    /// the successor is a hub, that of the predecessor. `None` for a joint between two hubs.
     pub(super) fn branch_of_joint(&self, mechanism: &Mechanism, joint: usize) -> Option<usize> {
         let (p, s) = ends(mechanism, joint);
         self.branch[s].or(self.branch[p])
     }
 
-    /// Mean position of a body's joints; `None` for a body without joints.
+    /// Returns the mean position of the symbols of a body's joints; `None` for a body without
+    /// joints.
     pub(super) fn middle(&self, body: usize) -> Option<Vec3<f64>> {
         mean(self.joints[body].iter().map(|&joint| self.places[joint]))
     }
 }
 
-/// Index of the leg of each joint, which determines the colour of the joint in pictures. `None` for
-/// a joint between two hubs.
+/// Returns, for each joint, the index of its leg, which determines the colour of the joint in
+/// pictures. The entry is `None` for a joint between two hubs.
 pub fn legs_of_joints(mechanism: &Mechanism) -> Vec<Option<usize>> {
     let joints = joints_of_bodies(mechanism);
     let (branch, _) = branches(mechanism, &joints, &hubs(mechanism, &joints));
@@ -60,11 +62,13 @@ pub fn legs_of_joints(mechanism: &Mechanism) -> Vec<Option<usize>> {
     (0..mechanism.joints().len()).map(leg).collect()
 }
 
-/// Largest number of bodies whose paths are drawn.
+/// Largest number of bodies whose paths are drawn. If more bodies qualify, no path is drawn.
 const TRACED: usize = 4;
 
-/// Indices of the bodies whose paths show the motion of a mechanism: the hubs, such as platforms; without hubs, the ends
-/// of open chains; without those, the bodies that are not connected to the ground. Empty if there are too many.
+/// Returns the indices of the bodies whose paths show the motion of a mechanism: the hubs except
+/// the ground, such as platforms; without such hubs, the ends of open chains; without open chains,
+/// all bodies that no joint connects to the ground. Returns an empty list if these are more than
+/// four bodies.
 pub fn outputs(mechanism: &Mechanism) -> Vec<usize> {
     let joints = joints_of_bodies(mechanism);
     let hubs = hubs(mechanism, &joints);
@@ -73,8 +77,9 @@ pub fn outputs(mechanism: &Mechanism) -> Vec<usize> {
     traced_of(joints.len(), &[&|body| hubs[*body], &is_end, &off_ground])
 }
 
-/// Evaluates the conditions in order and returns the bodies that satisfy the first condition
-/// satisfied by any body; empty if there are more than [`TRACED`].
+/// Returns the bodies, without the ground, that satisfy a condition: the first of `conditions` that
+/// at least one body satisfies. Returns an empty list if more than [`TRACED`] bodies satisfy this
+/// condition.
 pub(super) fn traced_of(bodies: usize, conditions: &[&dyn Fn(&usize) -> bool]) -> Vec<usize> {
     let mut all = conditions.iter().map(|holds| (1..bodies).filter(holds).collect::<Vec<_>>());
     let found = all.find(|found| !found.is_empty()).unwrap_or_default();
@@ -86,7 +91,8 @@ pub(super) fn is_off_ground(joints: &[Vec<usize>], body: usize) -> bool {
     joints[body].iter().all(|joint| !joints[BodyId::GROUND.0].contains(joint))
 }
 
-/// Part of a name before its first dot, which is the name of the leg.
+/// Returns the part of a body's name before the first dot, which is the name of the leg; `None` if
+/// the name has no dot.
 pub(super) fn leg_of(name: &str) -> Option<&str> {
     name.split_once('.').map(|(leg, _)| leg)
 }
@@ -185,8 +191,8 @@ fn branches(
     (branch, names)
 }
 
-/// Point that the symbol of a joint follows during a motion. It lies between a point of the predecessor and a point
-/// of the successor, which are given in the axes of these bodies, m.
+/// Point that the symbol of a joint follows during a motion. It lies between a point of the
+/// predecessor and a point of the successor, each given in the frame of its body, m.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Anchorage {
     pub(super) on_predecessor: Vec3<f64>,
@@ -196,8 +202,9 @@ pub(super) struct Anchorage {
     pub(super) weight: f64,
 }
 
-/// Anchorages of the symbols: the origin of the joint, unless the joint slides. The frames of a sliding joint may lie
-/// anywhere along its axis, so its symbol is drawn near its bodies.
+/// Computes the anchorage of each joint's symbol, usually the origin of the joint. The frames of a
+/// sliding joint may lie anywhere along its axis, so the symbol of a sliding joint is drawn near
+/// its bodies.
 fn anchorages(placed: &Placed<'_>, joints: &[Vec<usize>], hubs: &[bool]) -> Vec<Anchorage> {
     let mechanism = placed.mechanism;
     let on_body = |joint: usize, body: usize| {
@@ -208,7 +215,8 @@ fn anchorages(placed: &Placed<'_>, joints: &[Vec<usize>], hubs: &[bool]) -> Vec<
         };
         frame.position
     };
-    // Mean position of the body's other joints; if there are none, its centre of mass or the frame of this joint.
+    // Mean position of the body's other joints. If there are none: the centre of mass or, for the
+    // ground and bodies without mass, the origin of this joint's frame on the body.
     let anchor = |joint: usize, body: usize| {
         let others = joints[body].iter().filter(|&&other| other != joint);
         mean(others.map(|&other| on_body(other, body))).unwrap_or_else(|| {
@@ -268,8 +276,9 @@ fn places(placed: &Placed<'_>, anchorages: &[Anchorage]) -> Vec<Vec3<f64>> {
     anchorages.iter().enumerate().map(place).collect()
 }
 
-/// Returns true if the origin of a guide lies clearly between its two bodies; `from` and `to` are
-/// the positions of the bodies along the axis, m from the origin.
+/// Returns true if the origin of a sliding joint lies between its two bodies, with a margin of 20 %
+/// of their distance. `from` and `to` are the positions of the bodies along the axis of the joint,
+/// m, relative to the origin.
 fn is_amid(from: f64, to: f64) -> bool {
     let margin = 0.2 * (to - from).abs();
     from.min(to) + margin < 0.0 && 0.0 < from.max(to) - margin
