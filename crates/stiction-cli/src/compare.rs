@@ -39,7 +39,8 @@ fn models(options: &Compare) -> Result<[Model; 2], Failure> {
     Ok([model(&options.first, &options.set_a), model(second, &options.set_b)])
 }
 
-/// Name and title of a robot; the title lists changed values.
+/// Returns the name of a robot and, if the model has one, its title. The title lists the values
+/// that the user changed.
 fn heading(robot: &Robot) -> String {
     match robot.title() {
         "" => robot.name().to_owned(),

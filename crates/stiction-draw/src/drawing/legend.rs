@@ -12,7 +12,7 @@ const ROW: f64 = 34.0;
 /// Length of the drawn world axes, px.
 const AXIS: f64 = 26.0;
 
-/// Symbol and its meaning, for a legend.
+/// Entry of a legend: a symbol and its meaning.
 pub(super) struct Entry {
     /// Function that draws the symbol at a given point.
     pub(super) symbol: Box<dyn Fn(Point) -> String>,
@@ -21,7 +21,8 @@ pub(super) struct Entry {
     pub(super) meaning: String,
 }
 
-/// Draws entries in rows below an area, from its left edge, and extends the area.
+/// Draws entries of the legend in rows below `area`, from the left edge of `area`, and extends
+/// `area` by these rows.
 pub(super) fn entries(entries: &[Entry], area: &mut Area) -> String {
     let left = area.least[0] + 8.0;
     let right = area.greatest[0].max(left + 420.0);
@@ -41,7 +42,8 @@ pub(super) fn entries(entries: &[Entry], area: &mut Area) -> String {
     drawn
 }
 
-/// Draws the world axes and a scale bar of round length below an area, and extends the area.
+/// Draws the world axes and a scale bar of round length below `area`, and extends `area` by both.
+/// `scale` is the scale of the picture, px per m.
 pub(super) fn scale_and_axes(view: &View, scale: f64, area: &mut Area) -> String {
     // Leaves space above the origin for axes that point upwards in this view.
     let highest = (0..3).map(|k| -view.project(Vec3::unit(k))[1]).fold(0.0, f64::max);
@@ -97,7 +99,8 @@ fn world_axis(view: &View, middle: Point, axis: Vec3<f64>, name: &str) -> String
     line("detail", middle, tip) + &head + &text("axis-name", over, Anchor::Middle, name)
 }
 
-/// Greatest of 1, 2 and 5 times a power of ten that does not exceed a length (m, positive), and its text.
+/// Returns the greatest length of 1, 2 or 5 times a power of ten that does not exceed `most`, and
+/// its text with the unit. Both lengths are in m; `most` is positive.
 fn round_length(most: f64) -> (f64, String) {
     let power = 10f64.powf(most.log10().floor());
     let digit = [5.0, 2.0].into_iter().find(|digit| digit * power <= most).unwrap_or(1.0);

@@ -40,20 +40,22 @@ pub enum Detail {
     Small,
 }
 
-/// Drawing of a mechanism at its current pose.
+/// Drawing of a mechanism at given poses of its bodies.
 #[derive(Clone, Debug)]
 pub struct Drawing<'a> {
     placed: Placed<'a>,
     layout: Layout,
     trail: Option<&'a Trail>,
-    /// Points that the picture must contain in addition to those of this pose. The first points are
-    /// joint positions, which determine the size of the symbols.
+    /// Points that the picture must contain in addition to those of the drawn mechanism, m. The
+    /// list begins with one position of each joint; these positions determine the size of the
+    /// symbols.
     extent: Vec<Vec3<f64>>,
     normal: Option<Vec3<f64>>,
 }
 
 impl<'a> Drawing<'a> {
-    /// Draws the mechanism; `poses` are those of all bodies, the ground first, in common axes.
+    /// Creates the drawing of a mechanism. `poses` are the poses of all bodies, the ground first,
+    /// in world axes and relative to a common origin.
     pub fn new(mechanism: &'a Mechanism, poses: &[Pose<f64>]) -> Self {
         let placed = Placed::new(mechanism, poses);
         let layout = Layout::new(&placed);
@@ -61,7 +63,7 @@ impl<'a> Drawing<'a> {
         Self { placed, layout, trail: None, extent: Vec::new(), normal }
     }
 
-    /// Adds the paths of a motion of the same mechanism.
+    /// Adds the paths of a motion of this mechanism to the drawing.
     pub fn with_trail(self, trail: &'a Trail) -> Self {
         Self { trail: Some(trail), ..self }
     }
@@ -71,8 +73,8 @@ impl<'a> Drawing<'a> {
         self.normal.is_some()
     }
 
-    /// Best view: face-on for a planar mechanism; otherwise oblique from the upper right front,
-    /// rotated so that joints hide each other as little as possible.
+    /// Returns the best view: face-on for a planar mechanism; otherwise oblique from the upper
+    /// right front, rotated so that joints hide each other as little as possible.
     pub fn best_view(&self) -> View {
         match self.normal {
             Some(normal) => view::face_on(&self.placed, normal),
@@ -80,13 +82,14 @@ impl<'a> Drawing<'a> {
         }
     }
 
-    /// Mean position of the joints, in the axes of the poses, m.
+    /// Returns the mean position of the joints in world axes, relative to the common origin of the
+    /// poses, m.
     pub fn middle(&self) -> Vec3<f64> {
         layout::mean(self.layout.places.iter().copied()).unwrap_or_else(Vec3::zero)
     }
 
-    /// Apparent thickness of the mechanism in the best view, relative to its length: zero if all
-    /// joints lie on a line, as in a slider-crank at its dead centres.
+    /// Returns the apparent thickness of the mechanism in the best view, relative to the apparent
+    /// length: zero if all joints lie on a line, as in a slider-crank at its dead centres.
     pub fn thickness(&self) -> f64 {
         view::thickness(&self.best_view(), &self.layout)
     }

@@ -9,8 +9,9 @@ use crate::xml::escape;
 use stiction_core::mechanism::Mechanism;
 use stiction_core::spatial::Pose;
 
-/// Draws a motion that repeats every `seconds`, from poses of all bodies, the ground first, at equal
-/// intervals. Viewers without animations and readers who ask for reduced motion see the first frame.
+/// Draws a motion that repeats every `seconds` s. Each frame contains the poses of all bodies, the
+/// ground first; the frames are equally spaced in time. Viewers without animations and readers who
+/// ask for reduced motion see the first frame.
 pub fn moving_picture(mechanism: &Mechanism, frames: &[Vec<Pose<f64>>], seconds: f64) -> String {
     let Some(first) = frames.first() else { return String::new() };
     let mut trail = Trail::new(mechanism, first);
@@ -18,8 +19,8 @@ pub fn moving_picture(mechanism: &Mechanism, frames: &[Vec<Pose<f64>>], seconds:
     let mut drawings: Vec<Drawing<'_>> =
         frames.iter().map(|poses| Drawing::new(mechanism, poses)).collect();
     let view = drawings[0].best_view();
-    // All frames have the same scale, so each includes the joints of all frames, and the centres of bodies with a
-    // single joint.
+    // All frames have the same scale, so the extent of each frame includes the joints of all
+    // frames, and the centres of bodies with a single joint.
     let lonely = |drawing: &Drawing<'_>, body: usize| drawing.layout.joints[body].len() < 2;
     let coms = drawings.iter().zip(frames).flat_map(|(drawing, poses)| {
         let bodies = mechanism.bodies().iter().zip(poses).enumerate().skip(1);
@@ -30,7 +31,7 @@ pub fn moving_picture(mechanism: &Mechanism, frames: &[Vec<Pose<f64>>], seconds:
     let extent: Vec<_> = places.chain(coms).collect();
     drawings.iter_mut().for_each(|drawing| drawing.extent.clone_from(&extent));
     let with_paths = Drawing { trail: Some(&trail), ..drawings[0].clone() };
-    // The paths are those of the centres of joints, so they lie within the extent.
+    // A path follows the mean position of a body's joints, so it lies within the extent.
     let (paths, mut area) = Sheet::new(&with_paths, &view, Detail::Full).paths();
     let every = 1.0 / frames.len() as f64;
     let mut drawn = String::new();

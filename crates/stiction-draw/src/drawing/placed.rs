@@ -1,9 +1,10 @@
-//! Mechanism at one pose: poses of its bodies, and the resulting frames of its joints.
+//! Mechanism at given poses of its bodies, with the resulting poses of the joint frames.
 
 use stiction_core::mechanism::Mechanism;
 use stiction_core::spatial::Pose;
 
-/// Mechanism with the poses of its bodies, the ground first, and those of its joint frames.
+/// Mechanism with the poses of its bodies, the ground first, and the poses of both frames of each
+/// joint. All poses are in world axes, relative to a common origin, m.
 #[derive(Clone, Debug)]
 pub(super) struct Placed<'a> {
     pub(super) mechanism: &'a Mechanism,

@@ -14,11 +14,11 @@ use stiction_core::joint::JointType;
 use stiction_core::mechanism::{BodyId, Joint, Mechanism};
 use stiction_core::spatial::Vec3;
 
-/// Width and height of the area for the mechanism, px.
+/// Width and height of the area for the mechanism in a full picture, px.
 const ROOM: [f64; 2] = [540.0, 420.0];
 const SMALL_ROOM: [f64; 2] = [230.0, 200.0];
-/// Largest number of joints or legs that get labels; if there are more, browsers show names at the
-/// pointer.
+/// Largest number of joints, and of legs, that get labels. If a mechanism has more, their names
+/// appear only in browsers, at the pointer.
 const LABELLED: usize = 48;
 
 pub(super) struct Sheet<'a> {
@@ -74,14 +74,14 @@ impl<'a> Sheet<'a> {
         sheet
     }
 
-    /// Draws the paths alone; returns their markup and the area that they cover.
+    /// Draws the paths alone; returns their SVG markup and the area of the picture, px.
     pub(super) fn paths(mut self) -> (String, Area) {
         self.draw_trails();
         self.composed()
     }
 
-    /// Draws the mechanism without paths, labels and legend; returns the markup and the area that
-    /// it covers.
+    /// Draws the mechanism without paths, labels and legend; returns the SVG markup and the area of
+    /// the picture, px.
     pub(super) fn bare(mut self) -> (String, Area) {
         self.draw_mechanism();
         self.composed()
@@ -124,7 +124,8 @@ impl<'a> Sheet<'a> {
         }
     }
 
-    /// Draws the parts from back to front; returns them with the area of the picture.
+    /// Sorts the drawn parts from back to front; returns their SVG markup and the area of the
+    /// picture, px.
     fn composed(&mut self) -> (String, Area) {
         self.parts.sort_by(|a, b| a.0.total_cmp(&b.0));
         let drawn: String = self.parts.iter().map(|(_, part)| part.as_str()).collect();
@@ -152,12 +153,13 @@ impl<'a> Sheet<'a> {
         [(x - self.centre[0]) * self.scale, (y - self.centre[1]) * self.scale]
     }
 
-    /// Depth of a point towards the viewer, px.
+    /// Returns the depth of a point, px, positive towards the viewer.
     fn depth(&self, point: Vec3<f64>) -> f64 {
         self.pen.view.depth(point) * self.scale
     }
 
-    /// Size of the symbols, px; small if joints are close to each other.
+    /// Returns the size of the joint symbols, px; small if joints are close to each other in the
+    /// picture.
     fn symbol_size(&self) -> f64 {
         let places = match self.drawing.extent.as_slice() {
             [] => &self.drawing.layout.places,
@@ -194,7 +196,8 @@ impl<'a> Sheet<'a> {
         }
     }
 
-    /// Draws the ground plate of a spatial mechanism with at least three joints on the ground.
+    /// Draws the ground plate of a spatial mechanism: the convex hull of the joints on the ground,
+    /// unless all these joints lie on a line in the picture.
     fn draw_ground_plate(&mut self) {
         let layout = &self.drawing.layout;
         if self.drawing.is_planar() {
@@ -317,7 +320,8 @@ impl<'a> Sheet<'a> {
         trail.and_then(|trail| trail.stroke(&self.drawing.placed, joint)).unwrap_or((0.0, 0.0))
     }
 
-    /// Draws the ground mark of a joint: a hatched line below the joint, or along its slide.
+    /// Draws the ground mark of a joint that connects a body to the ground: a hatched line on the
+    /// side away from the body, or along the axis of a sliding joint.
     fn ground_mark(&mut self, index: usize, at: Point) -> String {
         let joint = &self.joints()[index];
         let (p, s) = ends(self.drawing.placed.mechanism, index);
@@ -365,8 +369,8 @@ impl<'a> Sheet<'a> {
         stem + &if goes_down { hatched(b, a) } else { hatched(a, b) }
     }
 
-    /// Collects the labels: those of joints first, because they must be near their joints; labels of bodies and legs
-    /// have more space.
+    /// Collects the labels in the order in which they are placed. Labels of joints come first,
+    /// because they must lie near their joints; labels of bodies and legs have more space.
     fn ask_for_labels(&mut self) {
         if self.joints().len() <= LABELLED {
             for joint in 0..self.joints().len() {
@@ -408,7 +412,8 @@ impl<'a> Sheet<'a> {
         Label { at, radius, class, content: content.to_owned(), inside: false }
     }
 
-    /// Middle of the longest line of a branch; its first joint if it has no line.
+    /// Returns the middle of the longest line of a branch in the picture, px; `None` for a branch
+    /// without bodies.
     fn middle_of_branch(&self, branch: usize) -> Option<Point> {
         let layout = &self.drawing.layout;
         let mut best: Option<(f64, Point)> = None;
@@ -470,15 +475,15 @@ impl<'a> Sheet<'a> {
     }
 }
 
-/// Markup of a white rectangle, the sheet of paper, that covers an area.
+/// Returns the SVG markup of a white rectangle that covers `area` like a sheet of paper.
 pub(super) fn sheet(area: &Area) -> String {
     let [x, y] = area.least;
     let [right, bottom] = area.greatest;
     corners("sheet", &[[x, y], [right, y], [right, bottom], [x, bottom]], true)
 }
 
-/// CSS class for the line width of a body. If one body slides in another, the body with the guide
-/// is drawn thicker.
+/// Returns the CSS class for the line width of a body. Of two bodies that a sliding joint connects,
+/// the predecessor is drawn thicker.
 pub(super) fn thickness(mechanism: &Mechanism, joints: &[usize], body: usize) -> &'static str {
     let slides = |joint: &&usize| {
         let kind = mechanism.joints()[**joint].joint_type;
@@ -491,7 +496,8 @@ pub(super) fn thickness(mechanism: &Mechanism, joints: &[usize], body: usize) ->
     }
 }
 
-/// Scale (px per m) and centre (m) that fit an area into the picture.
+/// Returns the scale (px per m) and the centre (m) with which the area `seen` (m) fits into the
+/// size `room` (px). `length` is the characteristic length of the mechanism, m.
 fn fit(seen: &Area, room: Point, length: f64) -> (f64, Point) {
     let size = |k: usize| seen.greatest[k] - seen.least[k];
     let middle = |k: usize| 0.5 * (seen.greatest[k] + seen.least[k]);

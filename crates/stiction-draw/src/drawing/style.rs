@@ -3,12 +3,12 @@
 //! Colours are literal values, because programs other than browsers do not support CSS variables;
 //! such programs use the light colours.
 
-/// Colours of branches, distinguishable on paper, on screen and with most colour vision
-/// deficiencies (after Okabe and Ito); without the colours that resemble the yellow of actuated
-/// joints.
+/// Colours of branches (legs) on a light background. The colours are distinguishable on paper, on
+/// screen and with most colour vision deficiencies (after Okabe and Ito), and none resembles the
+/// yellow of actuated joints.
 pub const BRANCHES: [&str; 7] =
     ["#0072b2", "#c1440e", "#00835f", "#b0478c", "#7a6000", "#2c8fc9", "#666666"];
-/// Colours of branches on a dark background.
+/// Colours of branches (legs) on a dark background, in the order of [`BRANCHES`].
 pub const BRANCHES_ON_DARK: [&str; 7] =
     ["#5ab4e8", "#f08a5d", "#3fc79d", "#e29ac7", "#c9b458", "#93d0f3", "#b0b0b0"];
 
@@ -61,7 +61,8 @@ pub(super) fn style(surface: Surface) -> String {
     css
 }
 
-/// Colours of the parts of a picture, each with its name in the style sheet of a page.
+/// Returns pairs of a name and a colour for the parts of a picture; the style sheet of a page uses
+/// the names. `is_dark` selects the colours for a dark background.
 pub(crate) fn tones(is_dark: bool) -> [(&'static str, &'static str); 7] {
     let tones = if is_dark { &TONES_ON_DARK } else { &TONES };
     [

@@ -73,7 +73,7 @@ pub(super) fn text(class: &str, at: Point, anchor: Anchor, content: &str) -> Str
     )
 }
 
-/// Approximate width of a text at a font size, px.
+/// Estimates the width of a text with the font size `size`; both are in px.
 pub(super) fn width_of(content: &str, size: f64) -> f64 {
     let letter = |c: char| match c {
         'i' | 'j' | 'l' | 'I' | '.' | ',' | ':' | '\'' | '|' | ' ' => 0.32,

@@ -9,11 +9,12 @@ use stiction_core::spatial::{Mat3, Pose, Vec3};
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pen {
     pub(super) view: View,
-    /// Radius of a pin, px, from which the other sizes follow.
+    /// Radius of a pin, px; all other sizes of the symbols are proportional to this radius.
     pub(super) size: f64,
 }
 
-/// CSS classes of the faces of a joint; faces that look away from the viewer are darker.
+/// CSS classes of the faces of a joint symbol: `bright` for the end of a cylinder and for the face
+/// of a box that is turned most towards the viewer, `dim` for all other faces.
 struct Faces {
     bright: &'static str,
     dim: &'static str,
@@ -23,7 +24,8 @@ const PLAIN: Faces = Faces { bright: "joint-face", dim: "joint-side" };
 const DRIVEN: Faces = Faces { bright: "drive-face", dim: "drive-side" };
 
 impl Pen {
-    /// Point at a distance of `length` px from another point, along a unit vector in world axes.
+    /// Returns the end of a projected line in the picture. The line begins at `from` and has the
+    /// length `length`, px, before projection, along `direction`, a unit vector in world axes.
     pub(super) fn go(&self, from: Point, direction: Vec3<f64>, length: f64) -> Point {
         let [x, y] = self.view.project(direction);
         [from[0] + x * length, from[1] + y * length]
@@ -186,7 +188,8 @@ impl Pen {
         plate + &arm(axes.columns[0]) + &arm(axes.columns[1])
     }
 
-    /// Draws the visible faces of a box, given by its half lengths.
+    /// Draws the visible faces of a box with the centre `at` and the half lengths `half`, px, along
+    /// `axes`.
     fn block(&self, faces: &Faces, at: Point, axes: Mat3<f64>, half: [f64; 3]) -> String {
         let mut drawn = String::new();
         let mut visible: Vec<(f64, usize, f64)> = (0..3)
@@ -211,7 +214,7 @@ impl Pen {
         drawn
     }
 
-    /// Draws two pins at right angles.
+    /// Draws the cross of a universal joint: two pins along the unit vectors `first` and `second`.
     fn cross(&self, faces: &Faces, at: Point, first: Vec3<f64>, second: Vec3<f64>) -> String {
         let r = self.size;
         let mut drawn = self.dashed(at, first, 3.3 * r) + &self.dashed(at, second, 3.3 * r);
@@ -225,7 +228,8 @@ impl Pen {
     }
 }
 
-/// Frame in which the symbol of a joint type is easy to recognise, for legends.
+/// Returns the orientation of a joint's frame in which its symbol is easy to recognise, for
+/// legends.
 pub(super) fn sample_frame(view: &View, kind: JointType, planar: bool) -> Pose<f64> {
     let View { right, up, toward } = *view;
     let slides = matches!(kind, JointType::Prismatic | JointType::Cylindrical | JointType::Helical);
@@ -241,7 +245,7 @@ pub(super) fn sample_frame(view: &View, kind: JointType, planar: bool) -> Pose<f
     Pose { rotation: Mat3::from_columns(x, axis.cross(x), axis), position: Vec3::zero() }
 }
 
-/// Name of a joint type in words.
+/// Returns the name of a joint type in words.
 pub(super) fn word(kind: JointType) -> &'static str {
     match kind {
         JointType::Revolute => "revolute",

@@ -8,7 +8,8 @@ use stiction_core::spatial::{Pose, Vec3};
 /// Largest number of stored points of a path.
 const KEPT: usize = 600;
 
-/// Paths of the hubs or, without hubs, of the coupler bodies, and strokes of the sliding joints.
+/// Trace of a motion: paths of the hubs, such as platforms, or, without hubs, of the bodies that
+/// are not connected to the ground; and strokes of the sliding joints.
 #[derive(Clone, Debug)]
 pub struct Trail {
     bodies: Vec<Path>,
@@ -80,7 +81,8 @@ impl Trail {
         self.bodies.iter().map(|path| path.points.as_slice())
     }
 
-    /// Backward and forward stroke of a sliding joint from its present position, m.
+    /// Returns the least and the greatest displacement of a sliding joint in the motion, relative
+    /// to its present position, m. `None` for other joints.
     pub(super) fn stroke(&self, placed: &Placed<'_>, joint: usize) -> Option<(f64, f64)> {
         let slide = self.slides.iter().find(|slide| slide.joint == joint)?;
         let now = slid(placed.mechanism, &placed.pose, joint);
@@ -88,8 +90,9 @@ impl Trail {
     }
 }
 
-/// Traced bodies and their traced points, in the axes of the bodies, m: the hubs or, if there are
-/// none, the bodies that are not connected to the ground; empty if there are too many.
+/// Returns the indices of the traced bodies, each with its traced point in the frame of the body,
+/// m. The traced bodies are the hubs or, without hubs, the bodies that are not connected to the
+/// ground; if these are too many, see [`traced_of`], the list is empty.
 pub(super) fn traced(placed: &Placed<'_>, layout: &Layout) -> Vec<(usize, Vec3<f64>)> {
     let off_ground = |body: &usize| is_off_ground(&layout.joints, *body);
     let traced = traced_of(layout.joints.len(), &[&|body| layout.hubs[*body], &off_ground]);
@@ -101,7 +104,8 @@ pub(super) fn traced(placed: &Placed<'_>, layout: &Layout) -> Vec<(usize, Vec3<f
     traced.into_iter().map(point).collect()
 }
 
-/// Displacement of a joint's frames along its axis, m: the coordinate of a sliding joint up to a constant.
+/// Returns the displacement between the two frames of a joint along the joint axis, m. For a
+/// sliding joint, it equals the coordinate up to a constant.
 fn slid(mechanism: &Mechanism, poses: &[Pose<f64>], joint: usize) -> f64 {
     let joint = &mechanism.joints()[joint];
     let frame_j = poses[joint.predecessor.0] * joint.frame_j;

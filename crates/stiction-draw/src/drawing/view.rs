@@ -6,7 +6,8 @@ use super::placed::Placed;
 use stiction_core::joint::JointType;
 use stiction_core::spatial::Vec3;
 
-/// Direction of view, without perspective: lengths perpendicular to this direction are true.
+/// Direction of view of a picture without perspective: lengths perpendicular to this direction are
+/// true.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     /// Direction to the right in the picture, a unit vector in world axes.
@@ -48,7 +49,7 @@ impl View {
         [self.right.dot(point), -self.up.dot(point)]
     }
 
-    /// Depth of a point towards the viewer, m.
+    /// Returns the depth of a point, m, positive towards the viewer.
     pub(super) fn depth(&self, point: Vec3<f64>) -> f64 {
         self.toward.dot(point)
     }
@@ -57,9 +58,9 @@ impl View {
 /// Threshold below which components of unit vectors count as zero.
 const NONE: f64 = 1e-6;
 
-/// Normal of the plane of motion, if the joints permit only planar motion: axes of rotation are parallel to the
-/// normal, slides are perpendicular to it. Universal and spherical joints are accepted if all joints lie in one
-/// plane.
+/// Returns the normal of the plane of motion, a unit vector in world axes, if the joints permit
+/// only planar motion: axes of rotation are parallel to the normal, and directions of sliding are
+/// perpendicular to it. Universal and spherical joints are accepted if all joints lie in one plane.
 pub(super) fn plane_normal(placed: &Placed<'_>, layout: &Layout) -> Option<Vec3<f64>> {
     let joints = placed.mechanism.joints();
     let frames = &placed.frame_j;
@@ -91,7 +92,8 @@ pub(super) fn plane_normal(placed: &Placed<'_>, layout: &Layout) -> Option<Vec3<
     (!needs_places || spread < NONE * length).then_some(normal)
 }
 
-/// Upward direction of pictures: against gravity, or along z without gravity.
+/// Returns the upward direction of pictures, a unit vector in world axes: against gravity, or along
+/// z without gravity.
 pub(super) fn upwards(placed: &Placed<'_>) -> Vec3<f64> {
     (-placed.mechanism.gravity()).direction().unwrap_or(Vec3::unit(2))
 }
@@ -153,8 +155,8 @@ fn hidden(view: &View, layout: &Layout) -> f64 {
     platforms.map(count).sum::<usize>() as f64
 }
 
-/// Apparent thickness of the mechanism, relative to its length: zero if all joints lie on a line in
-/// the picture.
+/// Returns the apparent thickness of the mechanism, relative to its apparent length: zero if all
+/// joints lie on a line in the picture.
 pub(super) fn thickness(view: &View, layout: &Layout) -> f64 {
     let points: Vec<[f64; 2]> = layout.places.iter().map(|place| view.project(*place)).collect();
     let count = points.len().max(1) as f64;

@@ -2,8 +2,8 @@
 
 use crate::numbers::significant;
 
-/// Values count as equal if half their range is at most this fraction of the greatest magnitude.
-/// Rounding errors are then not enlarged to curves.
+/// Values count as equal if half their range is at most this fraction of the greatest magnitude, so
+/// that a plot does not enlarge rounding errors to curves.
 const FLAT: f64 = 1e-9;
 
 /// Range of an axis, and the distance between its ticks, which lie at round numbers.
@@ -47,7 +47,8 @@ impl Axis {
         Self { step: self.step.max(1.0), ..self }
     }
 
-    /// Position of a value: 0 at the low end and 1 at the high end; infinite values lie at the ends.
+    /// Returns the position of a value along the axis, from 0 at the low end to 1 at the high end.
+    /// A value beyond an end, finite or infinite, has the position of this end.
     pub(super) fn place(&self, value: f64) -> f64 {
         ((value - self.low) / (self.high - self.low)).clamp(0.0, 1.0)
     }
@@ -82,7 +83,8 @@ fn around(value: f64) -> (f64, f64) {
     (value - half, value + half)
 }
 
-/// Step of one, two or five times a power of ten, so that about `ticks` steps fit.
+/// Returns a step of one, two or five times a power of ten such that about `ticks` steps fit into
+/// `span`.
 fn round_step(span: f64, ticks: usize) -> f64 {
     let raw = span / ticks.max(1) as f64;
     let power = 10f64.powf(raw.log10().floor());

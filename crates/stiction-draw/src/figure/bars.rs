@@ -1,4 +1,4 @@
-//! Horizontal bars: amounts from zero, and intervals.
+//! Horizontal bar charts: bars of amounts begin at zero, bars of intervals at any value.
 
 use super::axis::Axis;
 use super::colour_name;
@@ -6,12 +6,12 @@ use crate::drawing::px;
 use crate::numbers::number;
 use crate::xml::escape;
 
-/// Horizontal bars with a common axis.
+/// Horizontal bar chart; all bars have a common axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bars {
     /// Title above the bars.
     pub title: String,
-    /// Name of the axis of intervals, without the unit.
+    /// Name of the axis, without the unit. The axis is labelled only if a bar shows an interval.
     pub axis: String,
     /// Unit of the values.
     pub unit: String,
@@ -19,7 +19,7 @@ pub struct Bars {
     pub bars: Vec<Bar>,
 }
 
-/// Interval of a quantity.
+/// Bar that shows an amount or an interval of a quantity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bar {
     /// Name left of the bar.
@@ -31,7 +31,7 @@ pub struct Bar {
     pub mark: Option<f64>,
     /// Index of the bar's colour in [`super::COLOURS`], or one of [`super::meaning`].
     pub colour: usize,
-    /// Index of the leg to which the quantity belongs.
+    /// Index of the leg to which the quantity belongs; `None` for a quantity of no leg.
     pub leg: Option<usize>,
 }
 
@@ -43,8 +43,8 @@ const LONGEST: usize = 28;
 const TICKS: usize = 8;
 
 impl Bars {
-    /// Markup of the title and the bars for a page; empty without bars. `label` is the accessible
-    /// description.
+    /// Returns the HTML markup of the title and the bars for a page; empty without bars. `label` is
+    /// the accessible description.
     pub fn inline(&self, label: &str) -> String {
         if self.bars.is_empty() {
             return String::new();
@@ -158,8 +158,8 @@ impl Bars {
 mod tests {
     use super::*;
 
-    /// Checks that intervals have an axis with ticks and its unit. Amounts begin at zero and state their value, so they
-    /// need none.
+    /// Checks that intervals have an axis with ticks and its unit. Bars of amounts begin at zero
+    /// and state their values, so they need no axis.
     #[test]
     fn intervals_have_an_axis() {
         let with = |ends| {

@@ -5,8 +5,8 @@ use crate::drawing::px;
 use crate::xml::escape;
 
 impl Figure {
-    /// Markup of the title, the legend and the plot for a page; `label` is the accessible
-    /// description.
+    /// Returns the HTML markup of the title, the legend and the plot for a page; `label` is the
+    /// accessible description.
     pub fn inline(&self, label: &str) -> String {
         let mut inner = String::new();
         if !self.title.is_empty() {
@@ -23,7 +23,8 @@ impl Figure {
             )
     }
 
-    /// Legend of all lines and bands, with each appearance once; empty if there is nothing to distinguish.
+    /// Returns the HTML markup of the legend. Lines or bands with the same label and appearance
+    /// share one entry. The legend is empty if it has fewer than two entries.
     fn legend(&self) -> String {
         let mut seen = Vec::new();
         let mut items = String::new();

@@ -21,15 +21,16 @@ pub const POTENTIAL: usize = 5;
 pub const LIMIT: usize = 6;
 /// Colour of the constraints of the loops.
 pub const CONSTRAINT: usize = 7;
-/// Colour of a quantity of an actuator. It is the colour that the actuator's leg, stated by the
-/// panel or bar, has in pictures of the mechanism; without a leg, the colour of a result.
+/// Colour of a quantity of an actuator. The panel or bar states the leg of the actuator; the colour
+/// is then that of this leg in pictures of the mechanism. Without a leg, the colour is that of a
+/// result.
 pub const OF_LEG: usize = usize::MAX;
 
-/// Index of the first colour of a leg; the others follow it.
+/// Index of the colour of the first leg; the colours of the other legs have the following indices.
 pub(super) const LEGS: usize = usize::MAX - 64;
 
-/// Colour index for a curve of this leg in a panel that shows several legs. The leg has the same
-/// colour in pictures of the robot.
+/// Returns the colour index for a curve of the leg `leg` in a panel that shows several legs.
+/// Pictures of the robot show the leg in the same colour.
 pub const fn of_leg(leg: usize) -> usize {
     LEGS + leg % crate::drawing::BRANCHES.len()
 }
