@@ -1,4 +1,4 @@
-//! Maps of a quantity as a function of two others, as coloured cells.
+//! Heat maps: coloured cells that show a quantity as a function of two other quantities.
 
 use crate::numbers::number;
 use crate::xml::escape;
@@ -17,7 +17,8 @@ pub struct HeatMap {
     pub x: Vec<f64>,
     /// Values of the vertical quantity at the rows, from bottom to top.
     pub y: Vec<f64>,
-    /// Values of the cells, row by row; `None` for a cell without a value, which is hatched.
+    /// Values of the cells: one list for each row, from bottom to top. A cell without a value
+    /// (`None`) is hatched.
     pub values: Vec<Vec<Option<f64>>>,
 }
 
@@ -81,7 +82,7 @@ impl HeatMap {
         out
     }
 
-    /// Least and greatest finite value of all cells.
+    /// Returns the least and the greatest finite value of all cells; `None` if no value is finite.
     fn range(&self) -> Option<(f64, f64)> {
         let values = self.values.iter().flatten().flatten().copied().filter(|v| v.is_finite());
         values.fold(None, |range, value| {
@@ -169,13 +170,14 @@ impl HeatMap {
     }
 }
 
-/// Indices of the columns or rows whose values are written along an axis.
+/// Iterates over the indices of the columns or rows whose values are written along an axis.
 fn named(count: usize) -> impl Iterator<Item = usize> {
     let step = count.div_ceil(MOST_NAMED).max(1);
     (0..count).step_by(step)
 }
 
-/// Position of a value in a range: 0 at the least and 1 at the greatest value. Does not overflow.
+/// Returns the position of a value in a range, from 0 at the least to 1 at the greatest value; 0.5
+/// if both are equal. The computation does not overflow.
 fn fraction(value: f64, (least, greatest): (f64, f64)) -> f64 {
     let part = (0.5 * value - 0.5 * least) / (0.5 * greatest - 0.5 * least);
     if part.is_finite() { part.clamp(0.0, 1.0) } else { 0.5 }

@@ -1,4 +1,5 @@
-//! Plots, pictures of mechanisms, and the frame of HTML pages, as SVG and HTML text without files.
+//! Plots, pictures of mechanisms, and the frame of HTML pages. The results are SVG and HTML texts;
+//! this crate writes no files.
 
 pub mod drawing;
 pub mod figure;

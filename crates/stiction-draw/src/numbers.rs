@@ -15,12 +15,12 @@ pub fn number(x: f64) -> String {
     significant(x, 4)
 }
 
-/// Formats a number that should be zero, such as a residual, by its order of magnitude.
+/// Formats a number that should be zero, such as a residual, with one digit and a power of ten.
 pub fn order(x: f64) -> String {
     if x == 0.0 { "0".to_owned() } else { format!("{x:.0e}") }
 }
 
-/// Formats a ratio in percent; a dash for `None`.
+/// Formats a ratio in percent; returns a dash for `None`.
 pub fn percent(ratio: Option<f64>) -> String {
     ratio.map_or("-".to_owned(), |ratio| match 100.0 * ratio {
         percent if percent.abs() < 1e5 => format!("{} %", fixed(percent, 1)),
@@ -46,8 +46,8 @@ pub fn fixed(x: f64, decimals: usize) -> String {
 pub fn exact(out: &mut String, x: f64) {
     let mut buffer = zmij::Buffer::new();
     let text = buffer.format(x);
-    // Only powers of ten from 1e16 on have a plus sign, which is omitted. It is not searched in
-    // smaller numbers, because the search takes as long as formatting the digits.
+    // Only powers of ten from 1e16 on have a plus sign, which is omitted. Smaller numbers are not
+    // searched for the sign, because the search takes as long as formatting the digits.
     if x.abs() >= PLAIN
         && let Some((digits, power)) = text.split_once('+')
     {
@@ -58,7 +58,7 @@ pub fn exact(out: &mut String, x: f64) {
     }
 }
 
-/// Text for NaN (`none`) and infinities; `None` for a finite number.
+/// Returns the text for NaN (`none`) and for infinities; `None` for a finite number.
 pub fn not_finite(x: f64) -> Option<&'static str> {
     match x {
         x if x.is_nan() => Some("none"),
@@ -89,7 +89,7 @@ mod tests {
         assert_eq!(percent(Some(2e3)), "2.0e5 %");
     }
 
-    /// Compares the result with that of the standard library.
+    /// Checks that [`exact`] writes the same texts as the standard library.
     #[test]
     fn all_digits() {
         let mut random = stiction_core::random::Random::new(4);

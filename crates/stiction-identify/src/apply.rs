@@ -1,4 +1,4 @@
-//! Writing of identified values into a mechanism.
+//! Writes identified parameter values into a mechanism.
 
 use crate::parameter::{Kind, Parameter};
 use crate::physical;
@@ -11,7 +11,8 @@ use stiction_core::mechanism::{Changeable, Mechanism};
 /// normal load of the joint changes the friction by less than one part in 10^6.
 const CARRIER: f64 = 1e-9;
 
-/// Sets the friction coefficient of a law. Static coefficients and those in tables change in the same ratio.
+/// Sets the friction coefficient of a law to `mu`. Static coefficients and coefficients in tables
+/// change in the same ratio.
 pub(crate) fn scale_law(law: &mut Law, mu: f64) {
     let ratio = if law.mu > 0.0 { mu / law.mu } else { 1.0 };
     match &mut law.curve {
@@ -24,8 +25,8 @@ pub(crate) fn scale_law(law: &mut Law, mu: f64) {
     law.mu = mu;
 }
 
-/// Sets the friction coefficient of a joint's law. The coefficient of the law for backward sliding changes in the same
-/// ratio.
+/// Sets the friction coefficient of a joint's law to `mu`. The coefficient of the separate law for
+/// backward sliding, if there is one, changes in the same ratio.
 pub(crate) fn scale_laws(law: &mut Law, backward: Option<&mut Law>, mu: f64) {
     if let Some(other) = backward {
         let ratio = if law.mu > 0.0 { mu / law.mu } else { 1.0 };
@@ -153,7 +154,7 @@ fn declare(joint: &mut stiction_core::mechanism::Joint, dof: usize, is_coulomb: 
 }
 
 fn arm(friction: &JointFriction, pitch: f64) -> f64 {
-    // The arm of a thread is the path along the helix per radian.
+    // The lever arm of a screw thread is the path along the helix per radian.
     let radius = friction.radius.unwrap_or(1.0);
     if pitch != 0.0 { radius.hypot(pitch) } else { radius }
 }

@@ -1,4 +1,4 @@
-//! Line plots and bars.
+//! Line plots and bar charts.
 //!
 //! Each colour has the same meaning in all plots of runs: see [`meaning`].
 
@@ -21,7 +21,7 @@ use crate::drawing::BRANCHES;
 use meaning::{LEGS, MEASURED, OF_LEG, REFERENCE, RESULT};
 use std::collections::HashSet;
 
-/// Panels above each other with a common horizontal axis.
+/// Figure of several panels above each other with a common horizontal axis.
 #[derive(Clone, Debug)]
 pub struct Figure {
     /// Title above all panels.
@@ -39,14 +39,15 @@ pub struct Panel {
     pub y_label: String,
     /// Curves, in the order of the legend.
     pub lines: Vec<Line>,
-    /// Intervals, drawn behind the curves.
+    /// Bands of intervals, drawn behind the curves.
     pub bands: Vec<Band>,
     /// True if the values are counts, so that ticks are whole numbers.
     pub is_count: bool,
-    /// Index of the leg whose quantities the panel shows; its colour is that of [`meaning::OF_LEG`].
+    /// Index of the leg whose quantities the panel shows. Curves with the colour index
+    /// [`meaning::OF_LEG`] have the colour of this leg.
     pub leg: Option<usize>,
-    /// Plane whose two axes the panel shows, if its curves are paths in space. Either all panels of a figure have a
-    /// plane or none has one.
+    /// Plane of the panel if its curves are paths in space, else `None`. Either all panels of a
+    /// figure have a plane or none has one.
     pub plane: Option<Plane>,
 }
 
@@ -57,7 +58,7 @@ pub struct Plane {
     pub x_label: String,
     /// Index of the body whose path is shown.
     pub body: usize,
-    /// Horizontal and vertical axis: 0, 1, 2 for x, y, z.
+    /// Coordinates shown on the horizontal and the vertical axis: 0, 1, 2 for x, y, z.
     pub axes: [usize; 2],
 }
 
@@ -99,19 +100,19 @@ impl Line {
 enum Form {
     /// Separate picture, with its title and legends.
     Paper,
-    /// Part of a page, which contains the title and the legend.
+    /// Part of a page. The page contains the title and the legend outside the figure.
     Page,
 }
 
-/// Colours distinguishable on paper, on screen and with most colour vision deficiencies (after
-/// Okabe and Ito).
+/// Colours of curves, bands and bars on a light background. They are distinguishable on paper, on
+/// screen and with most colour vision deficiencies (after Okabe and Ito).
 pub const COLOURS: [&str; 8] =
     ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8c6d00", "#2c8fc9", "#666666", "#a0522d"];
-/// Colours for a dark background, in the same order as [`COLOURS`].
+/// Colours of curves, bands and bars on a dark background, in the order of [`COLOURS`].
 pub const COLOURS_ON_DARK: [&str; 8] =
     ["#5ab4e8", "#f08a5d", "#3fc79d", "#e29ac7", "#c9b458", "#93d0f3", "#b0b0b0", "#b5835a"];
 
-/// Common index of all colour indices that look the same as `colour`.
+/// Maps all colour indices that look the same to one common index.
 fn distinct(colour: usize) -> usize {
     match colour {
         LEGS.. => colour,
@@ -119,7 +120,8 @@ fn distinct(colour: usize) -> usize {
     }
 }
 
-/// Name of a colour in the style sheet of a page.
+/// Returns the name of a colour in the style sheet of a page. `leg` is the leg of the panel or bar,
+/// whose colour [`OF_LEG`] selects.
 fn colour_name(colour: usize, leg: Option<usize>) -> String {
     match (colour, leg) {
         (REFERENCE, _) => "soft".to_owned(),
@@ -131,8 +133,8 @@ fn colour_name(colour: usize, leg: Option<usize>) -> String {
     }
 }
 
-/// Colour value on a white sheet for a name from [`colour_name`] or a name that the frame of the
-/// figure uses.
+/// Returns the colour value on white paper for a name from [`colour_name`] or for `paper`, `soft`,
+/// `grid` or `ink`, the colours of the figure's background, axes, grid and text.
 fn on_paper(name: &str) -> &'static str {
     let index = |prefix: &str| name.strip_prefix(prefix).and_then(|k| k.parse::<usize>().ok());
     if let Some(k) = index("line") {
@@ -177,9 +179,9 @@ impl Figure {
         !self.panels.iter().any(|panel| of_lines(panel) || of_bands(panel))
     }
 
-    /// Pieces of the line sample in a common legend. Each piece has its start and end, as fractions
-    /// of the length of the sample, and the name of its colour. If the colour differs between
-    /// panels, the pieces have the colours of up to three legs, with gaps if `dashed`.
+    /// Returns the pieces of a line sample in a common legend. Each piece has its start and end, as
+    /// fractions of the length of the sample, and the name of its colour. If the colour differs
+    /// between panels, the pieces have the colours of up to three legs, with gaps if `dashed`.
     fn sample(&self, colour: usize, dashed: bool) -> Vec<(f64, f64, String)> {
         let mut names: Vec<String> = Vec::new();
         for panel in &self.panels {
@@ -202,10 +204,10 @@ impl Figure {
         }
     }
 
-    /// Returns true if the names of the lines are written at their ends; false if one legend serves
-    /// all panels. A common legend requires that each appearance (colour, and solid or dashed) has
-    /// the same meaning in all panels, and that some name is long or occurs in several panels. Also
-    /// false if a panel has more than nine names.
+    /// Returns true if the names of the lines are written at their ends; false if all panels have a
+    /// common legend. A common legend requires that each appearance (colour, and solid or dashed)
+    /// has the same meaning in all panels, and that some name is long or occurs in several panels.
+    /// Also false if a panel has more than nine names or shows paths in space.
     fn labels_lines(&self) -> bool {
         let all = || self.panels.iter().flat_map(Panel::labels).filter(|entry| !entry.0.is_empty());
         let entries: HashSet<_> = all().collect();
@@ -222,11 +224,11 @@ impl Figure {
 
 impl Panel {
     /// Removes the lines whose values are all zero, up to rounding errors relative to the greatest
-    /// line.
+    /// value of all lines. If all lines are zero, none is removed.
     #[must_use]
     pub fn without_zeros(mut self) -> Self {
-        // Far above rounding errors, and invisible in a picture; equal to the limit below which an
-        // axis shows a constant.
+        // This fraction is far above rounding errors, and a line of this size is invisible in a
+        // picture. It equals the fraction below which an axis shows a constant.
         const ROUNDING: f64 = 1e-9;
         let size = |line: &Line| {
             let values = line.points.iter().map(|point| point.1.abs()).filter(|y| y.is_finite());
@@ -237,7 +239,8 @@ impl Panel {
         self
     }
 
-    /// Lists for each line and band: name, index of the colour, true if dashed, true for a band.
+    /// Returns for each line and band its name, its colour index from [`distinct`], true if it is
+    /// dashed, and true if it is a band.
     fn labels(&self) -> impl Iterator<Item = (&str, usize, bool, bool)> {
         let lines = self.lines.iter();
         let lines =

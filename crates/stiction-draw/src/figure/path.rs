@@ -13,7 +13,8 @@ pub struct PathTrace {
 const GROUPS: usize = 500;
 
 impl PathTrace {
-    /// Creates an empty path for `count` points.
+    /// Creates an empty path. The expected number of points, `count`, determines the size of the
+    /// groups.
     pub fn new(count: usize) -> Self {
         // Each group keeps up to six points.
         let stretch = if count <= 6 * GROUPS { 1 } else { count.div_ceil(GROUPS) };

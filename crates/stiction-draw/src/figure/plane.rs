@@ -11,14 +11,16 @@ use std::fmt::Write;
 const BESIDE: usize = 2;
 /// Largest height of a panel, px.
 const HIGHEST: f64 = 320.0;
-/// Least length of an axis as a fraction of the greatest extent of all paths. A flat path thus has room for its numbers.
+/// Least length of an axis as a fraction of the greatest extent of all paths, so that a flat path
+/// has room for its tick labels.
 const LEAST: f64 = 0.4;
-/// Length of an axis over the extent of its paths.
+/// Ratio of the length of an axis to the extent of the paths along this axis.
 const MARGIN: f64 = 1.16;
-/// Room beside and above the numbers of an axis, px.
+/// Horizontal gap after each panel, px.
 const GAP: f64 = 22.0;
 
-/// Coordinates of all points of a panel along its horizontal (0) or vertical (1) axis.
+/// Iterates over the coordinates of a panel's finite points along the horizontal (0) or the
+/// vertical (1) axis.
 fn along(panel: &Panel, axis: usize) -> impl Iterator<Item = f64> {
     let points = panel.lines.iter().flat_map(|line| &line.points);
     points
@@ -26,7 +28,7 @@ fn along(panel: &Panel, axis: usize) -> impl Iterator<Item = f64> {
         .map(move |p| if axis == 0 { p.0 } else { p.1 })
 }
 
-/// Extents of the paths of a panel along both axes.
+/// Returns the extents of a panel's paths along the horizontal and the vertical axis.
 fn extents(panel: &Panel) -> [f64; 2] {
     [0, 1].map(|axis| {
         let (low, high) = extremes(along(panel, axis));
@@ -48,14 +50,15 @@ fn rows(figure: &Figure) -> Vec<Vec<&Panel>> {
 }
 
 impl Renderer<'_> {
-    /// Draws the panels in rows, all with the same scale.
+    /// Draws the panels of a figure with paths in space in rows, all with the same scale. Returns
+    /// the `svg` element.
     pub(super) fn planes(mut self) -> String {
         let figure = self.figure;
         let rows = rows(figure);
         let greatest = figure.panels.iter().flat_map(extents).fold(0.0, f64::max);
         let greatest = if greatest > 0.0 { greatest } else { 1.0 };
         let lengths = |panel: &Panel| extents(panel).map(|x| (MARGIN * x).max(LEAST * greatest));
-        // The numbers of a vertical axis have at most this many letters.
+        // The tick labels of a vertical axis have at most seven letters.
         let left = 16.0 + 7.0 * LETTER;
         let scale_of = |row: &Vec<&Panel>| {
             let across: f64 = row.iter().map(|panel| lengths(panel)[0]).sum();
@@ -87,7 +90,7 @@ impl Renderer<'_> {
         self.sheet(top, " data-plan=\"\"")
     }
 
-    /// Draws one panel with its axes.
+    /// Draws one panel with its axes; `bottom` is the position of its lower edge, px.
     fn plane(&mut self, panel: &Panel, plane: &Plane, y: &Axis, bottom: f64) {
         let (left, right, top) = (self.left, self.right, bottom - self.height);
         let at = |x: &Axis, (u, v): (f64, f64), height: f64| {
@@ -138,7 +141,8 @@ impl Renderer<'_> {
         if self.form == Form::Page {
             self.drawn += "</g>";
         }
-        // The start of the first path, which shows its direction together with the time cursor.
+        // Marks the start of the first path. Together with the time cursor, the mark shows the
+        // direction of the path.
         let finite = |(x, y): &&(f64, f64)| x.is_finite() && y.is_finite();
         if let Some(line) = panel.lines.first()
             && let Some(first) = line.points.iter().find(finite)

@@ -14,7 +14,7 @@ impl Figure {
     /// Draws the figure as a PNG file.
     ///
     /// # Errors
-    /// The renderer failed.
+    /// Returns the message of the renderer if it fails.
     pub fn png(&self) -> Result<Vec<u8>, String> {
         let rows: Vec<Vec<Plot>> = self
             .panels
@@ -56,7 +56,8 @@ fn clean(text: &str) -> String {
     text.chars().filter(|c| is_of_xml(*c)).collect()
 }
 
-/// Plots of the parts of a line between its interruptions; a part with one point becomes a marker.
+/// Creates a plot for each part of a line between two interruptions. A part with a single point
+/// becomes a marker.
 fn plots(line: &Line, leg: Option<usize>) -> Vec<Plot> {
     let colour = on_paper(&colour_name(line.colour, leg));
     let runs = line.points.split(|(x, y)| !(x.is_finite() && y.is_finite()));

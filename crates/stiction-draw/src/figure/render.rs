@@ -22,7 +22,8 @@ const NUMBERS: f64 = 18.0;
 const SHARING: usize = 4;
 /// Height of a row of a legend, px.
 const ROW: f64 = 22.0;
-/// Largest number of single points of a line that get large markers.
+/// Largest number of single points for which a line has large markers; more points have small
+/// markers.
 const MANY: usize = 40;
 /// Largest number of letters of a label at the end of a line.
 const LONGEST: usize = 24;
@@ -117,7 +118,8 @@ impl<'a> Renderer<'a> {
         let _ = write!(self.drawn, "<path d=\"{path}\" fill=\"none\" stroke=\"{colour}\"{more}/>");
     }
 
-    /// Draws the title and the legend of a file; returns the vertical position below them, px.
+    /// Draws the title and the legend if the figure is a file, not a part of a page. Returns the
+    /// vertical position below both, px.
     pub(super) fn heading(&mut self) -> f64 {
         let mut top = 4.0;
         if self.form == Form::Paper {
@@ -164,7 +166,8 @@ impl<'a> Renderer<'a> {
         self.sheet(top.max(bottom + 4.0), &cursor)
     }
 
-    /// The `svg` element of all that is drawn, with further attributes if it is a part of a page.
+    /// Returns the `svg` element with all drawn parts. `height` is its height, px; `attributes` are
+    /// further attributes of a figure in a page.
     pub(super) fn sheet(&self, height: f64, attributes: &str) -> String {
         let (width, height) = (px(self.width), px(height));
         let frame = match self.form {
@@ -229,7 +232,8 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// Draws a panel, on request with the numbers and the name of its horizontal axis.
+    /// Draws a panel; `top` is the position of its upper edge, px. The tick labels and the name of
+    /// its horizontal axis are optional.
     fn panel(&mut self, panel: &Panel, top: f64, (has_numbers, has_name): (bool, bool)) {
         let (left, right, bottom) = (self.left, self.right, top + self.height);
         let y = self.y_of(panel);
@@ -267,7 +271,8 @@ impl<'a> Renderer<'a> {
         for (height, label) in &ticks_y {
             self.text((left - 7.0, height + 4.0), "end", "", "ink", label);
         }
-        // The leg of the panel, in its colour in pictures of the mechanism.
+        // A square shows the leg of the panel, in the colour of this leg in pictures of the
+        // mechanism.
         let mut name_at = left;
         if panel.leg.is_some() {
             let fill = self.colour(&colour_name(OF_LEG, panel.leg));
@@ -406,7 +411,8 @@ impl<'a> Renderer<'a> {
         self.drawn += &drawn;
     }
 
-    /// Writes the names of the lines of a panel at their ends.
+    /// Writes the name of each line of a panel at the end of the line, and the names of bands
+    /// below.
     fn labels(&mut self, panel: &Panel, y: &Axis, top: f64) {
         let bottom = top + self.height;
         let end_of = |line: &Line| {

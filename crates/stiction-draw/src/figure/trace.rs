@@ -18,9 +18,10 @@ pub struct Trace {
 const DRAWN: usize = 2800;
 
 impl Trace {
-    /// Creates an empty series for `count` points.
+    /// Creates an empty series. The expected number of points, `count`, determines the size of the
+    /// groups.
     pub fn new(count: usize) -> Self {
-        // Each interval keeps two points.
+        // Each group keeps two points.
         let stretch = if count <= DRAWN { 1 } else { (2 * count).div_ceil(DRAWN) };
         Self { stretch, taken: 0, extremes: None, points: Vec::new() }
     }
@@ -60,7 +61,8 @@ impl Trace {
         }
     }
 
-    /// Converts the series to a curve with a name in the legend and the index of its colour, dashed or solid.
+    /// Converts the series to a curve, dashed or solid. `label` is its name in the legend, `colour`
+    /// its colour index.
     pub fn line(self, label: &str, colour: usize, dashed: bool) -> Line {
         Line { label: label.to_owned(), points: self.into_points(), colour, dashed }
     }
@@ -72,18 +74,20 @@ impl Trace {
     }
 }
 
-/// Curve of a quantity with a smooth part and a friction part. The friction part jumps where sliding reverses and is
-/// an interval at rest. Samples alone would show jumps as slopes and rest as spikes.
+/// Curve of a quantity with a smooth part and a friction part. The friction part jumps where
+/// sliding reverses; at rest, it is not a single value but an interval. Samples alone would show
+/// jumps as slopes and rest as spikes.
 ///
 /// Both sides of a jump are extrapolated linearly from the samples before and after the jump, so
 /// that a reversal at another friction interface causes no step in a quantity that is smooth there.
 #[derive(Clone, Debug)]
 pub struct JumpTrace {
     trace: Trace,
-    /// The last drawn sample, and the rate of the friction part before this sample.
+    /// The sample that was drawn last; `rate` is the time derivative of the friction part before
+    /// this sample.
     drawn: Option<Sample>,
     rate: f64,
-    /// The newest sample, drawn when the next sample is known.
+    /// The newest sample, which is drawn when the next sample is known.
     newest: Option<Sample>,
 }
 
@@ -98,8 +102,8 @@ struct Sample {
 }
 
 impl Sample {
-    /// Rate of the friction part since the sample `before`; zero where a jump or rest makes the
-    /// rate unknown.
+    /// Returns the time derivative of the friction part since the sample `before`; zero if a jump
+    /// or rest makes it unknown.
     fn rate_since(&self, before: &Self) -> f64 {
         let rate = (self.part - before.part) / (self.time - before.time);
         let is_smooth = self.reversal.is_none() && !self.rests && !before.rests;
@@ -108,7 +112,7 @@ impl Sample {
 }
 
 impl JumpTrace {
-    /// Creates an empty curve for `count` samples.
+    /// Creates an empty curve. The expected number of samples, `count`, determines the thinning.
     pub fn new(count: usize) -> Self {
         Self { trace: Trace::new(count), drawn: None, rate: 0.0, newest: None }
     }
@@ -123,13 +127,15 @@ impl JumpTrace {
         }
     }
 
-    /// Draws a sample; `rate` is the rate of the friction part after it.
+    /// Draws the sample `now`; `rate` is the time derivative of the friction part after this
+    /// sample.
     fn draw(&mut self, now: Sample, rate: f64) {
         let Sample { time, smooth, part, rests, reversal } = now;
         match (self.drawn, rests) {
             (None, true) => {}
             (None, false) => self.trace.push(time, smooth + part),
-            // The curve ends at the instant of rest with the last friction, and continues after it with the next.
+            // At the first sample at rest, the curve ends with the friction of the previous sample.
+            // After the rest, it continues with the friction of the first moving sample.
             (Some(last), true) if !last.rests => self.trace.push(time, smooth + last.part),
             (Some(_), true) => self.trace.interrupt(),
             (Some(last), false) if last.rests => {
@@ -160,14 +166,14 @@ impl JumpTrace {
     }
 }
 
-/// Instant at which a velocity reverses between two samples, by linear interpolation; `None` if its sign does not
-/// change.
+/// Returns the instant at which a velocity reverses between two samples, by linear interpolation.
+/// Each sample is a time and a velocity. Returns `None` if the velocity does not change its sign.
 pub fn reversal((t0, v0): (f64, f64), (t1, v1): (f64, f64)) -> Option<f64> {
     (v0 * v1 < 0.0).then(|| t0 + (t1 - t0) * v0 / (v0 - v1))
 }
 
-/// Intervals as functions of time, thinned for drawing: of each group of successive samples, only
-/// the widest interval is kept.
+/// Interval of a quantity as a function of time, thinned for drawing: of each group of successive
+/// samples, only the widest interval is kept.
 #[derive(Clone, Debug)]
 pub struct BandTrace {
     stretch: usize,
@@ -177,12 +183,14 @@ pub struct BandTrace {
 }
 
 impl BandTrace {
-    /// Creates an empty band for `count` samples.
+    /// Creates an empty band. The expected number of samples, `count`, determines the size of the
+    /// groups.
     pub fn new(count: usize) -> Self {
         Self { stretch: count.div_ceil(DRAWN).max(1), taken: 0, widest: None, points: Vec::new() }
     }
 
-    /// Adds a sample at a time (s); `None` interrupts the band.
+    /// Adds a sample at a time (s). A sample may have no interval (`None`); a group of such samples
+    /// interrupts the band.
     pub fn push(&mut self, time: f64, interval: Option<(f64, f64)>) {
         if let Some((low, high)) = interval
             && self.widest.is_none_or(|(_, a, b)| high - low > b - a)

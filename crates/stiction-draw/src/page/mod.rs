@@ -1,4 +1,5 @@
-//! Frame of all pages: self-contained, light or dark according to the reader's preference, black on white in print.
+//! Frame of all HTML pages. A page is self-contained, light or dark according to the reader's
+//! preference, and black on white in print.
 //!
 //! The content security policy of a page permits only its own styles and, if it shows an animated
 //! robot, the scripts of [`crate::viewer`], identified by their digests. Markup that is injected
@@ -30,7 +31,8 @@ const PALETTE: [(&str, &str, &str); 13] = [
     ("grid", "#cccccc", "#4a525c"),
 ];
 
-/// Declarations of the colours of the palette and of the lines.
+/// Returns the CSS declarations of all colours: of the palette, of lines, of legs and of parts of
+/// pictures.
 fn variables(is_dark: bool) -> String {
     let colours = PALETTE.iter().map(|(name, light, dark)| {
         let value = if is_dark { dark } else { light };
@@ -44,25 +46,27 @@ fn variables(is_dark: bool) -> String {
     colours.chain(lines).chain(branches).chain(tones).collect::<Vec<_>>().join(";")
 }
 
-/// Style rule with the colours of a light page.
+/// Returns the CSS rule with the colours of a light page.
 pub fn light() -> String {
     format!(":root{{{}}}", variables(false))
 }
 
-/// Complete page that runs no script; `inner` is markup, `style` is appended to the common style sheet.
+/// Returns a complete HTML page that runs no script. `inner` is the markup of the content; `style`
+/// is CSS that follows the common style sheet.
 pub fn page(title: &str, style: &str, inner: &str) -> String {
     frame(title, style, inner, &[])
 }
 
-/// Complete page with the script of [`crate::viewer`] and, if the robot has meshes, that of its
-/// shaded view. The page may run no other script.
+/// Returns a complete HTML page with the script of [`crate::viewer`] and, if the robot has meshes,
+/// the script of the shaded view. The page may run no other script. For the parameters, see
+/// [`page`].
 pub fn page_with_viewer(title: &str, style: &str, inner: &str) -> String {
     let scripts = [viewer::SCRIPT, viewer::SHADED];
     let count = if viewer::has_meshes(inner) { 2 } else { 1 };
     frame(title, style, inner, &scripts[..count])
 }
 
-/// Source expression for a script in a content security policy.
+/// Returns the source expression that permits `script` in a content security policy.
 pub fn source_of(script: &str) -> String {
     format!("'sha256-{}'", BASE64_STANDARD.encode(Sha256::digest(script)))
 }
@@ -81,8 +85,10 @@ fn frame(title: &str, style: &str, inner: &str, scripts: &[&str]) -> String {
     )
 }
 
-/// Complete page of an application: its own style sheet after the declarations of all colours, and the sources that
-/// it may use in addition to `default-src 'none'`. `inner` is markup that includes its scripts.
+/// Returns the complete HTML page of an application. `policy` contains the directives of the
+/// content security policy in addition to `default-src 'none'`. `style` is the style sheet of the
+/// application, which follows the declarations of all colours. `inner` is the markup of the
+/// content, including scripts.
 pub fn application(title: &str, policy: &str, style: &str, inner: &str) -> String {
     document(title, policy, style, inner)
 }

@@ -1,5 +1,5 @@
-//! Animated robot of a page: a canvas that the reader can orbit, play and query, drawn by a script
-//! of this crate.
+//! Animated robot of a page: a canvas, drawn by a script of this crate, in which the reader can
+//! rotate the robot, play the motion and query values.
 
 use crate::xml::escape;
 use base64::prelude::{BASE64_STANDARD, Engine};
@@ -18,7 +18,7 @@ pub const SCRIPT: &str = include_str!(concat!(env!("OUT_DIR"), "/viewer.js"));
 pub const SHADED: &str = include_str!(concat!(env!("OUT_DIR"), "/shaded.js"));
 
 /// Start of the markup of an animated robot with meshes. Texts of users are escaped, so they cannot
-/// contain it.
+/// contain this markup.
 const WITH_MESHES: &str = "<figure class=\"robot\" id=\"robot\" data-meshes=\"\">";
 
 /// True for markup with a robot whose meshes the shaded view draws.
@@ -36,7 +36,7 @@ pub struct Film {
     pub times: Vec<f64>,
     /// Number of samples of the whole run, of which the film contains a part.
     pub of: usize,
-    /// Origin of the poses' coordinates in the world, m.
+    /// Position of the origin of `poses` in the world, m.
     pub origin: [f64; 3],
     /// Position (m, from the origin) and quaternion (w, x, y, z) of every body, the ground first, sample
     /// by sample.
@@ -49,13 +49,13 @@ pub struct Film {
     pub interfaces: Vec<(String, usize)>,
     /// Actuators of the mechanism.
     pub actuators: Vec<Actuator>,
-    /// Least-constrained motion at one sample.
+    /// Least-constrained motion at one sample, if it is shown.
     pub ghost: Option<Ghost>,
     /// Meshes of bodies.
     pub meshes: Vec<Mesh>,
 }
 
-/// Mesh on a body.
+/// Mesh that shows the shape of a body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
     /// Index of the body, the ground first.
@@ -109,8 +109,8 @@ fn mesh_data(meshes: &[Mesh]) -> (Vec<Value>, Vec<Arc<MeshFile>>) {
     (meshes.collect(), files)
 }
 
-/// Motion with locked actuators that the constraints resist least; near a singular position, the motion that the
-/// mechanism gains there.
+/// Motion that the constraints resist least while the actuators are locked. Near a singular
+/// configuration, the mechanism gains this motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ghost {
     /// Time of the sample, s.
@@ -122,7 +122,7 @@ pub struct Ghost {
     pub twists: Vec<[[f64; 3]; 2]>,
 }
 
-/// Actuator of the animated picture.
+/// Actuator of the animated robot.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Actuator {
     /// Name in the columns of the tables.
@@ -144,10 +144,10 @@ fn actuator(actuator: &Actuator) -> Value {
     json!({ "name": name, "unit": unit, "joint": joint, "axis": axis, "second": second, "turns": turns })
 }
 
-/// A run of a page: a mechanism and its samples.
+/// Run that a page shows: a mechanism and the samples of its motion.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Shot {
-    /// Name among the runs of the page.
+    /// Name that distinguishes this run from other runs on the page.
     pub label: String,
     /// Description of the mechanism by [`crate::drawing::Drawing::scene`].
     pub scene: Value,
@@ -180,9 +180,9 @@ impl Shot {
     }
 }
 
-/// Markup of the animated robot of a run. The reader can overlay the robot of one of the other
-/// runs, at the same instant of the motion. `still` is the picture that is shown without scripts
-/// and in print.
+/// Returns the HTML markup of the animated robot of a run. The reader can overlay the robot of one
+/// of the other runs, at the same instant of the motion. `still` is the picture that is shown
+/// without scripts and in print.
 pub fn robot(run: &Shot, others: &[Shot], still: &str, caption: &str) -> String {
     let mut data = run.data();
     let mut caption = caption.to_owned();
