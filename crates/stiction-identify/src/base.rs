@@ -6,7 +6,8 @@
 use crate::parameter::Parameter;
 use nalgebra::DMatrix;
 
-/// Combination of parameters that have the same effect: one parameter, plus multiples of others.
+/// Linear combination of parameters that the efforts determine as a whole: one parameter, plus
+/// multiples of other parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Combination {
     /// Index of the parameter with coefficient one.
@@ -15,15 +16,17 @@ pub struct Combination {
     pub others: Vec<(usize, f64)>,
 }
 
-/// Combinations of parameters that the rows of a regression determine, by QR decomposition with column pivoting.
+/// Combinations of parameters that the rows of a regression determine, found by QR decomposition
+/// with column pivoting.
 #[derive(Clone, Debug)]
 pub struct BaseParameters {
-    /// The combinations; their number is the rank.
+    /// Combinations that the rows determine; their number is the rank of the regression matrix.
     pub combinations: Vec<Combination>,
     /// Indices of the parameters without any effect on the efforts.
     pub without_effect: Vec<usize>,
-    /// Ratio of the smallest pivot that counts as nonzero to the largest that counts as zero; infinite if none is zero.
-    /// The rank is certain if this ratio is large.
+    /// Ratio of the smallest pivot that counts as nonzero to the largest pivot that counts as zero;
+    /// infinite if no pivot counts as zero, or if the largest of these pivots is exactly zero. The
+    /// rank is certain if this ratio is large.
     pub gap: f64,
 }
 
@@ -79,12 +82,12 @@ impl BaseParameters {
         Self { combinations: combinations.collect(), without_effect, gap }
     }
 
-    /// Number of combinations.
+    /// Returns the number of combinations.
     pub fn rank(&self) -> usize {
         self.combinations.len()
     }
 
-    /// Combinations of more than one parameter.
+    /// Iterates over the combinations of more than one parameter.
     pub fn shared(&self) -> impl Iterator<Item = &Combination> {
         self.combinations.iter().filter(|c| !c.others.is_empty())
     }
@@ -96,7 +99,7 @@ impl BaseParameters {
 }
 
 impl Combination {
-    /// Value of the combination for given values of all parameters.
+    /// Returns the value of the combination for given values of all parameters.
     pub fn value(&self, values: &[f64]) -> f64 {
         values[self.leader] + self.others.iter().map(|(k, c)| c * values[*k]).sum::<f64>()
     }
@@ -124,8 +127,8 @@ impl Combination {
     }
 }
 
-/// Triangular factor of a tall matrix. Its columns have the same linear dependencies as those of
-/// the matrix.
+/// Returns the triangular QR factor of a tall matrix. The columns of this factor have the same
+/// linear dependencies as the columns of the matrix. Other matrices are returned unchanged.
 fn compressed(matrix: DMatrix<f64>) -> DMatrix<f64> {
     if matrix.nrows() > 2 * matrix.ncols() { matrix.qr().r() } else { matrix }
 }

@@ -1,8 +1,8 @@
-//! Rows of the regression: the efforts of one actuator in one log.
+//! Rows of the regression, grouped by log and by actuator.
 
 use nalgebra::{DMatrix, DVector};
 
-/// Rows of one actuator in one log, in the order of time.
+/// Rows of the regression for one actuator in one log, in the order of time.
 #[derive(Clone, Debug)]
 pub struct Rows {
     /// Effort per unit of each parameter (columns), at each instant (rows).
@@ -11,21 +11,22 @@ pub struct Rows {
     pub right: DVector<f64>,
     /// Measured effort, N or N m.
     pub measured: DVector<f64>,
-    /// Instruments: columns of another motion, such as the commanded one, whose errors are independent of those of
-    /// `matrix`; zero in rows in which that motion rests. `None` for least squares.
+    /// Instruments, with the shape of `matrix`: columns computed from another motion, such as the
+    /// commanded motion, whose errors are independent of the errors of `matrix`. A row is zero if
+    /// the other motion is at rest. `None` for least squares.
     pub instruments: Option<DMatrix<f64>>,
     /// Index of each row's instant on the equidistant time grid of the log; some instants may be missing.
     pub steps: Vec<usize>,
 }
 
-/// Bounds on the efforts of one actuator at standstill, one row for each dwell. The effort that the
-/// parameters explain without friction differs from the measured efforts by at most the limit of
-/// static friction.
+/// Bounds on the efforts of one actuator during dwells (periods of standstill), one row for each
+/// dwell. The effort that the parameters explain without friction differs from the measured efforts
+/// by at most the limit of static friction.
 #[derive(Clone, Debug)]
 pub struct Dwells {
-    /// Effort without friction per unit of each parameter.
+    /// Effort without friction (rows: dwells) per unit of each parameter (columns).
     pub matrix: DMatrix<f64>,
-    /// Static friction limit per unit of each parameter, not negative.
+    /// Static friction limit (rows: dwells) per unit of each parameter (columns), not negative.
     pub limits: DMatrix<f64>,
     /// Least and greatest measured effort minus the effort of the model without friction, N or N m.
     /// Friction that is not estimated raises the least and lowers the greatest value, which relaxes
@@ -33,7 +34,7 @@ pub struct Dwells {
     pub bounds: Vec<[f64; 2]>,
 }
 
-/// Rows of one log.
+/// Rows of the regression, and bounds at rest, of one log.
 #[derive(Clone, Debug)]
 pub struct Block {
     /// Rows of each actuator.
@@ -46,7 +47,8 @@ pub struct Block {
 }
 
 impl Block {
-    /// Number of instants in each piece, if the block is divided into `pieces` of equal length.
+    /// Returns the number of instants in each piece if the time grid of the log is divided into
+    /// `pieces` pieces of equal length.
     pub(crate) fn fold_length(&self, pieces: usize) -> usize {
         let last = self.channels.iter().filter_map(|rows| rows.steps.last()).max();
         last.map_or(1, |last| last + 1).div_ceil(pieces).max(1)
@@ -62,7 +64,8 @@ impl Dwells {
         self.bounds = kept.iter().map(|&k| self.bounds[k]).collect();
     }
 
-    /// Appends a column with the same value in each dwell, without static friction.
+    /// Appends the column of a parameter whose effort per unit is `value` in each dwell, and which
+    /// has no static friction.
     pub fn push_column(&mut self, value: f64) {
         push(&mut self.matrix, |_| value);
         push(&mut self.limits, |_| 0.0);
@@ -75,7 +78,7 @@ impl Dwells {
 }
 
 impl Rows {
-    /// Appends a column, which also serves as its own instrument.
+    /// Appends a column to the matrix and, if there are instruments, to the instruments.
     pub fn push_column(&mut self, column: &DVector<f64>) {
         let without = self.rows_without_instruments();
         push(&mut self.matrix, |row| column[row]);
@@ -91,29 +94,32 @@ impl Rows {
         std::iter::once(&mut self.matrix).chain(&mut self.instruments).for_each(pop);
     }
 
-    /// Indices of the rows in which the motion of the instruments rests; empty for least squares.
+    /// Returns the indices of the rows whose instruments are zero, because the motion of the
+    /// instruments rests; empty for least squares.
     pub(crate) fn rows_without_instruments(&self) -> Vec<usize> {
         let rows = self.instruments.iter().flat_map(|all| all.row_iter().enumerate());
         rows.filter(|(_, row)| row.iter().all(|x| *x == 0.0)).map(|(index, _)| index).collect()
     }
 
-    /// Number of rows, one per instant.
+    /// Returns the number of rows, one per instant.
     pub fn len(&self) -> usize {
         self.right.len()
     }
 
-    /// Returns `true` if the block has no rows.
+    /// Returns `true` if there are no rows.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Efforts that these values predict, N or N m; the meaning of the values is that of [`Self::residuals`].
+    /// Returns the efforts that the parameter values `values` predict, N or N m. For inertial
+    /// parameters in `values`, see [`Self::residuals`].
     pub fn predicted(&self, values: &DVector<f64>) -> DVector<f64> {
         &self.measured - self.residuals(values)
     }
 
-    /// Residuals for these values, N or N m. Values of inertial parameters are differences from the prior, because
-    /// `right` does not contain the efforts of the model without friction.
+    /// Returns the residuals for the parameter values `values`, N or N m. Inertial parameters in
+    /// `values` are differences from their prior values, because `right` does not contain the
+    /// efforts of the model without friction.
     pub fn residuals(&self, values: &DVector<f64>) -> DVector<f64> {
         &self.right - &self.matrix * values
     }

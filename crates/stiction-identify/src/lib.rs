@@ -1,10 +1,12 @@
 //! Identification of inertia and friction of mechanisms with closed loops from measured motions and
 //! efforts. No I/O, no clock, no threads.
 //!
-//! Efforts of a mechanism are linear in its inertial parameters and in friction whose normal loads are known. A
-//! [`Regressor`] computes the columns of this linear function along a motion, [`BaseParameters`] finds the combinations
-//! that a motion can determine, and [`Problem`] estimates them by weighted, robust least squares within the physical
-//! region. A prior pulls the estimates towards the model; left-out blocks of the data decide its strength.
+//! Efforts of a mechanism are linear in its inertial parameters and in friction whose normal loads
+//! are known. A [`Regressor`] computes the columns of this linear function along a motion,
+//! [`BaseParameters`] finds the combinations of parameters that a motion can determine, and
+//! [`Problem`] estimates them by weighted, robust least squares within the physical region. A prior
+//! pulls the estimates towards the model. The strength of the prior is chosen by the prediction of
+//! left-out pieces of the data.
 
 mod apply;
 mod base;

@@ -12,7 +12,7 @@ use stiction_core::parameters::Parameters;
 use stiction_core::scalar::{Dual, Scalar};
 use stiction_core::spatial::Vec3;
 
-/// Number of derivatives that one solution computes.
+/// Number of directions of differentiation in one evaluation of the dynamics.
 pub const DIRECTIONS: usize = 8;
 
 type D = Dual<f64, DIRECTIONS>;
@@ -29,7 +29,8 @@ pub struct LoadSlopes<'a> {
 }
 
 impl<'a> LoadSlopes<'a> {
-    /// Prepares the derivatives at these values of all parameters with respect to the first [`DIRECTIONS`] of `groups`.
+    /// Prepares the derivatives with respect to the first [`DIRECTIONS`] of `groups`, at `values`,
+    /// the values of all parameters.
     pub fn new(regressor: &'a Regressor, values: &[f64], groups: &'a [Vec<usize>]) -> Self {
         let engine = regressor.engine_parameters(values);
         // The parameters are those of a mechanism with the same geometry; values that
@@ -75,10 +76,12 @@ impl<'a> LoadSlopes<'a> {
     }
 
     /// Computes the derivative of the normal load of each friction interface with respect to each
-    /// group, at a solution for the same values and this motion.
+    /// group. `solved` is the solution of the forces for the same parameter values and for the
+    /// motion `[q, v, a]`.
     ///
     /// # Errors
-    /// [`Status::FrictionNotConverged`] if a derivative is not finite, such as next to jamming.
+    /// [`Status::FrictionNotConverged`] if a derivative is not finite, for example close to
+    /// jamming.
     pub fn at(
         &mut self,
         solved: &Solved,
@@ -89,7 +92,8 @@ impl<'a> LoadSlopes<'a> {
             .map(|((&value, &rate), &acceleration)| Target { value, rate, acceleration }.lift())
             .collect();
         self.data.state = solved.state.lift();
-        // The loops are closed. Derivatives converge one step later than their values.
+        // The loops are already closed in this state. Derivatives converge one step later than the
+        // values.
         self.data.settings = Settings {
             position_steps: 0,
             friction_steps: solved.steps + 1,

@@ -4,15 +4,16 @@ use stiction_core::mechanism::{Body, Mechanism};
 use stiction_core::parameters::Parameters;
 use stiction_core::spatial::{Mat3, Vec3};
 
-/// Kind of a parameter; indices are those of the mechanism.
+/// Kind of a parameter. The indices are those of the bodies, drive trains, friction interfaces or
+/// actuators of the mechanism; the index of [`Kind::Term`] is that of the effort term.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Mass of a body, kg.
     Mass(usize),
     /// First moment of a body's mass about its origin, along an axis of its frame (body, axis), kg m.
     Moment(usize, usize),
-    /// Entry of a body's inertia tensor about its origin, in its axes, kg m^2; the second index refers to
-    /// [`INERTIA_ENTRIES`].
+    /// Entry of a body's inertia tensor about the body's origin, in the axes of the body, kg m^2;
+    /// the second index refers to [`INERTIA_ENTRIES`].
     Inertia(usize, usize),
     /// Moment of inertia of a drive train's rotor, kg m^2.
     Rotor(usize),
@@ -58,7 +59,8 @@ impl Kind {
 /// Rows and columns of the six entries of an inertia: xx, yy, zz, xy, yz, xz.
 pub const INERTIA_ENTRIES: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)];
 
-/// Parameter on which the efforts depend linearly; for a friction coefficient only at given normal loads.
+/// Parameter on which the efforts depend linearly. For a friction coefficient, the dependence is
+/// linear only at given normal loads.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
     /// Name, such as `leg1.rod.mass` or `leg1.P.mu`.
@@ -79,7 +81,8 @@ impl Parameter {
         !matches!(self.kind, Kind::Moment(..) | Kind::Inertia(..) | Kind::Offset(_) | Kind::Term(_))
     }
 
-    /// Body to which the parameter belongs, if it is a mass, a first moment or an inertia.
+    /// Returns the index of the body to which the parameter belongs, if it is a mass, a first
+    /// moment or an inertia.
     pub fn body(&self) -> Option<usize> {
         match self.kind {
             Kind::Mass(b) | Kind::Moment(b, _) | Kind::Inertia(b, _) => Some(b),
@@ -117,7 +120,7 @@ impl Choice {
     };
 }
 
-/// Inertia tensor of a body about its origin, in its axes.
+/// Computes the inertia tensor of a body about the body's origin, in the axes of the body, kg m^2.
 pub(crate) fn inertia_about_origin(body: &Body) -> Mat3<f64> {
     let d = body.com;
     let outer = Mat3::from_columns(d * d.x, d * d.y, d * d.z);
@@ -125,8 +128,9 @@ pub(crate) fn inertia_about_origin(body: &Body) -> Mat3<f64> {
     body.inertia + (Mat3::diagonal(Vec3::new(square, square, square)) + outer * -1.0) * body.mass
 }
 
-/// Lists all parameters of a mechanism in a fixed order: bodies, rotors, interfaces, actuators, terms, torque constants.
-/// Prior and scale of a torque constant are one: the mechanism has none.
+/// Lists the chosen parameters of a mechanism in a fixed order: bodies, rotors, interfaces,
+/// actuators, terms, torque constants. Prior and scale of a torque constant are one, because its
+/// value is unknown.
 pub fn catalogue(mechanism: &Mechanism, choice: &Choice) -> Vec<Parameter> {
     let mut all = Vec::new();
     let length = mechanism.characteristic_length();

@@ -1,7 +1,8 @@
 //! Inertial parameters of bodies, and a divergence that keeps them physical.
 //!
-//! The pseudo-inertia of a body is the 4x4 matrix `[S h; h^T m]` with the second moments `S` of its mass
-//! about its origin, `S = tr(I)/2 - I`. A mass distribution exists if and only if it is positive definite.
+//! The pseudo-inertia of a body is the 4x4 matrix `[S h; h^T m]` with the second moments `S` of its
+//! mass about its origin, `S = tr(I)/2 - I`. A mass distribution exists if and only if the
+//! pseudo-inertia is positive definite.
 //!
 //! Sources: Wensing, Kim, Slotine, *Linear matrix inequalities for physically consistent inertial
 //! parameter identification*, RA-L 2018; Lee, Wensing, Park, *Geometric robot dynamic identification*,
@@ -17,7 +18,8 @@ use stiction_core::spatial::{Mat3, Vec3};
 /// yz, xz).
 pub type Inertial = [f64; 10];
 
-/// Inertial parameters of all bodies among `values`, each with the index of the body.
+/// Collects the inertial parameters of all bodies from `values`, the values of `parameters`. Each
+/// entry begins with the index of the body.
 pub fn bodies(parameters: &[Parameter], values: &[f64]) -> Vec<(usize, Inertial)> {
     let mut all: Vec<(usize, Vec<f64>)> = Vec::new();
     for (parameter, &value) in parameters.iter().zip(values) {
@@ -30,7 +32,8 @@ pub fn bodies(parameters: &[Parameter], values: &[f64]) -> Vec<(usize, Inertial)
     all.into_iter().filter_map(|(body, own)| Some((body, own.try_into().ok()?))).collect()
 }
 
-/// Mass, centre of mass, and inertia tensor about the centre of mass. The mass must not be zero.
+/// Computes mass, centre of mass, and inertia tensor about the centre of mass from inertial
+/// parameters. The mass must not be zero.
 pub fn central<T: Scalar>(inertial: &[T; 10]) -> (T, Vec3<T>, Mat3<T>) {
     let [mass, hx, hy, hz, ..] = *inertial;
     let com = Vec3::new(hx, hy, hz) * mass.recip();
@@ -46,7 +49,8 @@ fn about<T: Scalar>(inertial: &[T; 10]) -> Mat3<T> {
     Mat3::from_columns(Vec3::new(xx, xy, xz), Vec3::new(xy, yy, yz), Vec3::new(xz, yz, zz))
 }
 
-/// Inertial parameters for mass, centre of mass, and inertia tensor about the centre of mass.
+/// Computes inertial parameters from mass, centre of mass, and inertia tensor about the centre of
+/// mass.
 pub fn about_origin(mass: f64, com: Vec3<f64>, inertia: Mat3<f64>) -> Inertial {
     let body = Body { name: String::new(), mass, com, inertia };
     let total = crate::parameter::inertia_about_origin(&body);
@@ -58,7 +62,7 @@ pub fn about_origin(mass: f64, com: Vec3<f64>, inertia: Mat3<f64>) -> Inertial {
     all
 }
 
-/// Pseudo-inertia matrix of a body with these inertial parameters.
+/// Returns the pseudo-inertia matrix of a body with the given inertial parameters.
 pub fn pseudo_inertia(inertial: &Inertial) -> Matrix4<f64> {
     let [mass, hx, hy, hz, xx, yy, zz, xy, yz, xz] = *inertial;
     let half = 0.5 * (xx + yy + zz);
@@ -82,7 +86,7 @@ pub fn pseudo_inertia(inertial: &Inertial) -> Matrix4<f64> {
     )
 }
 
-/// Returns whether a mass distribution with these inertial parameters exists.
+/// Returns whether a mass distribution with the given inertial parameters exists.
 pub fn is_physical(inertial: &Inertial) -> bool {
     // The scaling makes the verdict independent of units.
     let p = pseudo_inertia(inertial);
@@ -141,8 +145,9 @@ impl BodyPrior {
         Some(Self { first, inverse: factor.inverse(), logarithm, prior })
     }
 
-    /// Computes `tr(P0^-1 P) - log det(P0^-1 P) - 4` and its derivatives for the values of all parameters; `None`
-    /// outside the physical region.
+    /// Computes `tr(P0^-1 P) - log det(P0^-1 P) - 4` and its derivatives for `values`, the values
+    /// of all parameters. `P` is the pseudo-inertia of the body, `P0` that of the prior. Returns
+    /// `None` outside the physical region.
     pub fn divergence(&self, values: &[f64]) -> Option<Divergence> {
         let own: Inertial = values[self.first..self.first + 10].try_into().ok()?;
         let pseudo = pseudo_inertia(&own);
@@ -168,7 +173,7 @@ mod tests {
     use super::*;
 
     fn cuboid() -> Inertial {
-        // 3 kg, sides 0.2, 0.3, 0.5 m, off the origin.
+        // The cuboid has 3 kg and sides of 0.2, 0.3 and 0.5 m; its centre is not at the origin.
         let i = |a: f64, b: f64| 3.0 / 12.0 * (a * a + b * b);
         let inertia = Mat3::diagonal(Vec3::new(i(0.3, 0.5), i(0.2, 0.5), i(0.2, 0.3)));
         about_origin(3.0, Vec3::new(0.1, -0.2, 0.4), inertia)
@@ -181,8 +186,8 @@ mod tests {
         assert!((inertia.at(0, 0) - 0.25 * 0.34).abs() < 1e-15 && inertia.at(0, 1).abs() < 1e-15);
     }
 
-    /// Principal moments must satisfy the triangle inequality: no body has one that exceeds the sum
-    /// of the others.
+    /// Checks the triangle inequality of principal moments of inertia: no mass distribution has a
+    /// moment that exceeds the sum of the other two.
     #[test]
     fn physical_means_that_a_mass_distribution_exists() {
         assert!(is_physical(&cuboid()));

@@ -1,4 +1,5 @@
-//! Columns of the regression for a mechanism with loops, by the principle of virtual power.
+//! Columns of the regression for a mechanism with loops, computed by the principle of virtual
+//! power.
 //!
 //! Equation (I1) of the book's theory.
 
@@ -32,7 +33,8 @@ pub enum Unsuitable {
         /// Number of prescribed coordinates.
         coordinates: usize,
     },
-    /// The forces in the first configuration have no solution; contains the reason.
+    /// The forces in the first configuration of the motion have no solution; the text is the
+    /// reason.
     #[error("{0}")]
     Singular(String),
 }
@@ -45,8 +47,8 @@ pub struct Columns {
     pub matrix: DMatrix<f64>,
     /// Efforts of the model without friction, N or N m.
     pub known: DVector<f64>,
-    /// State of the friction that each effort contains. Friction at rest is bounded but not
-    /// determined.
+    /// State, sliding or rest, of the friction that each effort contains. Friction at rest is
+    /// bounded but not determined.
     pub rest: Vec<Rest>,
 }
 
@@ -61,7 +63,8 @@ pub struct Regressor {
     nominal: Parameters<f64>,
     virtual_twists: Vec<Vec<Twist<f64>>>,
     surface_rates: Vec<Vec<[f64; 3]>>,
-    /// Rates of the actuated degrees of freedom for a unit rate of each coordinate.
+    /// For each coordinate, the rates of all actuated degrees of freedom at a unit rate of this
+    /// coordinate.
     actuator_rates: Vec<Vec<f64>>,
     /// Acceleration of each body at the present motion.
     accelerations: Vec<Twist<f64>>,
@@ -109,20 +112,20 @@ impl Regressor {
         })
     }
 
-    /// Sets the standard deviation of the rate of each coordinate, rad/s or m/s. The direction of friction is unknown
-    /// if a speed is less than three standard deviations.
+    /// Sets the standard deviation of the measured rate of each coordinate, rad/s or m/s. The
+    /// direction of friction is unknown if a speed is less than three standard deviations.
     pub fn set_rate_noise(&mut self, noise: &[f64]) {
         self.rate_noise.clear();
         self.rate_noise.extend_from_slice(noise);
     }
 
-    /// Parameters in the order of the columns.
+    /// Returns the parameters in the order of the columns.
     pub fn parameters(&self) -> &[Parameter] {
         &self.parameters
     }
 
-    /// Names of the bodies that can spin freely about their own axis, such as a rod between two balls. Their inertia is
-    /// treated as symmetric about that axis.
+    /// Returns the names of the bodies that can spin freely about their own axis, such as a rod
+    /// between two ball joints. The inertia of such a body is treated as symmetric about this axis.
     pub fn spinning_bodies(&self) -> Vec<&str> {
         let spins = self.model.constraints().spins().iter();
         spins.map(|spin| self.mechanism().bodies()[spin.body.0].name.as_str()).collect()
@@ -148,7 +151,8 @@ impl Regressor {
         &self.data.state
     }
 
-    /// Starts the next call of [`Self::at`] from a state of this regressor, in its assembly mode.
+    /// Makes the next call of [`Self::at`] start from `state`, a state of the same mechanism, and
+    /// therefore in the assembly mode of `state`.
     pub fn start_from(&mut self, state: &State<f64>) {
         // A state of another mechanism is not used.
         if state.coordinates.len() == self.data.state.coordinates.len() {
@@ -159,8 +163,8 @@ impl Regressor {
     /// Computes the columns for positions, rates and accelerations of the prescribed coordinates.
     ///
     /// # Errors
-    /// Reason why the efforts have no solution. The next call then starts from the last valid
-    /// configuration.
+    /// Returns the reason why the efforts have no solution. The next call then starts from the last
+    /// valid configuration.
     pub fn at(&mut self, q: &[f64], v: &[f64], a: &[f64]) -> Result<Columns, Status> {
         let status = self.efforts_at(q, v, a);
         if !status.is_converged() && !self.compiled_again(q, v, a) {
@@ -225,9 +229,10 @@ impl Regressor {
         }
     }
 
-    /// Sliding velocity of each friction interface, m/s, followed by the rate of each actuator as
-    /// the first entry of a vector. Friction changes its sign where one of them reverses. `None` if
-    /// the model cannot follow the motion.
+    /// Returns the sliding velocity of each friction interface, m/s, followed by a vector for each
+    /// actuator, whose first entry is the rate of the actuator, m/s or rad/s. Friction changes its
+    /// sign where one of these velocities or rates reverses. Returns `None` if the model cannot
+    /// follow the motion.
     pub fn sliding(&mut self, q: &[f64], v: &[f64], a: &[f64]) -> Option<Vec<[f64; 3]>> {
         self.unit.start_from(&self.data.state);
         if !self.model.move_to(&mut self.unit, q, v, a).is_converged() {
@@ -247,8 +252,8 @@ impl Regressor {
         self.model.inverse_dynamics_with(&self.nominal, &mut self.data, q, v, a, &[])
     }
 
-    /// Compiles the model again in a configuration for which its elimination order is unsuitable.
-    /// Returns whether the efforts can then be computed.
+    /// Compiles the model again, because its elimination order is unsuitable for the configuration
+    /// of the given motion. Returns whether the efforts can then be computed.
     fn compiled_again(&mut self, q: &[f64], v: &[f64], a: &[f64]) -> bool {
         let targets: Vec<Target<f64>> = (q.iter().zip(v).zip(a))
             .map(|((&value, &rate), &acceleration)| Target { value, rate, acceleration })
@@ -343,8 +348,8 @@ impl Regressor {
         }
     }
 
-    /// Rate of an actuated degree of freedom, and its state of sliding or rest; `None` for a row
-    /// without an actuator.
+    /// Returns the rate of the actuated degree of freedom in the row `row`, m/s or rad/s, and its
+    /// state, sliding or rest; `None` for a row without an actuator.
     pub fn actuator_rate(&self, row: usize) -> Option<(f64, Rest)> {
         let (joint, dof) = self.mechanism().actuators().nth(row)?;
         let topology = self.model.topology();
@@ -374,9 +379,9 @@ impl Regressor {
         Slip { direction, velocity: speed.copysign(surface[0]), rest }
     }
 
-    /// Friction at the surface of an interface per unit of one of its parameters, N. For a friction
-    /// coefficient the normal load is one newton. `velocity`, m/s, is the speed with the sign of
-    /// the velocity's first component.
+    /// Returns the friction at the surface of an interface, N, per unit of one of the interface's
+    /// parameters. For a friction coefficient, the normal load is one newton. `velocity`, m/s, is
+    /// the speed with the sign of the velocity's first component.
     pub(crate) fn friction_per_unit(&self, kind: Kind, index: usize, velocity: f64) -> f64 {
         let interface = &self.nominal.interfaces[index];
         let over_arm = 1.0 / interface.arms(self.nominal.pitch[interface.joint])[0].abs();
@@ -395,7 +400,8 @@ impl Regressor {
         }
     }
 
-    /// Records the state `own` of an interface for each effort that its friction changes.
+    /// Records `own`, the state of the interface `index`, in `rest` for each effort that the
+    /// friction of this interface changes.
     fn mark_rest(&self, index: usize, own: Rest, actuation: &LU<f64, Dyn, Dyn>, rest: &mut [Rest]) {
         for dof in 0..3 {
             let power = self.surface_rates.iter().map(|rates| rates[index][dof]);
@@ -409,8 +415,8 @@ impl Regressor {
         }
     }
 
-    /// Force and moment about the body's origin, in world axes, that a unit of an inertial parameter requires for the
-    /// present motion.
+    /// Returns the force and the moment about the body's origin, in world axes, that a unit of an
+    /// inertial parameter requires for the present motion.
     fn unit_wrench(&self, kind: Kind, body: usize) -> (Vec3<f64>, Vec3<f64>) {
         let bodies = &self.data.kinematics.bodies;
         let pose = &bodies.pose[body];
@@ -444,8 +450,8 @@ impl Regressor {
         force.dot(twist.velocity_at(origin)) + moment.dot(twist.angular)
     }
 
-    /// Static friction limits in the configuration of the last call of [`Self::at`]. The matrix
-    /// contains the limit of each effort (rows) per unit of each parameter (columns); for a
+    /// Computes static friction limits in the configuration of the last call of [`Self::at`]. The
+    /// matrix contains the limit of each effort (rows) per unit of each parameter (columns); for a
     /// coefficient of friction, also per unit of normal load. The vector contains the limits of
     /// friction that is not estimated, N or N m. `None` if the configuration is singular.
     pub fn limits(&self) -> Option<(DMatrix<f64>, DVector<f64>)> {
@@ -482,8 +488,9 @@ impl Regressor {
         Some((matrix, fixed))
     }
 
-    /// Drive trains whose motor friction is that of the model, because their joints also have joint
-    /// friction, each with the row of its actuator. Empty if efforts are measured at joints.
+    /// Iterates over the drive trains whose motor friction is not estimated but has the value of
+    /// the model, because their joints also have joint friction. Each drive train comes with the
+    /// row of its actuator. There are none if efforts are measured at joints.
     fn motors_with_joint_friction(&self) -> impl Iterator<Item = (usize, &DriveTrain)> {
         let trains = self.mechanism().drive_trains().iter().filter(|_| self.at_motors);
         trains.filter_map(|train| {
@@ -498,7 +505,7 @@ impl Regressor {
     /// [`Self::engine_parameters`], `data` that of [`Self::engine_data`].
     ///
     /// # Errors
-    /// Reason why the forces have no solution.
+    /// Returns the reason why the forces have no solution.
     pub fn loads(
         &self,
         engine: &Parameters<f64>,

@@ -2,7 +2,7 @@
 
 /// The sign of a speed is unknown if the speed is at most this number of its standard deviations.
 const SIGMAS: f64 = 3.0;
-/// A friction interface is at rest if its speed is at most this value, m/s.
+/// A friction interface or actuator is at rest if its speed is at most this value, m/s or rad/s.
 const REST_SPEED: f64 = 1e-9;
 
 /// State of the friction interfaces whose friction an effort contains.
@@ -17,7 +17,7 @@ pub enum Rest {
     Resting,
 }
 
-/// Speed of a friction interface, and its state of sliding or rest.
+/// Speed of a friction interface, and its state: sliding or rest.
 pub(crate) struct Slip {
     pub(crate) direction: [f64; 3],
     /// Speed, m/s, with the sign of the velocity's first component.
@@ -36,7 +36,7 @@ impl Rest {
     }
 }
 
-/// Sign of a rate; zero at rest.
+/// Returns the sign of a rate; zero at rest.
 pub(crate) fn sign(rate: f64) -> f64 {
     if rate.abs() <= REST_SPEED { 0.0 } else { rate.signum() }
 }

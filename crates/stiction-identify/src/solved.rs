@@ -14,7 +14,7 @@ pub struct Solved {
     pub(crate) velocities: Vec<f64>,
     /// State of the mechanism at this instant.
     pub(crate) state: State<f64>,
-    /// Number of steps in which friction converged.
+    /// Number of friction iterations until convergence.
     pub(crate) steps: usize,
 }
 

@@ -7,7 +7,8 @@ use std::fmt;
 pub enum Verdict {
     /// The data determine the value, with the given standard deviation.
     Identified,
-    /// The value fits, but only a combination with other parameters is determined.
+    /// The value fits the data, but is not identified: only a combination with other parameters is
+    /// determined, or the standard deviation is too large.
     FitsOnly,
     /// The data contain little or no information on the parameter; the value is that of the model.
     NotExcited,
@@ -103,7 +104,7 @@ impl Verdict {
             true if resolution < 0.5 && sigma > PRECISE_CONFOUNDED * size => Self::NotExcited,
             true => Self::FitsOnly,
             false if resolution < 0.02 => Self::NotExcited,
-            // The correlated parameter can compensate any value of this one.
+            // The correlated parameter can compensate any value of this parameter.
             false if correlation > CONFOUNDED && sigma > size => Self::NotExcited,
             false => Self::FitsOnly,
         }
@@ -131,13 +132,13 @@ mod tests {
         assert_eq!(Verdict::of(&prior), Verdict::NotExcited);
         let shared = Evidence { is_alone: false, ..prior };
         assert_eq!(Verdict::of(&shared), Verdict::FitsOnly);
-        // Known to half a percent with a strong prior, whose error of 30 % the standard deviation
-        // contains.
+        // This value is known to half a percent. The prior is strong, and the standard deviation
+        // contains the prior's error of 30 %.
         let strong = Evidence { resolution: 0.3, sigma: 0.01, ..CLEAR };
         assert_eq!(Verdict::of(&strong), Verdict::Identified);
         let fair = Evidence { sigma: 0.15, ..strong };
         assert_eq!(Verdict::of(&fair), Verdict::FitsOnly);
-        // Confounded with another parameter, for which the same precision does not suffice.
+        // This value is confounded with another parameter, so the same precision does not suffice.
         let confounded = Evidence { correlation: 0.98, ..CLEAR };
         assert_eq!(Verdict::of(&confounded), Verdict::FitsOnly);
         let open = Evidence { is_alone: false, sigma: 3.0, ..confounded };

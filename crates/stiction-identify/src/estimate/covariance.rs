@@ -7,10 +7,11 @@ use super::map::{Map, transposed_product};
 use crate::block::Block;
 use nalgebra::{DMatrix, DVector};
 
-/// Minimum number of lags, in rows. It covers several correlation times of the filter.
+/// Minimum number of lags of the autocovariance, in rows. It covers several correlation times of
+/// the filter.
 const LAGS: usize = 24;
-/// Maximum number of lags, in rows. Model errors that stay correlated over more rows than this
-/// count as constant.
+/// Maximum number of lags of the autocovariance, in rows. Model errors that stay correlated over
+/// more rows than this count as constant.
 const MOST_LAGS: usize = 1000;
 /// Residuals count as uncorrelated at a lag if their autocorrelation is below this value.
 const INDEPENDENT: f64 = 0.05;
@@ -58,13 +59,13 @@ pub(crate) fn covariance(
             sum += transposed_product(&scaled, &smoothed) * factor;
         }
     }
-    // Symmetric up to rounding.
+    // The sum is symmetric up to rounding errors.
     (&sum + sum.transpose()) * 0.5
 }
 
-/// Number of samples of the residuals that together count as one independent sample, as the mean
-/// over all efforts. For each effort, it is the sum of the autocorrelation of the residuals,
-/// divided by the same sum for white noise after the filter; at least one.
+/// Returns the number of residual samples that together count as one independent sample, averaged
+/// over all efforts. For each effort, this number is the sum of the autocorrelation of the
+/// residuals, divided by the same sum for white noise after the filter, and at least one.
 pub(super) fn colour(blocks: &[Block], values: &DVector<f64>) -> f64 {
     let channels = blocks.first().map_or(0, |block| block.channels.len());
     let each = (0..channels).map(|channel| {
@@ -80,8 +81,8 @@ pub(super) fn colour(blocks: &[Block], values: &DVector<f64>) -> f64 {
     finite.sum::<f64>() / channels.max(1) as f64
 }
 
-/// Autocovariance of the residuals of one effort in all blocks, by lag, up to twice the lag at
-/// which the residuals become uncorrelated.
+/// Computes the autocovariance of the residuals of one effort in all blocks, indexed by lag, up to
+/// twice the lag at which the residuals become uncorrelated.
 pub(super) fn autocovariance(steps: &[&[usize]], residuals: &[DVector<f64>]) -> Vec<f64> {
     let longest = residuals.iter().map(|r| r.len()).max().unwrap_or(0);
     let most = (longest / 4).clamp(LAGS, MOST_LAGS);
@@ -103,9 +104,10 @@ pub(super) fn autocovariance(steps: &[&[usize]], residuals: &[DVector<f64>]) -> 
     all
 }
 
-/// Covariance of the errors if some values lie at their bounds, computed from a normal distribution
-/// that is truncated at the bounds. `at_bounds` lists the coordinates at their bounds, each with
-/// the distance by which the coordinate would exceed its bound if the bound did not exist.
+/// Computes the covariance of the errors if some values lie at their bounds, from a normal
+/// distribution that is truncated at the bounds. `at_bounds` lists the coordinates at their bounds,
+/// each with the distance by which the coordinate would exceed its bound if the bound did not
+/// exist.
 ///
 /// The bounds are applied one after the other; the variance along a bounded coordinate becomes the
 /// second moment about its bound.
@@ -126,8 +128,8 @@ pub(super) fn bounded(
     covariance
 }
 
-/// Ratio of the density of the normal distribution at `x` >= 0 to the probability of larger values,
-/// accurate to one percent.
+/// Computes the ratio of the density of the normal distribution at `x` >= 0 to the probability of
+/// larger values, accurate to one percent.
 ///
 /// Source: A. V. Boyd, *Inequalities for Mills' ratio*, Rep. Stat. Appl. Res. JUSE 6 (1959).
 fn inverse_mills(x: f64) -> f64 {
@@ -135,7 +137,8 @@ fn inverse_mills(x: f64) -> f64 {
     ((pi - 1.0) * x + (x * x + 2.0 * pi).sqrt()) / pi
 }
 
-/// Passes each pair of rows whose lag in steps is below `lags` to `take`, with the lag.
+/// Calls `take` with the indices of each pair of rows whose lag is below `lags`, and with this lag,
+/// in steps of the time grid.
 pub(super) fn each_pair(steps: &[usize], lags: usize, mut take: impl FnMut(usize, usize, usize)) {
     for i in 0..steps.len() {
         for k in i..steps.len() {
@@ -153,8 +156,8 @@ mod tests {
     use super::*;
     use stiction_core::random::Random;
 
-    /// Compares the errors of a value at its bound, and of a second value correlated with it, with
-    /// the errors of pairs of random numbers of which the first is not negative.
+    /// Checks the errors of a value at its bound, and of a second value correlated with the first
+    /// value, against pairs of random numbers whose first number is not negative.
     #[test]
     fn values_at_their_bound_have_smaller_errors() {
         let mut random = Random::new(5);
@@ -185,7 +188,8 @@ mod tests {
         }
     }
 
-    /// White residuals need few lags; residuals that change every hundred rows need more.
+    /// Checks that white residuals need few lags, and that residuals which change every hundred
+    /// rows need more lags.
     #[test]
     fn lags_follow_the_colour_of_the_residuals() {
         let lags = |residual: &mut dyn FnMut(usize) -> f64| {

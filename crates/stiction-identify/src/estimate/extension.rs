@@ -1,4 +1,5 @@
-//! Columns that a regression may lack: their coefficients, and the improvement in the prediction of left-out data.
+//! Tests whether a regression lacks a column: coefficient of the column, and improvement in the
+//! prediction of left-out data.
 //!
 //! Equation (I7) of the book's theory.
 
@@ -24,12 +25,13 @@ pub struct Extension {
     pub value: f64,
     /// Standard deviation of the coefficient, which accounts for the autocorrelation of the residuals.
     pub sigma: f64,
-    /// Fraction by which the column reduces the actuator's squared residuals, when each fifth of the logs is predicted
-    /// from the others; negative if they increase.
+    /// Fraction by which the column reduces the actuator's squared residuals, when each fifth of
+    /// the logs is predicted by a fit to the other fifths. The fraction is negative if the squared
+    /// residuals increase.
     pub gain: f64,
     /// Standard error of the gain, from its scatter between the fifths.
     pub gain_sigma: f64,
-    /// Change of each parameter due to the column, SI units.
+    /// Change of each parameter when the column is added to the fit, SI units.
     pub changes: DVector<f64>,
 }
 
@@ -44,8 +46,10 @@ pub struct Residuals<'a> {
     /// Blocks with the columns of the normal equations.
     design: Cow<'a, [Block]>,
     inverse: &'a DMatrix<f64>,
-    /// Residuals and weights for each block and actuator.
+    /// Residuals and weights of the rows for each block and actuator.
     rows: Vec<Vec<[DVector<f64>; 2]>>,
+    /// Factor by which the residuals underestimate the variance of the errors, because the fit uses
+    /// up degrees of freedom.
     inflation: f64,
 }
 
@@ -75,7 +79,8 @@ impl Problem<'_> {
 }
 
 impl Residuals<'_> {
-    /// Change of each parameter, SI units, if `efforts` are added to the measured efforts of each block and actuator.
+    /// Returns the change of each parameter, SI units, if `efforts` are added to the measured
+    /// efforts of each block and actuator.
     pub fn response(&self, efforts: &[Vec<DVector<f64>>]) -> DVector<f64> {
         let mut product = DVector::zeros(self.problem.parameters.len());
         for ((block, rows), efforts) in self.design.iter().zip(&self.rows).zip(efforts) {
@@ -123,7 +128,8 @@ impl Residuals<'_> {
         Some(Extension { value, sigma, gain, gain_sigma, changes })
     }
 
-    /// Gain in the prediction of left-out fifths, with its standard error.
+    /// Computes [`Extension::gain`] for the actuator `own`, and its standard error. `left` is the
+    /// part of the column that the parameters do not explain, for each block and actuator.
     fn gain(&self, own: usize, left: &[Vec<DVector<f64>>]) -> (f64, f64) {
         let mut sums = [[0.0; 2]; FOLDS];
         let mut size = 0.0;
@@ -152,9 +158,10 @@ impl Residuals<'_> {
         (sum, (scatter * count / (count - 1.0)).sqrt())
     }
 
-    /// Variance of the weighted sum of residuals along the column. It is the larger of two estimates: from the mean
-    /// autocorrelation of the residuals, and from the residuals' own products, which are larger if residuals are large
-    /// in the same rows as the column.
+    /// Computes the variance of the weighted sum of residuals along the column. The result is the
+    /// larger of two estimates: from the mean autocorrelation of the residuals, and from the
+    /// residuals' own products, which are larger if residuals are large in the same rows as the
+    /// column.
     fn variance(&self, value: f64, left: &[Vec<DVector<f64>>]) -> f64 {
         let blocks = self.problem.blocks;
         let channels = blocks.first().map_or(0, |block| block.channels.len());

@@ -1,5 +1,5 @@
-//! Instrumental variables: regression on that part of the columns which the instruments explain, so that errors of the
-//! measured motion do not bias the estimate.
+//! Instrumental variables: the regression uses only the part of each column that the instruments
+//! explain, so that errors of the measured motion do not bias the estimate.
 //!
 //! Equation (I11) of the book's theory. Source: Söderström, Stoica, *Instrumental variable methods for system
 //! identification*, Springer (1983); for robots Janot, Vandanjon, Gautier, *A generic instrumental variable approach for
@@ -58,8 +58,9 @@ impl Problem<'_> {
         Some(DMatrix::from_fn(size, size, |i, k| scale[i] * solution[(i, k)]))
     }
 
-    /// Returns the blocks for the normal equations. If there are instruments, the columns are the
-    /// part that the instruments explain, and rows without instruments do not count.
+    /// Returns the blocks for the normal equations. If there are instruments, each column is
+    /// replaced by the part of it that the instruments explain, and rows without instruments become
+    /// zero.
     pub(super) fn design(&self, projection: Option<&DMatrix<f64>>) -> Cow<'_, [Block]> {
         let Some(projection) = projection else { return Cow::Borrowed(self.blocks) };
         let mut blocks = self.blocks.to_vec();
@@ -72,7 +73,7 @@ impl Problem<'_> {
     }
 }
 
-/// Returns the instruments of rows; without instruments the columns themselves.
+/// Returns the instruments of `rows`; without instruments, returns the columns of `rows`.
 fn instruments(rows: &Rows) -> &DMatrix<f64> {
     rows.instruments.as_ref().unwrap_or(&rows.matrix)
 }

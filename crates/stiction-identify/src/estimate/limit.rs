@@ -1,4 +1,5 @@
-//! Samples at rest: inequalities, because friction at rest only has limits.
+//! Inequalities for samples at rest. The friction at rest is not determined; only its limits are
+//! known.
 //!
 //! Equation (I9) of the book's theory.
 
@@ -7,12 +8,12 @@ use super::{Estimate, Normal, Problem};
 use crate::block::{Block, Dwells};
 use nalgebra::{DMatrix, DVector};
 
-/// Number of standard deviations by which an effort may exceed its bound, because extremes of noise
-/// are not due to friction.
+/// Number of standard deviations of the noise by which an effort at rest may exceed its bound. The
+/// bounds are extremes of measured efforts and therefore contain extremes of the noise.
 const SLACK: f64 = 2.0;
 
-/// Half-space `offset - direction . z <= 0` of free coordinates; `weight` multiplies the square of
-/// a violation.
+/// Half-space `offset - direction . z <= 0` in the space of the free coordinates `z`; `weight`
+/// multiplies the square of a violation.
 #[derive(Clone, Debug)]
 pub(super) struct HalfSpace {
     offset: f64,
@@ -21,13 +22,13 @@ pub(super) struct HalfSpace {
 }
 
 impl HalfSpace {
-    /// Violation of the half-space; zero inside.
+    /// Returns the violation of the inequality at `z`; zero inside the half-space.
     fn violation(&self, z: &DVector<f64>) -> f64 {
         (self.offset - self.direction.dot(z)).max(0.0)
     }
 
-    /// Adds half the weighted square of the violation, and its derivatives. Value and gradient are
-    /// continuous.
+    /// Adds half the weighted square of the violation at `z`, its gradient and its Hessian to those
+    /// of the objective. The added value and gradient are continuous.
     pub(super) fn add(
         &self,
         z: &DVector<f64>,
@@ -43,8 +44,9 @@ impl HalfSpace {
 }
 
 impl Dwells {
-    /// Coefficients of the parameters in the two inequalities of each dwell, with the sign of the
-    /// effort and the index of the bound.
+    /// Returns the two inequalities of each dwell. An inequality has the sign of the effort, the
+    /// index of its bound in [`Dwells::bounds`], and the coefficients of the parameters (columns)
+    /// for all dwells (rows).
     fn sides(&self) -> [(f64, usize, DMatrix<f64>); 2] {
         // With friction at its positive limit the effort must reach the greatest bound, with
         // friction at its negative limit the least bound.
@@ -53,7 +55,8 @@ impl Dwells {
 }
 
 impl Normal {
-    /// Covariance of the gradient of the violated half-spaces; each of them counts as one sample.
+    /// Computes the covariance of the gradient of the half-spaces that are violated at `z`. Each
+    /// violated half-space counts as one sample.
     pub(super) fn limit_errors(&self, z: &DVector<f64>) -> DMatrix<f64> {
         let mut sum = DMatrix::zeros(z.len(), z.len());
         for limit in self.limits.iter().filter(|limit| limit.violation(z) > 0.0) {
@@ -64,7 +67,8 @@ impl Normal {
 }
 
 impl Problem<'_> {
-    /// Half-spaces of all dwells; `noise` is the noise of each actuator's effort.
+    /// Returns the half-spaces of all dwells. `noise` is the standard deviation of each actuator's
+    /// effort, N or N m.
     pub(super) fn limits(&self, map: &Map, shift: &DVector<f64>, noise: &[f64]) -> Vec<HalfSpace> {
         let offset = &map.base - shift;
         let mut all = Vec::new();
@@ -87,9 +91,9 @@ impl Problem<'_> {
         all
     }
 
-    /// Largest excess of the efforts at rest over the limits of static friction that `estimate`
-    /// yields, for each dwell of each block, in standard deviations; zero within all limits.
-    /// `estimate` must come from a fit without these limits.
+    /// Returns, for each dwell of each block, the largest excess of the efforts at rest over the
+    /// limits of static friction that follow from `estimate`. The excess is in standard deviations;
+    /// it is zero within all limits. `estimate` must come from a fit without these limits.
     pub fn excesses(&self, estimate: &Estimate) -> Vec<Vec<f64>> {
         let at = DVector::from_column_slice(&estimate.values) - self.shift();
         let of_block = |block: &Block| {

@@ -13,7 +13,7 @@ pub(crate) struct Map {
     /// Index of the coordinate on which each parameter depends, and its factor; `None` for a
     /// parameter that is held constant.
     entries: Vec<Option<(usize, f64)>>,
-    /// First parameter that depends on each coordinate.
+    /// Index of the first parameter that depends on each coordinate.
     pub(crate) firsts: Vec<usize>,
 }
 
@@ -21,22 +21,23 @@ pub(crate) struct Map {
 const ROWS: usize = 1024;
 
 impl Map {
-    /// Number of free coordinates.
+    /// Returns the number of free coordinates.
     pub(crate) fn size(&self) -> usize {
         self.firsts.len()
     }
 
-    /// Coordinate on which a parameter depends, and its factor.
+    /// Returns the index of the coordinate on which a parameter depends, and the factor of this
+    /// coordinate; `None` for a parameter that is held constant.
     pub(crate) fn entry(&self, parameter: usize) -> Option<(usize, f64)> {
         self.entries[parameter]
     }
 
-    /// Factor of the first parameter that depends on a coordinate.
+    /// Returns the factor of a coordinate for the first parameter that depends on it.
     pub(crate) fn factor(&self, column: usize) -> f64 {
         self.entries[self.firsts[column]].map_or(1.0, |(_, factor)| factor)
     }
 
-    /// Values of all parameters for given coordinates.
+    /// Returns the values of all parameters for given coordinates.
     pub(crate) fn values(&self, z: &DVector<f64>) -> DVector<f64> {
         let mut values = self.base.clone();
         for (value, entry) in values.iter_mut().zip(&self.entries) {
@@ -47,7 +48,8 @@ impl Map {
         values
     }
 
-    /// Converts a matrix with a column for each parameter to one with a column for each coordinate.
+    /// Converts the rows `rows` of a matrix with a column for each parameter to a matrix with a
+    /// column for each coordinate.
     pub(crate) fn columns(
         &self,
         matrix: &DMatrix<f64>,
@@ -78,7 +80,7 @@ impl Map {
         }
     }
 
-    /// Covariance of all parameters from the covariance of the coordinates.
+    /// Computes the covariance of all parameters from `free`, the covariance of the coordinates.
     pub(crate) fn spread(&self, free: &DMatrix<f64>) -> DMatrix<f64> {
         let count = self.entries.len();
         DMatrix::from_fn(count, count, |i, k| match (self.entries[i], self.entries[k]) {
@@ -108,7 +110,8 @@ impl Problem<'_> {
         groups.sort();
         let mut entries = vec![None; count];
         for (column, group) in groups.iter().enumerate() {
-            // All members of a group have one value; its scale is that of the first member.
+            // Tied parameters have one common value, with the scale of the first parameter of the
+            // group.
             let factor = self.parameters[group[0]].scale.max(1e-300);
             group.iter().for_each(|&k| entries[k] = Some((column, factor)));
         }
@@ -116,7 +119,7 @@ impl Problem<'_> {
     }
 }
 
-/// Product of the transpose of a tall matrix with another matrix.
+/// Computes the product of the transpose of a tall matrix `a` with another matrix `b`.
 pub(crate) fn transposed_product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     let mut sum = DMatrix::zeros(a.ncols(), b.ncols());
     for from in (0..a.nrows()).step_by(ROWS) {

@@ -1,4 +1,5 @@
-//! Minimum of weighted squared residuals and prior, by Newton's method within the physical region.
+//! Minimises the sum of weighted squared residuals and prior by Newton's method within the physical
+//! region.
 //!
 //! Equation (I3) of the book's theory.
 
@@ -16,7 +17,7 @@ const TERM_ERROR: f64 = 0.5;
 const NEWTON_STEPS: usize = 60;
 
 impl Problem<'_> {
-    /// Priors of the inertial parameters of all bodies.
+    /// Returns the priors of the inertial parameters of all bodies.
     pub(crate) fn priors(&self) -> Vec<BodyPrior> {
         let prior: Vec<f64> = self.parameters.iter().map(|p| p.prior).collect();
         let bodies = physical::bodies(self.parameters, &prior);
@@ -27,22 +28,24 @@ impl Problem<'_> {
         each.collect()
     }
 
-    /// Precision (inverse variance) of the quadratic prior on each parameter that belongs to no body, for a strength of
-    /// the prior.
+    /// Returns the precision (inverse variance) of the quadratic prior on each parameter. It is
+    /// zero for the parameters of bodies, whose prior is a divergence. `strength` is the strength
+    /// of the prior on inertias.
     pub(crate) fn precision(&self, strength: f64) -> Vec<f64> {
         let each = self.parameters.iter().map(|p| match p.kind {
             Kind::Mass(_) | Kind::Moment(..) | Kind::Inertia(..) => 0.0,
             Kind::Rotor(_) => strength.max(1e-2) / (p.scale * p.scale),
             Kind::Term(_) => 1.0 / (TERM_ERROR * TERM_ERROR),
-            // Declared friction coefficients are guesses, of which only the order of magnitude
-            // counts, like one sample.
+            // Declared friction coefficients are guesses. The prior trusts only their order of
+            // magnitude: its standard deviation is ten times the scale.
             _ => 1e-2 / (p.scale * p.scale),
         });
         each.collect()
     }
 
-    /// Minimises data term and prior, in free coordinates. A value beyond its bound is set to the
-    /// bound and held there. Zero is a bound for parameters that must not be negative.
+    /// Minimises the sum of data term and prior; returns the free coordinates of the minimum. A
+    /// value beyond its bound is set to the bound and held there. Zero is a bound for parameters
+    /// that must not be negative.
     pub(crate) fn minimum(&self, map: &Map, data: &Normal, strength: f64) -> DVector<f64> {
         let size = map.size();
         let mut at_bound = vec![false; size];
@@ -64,13 +67,15 @@ impl Problem<'_> {
         z
     }
 
-    /// Ratio of a change of a free coordinate to the scale of its parameter.
+    /// Returns the ratio of the change `z` of a free coordinate, without sign, to the scale of its
+    /// parameter.
     fn parts(&self, map: &Map, column: usize, z: f64) -> f64 {
         let scale = self.parameters[map.firsts[column]].scale / map.factor(column).abs();
         z.abs() / scale
     }
 
-    /// Least and greatest value of a free coordinate, infinite without bounds.
+    /// Returns the least and the greatest permitted value of a free coordinate; infinite without
+    /// bounds.
     pub(super) fn interval(&self, map: &Map, column: usize) -> [f64; 2] {
         let first = &self.parameters[map.firsts[column]];
         // The mass of a body needs no bound, because the divergence keeps it positive.
@@ -91,8 +96,9 @@ impl Problem<'_> {
         DVector::from_fn(map.size(), |column, _| prior[map.firsts[column]] / map.factor(column))
     }
 
-    /// Values for the computation of divergences. Parameters of a body that are held constant get
-    /// the values of its prior, whose pseudo-inertia is positive definite even for a thin body.
+    /// Returns `values` for the computation of divergences. Parameters of a body that are held
+    /// constant are replaced by those of the body's prior, whose pseudo-inertia is positive
+    /// definite even for a thin body.
     fn thickened(&self, values: &DVector<f64>, priors: &[BodyPrior]) -> DVector<f64> {
         let mut thick = values.clone();
         for body in priors {
@@ -105,8 +111,8 @@ impl Problem<'_> {
         thick
     }
 
-    /// Returns whether mass distributions exist for the initial values of the estimation. Ties between parameters of
-    /// different bodies may contradict them.
+    /// Returns whether a mass distribution exists for the initial values of each body. Ties between
+    /// parameters of different bodies can make the initial values of a body unphysical.
     pub fn begins_physical(&self) -> bool {
         let (map, priors) = (self.map(), self.priors());
         let thick = self.thickened(&map.values(&self.start(&map)), &priors);
@@ -162,7 +168,8 @@ impl Problem<'_> {
         z
     }
 
-    /// Value, gradient and Hessian of the objective: half the weighted squares plus the prior.
+    /// Computes value, gradient and Hessian of the objective: half the weighted squared residuals
+    /// plus the prior. Returns `None` outside the physical region.
     pub(crate) fn objective(
         &self,
         map: &Map,
@@ -204,8 +211,9 @@ impl Problem<'_> {
         value.is_finite().then_some((value, gradient, hessian))
     }
 
-    /// Covariance of the gradient of the prior in free coordinates, for a model whose own errors are [`PRIOR_ERROR`].
-    /// However strong the prior is, it contains no more information than the model.
+    /// Computes the covariance of the gradient of the prior in free coordinates, if the inertias of
+    /// the model have the relative error [`PRIOR_ERROR`]. However strong the prior is, it contains
+    /// no more information than the model.
     pub(crate) fn prior_errors(
         &self,
         map: &Map,
@@ -241,7 +249,8 @@ impl Problem<'_> {
     }
 }
 
-/// Solves a system whose matrix is positive definite up to rounding; `None` if the solution fails.
+/// Solves a linear system whose matrix is positive definite up to rounding; returns `None` if the
+/// solution fails.
 fn solve_positive(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
     let (scales, scaled) = equilibrated(matrix);
     let mut shift = 0.0;
@@ -273,7 +282,7 @@ pub(crate) fn inverse_positive(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     None
 }
 
-/// Scale factors that make the diagonal one, and the scaled matrix.
+/// Returns scale factors that make the diagonal of `matrix` one, and the scaled matrix.
 fn equilibrated(matrix: &DMatrix<f64>) -> (DVector<f64>, DMatrix<f64>) {
     let scales = matrix.diagonal().map(|d| if d > 0.0 { d.sqrt().recip() } else { 1.0 });
     let scaled = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, k| {

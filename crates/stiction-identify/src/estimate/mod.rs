@@ -22,8 +22,8 @@ use std::collections::BTreeSet;
 /// Settings of the estimation.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// Strength of the prior on inertias, in equivalent independent samples; `None` to choose it by left-out blocks of
-    /// the data.
+    /// Strength of the prior on inertias, in equivalent independent samples; `None` to choose the
+    /// strength by the prediction of left-out pieces of the data.
     pub strength: Option<f64>,
     /// Radius of gyration that is added to the priors of thin bodies, so that their pseudo-inertias are positive
     /// definite, m.
@@ -36,7 +36,7 @@ pub struct Options {
     pub bounds: Vec<(usize, [f64; 2])>,
 }
 
-/// Regression problem: rows of all fitted logs, and the priors.
+/// Regression problem: parameters with their priors, rows of all fitted logs, and settings.
 #[derive(Clone, Debug)]
 pub struct Problem<'a> {
     /// Parameters of the regression.
@@ -63,24 +63,26 @@ pub struct Estimate {
     pub covariance: DMatrix<f64>,
     /// Coefficients with which the instruments explain the columns; `None` for least squares.
     projection: Option<DMatrix<f64>>,
-    /// Inverse Hessian of data and prior, and the part of it that the data determine.
+    /// Inverse Hessian `H^-1` of the objective, and `H^-1 D H^-1`, where `D` is the part of the
+    /// Hessian that the data contribute; both for all parameters.
     inverse: [DMatrix<f64>; 2],
     /// Strength of the prior, in equivalent independent samples.
     pub strength: f64,
     /// Standard deviation of the residuals of each actuator, N or N m.
     pub noise: Vec<f64>,
-    /// Mean squared weighted residual of left-out blocks, relative to that of the fit.
+    /// Mean squared weighted residual of left-out pieces of the data, relative to the mean squared
+    /// weighted residual of the fit; one if no data were left out.
     pub left_out_ratio: f64,
-    /// Ratio `left_out_ratio` for estimates without prior; infinite if the data alone do not
-    /// determine the values.
+    /// Ratio `left_out_ratio` for an estimate with the weakest prior that was compared; infinite if
+    /// no data were left out.
     pub left_out_ratio_plain: f64,
     /// Number of independent samples in all rows.
     pub samples: f64,
 }
 
-/// Number of pieces of each log, each of which is left out once.
+/// Number of pieces into which each log is divided; each piece is left out once.
 const FOLDS: usize = 5;
-/// Strengths of the prior that are compared by left-out data.
+/// Strengths of the prior that are compared by the prediction of left-out data.
 const STRENGTHS: [f64; 13] =
     [1e-4, 1e-3, 1e-2, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1e3, 1e4];
 /// Largest strength of the prior with which the noise is estimated initially.
@@ -92,8 +94,9 @@ const LITTLE: f64 = 0.1;
 /// Residual, in standard deviations, beyond which a row loses weight (Huber).
 const HUBER: f64 = 2.5;
 
-/// Sums over one piece of the data: `sum w M^T M`, `sum w M^T y`, `sum w y^2`, and the number of
-/// rows; also the half-spaces of the efforts at rest.
+/// Sums over the rows of one piece of the data: `sum w M^T M`, `sum w M^T y`, `sum w y^2`, and the
+/// number of independent rows. `M` is a row in free coordinates, `y` its right-hand side, `w` its
+/// weight. `limits` are the half-spaces of the efforts at rest.
 #[derive(Clone, Debug)]
 pub(crate) struct Normal {
     pub(crate) matrix: DMatrix<f64>,
@@ -121,14 +124,16 @@ impl Normal {
         self.rows += sign * other.rows;
     }
 
-    /// Weighted sum of squared residuals.
+    /// Returns the weighted sum of squared residuals at the free coordinates `x`.
     pub(crate) fn cost(&self, x: &DVector<f64>) -> f64 {
         self.square - 2.0 * self.right.dot(x) + x.dot(&(&self.matrix * x))
     }
 }
 
 impl Estimate {
-    /// Variance of a combination of parameters, and the fraction of its value, from 0 to 1, that the data determine.
+    /// Returns the variance of a linear combination of parameters, and the fraction of its value,
+    /// from 0 to 1, that the data determine. `members` are the indices and coefficients of the
+    /// parameters.
     pub fn combined(&self, members: &[(usize, f64)]) -> (f64, f64) {
         let product = |matrix: &DMatrix<f64>| -> f64 {
             let each = members
@@ -164,8 +169,8 @@ impl Problem<'_> {
                 all.fold((0.0, 0), |(s, n), rows| (s + rows.right.norm_squared(), n + rows.len()));
             *noise = (sum / count.max(1) as f64).sqrt().max(1e-300);
         }
-        // If the noise is too large, a strong prior causes errors that confirm it. The noise is
-        // therefore estimated first with a weak prior.
+        // If the noise is overestimated, a strong prior causes large residuals, which confirm the
+        // wrong estimate. The noise is therefore estimated first with a weak prior.
         let mut strength = self.options.strength.map_or(WEAK, |own| own.min(WEAK));
         let mut values =
             DVector::from_iterator(self.parameters.len(), self.parameters.iter().map(|p| p.prior));
@@ -206,7 +211,8 @@ impl Problem<'_> {
                 if squares.is_empty() {
                     continue;
                 }
-                // The median resists outliers; the floor keeps exact data finite.
+                // The median resists outliers. The lower limits keep the weights of exact data
+                // finite.
                 squares.sort_by(f64::total_cmp);
                 let median = squares[squares.len() / 2] / 0.6745;
                 let rms =
@@ -230,7 +236,8 @@ impl Problem<'_> {
         self.described(&map, &shift, values, strength, noise, &weights, ratios)
     }
 
-    /// Computes an estimate with the strength of the prior of another estimate instead of choosing it anew.
+    /// Computes an estimate with the prior strength of the estimate `before`, instead of choosing
+    /// the strength anew.
     pub fn solve_fixed(&self, before: &Estimate) -> Estimate {
         let options = Options { strength: Some(before.strength), ..self.options.clone() };
         Problem { options: &options, ..self.clone() }.solve_with(false)
@@ -243,15 +250,15 @@ impl Problem<'_> {
         Problem { options: &options, ..self.clone() }.solve_with(false)
     }
 
-    /// Reference values of all parameters: the unknowns of the fit are differences from them. The
-    /// known efforts contain the inertias of the model, so the reference values of inertial
-    /// parameters are those of the model; all others are zero.
+    /// Returns the reference values of all parameters; the unknowns of the fit are differences from
+    /// these values. The known efforts contain the inertias of the model, so the reference values
+    /// of inertial parameters are the values of the model. All other reference values are zero.
     fn shift(&self) -> DVector<f64> {
         let each = self.parameters.iter().map(|p| if p.body().is_some() { p.prior } else { 0.0 });
         DVector::from_iterator(self.parameters.len(), each)
     }
 
-    /// Sums over all pieces, with the bounds of efforts at rest.
+    /// Adds the sums of all pieces, and includes the half-spaces of the efforts at rest.
     fn total(&self, map: &Map, shift: &DVector<f64>, noise: &[f64], pieces: &[Normal]) -> Normal {
         let mut total = Normal::zero(map.size());
         pieces.iter().for_each(|piece| total.add(piece, 1.0));
@@ -259,10 +266,11 @@ impl Problem<'_> {
         total
     }
 
-    /// Chooses the strength of the prior. Among those whose fits predict left-out pieces as well as
-    /// the best one, within two standard errors or [`LITTLE`], it is the one closest to `prior`.
-    /// Also returns the mean square of left-out residuals relative to that of the fit, for the
-    /// chosen and for the weakest strength.
+    /// Chooses the strength of the prior. Candidates are the strengths whose fits predict left-out
+    /// pieces as well as the best strength, within two standard errors or [`LITTLE`]; the candidate
+    /// closest to `prior` is chosen. Also returns the mean square of the left-out residuals
+    /// relative to the mean square of the fit's residuals, for the chosen and for the weakest
+    /// strength.
     fn chosen_strength(
         &self,
         map: &Map,
@@ -391,8 +399,8 @@ impl Problem<'_> {
     }
 }
 
-/// Computes the sums over each piece of all logs, in free coordinates. The right-hand side is that
-/// of the differences from `shift`. Rows without instruments do not count.
+/// Computes the sums over each piece of all logs, in free coordinates. The unknowns are differences
+/// of the parameters from `shift`. Rows without instruments do not count.
 fn pieces(
     blocks: &[Block],
     map: &Map,
