@@ -44,7 +44,7 @@ fn separate_one(text: &str) -> Vec<&str> {
     text.split(',').map(str::trim).filter(|name| !name.is_empty()).collect()
 }
 
-/// Combines all motions with all loads; the cases get distinct names.
+/// Creates a case for each combination of a motion and a load. The cases have distinct names.
 pub(crate) fn cases<'a>([motions, loads]: &[Vec<&'a str>; 2]) -> Vec<Case<'a>> {
     let each = |list: &[&'a str]| -> Vec<Option<(usize, &'a str)>> {
         match list {
@@ -86,8 +86,8 @@ fn short_name(text: &str) -> Option<String> {
     (!clean.is_empty()).then_some(clean)
 }
 
-/// Runs all cases and writes their envelope. Calls `each` with the index of a case and, if there is an output folder,
-/// with the subfolder of this case.
+/// Runs all cases and writes the envelope of the results. Calls `each` with the index of a case
+/// and, if there is an output folder, with the subfolder of this case.
 pub(crate) fn run_all(
     robot: &Robot,
     (folder, as_json, report): (Option<&Path>, bool, Report),

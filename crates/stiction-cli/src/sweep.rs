@@ -134,7 +134,7 @@ fn number_of(shard: Shard, place: u64) -> u64 {
     (shard.part - 1) + place * shard.parts + 1
 }
 
-/// Number of rows in a part of a study with `count` rows.
+/// Returns the number of rows in the part `shard` of a study with `count` rows.
 fn part_of(count: u64, shard: Shard) -> u64 {
     (count + shard.parts - shard.part) / shard.parts
 }

@@ -32,7 +32,8 @@ const BOTTOM: f64 = 62.0;
 const RIGHT: f64 = 132.0;
 /// Largest number of tick values along an axis.
 const MOST_NAMED: usize = 8;
-/// Largest number of cells in a row for which the values are written into the cells.
+/// Largest number of columns, and half the largest number of rows, for which the values are written
+/// into the cells.
 const MOST_WRITTEN: usize = 8;
 /// Colour scale with uniformly increasing lightness, which readers with colour vision deficiencies can distinguish:
 /// dark blue, blue, green, yellow.

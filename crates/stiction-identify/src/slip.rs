@@ -26,7 +26,8 @@ pub(crate) struct Slip {
 }
 
 impl Rest {
-    /// Decides the state of a surface from its speed, m/s or rad/s, and the variance of its noise.
+    /// Decides the state of a friction interface or actuator from its speed, m/s or rad/s, and the
+    /// variance of the speed due to noise.
     pub(crate) fn of(speed: f64, variance: f64) -> Self {
         match speed {
             s if s <= REST_SPEED => Self::Resting,

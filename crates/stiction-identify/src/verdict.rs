@@ -69,8 +69,8 @@ pub struct Evidence {
     pub correlation: f64,
 }
 
-/// A value counts as identified if the data determine more than this fraction of it and its
-/// standard deviation is below the fraction [`PRECISE`] of the value.
+/// A value counts as identified if the data determine more than this fraction of the value, and if
+/// its standard deviation is below [`PRECISE`] times the value.
 const RESOLVED: f64 = 0.9;
 /// Limit of the standard deviation, as a fraction of the value, for values that [`RESOLVED`]
 /// accepts.

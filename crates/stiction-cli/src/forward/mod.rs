@@ -415,7 +415,8 @@ const POSSIBLE: [&str; 20] = [
     "friction.png",
 ];
 
-/// Converts the end of a simulation to a failure, unless it reached its end time or a stop condition.
+/// Converts the end of a simulation to a failure, unless the simulation reached the end time or a
+/// stop condition.
 fn ended(outcome: Outcome, kept: Option<&Path>) -> Result<(), Failure> {
     let results = kept.map(|folder| {
         format!("the results up to t = {} s are in {}", outcome.last, folder.display())

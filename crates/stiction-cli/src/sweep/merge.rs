@@ -125,12 +125,12 @@ fn damaged(folder: &Path, why: &str) -> Failure {
         .help("compute this part again")
 }
 
-/// Names of the columns in a header.
+/// Returns the names of the columns in the header of a table.
 fn columns(header: &str) -> Vec<String> {
     stiction_run::sweep::fields(header).unwrap_or_default()
 }
 
-/// Number of values of each varied key, if the design is a grid.
+/// Returns the number of values of each varied key, if the design is a grid.
 fn shape(about: &Value) -> Option<Vec<u64>> {
     if about["design"] != "grid" {
         return None;

@@ -122,8 +122,8 @@ fn shortened(content: &str) -> String {
     content.chars().take(LONGEST - 1).chain(['…']).collect()
 }
 
-/// Candidate positions for the centre of a label: rings of different radii around the labelled
-/// point. `half` is half the width and height of the label, px.
+/// Iterates over candidate positions for the centre of a label: rings of different radii around the
+/// labelled point. `half` is half the width and height of the label, px.
 fn candidates(label: &Label, half: Point) -> impl Iterator<Item = Point> + use<> {
     let (at, radius, inside) = (label.at, label.radius, label.inside);
     let around = (0..3).flat_map(move |ring| {
@@ -151,7 +151,7 @@ fn cost(label: &Label, centre: Point, half: Point, obstacles: &Obstacles, middle
     4.0 * covered + 12.0 * crossed + 1.2 * far - 6.0 * outward
 }
 
-/// Smallest box around points, with a margin.
+/// Returns the smallest box around points, extended by `margin` on all sides, px.
 pub(super) fn area_of(points: impl Iterator<Item = Point>, margin: f64) -> Area {
     let mut area = Area::empty();
     for point in points {

@@ -76,7 +76,8 @@ impl Trail {
         self.samples += 1;
     }
 
-    /// Paths in world axes, relative to the common origin of the poses, m.
+    /// Iterates over the paths of the traced bodies. A path is a list of points in world axes,
+    /// relative to the common origin of the poses, m.
     pub(super) fn paths(&self) -> impl Iterator<Item = &[Vec3<f64>]> {
         self.bodies.iter().map(|path| path.points.as_slice())
     }

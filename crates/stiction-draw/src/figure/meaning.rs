@@ -19,7 +19,7 @@ pub const ENERGY: usize = 4;
 pub const POTENTIAL: usize = 5;
 /// Colour of intervals, limits and errors.
 pub const LIMIT: usize = 6;
-/// Colour of the constraints of the loops.
+/// Colour of the singularity index of the loop constraints.
 pub const CONSTRAINT: usize = 7;
 /// Colour of a quantity of an actuator. The panel or bar states the leg of the actuator; the colour
 /// is then that of this leg in pictures of the mechanism. Without a leg, the colour is that of a

@@ -29,7 +29,7 @@ pub(crate) fn has_meshes(inner: &str) -> bool {
 /// Style sheet of the animated robot.
 pub const STYLE: &str = include_str!("style.css");
 
-/// Samples of a run for the animated picture.
+/// Samples of a run for the animated robot.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Film {
     /// Times of the samples in the film, s.

@@ -16,9 +16,10 @@ const MOST_LAGS: usize = 1000;
 /// Residuals count as uncorrelated at a lag if their autocorrelation is below this value.
 const INDEPENDENT: f64 = 0.05;
 
-/// Computes `sum over lags k of r(k) M_t^T M_(t+k)` over all efforts, in free coordinates. `r` is the autocovariance of
-/// the residuals, tapered to zero at twice the lag at which they become uncorrelated. Weights are `1/noise^2` and the
-/// independence of each block. `M` are the columns of `design`; the residuals are those of `blocks`.
+/// Computes `sum over lags k of r(k) M_t^T M_(t+k)` over all efforts, in free coordinates. `r` is
+/// the autocovariance of the residuals, tapered to zero at twice the lag at which they become
+/// uncorrelated. Weights are `1/noise^2` and the independence of each block. `M_t` is the row of
+/// `design` at the instant `t`; the residuals are those of `blocks`.
 pub(crate) fn covariance(
     (design, blocks): (&[Block], &[Block]),
     map: &Map,

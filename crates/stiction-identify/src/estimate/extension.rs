@@ -39,7 +39,7 @@ pub struct Extension {
 /// unexplained.
 const DISTINCT: f64 = 1e-6;
 
-/// Weighted residuals of a fit, for the test of columns that it may lack.
+/// Weighted residuals of a fit, for the test of columns that the fit may lack.
 #[derive(Debug)]
 pub struct Residuals<'a> {
     problem: &'a Problem<'a>,

@@ -4,8 +4,8 @@
 use super::Problem;
 use nalgebra::{DMatrix, DVector};
 
-/// Map from free coordinates `z` to the values of all parameters: `theta = base + T z`. Each parameter depends on at
-/// most one coordinate, so one entry of `T` is stored for each.
+/// Map from free coordinates `z` to the values of all parameters: `theta = base + T z`. Each
+/// parameter depends on at most one coordinate, so one entry of `T` is stored for each parameter.
 #[derive(Clone, Debug)]
 pub(crate) struct Map {
     /// Values of the parameters that are held constant; zero for all others.

@@ -9,9 +9,9 @@ use crate::parameter::Kind;
 use crate::physical::{self, BodyPrior};
 use nalgebra::{DMatrix, DVector};
 
-/// Relative error of the model's inertias for which the confidence intervals allow.
+/// Relative error of the model's inertias that the confidence intervals take into account.
 pub(super) const PRIOR_ERROR: f64 = 0.3;
-/// Error of the factor of an effort term for which the confidence intervals allow.
+/// Error of the factor of an effort term that the confidence intervals take into account.
 const TERM_ERROR: f64 = 0.5;
 /// Largest number of steps of Newton's method.
 const NEWTON_STEPS: usize = 60;

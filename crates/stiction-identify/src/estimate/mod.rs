@@ -32,7 +32,8 @@ pub struct Options {
     pub held: Vec<bool>,
     /// Groups of indices of parameters that have one common value.
     pub tied: Vec<Vec<usize>>,
-    /// Parameters with a least and a greatest value, SI units. Parameters of bodies have no bounds.
+    /// Indices of parameters with bounds, each with the least and the greatest permitted value, SI
+    /// units. Parameters of bodies have no bounds.
     pub bounds: Vec<(usize, [f64; 2])>,
 }
 
@@ -88,8 +89,8 @@ const STRENGTHS: [f64; 13] =
 /// Largest strength of the prior with which the noise is estimated initially.
 const WEAK: f64 = 1.0;
 /// Relative increase of the squared left-out residuals up to which strengths of the prior count as
-/// equally good. An unnecessarily strong prior costs more: its standard deviations follow from the
-/// errors of the model and not from the data.
+/// equally good. Such an increase does less harm than an unnecessarily strong prior, whose standard
+/// deviations follow from the errors of the model and not from the data.
 const LITTLE: f64 = 0.1;
 /// Residual, in standard deviations, beyond which a row loses weight (Huber).
 const HUBER: f64 = 2.5;
@@ -185,7 +186,8 @@ impl Problem<'_> {
             if round + 2 == ROUNDS {
                 let mut chosen = self.options.strength;
                 if compares {
-                    // Strength of a prior with the errors for which the confidence intervals allow.
+                    // Strength of a prior whose errors are those that the confidence intervals take
+                    // into account.
                     let samples = colour(self.blocks, &(&values - &shift));
                     let own = samples / (PRIOR_ERROR * PRIOR_ERROR);
                     // The fit uses the columns that the instruments explain; predictions use the
