@@ -69,7 +69,7 @@ impl Instance {
                 "the identifier (GUID, instantiation token) is not that of the model in `resources`",
             )
             .with_help(format!(
-                "this library has version {version}: export the unit again with a program of this version"
+                "this library has version {version}: export the FMU again with Stiction {version}"
             )));
         }
         let fresh = unit.state();

@@ -19,8 +19,9 @@ struct Column {
 /// # Errors
 /// Returns the reason as the end of the sentence "cannot read FILE: ".
 pub fn csv_of_npz(bytes: &[u8]) -> Result<String, String> {
-    let mut archive = ZipArchive::new(Cursor::new(bytes))
-        .map_err(|error| format!("it is not an NPZ archive ({error}); write it by numpy.savez"))?;
+    let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| {
+        format!("it is not an NPZ archive ({error}); write it with numpy.savez")
+    })?;
     let mut columns = Vec::new();
     let mut left = LARGEST;
     for index in 0..archive.len() {
@@ -35,7 +36,7 @@ pub fn csv_of_npz(bytes: &[u8]) -> Result<String, String> {
             .ok_or_else(|| "its arrays have more than 1 GB".to_owned())?;
         let numbers = array(&content).map_err(|why| format!("the array `{name}` {why}"))?;
         if name.contains(['"', '\n', '\r', ',']) {
-            return Err(format!("the name of the array {name:?} cannot be that of a column"));
+            return Err(format!("the array name {name:?} cannot be used as a column name"));
         }
         columns.push(Column { name, numbers });
     }

@@ -251,7 +251,7 @@ impl Reader<'_> {
             _ => {
                 return Err(self.fault(
                     tail,
-                    "this is not a number of values",
+                    "invalid number of values",
                     "expected `in 6` or `in 6 log`",
                 ));
             }
@@ -260,7 +260,7 @@ impl Reader<'_> {
         if count == Some(None) {
             return Err(self.fault(
                 tail,
-                "this is not a number of values",
+                "invalid number of values",
                 "expected a whole number above 0",
             ));
         }
@@ -344,8 +344,8 @@ impl Reader<'_> {
         let unit = named.map_or("", |(amount, _)| amount.unit.as_str());
         let number = |(amount, span): &(Amount, &Span)| {
             let number = amount.to_unit(unit);
-            let number =
-                number.map_err(|why| self.fault((*span).clone(), why, "all values need one unit"));
+            let number = number
+                .map_err(|why| self.fault((*span).clone(), why, "all values need the same unit"));
             number.map(Setting::Number)
         };
         let list = amounts.iter().map(number).collect::<Result<_, _>>()?;

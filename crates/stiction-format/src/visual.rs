@@ -109,7 +109,7 @@ pub(crate) fn load(
             sum += mesh.bytes.len();
             match sum > LARGEST_SUM {
                 true => Err(format!(
-                    "with it the meshes have more than {:.1} MB",
+                    "with it, all meshes together have more than {:.1} MB",
                     LARGEST_SUM as f64 / 1e6
                 )),
                 false => Ok(Arc::new(mesh)),

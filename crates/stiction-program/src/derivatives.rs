@@ -164,7 +164,10 @@ impl DerivativeProgram {
     /// If the lane does not exist, or the number of slopes differs from that of the quantities.
     pub fn set_direction(&self, memory: &mut DerivativeMemory, lane: usize, slopes: &[f64]) {
         let (found, expected) = (slopes.len(), self.quantities.len());
-        assert!(found == expected, "{found} slopes of {expected} quantities");
+        assert!(
+            found == expected,
+            "expected {expected} slopes, one for each quantity, found {found}"
+        );
         assert!(lane < self.lanes, "lane {lane} of {}", self.lanes);
         for (k, slope) in slopes.iter().enumerate() {
             memory.directions.slots[k * self.lanes + lane] = *slope;

@@ -321,7 +321,7 @@ impl ForwardProgram {
         let expected = [count, drives, coordinates, dofs];
         assert!(
             given == expected,
-            "targets, efforts, coordinates and rates: {given:?} instead of {expected:?}"
+            "expected {expected:?} targets, efforts, coordinates and rates, found {given:?}"
         );
         check_loads(&self.loaded, loads);
         let mut put = memory.writer(lane);

@@ -30,5 +30,5 @@ pub(crate) fn check_loads(loaded: &[LoadPlace], loads: &[AppliedLoad<f64>]) {
 #[inline]
 pub(crate) fn check_count(loaded: &[LoadPlace], loads: &[AppliedLoad<f64>]) {
     let (found, expected) = (loads.len(), loaded.len());
-    assert!(found == expected, "{found} loads for a program that was recorded with {expected}");
+    assert!(found == expected, "expected {expected} loads, as in the recording, found {found}");
 }

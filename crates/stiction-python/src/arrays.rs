@@ -81,7 +81,9 @@ pub(crate) fn array<'py>(
 ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
     let size = shape.iter().product::<usize>();
     if values.len() != size {
-        return Err(PyMemoryError::new_err("an array has another size than its shape"));
+        return Err(PyMemoryError::new_err(
+            "the number of values of an array differs from its shape",
+        ));
     }
     let flat: Bound<'py, PyArray1<f64>> = values.into_pyarray(py);
     flat.reshape(shape)

@@ -92,7 +92,7 @@ impl NativeModel {
     /// Creates a copy of the model with changed values.
     fn changed(&self, py: Python<'_>, changes: Vec<String>) -> PyResult<Self> {
         let text = self.robot.text().ok_or_else(|| {
-            input(py, "the model has no text to be changed", "load it from a file or a text")
+            input(py, "the model has no text to change", "load it from a file or a text")
         })?;
         let changed = load(py, || Ok(changes.into_iter().fold(text.clone(), ModelText::with)))?;
         Ok(Self { notes: self.notes.clone(), ..changed })

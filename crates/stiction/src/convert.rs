@@ -60,7 +60,7 @@ impl Check {
         let mut converted = self.written(&home, to)?;
         if let Some((_, names)) = &locked {
             converted.notes.push(format!(
-                "the motion does not determine the position: it is that of the initial guess for {}",
+                "the motion does not determine the position: the initial guess is used for {}",
                 names.join(", ")
             ));
         }

@@ -66,14 +66,14 @@ impl From<RunError> for Error {
             }
             RunError::Controller(_) | RunError::ControllerForces(_) => {
                 plain(format!("the controller cannot start: {message}"))
-                    .with_help("start elsewhere, or use another controller")
+                    .with_help("start from another state, or use another controller")
                     .with_option("from")
             }
             RunError::ControllerAt { time, .. } => plain(message)
                 .with_help("reduce the bandwidth, set a limit, or use a PD controller; the results up to this time show the cause")
                 .with_details(json!({ "time": time })),
             RunError::NoEquilibrium(_) => plain(message)
-                .with_help("lock joints, give efforts, or start the search elsewhere")
+                .with_help("lock joints, give efforts, or start the search from another state")
                 .with_option("hold"),
             RunError::NoLinearModel(_) => plain(message)
                 .with_help("choose another operating point, or switch friction off")
@@ -89,7 +89,7 @@ impl From<RunError> for Error {
             ))
             .with_option("load"),
             RunError::Payload { .. } => plain(message)
-                .with_help("state a load whose part is carried all the time, without `from` and `until`")
+                .with_help("use a payload that is carried all the time, without `from` and `until`")
                 .with_option("load"),
             RunError::Forward(error) => simulation(&error, plain(message)),
             _ => plain(message),
@@ -145,8 +145,8 @@ fn simulation(error: &ForwardError, plain: Error) -> Error {
             .with_details(json!({ "time": time, "percent": percent })),
         ForwardError::NoAcceleration { time, joint, percent } => plain
             .with_help("reduce the friction, lengthen the `bending_span` of a guide, or smooth \
-                        the law with `regularisation_velocity`; at a singular position change \
-                        actuation, locks or the start; see the chapter on forward dynamics")
+                        the law with `regularisation_velocity`; at a singular position, change the actuation, the \
+                        locked joints or the start; see the chapter on forward dynamics")
             .with_details(json!({ "time": time, "joint": joint, "percent": percent })),
         ForwardError::NoChoice { time, joint } => plain
             .with_help("reduce the friction there, or smooth its law with `regularisation_velocity`")

@@ -159,8 +159,9 @@ impl Export {
     /// contains an unknown name.
     pub fn files(&self) -> Result<Vec<SourceFile>, Error> {
         if self.language == Language::Rust && self.options.own_math {
-            let error =
-                Error::input("--own-math is for C: code in Rust receives its functions by a trait");
+            let error = Error::input(
+                "--own-math applies to C only: code in Rust gets its mathematical functions through a trait",
+            );
             return Err(error.with_help("leave --own-math out"));
         }
         if self.language == Language::Rust && self.options.adapters != Adapters::default() {
@@ -170,12 +171,12 @@ impl Export {
         let vectors = TestVector::random(&solver, &signal, self.vectors, 1);
         if vectors.is_empty() && self.vectors > 0 {
             let message = format!(
-                "no code for `{}`: the solver has no forces at any of {} random states near its motion",
+                "no code for `{}`: the solver found no solution at any of {} random states near the motion",
                 self.robot.name(),
                 20 * self.vectors
             );
             return Err(Error::input(message).with_help(
-                "`stiction check` tells whether the motion is near singular positions",
+                "`stiction check` shows whether the motion is near singular positions",
             ));
         }
         program.files(self.language, &labels, &options, &vectors).map_err(|error| {
@@ -222,9 +223,9 @@ impl Export {
         let options = SourceOptions { name: SourceOptions::new(name).name, ..self.options.clone() };
         if options.name != *name {
             let message = format!(
-                "the name `{}` is not possible: it begins with a lower-case letter, consists of \
-                 lower-case letters, digits and underscores, has 20 characters at most, and is not \
-                 the name of a header of the C library",
+                "the name `{}` is not possible: a name begins with a lower-case letter, consists of lower-case \
+                 letters, digits and underscores, has at most 20 characters, and is not the name of a header of the \
+                 C library",
                 name.escape_debug()
             );
             return Err(Error::input(message)
@@ -383,8 +384,8 @@ impl Export {
             None => {
                 Error::input(format!("no code for `{name}`: with its actuators as inputs, {error}"))
                     .with_help(
-                        "the actuators must determine the motion: `stiction check` tells the mobility; or name \
-                         other coordinates by --coordinates",
+                        "the actuators must determine the motion: `stiction check` shows the mobility; or name \
+                         other coordinates with --coordinates",
                     )
             }
             Some(names) => Error::input(format!(

@@ -150,7 +150,7 @@ impl Forward {
             self.refuse_both(joint, self.task.locked.contains(&dof))?;
             if self.robot.mechanism().actuators().all(|actuator| actuator != dof) {
                 return Err(Error::input(format!("joint `{joint}` has no actuator")).with_help(
-                    "a prescribed joint needs one: add `actuated = true` to the joint",
+                    "a joint with a prescribed motion needs an actuator: add `actuated = true` to the joint",
                 ));
             }
             if !self.task.prescribed.contains(&dof) {

@@ -65,7 +65,7 @@ impl Robot {
     /// The model has no such key, the value is not valid for the key, or the robot was described by code.
     pub fn with(&self, change: &str) -> Result<Self, Error> {
         let text = self.text.as_deref().ok_or_else(|| {
-            Error::input("the robot has no text to be changed: it was described by code")
+            Error::input("the robot has no model text to change: it was described in code")
                 .with_help("build the robot again with the new value")
         })?;
         text.clone().with(change).read()
@@ -251,13 +251,13 @@ impl Robot {
     /// Creates the error for a request that has no motion, because none was set and the model has
     /// no default motion.
     pub(crate) fn motion_missing(&self) -> Error {
-        let error = Error::input("the model has no default motion, and none is given");
+        let error = Error::input("no motion is given, and the model has no default motion");
         let names: Vec<&str> = self.motions().collect();
         error
             .with_help(match names.as_slice() {
                 [] => {
-                    "give one, for example \"JOINT = 0; duration = 0\" for a single pose, or add \
-                   [motions.NAME] to the model"
+                    "give a motion, for example \"JOINT = 0; duration = 0\" for a single pose, or add \
+                     [motions.NAME] to the model"
                         .to_owned()
                 }
                 names => format!("choose one of its motions: {}", names.join(", ")),

@@ -69,7 +69,7 @@ pub fn sweep<D: AsRef<[Setting]> + Sync>(
 impl Sweep {
     pub(crate) fn of(robot: &Robot) -> Result<Self, Error> {
         let text = robot.text().cloned().ok_or_else(|| {
-            Error::input("the robot has no text to be changed: it was described by code")
+            Error::input("the robot has no model text to change: it was described in code")
                 .with_help("write its description to a model file")
         })?;
         let draft = Arc::new(text.draft()?);

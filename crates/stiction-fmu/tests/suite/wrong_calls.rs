@@ -100,7 +100,7 @@ fn arrays_and_handles_may_be_missing() {
         assert!(plant.said().contains("2 value references, but 1 values"), "{}", plant.said());
     }
     let other = Importer::with_token(&unit, Version::Two, c"{another}");
-    assert!(other.handle.is_null() && other.said().contains("export the unit again"));
+    assert!(other.handle.is_null() && other.said().contains("export the FMU again"));
     // No message, no crash.
     unsafe {
         let made = fmi3::fmi3InstantiateCoSimulation(

@@ -115,7 +115,7 @@ fn explain(place: Place, found: &str, message: &str) -> Diagnostic {
     }
     if message.starts_with("invalid boolean") {
         return error("this is neither `true` nor `false`", "not a value")
-            .help(format!("if it is a word, write \"{}\"", found.replace('"', "'")));
+            .help(format!("if it is text, write \"{}\"", found.replace('"', "'")));
     }
     if message == "duplicate key" {
         return error("this key is used twice in the same table", "already used")
@@ -142,7 +142,7 @@ fn explain(place: Place, found: &str, message: &str) -> Diagnostic {
                 "unquoted keys consist of letters a to z, digits, `_` and `-`",
                 "other letter",
             )
-            .help("quote the whole key, or spell it with other letters"),
+            .help("put the whole key in quotes, or use only these characters"),
             false => error("the `=` between key and value is missing", "expected `=`")
                 .help("write `key = value`"),
         };

@@ -172,7 +172,8 @@ impl Measure {
             return Some("write the unit of the angle: \"50 rev/s\" or \"300 rad/s\"".to_owned());
         }
         turning.then(|| {
-            "this surface does not turn: give the force over the sliding speed, in N s/m".to_owned()
+            "this surface does not turn: give the force divided by the sliding speed, in N s/m"
+                .to_owned()
         })
     }
 

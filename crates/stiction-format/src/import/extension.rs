@@ -89,7 +89,7 @@ pub(super) fn apply(
                 if FRICTION_MODES.contains(&entry.text.as_str()) {
                     robot.friction = Some(entry.text);
                 } else {
-                    let message = format!("{} is no mode of friction", quoted(&entry.text));
+                    let message = format!("{} is not a friction mode", quoted(&entry.text));
                     let help = "write on, one-pass or off";
                     context.error("extension", message, &entry.place, help);
                 }

@@ -34,7 +34,8 @@ pub(super) fn settle(context: &Context<'_>, robot: &mut Description) {
         let names: Vec<String> =
             motor.terms.iter().map(|(joint, _)| quoted(&robot.joints[*joint].name)).collect();
         let message = format!(
-            "the motor {} drives several joints, {}, but not each independently: it is left out",
+            "the motor {} is left out: it drives several joints, {}, which the motors together cannot move \
+             independently",
             quoted(&motor.name),
             names.join(", ")
         );
@@ -92,8 +93,8 @@ fn move_to_one(
     dof.damping += motor.damping * sum * sum;
     if motor.terms.len() > 1 {
         let message = format!(
-            "the motor {} drives several joints that are coupled by gearings: here it drives only \
-             joint {}; the effort of the motor is the same, the efforts in the gearings are not",
+            "the motor {} drives several joints that gearings couple: in the model it drives only joint {}; its \
+             effort is the same, but the efforts in the gearings differ",
             quoted(&motor.name),
             quoted(&own.name)
         );

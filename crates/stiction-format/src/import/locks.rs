@@ -17,7 +17,7 @@ pub(super) fn fix(context: &Context<'_>, robot: &mut Description) {
         let gearing = robot.gearings.remove(gearing);
         let value = gearing.constant / factor;
         let message = format!(
-            "a coupling holds joint {} at a value: it is a fixed joint",
+            "a coupling keeps joint {} at a constant value: the joint is imported as a fixed joint",
             quoted(&robot.joints[joint].name)
         );
         context.note(message, gearing.place);
@@ -28,7 +28,10 @@ pub(super) fn fix(context: &Context<'_>, robot: &mut Description) {
         own.dofs.clear();
         let has_motor = robot.motors.iter().any(|motor| motor.joint == joint);
         if has_motor {
-            context.note("motors of joints that a coupling holds are left out", own.place.clone());
+            context.note(
+                "motors of joints that a coupling keeps at a constant value are left out",
+                own.place.clone(),
+            );
         }
         robot.motors.retain(|motor| motor.joint != joint);
         for motor in &mut robot.joint_motors {
@@ -43,7 +46,7 @@ pub(super) fn fix(context: &Context<'_>, robot: &mut Description) {
             other.constant -= held * value;
             if terms.is_empty() && other.constant.abs() > SAME * size {
                 let message = format!(
-                    "two couplings hold joint {} at different values",
+                    "two couplings keep joint {} at different values",
                     quoted(&robot.joints[joint].name)
                 );
                 if let Some(place) = &other.place {

@@ -77,8 +77,7 @@ fn raise_moments(context: &Context<'_>, body: &mut Body, slack: f64) {
             quoted(&body.name),
             least
         );
-        let help = "correct the inertia; a frequent cause are products of inertia with the wrong sign \
-                    or unit";
+        let help = "correct the inertia; often the products of inertia have the wrong sign or unit";
         context.error("inertia", message, place, help);
     }
 }

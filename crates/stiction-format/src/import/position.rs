@@ -78,8 +78,8 @@ pub(super) fn assemble(
     let size: usize = mechanism.joints().iter().map(|joint| joint.joint_type.dofs().len()).sum();
     if size > MOST {
         let message = format!(
-            "the loops were not closed, because the joints have {size} degrees of freedom in \
-             total, and the limit is {MOST}: add a motion to the model"
+            "the loops were not closed: the joints have {size} degrees of freedom in total, and the limit is \
+             {MOST}; add a motion to the model"
         );
         context.note(message, None);
         return None;
@@ -185,8 +185,8 @@ fn take_position(context: &Context<'_>, robot: &mut Description, at: &InverseDyn
         }
     }
     let message = format!(
-        "the loops do not close at {} of the file: they are closed at a position nearby; the \
-         coordinate that changes most is {}, by {largest:.3} (rad or m)",
+        "the loops do not close at {} of the file: a nearby position that closes them is used; {} changes most, by \
+         {largest:.3} (rad or m)",
         robot.position,
         quoted(&most)
     );

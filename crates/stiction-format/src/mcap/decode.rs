@@ -38,7 +38,7 @@ impl Encoding {
             "cdr" => Ok(Self::Cdr),
             "ros1" => Ok(Self::Ros1),
             "json" => Ok(Self::Json),
-            _ => Err(format!("the encoding `{name}` is not read; cdr, ros1 and json are")),
+            _ => Err(format!("the encoding `{name}` is not supported; cdr, ros1 and json are")),
         }
     }
 }

@@ -104,7 +104,7 @@ fn choose(
         (0, _) if others.is_empty() => Err("it has no messages".to_owned()),
         (0, _) => Err(format!("it has no joint states; its topics are {}", others.join(", "))),
         _ => Err(format!(
-            "it has joint states in several topics: {}; keep one of them, or name it {USUAL_TOPIC}",
+            "it has joint states in several topics: {}; keep only one of them, or rename one to {USUAL_TOPIC}",
             names.join(", ")
         )),
     }
@@ -115,7 +115,7 @@ impl Recorded {
     /// stamp, ns.
     fn of(time: [u64; 2], state: &JointState) -> Result<Self, String> {
         if let Some(name) = state.names.iter().find(|name| !is_header(name)) {
-            return Err(format!("the name of the joint {name:?} cannot be that of a column"));
+            return Err(format!("the joint name {name:?} cannot be used as a column name"));
         }
         for (k, name) in state.names.iter().enumerate() {
             if state.names[..k].contains(name) {

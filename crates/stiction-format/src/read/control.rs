@@ -100,7 +100,7 @@ pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) 
     };
     if control == ControlType::ComputedTorque && channels.iter().any(gains) {
         complain(
-            "computed torque has no gains for single actuators",
+            "computed torque has no gains for individual actuators",
             "give its `bandwidth` and `damping`",
             "type",
         );

@@ -131,7 +131,7 @@ fn patterns<'a>(context: &Context<'_>, names: Option<&'a Value>, chain: &'a Chai
                 patterns.insert(&key.name, (before, after, value.span.clone()));
             }
             _ => context.push(
-                Diagnostic::error("legs", "a name of parts of legs contains {} exactly once")
+                Diagnostic::error("legs", "the name must contain {} exactly once")
                     .at(context.place(&value.span), "")
                     .help("{} stands for the name of the leg, such as leg1: \"{}_hinge\""),
             ),

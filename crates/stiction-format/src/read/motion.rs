@@ -192,13 +192,13 @@ fn is_as_stated(record: &Record<'_>, motion: &Motion) -> bool {
         }
         agrees = false;
         let message = format!(
-            "the time column contradicts `{key}`: it says {found:.4} {unit}, `{key}` {stated:.4} {unit}"
+            "the time column contradicts `{key}`: it gives {found:.4} {unit}, but `{key}` is {stated:.4} {unit}"
         );
         record.context.push(
             Diagnostic::error("recording", message)
                 .at(record.context.place(&value.span), format!("{:.4} times", stated / found))
                 .help(format!(
-                    "check the unit of the time column and samples that are missing, or delete `{key}`"
+                    "check the unit of the time column and look for missing samples, or delete `{key}`"
                 )),
         );
     }

@@ -162,7 +162,11 @@ impl InverseProgram {
     ) {
         self.check(targets, loads);
         let bodies = self.layout.bodies().count();
-        assert!(motions.len() == bodies, "{} motions of {bodies} bodies", motions.len());
+        assert!(
+            motions.len() == bodies,
+            "expected motions of {bodies} bodies, found {}",
+            motions.len()
+        );
         let (targets, put) = (self.read_of(targets), memory.writer(lane));
         self.layout.visit(motions.iter().copied(), coordinates, targets, loads, put);
     }
@@ -188,7 +192,11 @@ impl InverseProgram {
         assert!(states.len() <= L, "{} states for {L} lanes", states.len());
         let bodies = self.layout.bodies().count();
         for StateOfMotion { bodies: motions, targets, loads, .. } in states {
-            assert!(motions.len() == bodies, "{} motions of {bodies} bodies", motions.len());
+            assert!(
+                motions.len() == bodies,
+                "expected motions of {bodies} bodies, found {}",
+                motions.len()
+            );
             self.check_targets(targets);
             match cfg!(debug_assertions) {
                 true => check_loads(&self.loaded, loads),
@@ -214,7 +222,7 @@ impl InverseProgram {
         let (found, expected) = (targets.len(), self.counts.targets);
         assert!(
             found == expected || !self.reads_targets,
-            "{found} targets for {expected} prescribed coordinates"
+            "expected {expected} targets, one for each prescribed coordinate, found {found}"
         );
     }
 

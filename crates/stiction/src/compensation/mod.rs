@@ -219,7 +219,7 @@ impl Compensation {
         let course = self.course(&program)?;
         let Some((first, _)) = course.first() else {
             return Err(Error::input("the motion has no duration")
-                .with_help("give a motion that moves with --motion"));
+                .with_help("use --motion to choose a motion in which the robot moves"));
         };
         let [start, ..] = split(first);
         let model = Model::at(&program, &start)?;

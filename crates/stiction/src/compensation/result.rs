@@ -192,8 +192,9 @@ impl Compared {
             (Compensator::ComputedTorqueCoulomb, "computed torque with constant friction"),
         ] {
             if let Some(ratio) = self.ratio(than, Compensator::ComputedTorqueFriction) {
-                let small =
-                    format!("rms error of {what}, over that with the friction of the model");
+                let small = format!(
+                    "rms error of {what}, divided by the rms error with the model's friction"
+                );
                 headlines.push((digits(ratio), small));
             }
         }

@@ -29,12 +29,12 @@ impl Export {
             ));
         }
         let mode = match self.robot.model().default_friction {
-            Some(FrictionMode::Off) => "leaves out",
-            Some(FrictionMode::OnePass) => "computes once",
+            Some(FrictionMode::Off) => "leaves it out",
+            Some(FrictionMode::OnePass) => "computes it in one pass",
             Some(FrictionMode::Converged) | None => return remarks,
         };
         remarks.push(format!(
-            "the code contains converged friction, which `stiction inverse` {mode} by default for this model"
+            "the code computes friction to convergence, but `stiction inverse` {mode} by default for this model"
         ));
         remarks
     }

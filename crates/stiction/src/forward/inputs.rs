@@ -135,7 +135,7 @@ pub(super) fn check(request: &Forward, job: &Job<'_>) -> Result<(), Error> {
         }
     }
     if job.law.is_some() && job.control.is_some() {
-        return Err(Error::input("there is a control law and a controller")
+        return Err(Error::input("both a control law and a controller are given")
             .with_help("leave one of them out")
             .with_option("controller"));
     }
@@ -152,11 +152,11 @@ pub(super) fn check(request: &Forward, job: &Job<'_>) -> Result<(), Error> {
         let samples = (job.until - job.from) / period;
         if samples > MOST_CONTROLLER_SAMPLES {
             return Err(Error::input(format!(
-                "the controller's period of {period} s means {samples:.1e} samples until {} s; the limit is \
-                 {MOST_CONTROLLER_SAMPLES:.0e}",
+                "with its period of {period} s, the controller would sample {samples:.1e} times until {} s; the \
+                 limit is {MOST_CONTROLLER_SAMPLES:.0e}",
                 job.until
             ))
-            .with_help("give the controller a longer period, or end earlier")
+            .with_help("give the controller a longer period, or end the simulation earlier")
             .with_option("until"));
         }
     }
@@ -190,13 +190,15 @@ fn check_start(request: &Forward) -> Result<(), Error> {
 fn check_until(request: &Forward, job: &Job<'_>) -> Result<(), Error> {
     let Some(until) = request.task.until else { return Ok(()) };
     if until.is_nan() || until.is_infinite() {
-        return Err(Error::input(format!("the end is {until} s, but must be a finite time"))
-            .with_help("give the time of the last sample, a finite number of seconds")
-            .with_option("until"));
+        return Err(Error::input(format!(
+            "the simulation would end at {until} s, but its end must be a finite time"
+        ))
+        .with_help("give the time of the last sample, a finite number of seconds")
+        .with_option("until"));
     }
     if until < job.from {
         return Err(Error::input(format!(
-            "the end is {until} s, but the simulation starts at {} s",
+            "the simulation would end at {until} s, before its start at {} s",
             job.from
         ))
         .with_help("give a later end")
@@ -205,9 +207,11 @@ fn check_until(request: &Forward, job: &Job<'_>) -> Result<(), Error> {
     let recorded = job.motion.filter(|motion| motion.samples.is_some() && job.follows());
     match recorded.map(|motion| motion.start + motion.duration) {
         Some(end) if until > end => Err(Error::input(format!(
-            "the recorded motion ends at {end} s, before the end at {until} s"
+            "the recorded motion ends at {end} s, before the end of the simulation at {until} s"
         ))
-        .with_help(format!("end with the recording, at {end} s, or record a longer motion"))
+        .with_help(format!(
+            "end the simulation with the recording, at {end} s, or record a longer motion"
+        ))
         .with_option("until")),
         _ => Ok(()),
     }
@@ -252,15 +256,15 @@ fn refuse_gaps(drives: &Drives, name: &str, (from, until): (f64, f64)) -> Result
     let close = 1e-9 * (last - first);
     if from < first - close {
         return Err(Error::input(format!(
-            "the recorded efforts of {name} begin at {first} s, after the start at {from} s"
+            "the recorded efforts of {name} begin at {first} s, after the start of the simulation at {from} s"
         ))
-        .with_help("record them from the start on, or give the motion a later `start`"));
+        .with_help(format!("record them from {from} s on, or give the motion a later `start`")));
     }
     if until > last + close {
         return Err(Error::input(format!(
-            "the recorded efforts of {name} end at {last} s, before the end at {until} s"
+            "the recorded efforts of {name} end at {last} s, before the end of the simulation at {until} s"
         ))
-        .with_help(format!("end with them at {last} s, or record them for longer"))
+        .with_help(format!("end the simulation with them, at {last} s, or record them for longer"))
         .with_option("until"));
     }
     Ok(())
@@ -271,7 +275,7 @@ fn refuse_gaps(drives: &Drives, name: &str, (from, until): (f64, f64)) -> Result
 fn refuse_poles(job: &Job<'_>) -> Result<(), Error> {
     let refuse = |what: String, at: f64| {
         Err(Error::input(format!("{what} has no finite value at t = {at} s"))
-            .with_help("end before that time, or give a formula that stays finite")
+            .with_help("end the simulation before that time, or give a formula that stays finite")
             .with_option("until"))
     };
     let mechanism = &job.model.mechanism;

@@ -118,7 +118,9 @@ impl Table {
                 Tunable::Friction(_, _, Coefficient::Viscous) => {
                     ("N.s/m", "Viscous coefficient at the sliding surface")
                 }
-                Tunable::Mass(_) => ("kg", "Mass of the body; its inertia remains"),
+                Tunable::Mass(_) => {
+                    ("kg", "Mass of the body; its moments of inertia do not change")
+                }
             };
             let mut own = started(Variable::real(name, Causality::Parameter, unit, about), *value);
             let is_mass = matches!(tunable, Tunable::Mass(_));
@@ -158,7 +160,8 @@ impl Table {
         }
         let about = "Number of stick onsets, slip onsets and jumps of velocities since the start";
         table.add(Quantity::Events, Variable::integer("events.count", Causality::Output, about));
-        let about = "Time of the last of these; before the first one, the start time";
+        let about =
+            "Time of the last event counted in events.count; before the first one, the start time";
         let mut last = Variable::real("events.time", Causality::Output, "s", about);
         last.variability = Variability::Discrete;
         table.add(Quantity::EventTime, last);

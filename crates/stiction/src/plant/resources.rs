@@ -92,10 +92,8 @@ impl PlantOptions {
 /// The robot was described by code, or a file cannot be read again.
 pub(crate) fn write(robot: &Robot, options: &PlantOptions) -> Result<Vec<SourceFile>, Error> {
     let text = robot.text().ok_or_else(|| {
-        Error::input(
-            "the robot has no text for a functional mock-up unit: it was described by code",
-        )
-        .with_help("write it as a model file first")
+        Error::input("the robot has no model text, which an FMU needs: it was described in code")
+            .with_help("write the robot to a model file first")
     })?;
     let ModelParts { name, text: model, folder, changes, filter } = text.parts();
     let folder = folder.unwrap_or_default();
@@ -152,14 +150,14 @@ pub(super) fn read(folder: &Path) -> Result<Unit, Error> {
         let path = folder.join(name);
         Files::default().text(&path).map_err(|why| {
             Error::input(format!("cannot read {}: {why}", path.display()))
-                .with_help("give the path of the folder `resources` of the extracted unit")
+                .with_help("give the path of the folder `resources` of the extracted FMU")
         })
     };
     let (model, plant) = (text(MODEL)?, text(PLANT)?);
-    let wrong = || Error::input(format!("{PLANT} is not a description of a plant"));
+    let wrong = || Error::input(format!("{PLANT} does not describe a plant"));
     let plant: Value = serde_json::from_str(&plant).map_err(|_| wrong())?;
     if plant["format"].as_u64() != Some(FORMAT) {
-        return Err(wrong().with_help("export the unit again with the version of this library"));
+        return Err(wrong().with_help("export the FMU again with the version of this library"));
     }
     let strings = |value: &Value| -> Option<Vec<String>> {
         value.as_array()?.iter().map(|text| text.as_str().map(str::to_owned)).collect()

@@ -95,7 +95,7 @@ impl States {
         };
         if count == 0 {
             return Err(Error::input("the robot has no actuators, so a state has no coordinates")
-                .with_help("name coordinates, such as a joint's")
+                .with_help("name coordinates, such as those of a joint")
                 .with_option("coordinates"));
         }
         if !batch.q.len().is_multiple_of(count) {

@@ -70,8 +70,10 @@ impl Recorded {
         }
         let settings = states.prototype.settings;
         if settings.friction == FrictionMode::OnePass {
-            return Err(refuse("they are those of converged friction".to_owned())
-                .with_help("choose friction \"on\" or \"off\""));
+            return Err(refuse(
+                "they exist only with converged friction or without friction".to_owned(),
+            )
+            .with_help("choose friction \"on\" or \"off\""));
         }
         let mechanism = match settings.friction {
             FrictionMode::Off => states.model.mechanism().without_friction(),

@@ -89,7 +89,7 @@ impl Study {
         if sweep.objectives.is_empty() {
             return Err(Error::input("the study has no objective")
                 .with_help(
-                    "give one, for example \"peak(JOINT.effort)\" or \"min(distance.actuation)\"",
+                    "give an objective, for example \"peak(JOINT.effort)\" or \"min(distance.actuation)\"",
                 )
                 .with_option("objective"));
         }
@@ -262,7 +262,7 @@ fn placed(
     match given.map(str::trim) {
         Some(text) if text.contains('=') => Ok(target(rest.to_owned())),
         Some(name) if Path::new(name).extension().is_some() => Err(fault(
-            format!("the {kind} is the file {name}, which has no keys to be varied"),
+            format!("the {kind} is the file {name}, which has no keys to vary"),
             format!("give assignments, or name a {kind} of the model"),
         )),
         Some("none") | None => Err(fault(

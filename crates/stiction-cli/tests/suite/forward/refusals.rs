@@ -22,7 +22,10 @@ fn wrong_input_is_reported_with_a_suggestion() {
         (&["forward", "--drives", "names.csv"], &["joint `leg1.R` has no actuator"]),
         (&["forward", "--drives", "units.csv"], &["N, kN"]),
         (&["forward", "--drives", "nothing.toml"], &["no actuator has an effort", "leg1.P"]),
-        (&["forward", "--drives", "late.csv"], &["late.csv begin at 0.5 s", "start at 0 s"]),
+        (
+            &["forward", "--drives", "late.csv"],
+            &["late.csv begin at 0.5 s", "start of the simulation at 0 s"],
+        ),
         (
             &["forward", "--drives", "leg1.P = 3 N", "--hold", "leg1.P"],
             &["given for `leg1.P`, which is locked", "leave `leg1.P` out", "--drives"],
@@ -85,10 +88,10 @@ fn wrong_input_is_reported_with_a_suggestion() {
         ),
         (
             &["forward", "--until", "inf"],
-            &["the end is inf s", "a finite number of seconds", "--until"],
+            &["would end at inf s", "a finite number of seconds", "--until"],
         ),
         (&["forward", "--prescribe", "leg1.R"], &["has no actuator"]),
-        (&["forward", "--until", "-1"], &["the end is -1 s", "--until"]),
+        (&["forward", "--until", "-1"], &["would end at -1 s", "--until"]),
         (&["forward", "--until", "nan"], &["--until"]),
         (&["forward", "--step", "0"], &["--step"]),
         (&["forward", "--tolerance", "1"], &["for example 1e-10"]),

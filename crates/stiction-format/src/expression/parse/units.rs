@@ -82,7 +82,7 @@ impl Parser<'_> {
             let (Some(power), Some(product)) = (power, scale.times(unit.scale, exponent)) else {
                 let span = span.start..self.before();
                 let label = "expected a power such as 2 or -1";
-                return Err(Fault::new(span, "this power gives no unit in use", label));
+                return Err(Fault::new(span, "this power of the unit is not supported", label));
             };
             (scale, dimension) = (product, power);
         }

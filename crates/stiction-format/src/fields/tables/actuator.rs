@@ -30,13 +30,13 @@ pub(crate) const LEG_ACTUATOR: &[Field] = &[
     field(
         "efficiency",
         Quantity(Number),
-        "Output power over input power of the gear while the motor drives the joint, above 0 and at most 1; \
-         by default 1.",
+        "Ratio of output to input power of the gear while the motor drives the joint, above 0 and at most 1; by \
+         default 1.",
     ),
     field(
         "backward_efficiency",
         Quantity(Number),
-        "Power at the motor over power at the joint while the joint drives the motor, at most 1; \
+        "Ratio of the power at the motor to the power at the joint while the joint drives the motor, at most 1; \
          the gear is self-locking if this value is 0 or negative. By default 2 - 1/`efficiency`: \
          the same loss at the same load in both directions.",
     ),
@@ -124,8 +124,7 @@ pub(crate) const MOTOR_FRICTION: &[Field] = &[
     field(
         "viscous",
         Quantity(AngularDamping),
-        "Viscous coefficient: torque over speed, at least \
-        0; by default 0.",
+        "Viscous coefficient: torque divided by speed, at least 0; by default 0.",
     ),
 ];
 

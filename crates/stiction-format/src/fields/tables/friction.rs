@@ -16,8 +16,8 @@ const MU_STATIC: Field = field(
 const VISCOUS: Field = field(
     "viscous",
     Quantity(Viscous),
-    "Viscous coefficient at the sliding surface: force over sliding speed, at least 0; by default \
-     0. For a surface that turns, it can also be given as moment over angular rate, such as \"2 mN \
+    "Viscous coefficient at the sliding surface: force divided by sliding speed, at least 0; by default 0. For a \
+     surface that turns, it can also be given as moment divided by angular rate, such as \"2 mN \
      m s/rad\"; this value is then divided by the square of the radius (for a thread, by radius² + \
      pitch²).",
 );

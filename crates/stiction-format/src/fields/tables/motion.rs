@@ -64,8 +64,8 @@ pub(crate) const WAYPOINT: &[Field] = &[
     field(
         "blend",
         Quantity(Time),
-        "Time by which the next move begins before the arrival, so that the corner is rounded and \
-         the waypoint is not reached; by default 0, a stop.",
+        "Overlap of the moves to and from this waypoint: the next move begins before this one ends, so \
+         that the path rounds the corner and misses the waypoint; by default 0, a stop.",
     ),
 ];
 

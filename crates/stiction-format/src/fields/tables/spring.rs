@@ -54,7 +54,8 @@ pub(crate) const SPRING: &[Field] = &[
     field(
         "damping",
         LinearOrAngular(Damping, AngularDamping),
-        "Force over rate of the length, or effort over rate of the joint, at least 0; by default 0.",
+        "Damping coefficient: force divided by the rate of the length, or effort divided by the rate of the joint, \
+         at least 0; by default 0.",
     ),
     field(
         "extension_force",
@@ -65,8 +66,8 @@ pub(crate) const SPRING: &[Field] = &[
     field(
         "progression",
         Quantity(Number),
-        "Progression of a gas spring: force at the end of the stroke over extension force (x = \
-         F2/F1 in data sheets), at least 1; the force is linear over the stroke; by default 1.",
+        "Progression of a gas spring: force at the end of the stroke divided by the extension force (x = F2/F1 in \
+         data sheets), at least 1; the force is linear over the stroke; by default 1.",
     ),
     field(
         "extended_length",

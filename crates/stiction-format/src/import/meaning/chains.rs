@@ -129,10 +129,8 @@ impl<'a> Chain<'a> {
         }
         joint.place = first.place.clone();
         let names: Vec<String> = self.joints.iter().map(|joint| quoted(&joint.name)).collect();
-        joint.comment = Some(format!(
-            "In the file {} with bodies without mass between them.",
-            names.join(", ")
-        ));
+        joint.comment =
+            Some(format!("In the file: {}, with massless bodies between them.", names.join(", ")));
         joint
     }
 

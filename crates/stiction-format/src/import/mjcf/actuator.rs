@@ -69,8 +69,7 @@ impl Reader<'_, '_> {
             };
             if is_limited && range[0] != -range[1] {
                 let message = format!(
-                    "`{key}` is not symmetric: the larger magnitude is taken for \
-                    both directions"
+                    "`{key}` is not symmetric: the larger magnitude is used for both directions"
                 );
                 context.note(message, Some(element.place()));
             }

@@ -101,7 +101,7 @@ impl Reader<'_, '_> {
         let items = self.items(element, class);
         let is_held = element.get("mocap") == Some("true");
         if is_held {
-            let message = "a body that a program moves (mocap) is held at its pose";
+            let message = "a body that a program moves (mocap) is fixed at its initial pose";
             self.context.note(message, Some(element.place()));
         }
         if element.number(self.context, "gravcomp").is_some_and(|part| part != 0.0) {

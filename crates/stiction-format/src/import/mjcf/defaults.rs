@@ -165,7 +165,7 @@ impl Defaults {
             && !self.classes.contains_key(name)
             && name != "main"
         {
-            let message = format!("there is no class {} of defaults", quoted(name));
+            let message = format!("there is no defaults class {}", quoted(name));
             context.error("class", message, &element.place(), "");
         }
         let mut next = Some(own.or(inherited).unwrap_or(&self.main).to_owned());

@@ -34,7 +34,7 @@ impl Reader<'_, '_> {
             // Collisions of type `sdf` use the distance to the mesh; the mass is the same.
             ("mesh" | "sdf", None) => Err(Lost {
                 why: format!("a geom of type {word} has no mesh"),
-                cure: "name a mesh by `mesh`",
+                cure: "name the mesh in the attribute `mesh`",
                 is_absent: false,
             }),
             ("mesh" | "sdf", Some(mesh)) => self.mesh(mesh).map(|mesh| mesh.mass),
@@ -149,7 +149,7 @@ fn is_shell(geom: &Element) -> bool {
 }
 
 fn unknown(word: &str) -> Lost {
-    let why = format!("geoms of type {} have no mass here", quoted(word));
+    let why = format!("the mass of geoms of type {} cannot be computed", quoted(word));
     Lost { why, cure: "give the body an <inertial>", is_absent: false }
 }
 

@@ -31,11 +31,11 @@ pub(super) struct Lost {
 
 /// Remedy for a mesh that has no triangles in the file, because MuJoCo generates it or uses the
 /// convex hull of its vertices.
-const SAVE: &str = "write the triangles by `face`, or give the body an <inertial>: MuJoCo computes it and writes it \
+const SAVE: &str = "list the triangles in `face`, or give the body an <inertial>: MuJoCo can compute and write it \
                     (<compiler saveinertial=\"true\"/>, mj_saveLastXML)";
 /// Remedy for a mesh that cannot be read.
-const REPLACE: &str = "put the mesh there (its path is relative to the robot file and to `meshdir`), or give the body \
-                       an <inertial>";
+const REPLACE: &str = "provide a valid mesh file (its path is relative to the robot file and to `meshdir`), or give \
+                       the body an <inertial>";
 
 /// A mesh with its mass properties for density 1.
 #[derive(Clone, Debug)]
@@ -182,7 +182,8 @@ impl Reader<'_, '_> {
             Some("legacy") => Content::Pyramids,
             Some("shell") => Content::Shell,
             Some("convex") => {
-                let message = "the inertia of the convex hull is read as that of the mesh";
+                let message = "inertia=\"convex\" is not supported: the inertia is that of the mesh itself, not of \
+                               its convex hull";
                 context.note(message, Some(mesh.place()));
                 Content::Solid
             }
@@ -213,8 +214,8 @@ impl Reader<'_, '_> {
             self.context.note(message, Some(mesh.place()));
         } else if (ratio - 1.0).abs() > NOTABLE {
             let message = format!(
-                "by MuJoCo's default rule, the mesh has {ratio:.3} times the mass of its volume; \
-                 write inertia=\"exact\" for the mass of the volume"
+                "by MuJoCo's default rule, the mass of the mesh is {ratio:.3} times that of its enclosed volume; \
+                 write inertia=\"exact\" to use the volume"
             );
             self.context.note(message, Some(mesh.place()));
         }

@@ -113,7 +113,8 @@ impl Reader<'_, '_> {
         {
             match joints.len() {
                 1 => {
-                    let message = "`range` of a tendon leaves its joint no range: it is left out";
+                    let message =
+                        "`range` of a tendon contradicts the range of its joint: it is left out";
                     context.note(message, Some(element.place()));
                 }
                 _ => left("range"),

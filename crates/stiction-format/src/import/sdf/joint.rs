@@ -213,7 +213,7 @@ impl Reader<'_, '_> {
                 (Some(lower), Some(upper)) if lower < upper => Some([lower, upper]),
                 (None, None) => None,
                 _ => {
-                    let message = "limits on one side, or without a range, are left out";
+                    let message = "one-sided limits and limits with an empty range are left out";
                     context.note(message, Some(limit.place()));
                     None
                 }

@@ -137,7 +137,7 @@ impl Reader<'_, '_> {
             joint.start = Some(self.poses[body]);
             joint.comment = Some("No joint connects it with the world: it floats.".to_owned());
             let message = format!(
-                "no joint connects {} with the world: it floats; to hold it, make {} `fixed`",
+                "no joint connects {} with the world: it floats; to attach it, change joint {} to type `fixed`",
                 quoted(&name),
                 quoted(&joint.name)
             );

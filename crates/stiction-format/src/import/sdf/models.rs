@@ -183,7 +183,7 @@ fn pending(context: &Context<'_>, element: &Element, outer: Outer) -> Option<Pen
     };
     let Some(source) = tried.iter().find_map(|path| context.text(path).ok()) else {
         let message = format!("cannot read the included model {}", quoted(&uri));
-        let help = "give the folder of the models by --package-path";
+        let help = "name the folder of the models with --package-path";
         context.error("include", message, &element.place(), help);
         return None;
     };

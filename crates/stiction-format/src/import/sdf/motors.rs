@@ -73,10 +73,10 @@ pub(super) fn guess(reader: &mut Reader<'_, '_>, models: &[Model]) {
             "SDF does not say which joints have motors: those that plugins name are actuated"
         }
         true if is_open => {
-            "SDF does not say which joints have motors: those whose limit of the effort is not 0 are actuated"
+            "SDF does not say which joints have motors: those whose effort limit is not 0 are actuated"
         }
         true => {
-            "SDF does not say which joints have motors: those with a limit of the effort above 0 are actuated"
+            "SDF does not say which joints have motors: those with an effort limit above 0 are actuated"
         }
         false => "the file does not say which joints have motors: add `actuated = true` to them",
     };

@@ -204,7 +204,7 @@ pub(super) fn friction(context: &Context<'_>, out: &mut String, robot: &Descript
     let has = |dof: &Coordinate| dof.damping > 0.0 || dof.friction > 0.0;
     if places.is_empty() {
         if joint.dofs.iter().any(has) {
-            let message = "damping and friction of such a joint are left out";
+            let message = "damping and friction of joints of this type are left out";
             context.note(message, joint.place.clone());
         }
         return;
@@ -230,8 +230,7 @@ pub(super) fn friction(context: &Context<'_>, out: &mut String, robot: &Descript
             keys.push(format!("preload = {}", quantity(force, "N")));
             let unit = if turns { "N m" } else { "N" };
             let remark = format!(
-                "Constant friction of {constant} {unit}: with so small a coefficient only the \
-                 preload counts."
+                "Constant friction of {constant} {unit}: the coefficient is so small that only the preload matters."
             );
             comment(out, &remark);
         }

@@ -48,7 +48,7 @@ pub(super) fn read(
     for (key, _) in &entries {
         let known = ["closed_loop", "type", "name_mot", "joint_name", "joint_type"];
         if !known.contains(&key.text.as_str()) {
-            let message = format!("the key {} is not known and left out", quoted(&key.text));
+            let message = format!("the unknown key {} is left out", quoted(&key.text));
             context.note(message, Some(key.place.clone()));
         }
     }
@@ -133,7 +133,7 @@ fn closure(
     let names = pair.words();
     let [first, second] = names.as_slice() else {
         let place = names.first().map_or(&key.place, |name| &name.place);
-        let message = format!("a closed loop has two frames, here {}", names.len());
+        let message = format!("a closed loop has two frames, but this one has {}", names.len());
         context.error("yaml", message, place, "write ['frame_A', 'frame_B']");
         return None;
     };

@@ -108,7 +108,7 @@ fn base_of(context: &Context<'_>, root: &Element) -> Option<String> {
     match free.as_slice() {
         [] => {
             let message = "every link is the child of a joint, so the robot has no root".to_owned();
-            let help = "close loops by a <loop_joint> or a YAML file instead of a joint";
+            let help = "close loops with a <loop_joint> or a YAML file instead of a joint";
             context.error("tree", message, &root.place(), help);
             None
         }
@@ -201,7 +201,7 @@ fn check_tree(context: &Context<'_>, robot: &Description) -> Option<()> {
                 quoted(&other.name),
                 quoted(&joint.name)
             );
-            let help = "close the loop by a <loop_joint>, or by `closed_loop` in a YAML file";
+            let help = "close the loop with a <loop_joint>, or with `closed_loop` in a YAML file";
             context.error("tree", message, place, help);
             return None;
         }
@@ -210,8 +210,8 @@ fn check_tree(context: &Context<'_>, robot: &Description) -> Option<()> {
     let lost = (0..robot.bodies.len()).find(|&body| reached[body].is_none());
     if let Some(body) = lost {
         let message =
-            format!("the joints of link {} form a ring", quoted(&robot.bodies[body].name));
-        let help = "close loops by a <loop_joint> or a YAML file instead of a joint";
+            format!("the joints of link {} form a closed ring", quoted(&robot.bodies[body].name));
+        let help = "close loops with a <loop_joint> or a YAML file instead of a joint";
         context.error("tree", message, robot.bodies[body].place.as_ref()?, help);
         return None;
     }

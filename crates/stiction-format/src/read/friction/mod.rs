@@ -204,8 +204,8 @@ fn not_applicable(
             Diagnostic::error("unknown-key", message).at(context.place(&value.span), label).help(
                 match shapes {
                     [InterfaceShape::Sleeve] => {
-                        "write a table `angle` or `slide` in `friction` for \
-                         a pin and a guide that are separate surfaces"
+                        "if pin and guide are separate surfaces, give each its own table, `angle` or `slide`, in \
+                         `friction`"
                             .to_owned()
                     }
                     _ => format!("`{}`: {}", field.key, field.summary()),

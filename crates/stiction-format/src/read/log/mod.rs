@@ -239,7 +239,7 @@ impl Reader<'_> {
             self.format.renamed.iter().any(|renamed| renamed.column == name)
         };
         if !spans.is_empty() && spans.iter().all(is_number) && !spans.iter().any(is_named) {
-            let message = format!("{} has no names of columns", self.source.name);
+            let message = format!("{} has no column names", self.source.name);
             let label = "expected a header such as `time [s],leg1.P [m],leg1.P.effort [N]`";
             return Err(Diagnostic::error("samples", message)
                 .at(self.place(head.names), label)
@@ -262,7 +262,7 @@ impl Reader<'_> {
                 out.push(
                     Diagnostic::error("duplicate", message)
                         .at(self.place(span.clone()), "again here")
-                        .help("declare one of them as unused in the options: `NAME = \"\"` below [columns]"),
+                        .help("declare one of them as unused in the options: `NAME = \"\"` under [columns]"),
                 );
             }
             meanings.push(meaning);
@@ -277,8 +277,9 @@ impl Reader<'_> {
                 Diagnostic::error("missing-key", "the column `time` is missing")
                     .at(self.place(head.names.clone()), "the columns")
                     .help(
-                        "name the time column `time [s]`; without one give the time from row to row by `step = \"1 ms\"` in \
-                         the options; for a table of steady motions write `steady = true` below [[logs]] there",
+                        "name the time column `time [s]`; if there is none, set the time between rows in the \
+                         options, such as `step = \"1 ms\"`; for a table of steady motions, write `steady = true` \
+                         under [[logs]] in the options",
                     ),
             );
         }
@@ -343,7 +344,7 @@ impl Reader<'_> {
                                 false if is_time && clock::is_ambiguous(content) => {
                                     has_ambiguous_times = true;
                                     format!(
-                                        "`{}` is {}, hours and minutes or minutes and seconds",
+                                        "`{}` is {}, either hours and minutes or minutes and seconds",
                                         meaning.name,
                                         quoted(&shown)
                                     )
@@ -410,12 +411,12 @@ impl Reader<'_> {
                 "it needs at least {least} good rows, and at most one bad row in five good ones"
             );
             if has_ambiguous_times {
-                help += "; write times of day as hh:mm:ss, minutes with seconds as 05:12.0, or give the time from row to \
-                         row by `step = \"1 s\"` in the options";
+                help += "; write times of day as hh:mm:ss and minutes with seconds as 05:12.0, or set the time \
+                         between rows in the options, such as `step = \"1 s\"`";
             }
             if has_repeated_times {
-                help += "; if time stamps repeat, give the time from row to row by `step = \"1 ms\"` in the options; \
-                         if the time begins again, split the log there";
+                help += "; if time stamps repeat, set the time between rows in the options, such as \
+                         `step = \"1 ms\"`; if the time starts again, split the log there";
             }
             return Err(Diagnostic::error("samples", message).help(help).into());
         }

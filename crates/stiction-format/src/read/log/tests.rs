@@ -135,10 +135,7 @@ fn logs_without_a_header() {
     assert_eq!(found.columns[2].values[7], 7.0);
     assert_eq!(found.lines[0], 1);
     let refused = format!("{:?}", read_with(rows.clone(), &[], &[], None).unwrap_err());
-    assert!(
-        refused.contains("has no names of columns") && refused.contains("header ="),
-        "{refused}"
-    );
+    assert!(refused.contains("has no column names") && refused.contains("header ="), "{refused}");
     let unknown = read_with(rows, &[], &["time", "left_moter", "right_motor", "x"], None);
     assert!(format!("{:?}", unknown.unwrap_err()).contains("left_motor"));
 }

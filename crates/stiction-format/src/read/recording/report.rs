@@ -68,7 +68,7 @@ impl<'a> Report<'a> {
             let has_usual_digits = positions.digits.significant >= USUAL_DIGITS;
             if noise.is_rounding && has_usual_digits && !noise.is_of_times {
                 note += &format!(
-                    "; {} digits leave the acceleration uncertain by {} {unit}/s^2 (rms)",
+                    "; with {} digits, the acceleration is uncertain by {} {unit}/s^2 (rms)",
                     positions.digits.significant,
                     short(noise.acceleration)
                 );
@@ -124,7 +124,7 @@ impl<'a> Report<'a> {
             let cutoff = number(cutoff);
             help = format!(
                 "filter the recording, with --filter \"{cutoff} Hz\" or `filter = \"{cutoff} Hz\"` in \
-                 [motions.NAME], which suits noise and motion; or "
+                 [motions.NAME], a cut-off that suits this noise and motion; or "
             );
         }
         help += if noise.is_of_times {
@@ -132,7 +132,7 @@ impl<'a> Report<'a> {
         } else if noise.is_rounding {
             "record more digits, fewer samples per second, or also rates and accelerations"
         } else {
-            "check its time column, or also record rates and accelerations"
+            "check the time column, or also record rates and accelerations"
         };
         let place = self.place(coordinate, noise.order);
         let warning = Diagnostic::warning("recording", message);
@@ -262,8 +262,8 @@ impl<'a> Report<'a> {
         let (column, below) = (derivative(name, found.order), derivative(name, found.order - 1));
         let per = if found.order == 1 { "/s" } else { "/s^2" };
         let message = format!(
-            "`{column}` contradicts `{below}`: it differs from the slope by {} {unit}{per} at t = {} \
-             s; the slope is {} {unit}{per} (rms)",
+            "`{column}` contradicts `{below}`: it differs from the slope by {} {unit}{per} at t = {} s; the slope \
+             is {} {unit}{per} (rms)",
             short(found.difference.size),
             short(found.difference.time),
             short(found.scale)

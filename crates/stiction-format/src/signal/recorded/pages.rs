@@ -55,7 +55,7 @@ impl<'a> Pages<'a> {
             if self.rest.len() > LONGEST_LINE {
                 let line = self.begin.lines + 1;
                 return Err(format!(
-                    "line {line} has more than {LONGEST_LINE} bytes; a recording has one sample in a line"
+                    "line {line} has more than {LONGEST_LINE} bytes; a recording has one sample per line"
                 ));
             }
         }

@@ -48,7 +48,7 @@ fn open_loops_are_closed_nearby() {
         .replace("0 0 0.32\"/></body>", "0 0 0.32\"/><site name=\"s2\" pos=\"0 0 0.32\"/></body>");
     let imported = convert("m.xml", &text);
     assert!(imported.text.contains("nearest to zero coordinates"), "{}", imported.text);
-    assert!(imported.notes.iter().any(|note| note.message.contains("at a position nearby")));
+    assert!(imported.notes.iter().any(|note| note.message.contains("a nearby position")));
     let model = model(&imported);
     assert_eq!(mobility(&model), 1);
     for joint in model.mechanism.joints() {

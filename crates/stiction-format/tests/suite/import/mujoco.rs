@@ -203,7 +203,7 @@ fn a_coupling_of_one_joint_locks_it() {
         let imported =
             convert("r.xml", &hinged("", body, &format!("<equality>{equality}</equality>")));
         let said = notes(&imported);
-        assert!(said.contains("holds joint `k`") && said.contains("fixed"), "{said}");
+        assert!(said.contains("keeps joint `k`") && said.contains("fixed"), "{said}");
         let read = model(&imported);
         let joints = read.mechanism.joints();
         let lock = joints.iter().find(|joint| joint.name == "k").unwrap();

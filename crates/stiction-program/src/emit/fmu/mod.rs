@@ -171,7 +171,7 @@ impl Feedforward {
         let about = "Outcome: 0 success, 1 friction at rest selected by a rule or not converged, 2 \
             efforts without friction, negative: efforts of the last valid step";
         variables.push(Variable::integer("status", Causality::Output, about));
-        let about = "Friction at rest: 0 that of the last motion, 1 fading, 2 none";
+        let about = "Friction at rest: 0 as in the last motion, 1 fading to zero, 2 none";
         let mut rest = Variable::integer("friction.rest", Causality::Parameter, about);
         (rest.start, rest.range) = (Some(Start::Integer(0)), (Some(0.0), Some(2.0)));
         variables.push(rest);
