@@ -210,7 +210,7 @@ impl Export {
         let program = program.map_err(|error| {
             let message = format!("no code for `{}`: {error}", self.robot.name());
             Error::input(message).with_help(match error {
-                RecordError::NoTunable(_) => "give a payload on a body with a mass",
+                RecordError::NoTunable(_) => "choose a body with a mass for the payload",
                 _ => "give the default motion other positions, away from singular ones",
             })
         })?;

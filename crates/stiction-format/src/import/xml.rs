@@ -168,7 +168,7 @@ pub(super) fn parse(source: &Arc<Source>) -> Result<Element, Diagnostics> {
             {
                 if declared.prefixes.len() == MOST_PREFIXES {
                     let message =
-                        format!("more than {MOST_PREFIXES} prefixes of names are not declared");
+                        format!("more than {MOST_PREFIXES} namespace prefixes are not declared");
                     let help = "declare them in the first element: xmlns:prefix=\"…\"";
                     return Err(Diagnostic::error("xml", message).at(place, "").help(help).into());
                 }

@@ -121,7 +121,7 @@ pub(crate) fn condition(
     };
     let mut signs = text.match_indices(['<', '>', '=']);
     let Some((at, sign)) = signs.next() else {
-        return Err(refuse(0..text.len(), "a condition compares two quantities by `<` or `>`"));
+        return Err(refuse(0..text.len(), "a condition compares two quantities with `<` or `>`"));
     };
     let (mut from, mut or_equal) = (at + 1, false);
     let mut next = signs.next();

@@ -185,7 +185,8 @@ impl Compensation {
             Transition::Sign | Transition::Fade => true,
         };
         if self.transitions.is_empty() || !self.transitions.iter().all(is_width) {
-            let message = "no transition is given, or its width is not above 0 and at most 1";
+            let message =
+                "no transition is given, or the width of one is not above 0 and at most 1";
             return Err(Error::input(message).with_option("transition"));
         }
         Ok(())

@@ -38,7 +38,7 @@ fn wrong_input_is_reported_with_a_suggestion() {
             &["forward", "--controller", "pd", "--hold", "leg1.P,leg2.P,leg3.P"],
             &["has no actuator", "leave the controller out"],
         ),
-        (&["forward", "--stop", "leg1.P"], &["compares two quantities by `<` or `>`"]),
+        (&["forward", "--stop", "leg1.P"], &["compares two quantities with `<` or `>`"]),
         (&["forward", "--stop", "leg1.P < 3 N"], &["a length is compared with", "this is"]),
         (&["forward", "--stop", "leg1.Q < 3 mm"], &["there is no body or joint `leg1.Q`"]),
         (&["forward", "--stop", "1 mm < 3 mm"], &["this condition does not depend on the motion"]),

@@ -115,8 +115,8 @@ const COMBINE: Field = field(
 const SUPPORTS: Field = field(
     "supports",
     Choice(&["from", "to"]),
-    "Body that has both supports, one half of `bending_span` before and one half behind its joint \
-     origin; by default `from`.",
+    "Body that carries both supports, half of `bending_span` in front of its joint origin and half behind it; by \
+     default `from`.",
 );
 const GLAND: Field = field(
     "gland",

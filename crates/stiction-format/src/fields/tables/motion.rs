@@ -15,8 +15,8 @@ pub(crate) const MOTION: &[Field] = &[
     field(
         "duration",
         Quantity(Time),
-        "Duration; by default 1 s. With 0 the motion is a single pose. With `file`, the time column must \
-         agree with it.",
+        "Duration; by default 1 s. With 0 the motion is a single pose. With `file`, the duration must agree with \
+         the time column.",
     ),
     field(
         "rate",

@@ -53,7 +53,10 @@ pub(super) fn write(context: &Context<'_>, robot: &Description, draft: &Draft<'_
     let each = if draft.legs.is_empty() { "" } else { "; parts of legs have one for each leg" };
     comment(
         &mut out,
-        &format!("From {} ({}). Numbers after # are its lines{each}.", draft.file, robot.format),
+        &format!(
+            "From {} ({}). Numbers after # are its line numbers{each}.",
+            draft.file, robot.format
+        ),
     );
     if !draft.notes.is_empty() {
         out += "#\n";
