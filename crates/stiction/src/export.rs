@@ -384,7 +384,7 @@ impl Export {
             None => {
                 Error::input(format!("no code for `{name}`: with its actuators as inputs, {error}"))
                     .with_help(
-                        "the actuators must determine the motion: `stiction check` shows the mobility; or name \
+                        "choose actuators that determine the motion (`stiction check` shows the mobility), or name \
                          other coordinates with --coordinates",
                     )
             }

@@ -90,7 +90,7 @@ fn driven_joints(record: &Record<'_>, what: &str) -> Option<Vec<(String, f64)>> 
                 Diagnostic::error("actuator", format!("the joints of {what} are given twice"))
                     .at(context.place(&joint.span), "once here")
                     .also(context.place(&joints.span), "once here")
-                    .help("keep `joint` for one joint, `joints` for several with coefficients"),
+                    .help("use `joint` for one joint, or `joints` for several joints with coefficients"),
             );
             None
         }

@@ -40,7 +40,7 @@ pub(crate) fn kinds(program: &Feedforward, labels: &Labels) -> Vec<Kind> {
             Tunable::Wrench(body) => (
                 "wrench",
                 "N, N, N, N m, N m, N m",
-                "force, and moment about the origin of the body, world axes",
+                "force, and moment about the origin of the body, in world axes",
                 name(&labels.bodies, body.0),
             ),
         };

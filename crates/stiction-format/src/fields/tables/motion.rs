@@ -38,8 +38,8 @@ pub(crate) const MOTION: &[Field] = &[
     field(
         "waypoints",
         Waypoints(WAYPOINT),
-        "Positions at rest through which the mechanism moves, instead of expressions: a list of tables, \
-         each with the coordinates that change.",
+        "Positions that the mechanism reaches one after another, instead of expressions: a list of tables, each \
+         with the coordinates that change. The mechanism stops at a waypoint unless `blend` is given.",
     ),
     field("law", Choice(Law::NAMES), "Motion law between waypoints; by default quintic."),
     field(

@@ -106,7 +106,7 @@ impl<'a> Report<'a> {
         let column = derivative(name, noise.order);
         let per = ["", "/s", "/s^2"].get(noise.order).copied().unwrap_or_default();
         let cause = match (noise.is_rounding, noise.is_of_times) {
-            (true, true) => "rounding of the times, which corresponds to an error",
+            (true, true) => "rounding of the time stamps, equivalent to an error",
             (true, false) => "rounding",
             _ => "noise",
         };
@@ -243,8 +243,8 @@ impl<'a> Report<'a> {
     fn held(&mut self, coordinate: Coordinate, name: &str, held: Held) {
         let Held { samples, time } = held;
         let message = format!(
-            "`{name}` keeps each value for {samples} rows, from t = {} s on: accelerations are those of the steps \
-             between them",
+            "`{name}` keeps each value for {samples} rows, from t = {} s on: the accelerations come from the steps \
+             between the values",
             short(time)
         );
         let label = "the sensor is slower than the log";

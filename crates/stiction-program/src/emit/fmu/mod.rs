@@ -213,7 +213,7 @@ impl Feedforward {
                     ("mu", _) => "Coefficient of sliding friction",
                     ("viscous", _) => "Viscous coefficient at the sliding surface",
                     ("mass", _) => "Mass of the body",
-                    ("wrench", _) => "Load on the body at its origin, world axes",
+                    ("wrench", _) => "Load on the body at its origin, in world axes",
                     (_, "mass") => "Mass of a point mass on the body",
                     _ => "Position of the point mass in the frame of the body",
                 };
