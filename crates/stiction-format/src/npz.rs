@@ -33,7 +33,7 @@ pub fn csv_of_npz(bytes: &[u8]) -> Result<String, String> {
         read.map_err(|error| format!("the array `{name}` is damaged: {error}"))?;
         left = left
             .checked_sub(content.len() as u64)
-            .ok_or_else(|| "its arrays have more than 1 GB".to_owned())?;
+            .ok_or_else(|| "its arrays are larger than 1 GB in total".to_owned())?;
         let numbers = array(&content).map_err(|why| format!("the array `{name}` {why}"))?;
         if name.contains(['"', '\n', '\r', ',']) {
             return Err(format!("the array name {name:?} cannot be used as a column name"));

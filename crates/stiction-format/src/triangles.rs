@@ -100,7 +100,7 @@ fn msh(bytes: &[u8]) -> Result<Vec<Triangle>, String> {
     let (Some(vertices), Some(normals), Some(textures), Some(faces)) =
         (count(0), count(1), count(2), count(3))
     else {
-        return Err("it has no header of four counts".to_owned());
+        return Err("it does not begin with a header of four counts".to_owned());
     };
     // Computed in 64 bits, because the counts of a damaged file can have any value. After this
     // check, all indices fit into `usize`.

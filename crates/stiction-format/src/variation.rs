@@ -268,7 +268,7 @@ impl Reader<'_> {
             Amount::parse(&self.text[span.clone()]).map_err(|why| {
                 self.fault(
                     span.clone(),
-                    format!("the ends of a range are numbers with units: {why}"),
+                    format!("the ends of a range must be numbers with units: {why}"),
                     "no number",
                 )
             })

@@ -211,7 +211,7 @@ impl Export {
             let message = format!("no code for `{}`: {error}", self.robot.name());
             Error::input(message).with_help(match error {
                 RecordError::NoTunable(_) => "choose a body with a mass for the payload",
-                _ => "give the default motion other positions, away from singular ones",
+                _ => "choose other positions for the default motion, away from singular ones",
             })
         })?;
         let labels = self.labels(&solver, &named);

@@ -70,7 +70,7 @@ impl Sweep {
     pub(crate) fn of(robot: &Robot) -> Result<Self, Error> {
         let text = robot.text().cloned().ok_or_else(|| {
             Error::input("the robot has no model text to change: it was described in code")
-                .with_help("write its description to a model file")
+                .with_help("write the robot to a model file first")
         })?;
         let draft = Arc::new(text.draft()?);
         Ok(Self {

@@ -62,7 +62,7 @@ pub fn csv_of_mcap(bytes: &[u8], efforts: bool) -> Result<String, String> {
         }
         size += message.data.len();
         if size > LARGEST {
-            return Err("its joint states have more than 1 GB".to_owned());
+            return Err("its joint states are larger than 1 GB in total".to_owned());
         }
         let at =
             |why: String| format!("topic {}, message {}: {why}", channel.topic, message.sequence);

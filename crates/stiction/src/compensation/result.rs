@@ -200,7 +200,8 @@ impl Compared {
         }
         let sensors = self.sensors().map_or(String::new(), |sensors| format!(", {sensors}"));
         let about = format!(
-            "Motion {} ({} s), load {}; controllers every {}, bandwidth {} Hz, friction coefficients known to {} %{sensors}.",
+            "Motion {} ({} s), load {}; controllers every {}, bandwidth {} Hz, friction coefficients known to \
+             within {} %{sensors}.",
             self.motion,
             digits(self.duration),
             self.load,
@@ -394,7 +395,7 @@ impl fmt::Display for Compared {
         writeln!(f, "{robot}: motion {motion} ({} s), load {load}", digits(*duration))?;
         writeln!(
             f,
-            "controller every {}, bandwidth {} Hz, friction coefficients known to {} %",
+            "controller every {}, bandwidth {} Hz, friction coefficients known to within {} %",
             small(self.period, "s"),
             digits(self.bandwidth),
             digits(100.0 * self.known_to)

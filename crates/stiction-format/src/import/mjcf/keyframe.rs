@@ -60,7 +60,7 @@ impl Reader<'_, '_> {
         }
         self.robot.position = "the keyframe";
         if let Some(name) = key.get("name") {
-            let message = format!("the robot starts in the keyframe {}", quoted(name));
+            let message = format!("the robot starts at the keyframe {}", quoted(name));
             self.context.note(message, Some(key.place()));
         }
         Some(())

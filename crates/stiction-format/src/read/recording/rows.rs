@@ -235,7 +235,7 @@ fn check_time(time: f64, last: Option<f64>, cell: &Span, messages: &mut Messages
             format!("time does not increase: {} s follows {} s", number(time), number(last));
         let help = match time == last {
             true => "keep one of the rows with the same time, or write times with more digits",
-            false => "sort the rows by time; where the clock was set back, cut the file there",
+            false => "sort the rows by time; if the clock was set back, split the file there",
         };
         let label = "not later than the row above";
         messages.push_help("samples", message, cell.clone(), label, Some(help.to_owned()));
