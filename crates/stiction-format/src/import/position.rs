@@ -93,7 +93,7 @@ pub(super) fn assemble(
         }
     };
     let Some(assembled) = solver(model, &fixed) else {
-        context.note("the loops do not close near the position of the file", None);
+        context.note("the loops do not close near the position given in the file", None);
         return None;
     };
     take_position(context, robot, &assembled);

@@ -458,7 +458,7 @@ impl fmt::Display for Compared {
                 if ratio < 1.0 { (1.0 / ratio, "larger") } else { (ratio, "smaller") };
             writeln!(
                 f,
-                "rms error with the friction of the model: {} times {word} than that of",
+                "rms error with the model's friction: {} times {word} than with",
                 digits(times)
             )?;
             writeln!(f, "  {other}")

@@ -137,7 +137,8 @@ impl Table {
             let about = "Position of the joint; angles count full turns";
             add("position", Quantity::Position(k), Causality::Output, "", about);
             add("speed", Quantity::Rate(k), Causality::Output, "/s", "Rate of the joint");
-            let about = "Acceleration of the joint with the efforts up to this instant";
+            let about =
+                "Acceleration of the joint, computed with the efforts that act up to this instant";
             add("acceleration", Quantity::Acceleration(k), Causality::Local, "/s2", about);
         }
         for (body, name) in names.bodies.iter().enumerate().skip(1) {

@@ -50,7 +50,8 @@ pub(super) struct Draft<'a> {
 pub(super) fn write(context: &Context<'_>, robot: &Description, draft: &Draft<'_>) -> String {
     let mut out = String::new();
     let title = format!("{}, from the {} {}", robot.name, robot.format, draft.file);
-    let each = if draft.legs.is_empty() { "" } else { "; parts of legs have one for each leg" };
+    let each =
+        if draft.legs.is_empty() { "" } else { "; parts of legs have one number for each leg" };
     comment(
         &mut out,
         &format!(

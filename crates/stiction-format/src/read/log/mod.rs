@@ -344,7 +344,7 @@ impl Reader<'_> {
                                 false if is_time && clock::is_ambiguous(content) => {
                                     has_ambiguous_times = true;
                                     format!(
-                                        "`{}` is {}, either hours and minutes or minutes and seconds",
+                                        "`{}` is {}, which can mean hours and minutes or minutes and seconds",
                                         meaning.name,
                                         quoted(&shown)
                                     )
