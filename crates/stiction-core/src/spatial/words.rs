@@ -53,9 +53,9 @@ fn describe_point(point: Vec3<f64>, length: f64) -> String {
     format!("({x}, {y}, {z}) m")
 }
 
-/// Formats a number with four significant digits; a value that is not finite is formatted as `0`.
+/// Formats a number with four significant digits; a value that is not finite is formatted as `?`.
 fn round(x: f64) -> String {
-    brief(if x.is_finite() { x } else { 0.0 }, 4)
+    if x.is_finite() { brief(x, 4) } else { "?".to_owned() }
 }
 
 #[cfg(test)]
