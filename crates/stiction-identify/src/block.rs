@@ -94,8 +94,8 @@ impl Rows {
         std::iter::once(&mut self.matrix).chain(&mut self.instruments).for_each(pop);
     }
 
-    /// Returns the indices of the rows whose instruments are zero, because the motion of the
-    /// instruments rests; empty for least squares.
+    /// Returns the indices of the rows whose instruments are zero, because the motion from which
+    /// the instruments are computed is at rest there; empty for least squares.
     pub(crate) fn rows_without_instruments(&self) -> Vec<usize> {
         let rows = self.instruments.iter().flat_map(|all| all.row_iter().enumerate());
         rows.filter(|(_, row)| row.iter().all(|x| *x == 0.0)).map(|(index, _)| index).collect()

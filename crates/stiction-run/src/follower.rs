@@ -5,7 +5,7 @@ use stiction_core::dynamics::{InverseDynamics, Settings};
 use stiction_core::kinematics::{Coordinate, Target};
 use stiction_format::{ModelFile, Motion};
 
-/// Mechanism at an instant of a prescribed motion, which can move on to other instants of the motion.
+/// Mechanism at one instant of a prescribed motion. It can be moved to other instants of the motion.
 #[derive(Clone, Debug)]
 pub struct Follower<'a> {
     motion: &'a Motion,

@@ -50,7 +50,7 @@ macro_rules! shared_options {
         /// as in [`Forward::from`].
         ///
         /// # Errors
-        /// The assignments are defective.
+        /// An assignment is invalid.
         pub fn from(mut self, state: &str) -> Result<Self, Error> {
             self.forward = self.forward.from(state)?;
             Ok(self)
@@ -87,7 +87,7 @@ impl Linearize {
     /// if the actuators determine the motion, else none.
     ///
     /// # Errors
-    /// The assignments are defective.
+    /// An assignment is invalid.
     pub fn drives(mut self, drives: &str) -> Result<Self, Error> {
         self.forward = self.forward.drives(drives)?;
         self.has_efforts = true;
@@ -121,7 +121,7 @@ impl Rests {
     /// Sets the efforts, as in [`Forward::drives`]. Default: none.
     ///
     /// # Errors
-    /// The assignments are defective.
+    /// An assignment is invalid.
     pub fn drives(mut self, drives: &str) -> Result<Self, Error> {
         self.forward = self.forward.drives(drives)?;
         Ok(self)

@@ -54,8 +54,8 @@ fn wall(radius: f64, half: f64) -> Mass {
     with_moments(mass, [side, side, mass * radius * radius])
 }
 
-/// Computes the mass properties of the shell of a closed cylinder about the z axis, 1 kg/m². The
-/// radius and the half length are in m.
+/// Computes the mass properties of a closed cylindrical shell about the z axis, for a mass per area
+/// of 1 kg/m². The radius and the half length are in m.
 pub(super) fn cylinder(radius: f64, half: f64) -> Mass {
     let ends = 2.0 * PI * radius * radius;
     let side = ends * (radius * radius / 4.0 + half * half);

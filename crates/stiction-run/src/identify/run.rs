@@ -559,7 +559,7 @@ fn delays_of(all: &[Prepared], actuators: &[String], delays: &[[f64; 2]]) -> Vec
 }
 
 impl Identified {
-    /// Returns the corrected delay of each effort, s, in the order of the actuators.
+    /// Returns the delay that was removed from each effort, s, in the order of the actuators.
     pub(super) fn taken_back(&self) -> Vec<f64> {
         let names = self.mechanism.actuators();
         let names = names.map(|(j, dof)| self.mechanism.joints()[j.0].actuator_name(dof));

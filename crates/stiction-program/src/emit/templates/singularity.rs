@@ -72,7 +72,7 @@ struct Balance<'a> {
     motion: &'a [Real],
     /// Unit wrenches of the terms, six components each.
     term: &'a [Real],
-    /// Inverse of the dense system, in the first `MOTIONS` rows.
+    /// First `MOTIONS` rows of the inverse of the matrix of the dense system, stored by columns.
     inverse: [[Real; room(MOTIONS)]; room(COLUMNS)],
     /// For each row of `inverse`, the column of the dense system to which the row belongs.
     column: [usize; room(COLUMNS)],
