@@ -171,7 +171,7 @@ pub(crate) enum Function {
     Accelerations,
 }
 
-/// Environments of the code beside C.
+/// Environment other than C for which an adapter of the code is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Adapter {
     /// Python, by its module ctypes

@@ -267,8 +267,8 @@ fn cure(a: &Parameter, b: &Parameter) -> String {
             "log slow and fast motions"
         }
         (a, b) if [a, b].iter().any(|p| matches!(p.kind, Kind::TorqueConstant(_))) => {
-            "log a heavier payload of known mass, or hold a known inertia: either fixes the ratio \
-             of torque to current"
+            "log a heavier payload of known mass, or keep a known inertia fixed with `hold`: \
+             either determines the ratio of torque to current"
         }
         (a, b) if a.body().is_some() && b.body().is_some() => {
             "only their combination acts on the efforts, or these motions do not separate them"

@@ -168,7 +168,7 @@ fn bounds_of(
                         "options: `bounds` names `{}`, which belongs to the mass of a body",
                         p.name
                     ),
-                    "hold it, or give the weight of the model's inertias by `prior`",
+                    "keep it fixed with `hold`, or set the weight of the model's inertias with `prior`",
                 ));
             }
             if held[k] && !(own[0]..=own[1]).contains(&p.prior) {
