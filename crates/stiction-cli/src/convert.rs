@@ -64,8 +64,8 @@ fn format(options: &Convert, is_import: bool) -> Result<Format, Failure> {
         Some("sdf") => Ok(Format::Sdf),
         None if is_import => Ok(Format::Model),
         _ => {
-            let help = "choose it with --to, or by the extension of the file of -o: .toml, .urdf, \
-                .sdf, .xml, .json";
+            let help = "choose it with --to, or by the extension of the output file (-o): .toml, \
+                .urdf, .sdf, .xml, .json";
             Err(Failure::input("the format of the output is not known").help(help))
         }
     }

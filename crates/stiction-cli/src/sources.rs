@@ -76,7 +76,7 @@ pub(crate) fn refuse_filter(
         ),
         None => (
             format!("--filter is {cutoff} Hz, but there is no motion"),
-            "give a recording by --motion",
+            "give a recording with --motion",
         ),
     };
     Err(Failure::input(message).help(help))

@@ -108,7 +108,8 @@ fn errors(found: &Controllers) -> String {
         plots += &figure("The controllers with small errors", &is_small);
     }
     let more = match drawn().count() < found.tracking.len() {
-        true => note("The first transition of each controller; the others are in compensate.csv."),
+        true => note("Only the first transition of each controller is drawn; the others are in \
+            compensate.csv."),
         false => String::new(),
     };
     more + &plots

@@ -43,9 +43,9 @@ pub enum Error {
     /// A stop condition cannot be evaluated in some state, for example because it contains the root of a negative
     /// number.
     #[error(
-        "the stop condition `{condition}` cannot be evaluated at t = {time} s (such as a division \
-         by zero, or the root of a negative number); write a condition that is defined at every \
-         state of the motion"
+        "the stop condition `{condition}` cannot be evaluated at t = {time} s (for example because \
+         of a division by zero or the root of a negative number); write a condition that is \
+         defined at every state of the motion"
     )]
     NoCondition {
         /// Text of the stop condition.
@@ -123,9 +123,9 @@ pub enum Error {
     },
     /// The formula of a load cannot be evaluated in some state.
     #[error(
-        "the formula of {load} cannot be evaluated at t = {time} s (such as a division by zero, or \
-         the root of a negative number); write a formula that is defined at every state of the \
-         motion"
+        "the formula of {load} cannot be evaluated at t = {time} s (for example because of a \
+         division by zero or the root of a negative number); write a formula that is defined at \
+         every state of the motion"
     )]
     NoLoad {
         /// Description of the load.
@@ -157,7 +157,8 @@ pub enum Error {
     #[error(
         "the motors {motors} share the efforts of several joints and have gear losses, or one of \
          their gears jams when its motor pushes along the load: the efforts that hold the joints \
-         depend on each other and have no separate intervals; with efficiencies of 1 they have"
+         depend on each other; separate intervals exist only if the efficiencies of these gears \
+         are 1"
     )]
     SharedHolding {
         /// Names of the motors concerned.
@@ -187,7 +188,7 @@ pub enum Error {
         String,
     ),
     /// The checkpoint was written by a simulation of another mechanism or with other options.
-    #[error("it does not belong to a simulation of this mechanism")]
+    #[error("the checkpoint does not belong to a simulation of this mechanism")]
     Checkpoint,
     /// A receiver of records failed, for example a table that cannot be written.
     #[error("{0}")]

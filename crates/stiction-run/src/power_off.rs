@@ -114,8 +114,8 @@ pub(crate) fn write(
             )?,
             PowerOff::Undecided => writeln!(
                 out,
-                "  {} is held if static friction of the joints holds this motor alone, not the \
-                 others",
+                "  {} is held if the static friction of the joints need not hold other motors as \
+                 well",
                 train.name
             )?,
         }

@@ -46,7 +46,7 @@ pub(super) fn write(
     let platform = fmi.platform(env::consts::OS, env::consts::ARCH).ok_or_else(|| {
         Failure::input("the FMI standard has no name for this platform").help(match fmi {
             Fmi::Two => "choose `--fmi 3`, which has names for more platforms",
-            Fmi::Three => "export the unit on a computer with Linux, macOS or Windows",
+            Fmi::Three => "export the FMU on a computer with Linux, macOS or Windows",
         })
     })?;
     let library = library(chosen.library.as_deref())?;
@@ -62,8 +62,8 @@ fn library(given: Option<&Path>) -> Result<Vec<u8>, Failure> {
     let version = env!("CARGO_PKG_VERSION");
     let name = format!("{}stiction_fmu{}", env::consts::DLL_PREFIX, env::consts::DLL_SUFFIX);
     let cure = format!(
-        "build it by `cargo xtask fmu` in the source code of version {version}, and put it beside the program, \
-         or give its place by --library"
+        "build it with `cargo xtask fmu` in the source code of version {version}, and put it \
+         beside the program, or give its path with --library"
     );
     let path = match given {
         Some(path) => path.to_owned(),
@@ -91,7 +91,8 @@ fn library(given: Option<&Path>) -> Result<Vec<u8>, Failure> {
         return Err(Failure::input(format!("{shown} is not the library {name}")).help(cure));
     }
     if !contains(&format!("stiction-fmu version {version};")) {
-        let message = format!("the library {shown} is not of version {version} of this program");
+        let message = format!("the library {shown} does not have version {version}, the version of \
+            this program");
         return Err(Failure::input(message).help(cure));
     }
     Ok(bytes)

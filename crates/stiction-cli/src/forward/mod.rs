@@ -353,14 +353,14 @@ impl Limit {
     fn failure(&self, last: Option<(f64, Option<&Path>)>) -> Failure {
         let limit = self.seconds.unwrap_or_default();
         let (reached, resume) = match last {
-            None => ("its first row".to_owned(), ""),
+            None => ("before its first row".to_owned(), ""),
             Some((time, None)) => (format!("t = {time} s"), ""),
             Some((time, Some(folder))) => (
-                format!("t = {time} s; the results up to then are in {}", folder.display()),
+                format!("at t = {time} s; the results up to then are in {}", folder.display()),
                 "the same command with --resume continues from there; ",
             ),
         };
-        Failure::no_answer(format!("the time limit of {limit} s ended the run at {reached}")).help(
+        Failure::no_answer(format!("the time limit of {limit} s ended the run {reached}")).help(
             format!(
                 "{resume}give a longer --time-limit, a larger --tolerance or --method time-stepping"
             ),

@@ -26,7 +26,7 @@ pub(super) fn merge(options: &Sweep, folders: &[PathBuf]) -> Result<(), Failure>
     let mut parts = folders.iter().map(|folder| open(folder)).collect::<Result<Vec<_>, _>>()?;
     parts.sort_by_key(|part| part.shard.part);
     let Some(first) = parts.first() else {
-        return Err(Failure::input("--merge names no folder of a part"));
+        return Err(Failure::input("--merge needs the folders of the parts"));
     };
     let parts_expected = first.shard.parts;
     for part in &parts {
@@ -63,7 +63,7 @@ pub(super) fn merge(options: &Sweep, folders: &[PathBuf]) -> Result<(), Failure>
     let mut results = Results::of(&keys, &headers, shape(&about).as_deref());
 
     let Some(output) = options.output.as_deref() else {
-        return Err(Failure::input("a merged study needs a folder").help("add -o DIR"));
+        return Err(Failure::input("a merged study needs an output folder").help("add -o DIR"));
     };
     let inputs =
         folders.iter().filter_map(|folder| folder.join(TABLE).canonicalize().ok()).collect();

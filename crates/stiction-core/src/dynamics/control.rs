@@ -291,7 +291,7 @@ impl Data<f64> {
         assert_eq!(
             state.coordinates.len(),
             self.state.coordinates.len(),
-            "a state of another tree"
+            "the state belongs to another spanning tree"
         );
         self.state.clone_from(state);
         self.closed.clone_from(state);
@@ -300,7 +300,8 @@ impl Data<f64> {
     fn set_targets(&mut self, q: &[f64], v: &[f64], a: &[f64]) {
         let count = self.targets.len();
         let lengths = [q.len(), v.len(), a.len()];
-        assert_eq!(lengths, [count; 3], "positions, rates, accelerations of {count} coordinates");
+        assert_eq!(lengths, [count; 3], "expected positions, rates and accelerations of {count} \
+            coordinates");
         for (target, ((value, rate), acceleration)) in
             self.targets.iter_mut().zip(q.iter().zip(v).zip(a))
         {

@@ -34,9 +34,9 @@ pub enum InverseError {
         "{}",
         if *percent < NO_PART {
             format!(
-                "with a small fraction of the given friction coefficients the efforts already \
-                 grow without bound, first at joint `{joint}`: the position is singular or \
-                 nearly so, or the coefficients are far too large"
+                "at a small fraction of the given friction coefficients the efforts grow without \
+                 bound, first at joint `{joint}`: the position is singular or nearly so, or the \
+                 coefficients are far too large"
             )
         } else {
             format!(

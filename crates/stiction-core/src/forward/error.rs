@@ -179,9 +179,9 @@ pub enum ForwardError {
     /// Loop constraints, locks or prescribed motions would stop a motion instantly, which is an
     /// impact.
     #[error(
-        "at t = {t} s velocities would have to jump by {percent:.2} % of the largest so that {what} \
-         holds: an impact, which is not modelled; release that constraint, prescribe another motion, or \
-         avoid dead centres and singular positions", t = brief(*time, 9))]
+        "at t = {t} s {what} would require velocities to jump by {percent:.2} % of the largest \
+         velocity: an impact, which is not modelled; release that constraint, prescribe another \
+         motion, or avoid dead centres and singular positions", t = brief(*time, 9))]
     Impact {
         /// Time, s.
         time: f64,
@@ -195,7 +195,7 @@ pub enum ForwardError {
     },
     /// The checkpoint was written for another mechanism or by another version of the program.
     #[error(
-        "the checkpoint is of another mechanism, or was written by another version of this \
+        "the checkpoint belongs to another mechanism, or was written by another version of this \
          program; start the simulation again without it"
     )]
     Checkpoint,

@@ -57,7 +57,7 @@ pub enum AssemblyError {
         index: usize,
     },
     /// The start or end time of a motion is not finite.
-    #[error("a motion cannot be followed from {from} s to {to} s: both must be finite")]
+    #[error("a motion cannot be followed from {from} s to {to} s: both times must be finite")]
     NoTime {
         /// Start time, s.
         from: f64,

@@ -30,7 +30,7 @@ impl Gearing {
 }
 
 /// Specification of a rigid gearing; it refers to joints by name.
-#[must_use = "it has no effect unless a mechanism is built with it"]
+#[must_use = "a specification has no effect until it is passed to a `MechanismBuilder`"]
 #[derive(Clone, Debug, PartialEq)]
 pub struct GearingSpec {
     name: String,

@@ -30,7 +30,7 @@ pub fn draw_report(job: &Job<'_>, found: &Findings, command: Option<&str>) -> St
         header(job.model, &about),
         cards(&names, found),
         section("The mechanism", &still.figure("", None)),
-        section("Efforts that hold it, and that move it", &efforts(&names, &legs, found)),
+        section("Efforts that hold the mechanism, and efforts that move it", &efforts(&names, &legs, found)),
         findings(&verdicts(&names, found)),
         repeat(command, &found.json(job)["options"]),
         footer(job.model),
@@ -65,8 +65,8 @@ fn cards(names: &Names, found: &Findings) -> String {
 
 fn efforts(names: &Names, legs: &[Option<usize>], found: &Findings) -> String {
     let mut inner = note(
-        "Static friction allows any effort of the bar; the mark is the effort without friction. Beyond the bar the \
-         joint begins to move.",
+        "Static friction allows any effort within the bar; the mark is the effort without \
+         friction. Beyond the bar the joint begins to move.",
     );
     for unit in ["N", "N m"] {
         let own = (0..names.drives.len()).filter(|&k| names.drives[k].1 == unit);
@@ -122,8 +122,9 @@ fn verdicts(names: &Names, found: &Findings) -> Vec<Finding> {
     for line in certainty_text(names, found).lines() {
         all.push(Finding::open(
             line,
-            "Intervals are exact, or inner bounds with guaranteed ones outside; with several actuators, the others \
-             exert matching efforts.",
+            "Intervals are exact, or inner bounds; guaranteed bounds, where they are known, lie \
+             farther out. For each effort in an interval, the other actuators exert matching \
+             efforts.",
         ));
     }
     all

@@ -136,7 +136,8 @@ fn write_certainty(out: &mut impl Write, names: &Names, found: &Findings) -> fmt
         }
         Bounds::Attained | Bounds::Unknown => writeln!(
             out,
-            "the intervals are inner bounds; friction and reactions are coupled too strongly for guaranteed ones"
+            "the intervals are inner bounds; friction and reactions are coupled too strongly for \
+             guaranteed bounds"
         )?,
     }
     if found.redundant_actuators {
@@ -205,8 +206,8 @@ fn write_unpowered(out: &mut impl Write, holding: &Holding) -> fmt::Result {
         ),
         Verdict::Undecided => writeln!(
             out,
-            "undecided whether it holds without actuator efforts: below {} times the static \
-             coefficients it certainly slips{}",
+            "undecided whether the mechanism holds without actuator efforts: below {} times the \
+             static coefficients it certainly slips{}",
             number(not_enough),
             if enough.is_finite() {
                 format!(", from {} times on it holds", number(enough))

@@ -20,7 +20,7 @@ pub fn write_report(out: &mut impl Write, job: &Job<'_>, findings: &Findings) ->
     writeln!(out, "{}", heading(job.model))?;
     writeln!(
         out,
-        "motion {} ({} sample{}), counts at t = {} s\n",
+        "motion {} ({} sample{}), mobility and redundancy at t = {} s\n",
         job.motion_name,
         findings.samples,
         if findings.samples == 1 { "" } else { "s" },
@@ -171,7 +171,7 @@ fn write_nearness(
         writeln!(out, "    at t = {time:.7} s: {}", words::gained(kind, gained))?;
     }
     if crossings.len() > LISTED {
-        writeln!(out, "    and {} times more", crossings.len() - LISTED)?;
+        writeln!(out, "    and at {} more times", crossings.len() - LISTED)?;
     }
     if *not_searched > 0 {
         writeln!(out, "    {not_searched} further close approaches were not examined")?;

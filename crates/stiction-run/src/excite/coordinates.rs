@@ -116,7 +116,7 @@ fn assembled(
         |error| {
             ExciteError::no_answer(
                 format!("the mechanism cannot be assembled at the first position: {error}"),
-                "choose another motion by --motion, or check `home` and `start` in the model",
+                "choose another motion with --motion, or check `home` and `start` in the model",
             )
         },
     )

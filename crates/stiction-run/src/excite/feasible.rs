@@ -26,7 +26,7 @@ pub(super) fn refuse_at_rest(probe: &mut Probe, chosen: &Chosen) -> Result<(), E
     let Some(reading) = probe.at([&chosen.centre, &rest, &rest], None) else {
         return Err(ExciteError::no_answer(
             "the robot has no finite forces at rest at the first position",
-            "choose another motion by --motion; `stiction check` says what is singular",
+            "choose another motion with --motion; `stiction check` says what is singular",
         ));
     };
     let greatest: Vec<f64> = reading.parts.iter().map(|part| part.abs()).collect();
@@ -41,7 +41,7 @@ pub(super) fn refuse_at_rest(probe: &mut Probe, chosen: &Chosen) -> Result<(), E
                 worst.bound,
                 worst.unit
             ),
-            "widen the limit, or choose another first position by --motion",
+            "widen the limit, or choose another first position with --motion",
         )),
         _ => Ok(()),
     }
@@ -76,7 +76,8 @@ pub(super) fn random_start(
         let why = why.unwrap_or_else(|| "the robot cannot follow".to_owned());
         return Err(ExciteError::no_answer(
             format!("no motion is feasible: even the smallest random motion fails, because {why}"),
-            "widen the limits, lower --base-frequency, or choose another first position by --motion",
+            "widen the limits, lower --base-frequency, or choose another first position with \
+             --motion",
         ));
     }
     let mut low = high;
@@ -120,7 +121,7 @@ pub(super) fn held_between(
         x *= SHRINK;
     }
     Err(ExciteError::no_answer(
-        "the designed motion leaves its limits between the samples of the search",
+        "between the samples of the search, the designed motion exceeds its limits",
         "give another --seed or fewer harmonics",
     ))
 }

@@ -136,7 +136,7 @@ pub(super) fn unknown(
     };
     let near = did_you_mean(&setting.name, what, names.iter().map(String::as_str));
     ExciteError::input(
-        format!("--limit names no {what}: `{}`", setting.name),
-        near.unwrap_or_else(|| format!("there are {}", listed(&names, 8))),
+        format!("no {what} matches `{}` of --limit", setting.name),
+        near.unwrap_or_else(|| format!("choose from {}", listed(&names, 8))),
     )
 }

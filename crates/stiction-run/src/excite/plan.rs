@@ -73,8 +73,8 @@ pub(super) fn columns(
             let names = || parameters.iter().map(|p| p.name.as_str());
             let near = did_you_mean(pattern, "parameters", names());
             return Err(ExciteError::input(
-                format!("--parameters names no parameter: `{pattern}`"),
-                near.unwrap_or_else(|| format!("there are {}", listed(names(), 8))),
+                format!("no parameter matches `{pattern}` of --parameters"),
+                near.unwrap_or_else(|| format!("choose from {}", listed(names(), 8))),
             ));
         }
     }

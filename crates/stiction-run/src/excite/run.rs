@@ -62,7 +62,8 @@ pub fn excite(
     let regressor = Regressor::new(chosen.solver.clone(), &choice).map_err(|unsuitable| {
         ExciteError::input(
             unsuitable.to_string(),
-            "redundant actuation is not identified yet; give --actuators if the motion prescribes other coordinates",
+            "robots with redundant actuation cannot be identified yet; give --actuators if the \
+             motion prescribes other coordinates",
         )
     })?;
     let wanted = columns(regressor.parameters(), settings)?;
@@ -110,7 +111,7 @@ pub fn excite(
     if !first.log_det.is_finite() {
         return Err(ExciteError::no_answer(
             "the random motion does not excite all chosen parameters",
-            "choose fewer parameters by --parameters, more harmonics, or another --seed",
+            "choose fewer parameters with --parameters, more harmonics, or another --seed",
         ));
     }
 

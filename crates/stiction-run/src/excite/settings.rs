@@ -110,7 +110,7 @@ impl LimitSetting {
             Some((from, most)) if of == Quantity::Travel => {
                 (Some(Amount::parse(from)?), Amount::parse(most)?)
             }
-            Some(_) => return Err("only a position has a range `a..b`".to_owned()),
+            Some(_) => return Err("only a position can be limited to a range `a..b`".to_owned()),
         };
         if from.is_none() && most.number <= 0.0 {
             return Err(format!("the limit is {value}, but must be positive"));
@@ -146,8 +146,8 @@ impl ExciteSettings {
             let near = (periods.floor().max(1.0) / frequency, periods.ceil() / frequency);
             return Err(ExciteError::input(
                 format!(
-                    "{duration} s are {periods:.4} periods of {frequency} Hz: a motion that ends at rest has a \
-                     whole number"
+                    "{duration} s are {periods:.4} periods of {frequency} Hz: a motion that ends \
+                     at rest needs a whole number of periods"
                 ),
                 format!("give --duration {:.6} s or {:.6} s", near.0, near.1),
             ));
@@ -162,8 +162,8 @@ impl ExciteSettings {
         if wanted.is_nan() || wanted <= 0.0 || wanted * highest > 0.1 {
             return Err(ExciteError::input(
                 format!(
-                    "a step of {wanted} s does not sample the highest harmonic, {highest:.4} Hz, at least ten \
-                     times in its period"
+                    "a step of {wanted} s does not sample the highest harmonic, {highest:.4} Hz, \
+                     at least ten times per period"
                 ),
                 format!("give --step {:.3} s or less", 0.1 / highest),
             ));

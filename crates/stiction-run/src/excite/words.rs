@@ -190,8 +190,8 @@ impl Excitation {
                 )?,
                 (None, _) => writeln!(
                     out,
-                    ": a second payload is needed, at least half the mass that the joint carries; declare one as a \
-                     load of the model"
+                    ": a second payload of at least half the mass that the joint carries is \
+                     needed; declare one as a load of the model"
                 )?,
             }
         }

@@ -153,7 +153,8 @@ impl Job<'_> {
                 let changes = acting.steady_until(self.from).is_finite();
                 let note = || {
                     let time = number(self.from);
-                    format!("loads and efforts change with time: those at t = {time} s act")
+                    format!("loads and efforts change with time: the search uses those at t = \
+                        {time} s")
                 };
                 return Ok(Equilibrium {
                     notes: changes.then(note).into_iter().collect(),
@@ -176,8 +177,8 @@ impl Job<'_> {
             }
             .ok_or_else(|| {
                 Error::NoEquilibrium(
-                    "the stiffness is singular on the way, so that Newton's \
-                 method has no next step; leave out --nearest, or begin elsewhere (--from)"
+                    "the stiffness becomes singular during the search, so that Newton's method has \
+                 no next step; leave out --nearest, or begin elsewhere (--from)"
                         .to_owned(),
                 )
             })?;
@@ -191,9 +192,9 @@ impl Job<'_> {
                 let (joint, dof) = linear.coordinates[most];
                 let name = self.model.mechanism.joints()[joint.0].dof_name(dof);
                 return Err(Error::NoEquilibrium(format!(
-                    "the mechanism moves on by more than {FAR} rad or characteristic lengths, \
-                     mainly in `{name}`: no spring or load stops it; hold that joint (--hold), or give an \
-                     effort that balances it (--drives)"
+                    "the mechanism moves by more than {FAR} rad or characteristic lengths, mainly \
+                     in `{name}`: no spring or load stops it; lock that joint (--hold), or give \
+                     an effort that balances it (--drives)"
                 )));
             }
             let change: Vec<f64> = change.iter().zip(&unit).map(|(x, unit)| x * unit).collect();
@@ -350,7 +351,7 @@ impl fmt::Display for Equilibrium {
         for k in &self.stiffness {
             match k {
                 _ if self.stability == Stability::Flutter => continue,
-                k if *k > 0.0 => writeln!(f, "  oscillates with {} Hz", number(k.sqrt() / TAU))?,
+                k if *k > 0.0 => writeln!(f, "  oscillates at {} Hz", number(k.sqrt() / TAU))?,
                 k if *k == 0.0 => writeln!(f, "  neutral: no stiffness")?,
                 k => {
                     writeln!(f, "  grows with the time constant {} s", number((-k).sqrt().recip()))?

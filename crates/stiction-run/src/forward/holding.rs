@@ -79,8 +79,8 @@ impl Holding {
         match self.rests_at_start {
             Some(true) => writeln!(
                 f,
-                "at the start of the search the mechanism rests by friction: with these efforts it does not move to this \
-                 equilibrium"
+                "static friction holds the mechanism at the start of the search: with these \
+                 efforts it does not move to this equilibrium"
             ),
             Some(false) => {
                 writeln!(

@@ -24,8 +24,8 @@ pub(super) fn bounded(
         if unused > 0 {
             cautions.push(format!(
                 "{}: {unused} of {count} dwells (times at rest) give no bounds on static friction: \
-                 the model has no forces there, or a formula below [terms] may have any value at \
-                 rest",
+                 the forces of the model cannot be computed there, or a formula below [terms] may \
+                 have any value at rest",
                 log.name
             ));
         }

@@ -101,7 +101,7 @@ fn homes(model: &ModelFile, log: &MeasuredLog, chosen: &[Chosen]) -> Result<Vec<
     let fail = |error: &dyn std::fmt::Display| {
         refuse(
             format!("{}: the model has no position to integrate rates from: {error}", log.name),
-            "log positions, or give the model a position by `home` or `start`",
+            "log positions, or declare a position in the model with `home` or `start`",
         )
     };
     let open = locks(mechanism, &model.initial_poses, &[], &[]).map_err(|error| fail(&error))?;

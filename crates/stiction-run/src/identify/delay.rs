@@ -122,8 +122,9 @@ pub(super) fn words(delay: &Delay, greatest: f64) -> String {
     let (size, sigma) = (1e3 * value.abs(), 1e3 * sigma);
     if value.abs() >= 0.999 * greatest {
         return format!(
-            "the effort of {actuator} is delayed by at least {size:.1} ms relative to the positions, the most that this \
-             filter allows to estimate: give a lower --filter, or shift the column of the log in time"
+            "the effort of {actuator} is delayed by at least {size:.1} ms relative to the \
+             positions, the largest delay that this filter can correct: give a lower --filter, or \
+             shift the column of the log in time"
         );
     }
     let order =

@@ -214,7 +214,7 @@ fn words(effect: Effect, (name, unit): (&str, &str), is_positive: bool) -> (Stri
     let (what, cure) = match effect {
         Effect::Offset => (
             "a constant error of the effort".to_owned(),
-            "estimate it by `offsets = true`, or give the joint friction that depends on the direction (`backward`)"
+            "set `offsets = true` to estimate it, or declare direction-dependent friction of the joint (`backward`)"
                 .to_owned(),
         ),
         Effect::Delay => (
@@ -229,7 +229,7 @@ fn words(effect: Effect, (name, unit): (&str, &str), is_positive: bool) -> (Stri
             "give the joint `mu_static` and `stribeck_velocity`, or log faster motions".to_owned(),
         ),
         Effect::FastFriction => (
-            format!("{more} friction at high speed than in proportion to the rate"),
+            format!("{more} friction at high speed than viscous friction explains"),
             term(&format!("d({name})*abs(d({name}))/(1 {rate})^2")),
         ),
         Effect::Position | Effect::PositionSquare => (
@@ -245,12 +245,13 @@ fn words(effect: Effect, (name, unit): (&str, &str), is_positive: bool) -> (Stri
             "give the joint a coefficient of friction `mu`".to_owned(),
         ),
         Effect::FrictionDrift | Effect::ViscousDrift => (
-            "friction that drifts from the middle of the log to its end, as by warming".to_owned(),
-            "log after warming up, or choose a part by `from` and `until`".to_owned(),
+            "friction that drifts from the middle of the log to its end, for example because of \
+             warming".to_owned(),
+            "log after warming up, or choose a part with `from` and `until`".to_owned(),
         ),
         Effect::EffortDrift => (
             "a drift of the effort from the middle of the log to its end".to_owned(),
-            "choose a part of the log by `from` and `until`, or repair the sensor".to_owned(),
+            "choose a part of the log with `from` and `until`, or repair the sensor".to_owned(),
         ),
     };
     (what, cure)
@@ -269,13 +270,13 @@ impl Missing {
         let changes = match named.is_empty() {
             true => String::new(),
             false => format!(
-                "; all missing effects together change, in standard deviations, {}{more}",
+                "; in standard deviations, all missing effects together change {}{more}",
                 named.join(", ")
             ),
         };
         format!(
-            "{}: the residuals show {} of {:.4e} +- {:.1e} {}; it lowers the squared residuals of left-out parts by \
-             {:.0} %: {}{changes}",
+            "{}: the residuals show {} of {:.4e} +- {:.1e} {}; estimating it lowers the squared \
+             residuals of left-out parts by {:.0} %: {}{changes}",
             self.actuator,
             self.what,
             self.value,

@@ -332,7 +332,7 @@ fn columns(key: &str, value: &Value) -> Result<Vec<Renamed>, Error> {
                         ("factor", _, Some(x)) if x.is_finite() && x != 0.0 => renamed.factor = x,
                         ("offset", _, Some(x)) if x.is_finite() => renamed.offset = x,
                         ("is" | "factor" | "offset", ..) => {
-                            return Err(bad(column, format!("has `{key}` that is not understood")));
+                            return Err(bad(column, format!("has an invalid value of `{key}`")));
                         }
                         _ => return Err(unknown(key, &["is", "factor", "offset"])),
                     }
@@ -377,7 +377,7 @@ fn log_settings(value: &Value, model: &ModelFile) -> Result<LogSettings, Error> 
                 log.payloads = payloads(
                     key,
                     model.parse_load(&Source::new("load", name), &|_| {
-                        Err("no files here".to_owned())
+                        Err("files cannot be read here".to_owned())
                     }),
                 )?;
             }

@@ -84,7 +84,7 @@ impl Identified {
             card(&self.verdict.to_string(), "verdict on the fit", is_bad),
             card(
                 &format!("{} of {free}", count(Verdict::Identified)),
-                "parameters identified by themselves",
+                "parameters identified individually",
                 false,
             ),
         ];
@@ -120,8 +120,9 @@ impl Identified {
             ("of the unchanged model [%]", Column::Number),
         ];
         note(
-            "Errors are root mean squares of the residuals over those of the measured effort. Measured and predicted \
-             efforts have passed the same filter; rows in which a joint rests are left out.",
+            "Each error is the root mean square of the residuals divided by that of the measured \
+             effort. Measured and predicted efforts have passed the same filter; rows in which a \
+             joint rests are left out.",
         ) + &long_table(&head, &rows, LISTED)
     }
 
@@ -188,7 +189,8 @@ impl Identified {
     fn findings(&self) -> Vec<Finding> {
         let statement = format!("The fit: {}", self.verdict);
         let ratio = format!(
-            "Blocks of the logs that were left out have {} times the residual squares of the fit.",
+            "In cross-validation, the squared residuals of left-out blocks of the logs are {} \
+             times those of the fit.",
             number(self.left_out)
         );
         let mut all = vec![match self.verdict {
@@ -203,9 +205,10 @@ impl Identified {
     }
 }
 
-const FRICTION_NOTE: &str = "Friction of each joint over the magnitude of its rate, as an effort of the joint against its \
-    motion. Points are the measured efforts minus everything else that was identified; the line is the \
-    identified law, averaged over the normal loads at each rate.";
+const FRICTION_NOTE: &str = "Friction of each joint against the magnitude of its rate, as an \
+    effort of the joint that opposes its motion. Points are the measured efforts minus everything \
+    else that was identified; the line is the identified law, averaged over the normal loads at \
+    each rate.";
 
 /// Returns a unit with `²` in place of `^2`, as in the other tables of HTML pages.
 fn unit(unit: &str) -> String {

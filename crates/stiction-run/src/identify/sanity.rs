@@ -114,9 +114,9 @@ pub(super) fn wrong_efforts(
         {
             doubt(
                 format!(
-                    "an angle spans {:.1} turns, and by the model its motion needs {:.1} times the \
-                     efforts measured on {name}: check the unit of the positions (rad or m if the \
-                     header has none)",
+                    "an angle spans {:.1} turns, and according to the model its motion needs {:.1} \
+                     times the efforts measured on {name}: check the unit of the positions (rad \
+                     or m if the header has none)",
                     logs.iter().map(|log| log.turns()).fold(0.0, f64::max),
                     ratio.recip()
                 ),
@@ -256,8 +256,8 @@ fn cure(a: &Parameter, b: &Parameter) -> String {
     let viscous = |p: &Parameter| matches!(p.kind, Kind::Viscous(_) | Kind::DriveViscous(_));
     let text = match (a, b) {
         (a, b) if (mu(a) && constant(b)) || (mu(b) && constant(a)) => {
-            "one payload cannot separate mu from the bearing's own friction: log a second one, at least half \
-             the mass that the joint carries"
+            "one payload cannot separate mu from the bearing's own friction: log a second payload \
+             of at least half the mass that the joint carries"
         }
         (a, b) if mu(a) && mu(b) => {
             "the loads of these joints rise and fall together: log another payload or a motion in another part \
@@ -273,7 +273,8 @@ fn cure(a: &Parameter, b: &Parameter) -> String {
         (a, b) if a.body().is_some() && b.body().is_some() => {
             "only their combination acts on the efforts, or these motions do not separate them"
         }
-        _ => "log a motion that moves their joints differently, or hold one of them",
+        _ => "log a motion that moves their joints differently, or keep one of the parameters at \
+            its model value (`hold`)",
     };
     text.to_owned()
 }
@@ -313,7 +314,7 @@ pub(super) fn judge_filter(
     (!texts.is_empty()).then(|| {
         format!(
             "the filter removes part of the motion, which changes {}{more}: give a higher cut-off \
-             frequency by --filter, or log slower motions",
+             frequency with --filter, or log slower motions",
             texts.join(", ")
         )
     })
@@ -347,7 +348,7 @@ pub(super) fn fit_verdict(
     if estimate.left_out_ratio > 2.0 {
         cautions.push(format!(
             "in cross-validation, the squared residuals of left-out blocks of the logs are {:.1} \
-             times those of the fit: it may not hold for other motions",
+             times those of the fit: the fit may not hold for other motions",
             estimate.left_out_ratio
         ));
         verdict = FitVerdict::FitsOnly;

@@ -80,8 +80,8 @@ pub(super) fn options(
             parameters.iter().map(|p| p.name.as_str()),
         );
         refuse(
-            format!("options: `{key}` names no parameter: `{pattern}`"),
-            near.unwrap_or_else(|| format!("the first are {}", parameters[0].name)),
+            format!("options: no parameter matches `{pattern}` of `{key}`"),
+            near.unwrap_or_else(|| format!("the first parameter is {}", parameters[0].name)),
         )
     };
     for pattern in &settings.hold {
@@ -178,7 +178,7 @@ fn bounds_of(
                         p.name,
                         format!("{} {}", p.prior, p.unit).trim_end()
                     ),
-                    "change the value of the model, or do not hold it",
+                    "change the value of the model, or do not hold the parameter",
                 ));
             }
             let least = if p.is_nonnegative() { own[0].max(0.0) } else { own[0] };
@@ -189,7 +189,7 @@ fn bounds_of(
             if low > high {
                 return Err(refuse(
                     format!("options: `bounds` leave no value for `{}`", p.name),
-                    "give bounds that overlap and, of friction, a positive greatest value",
+                    "give bounds that overlap; the upper bound of friction must not be negative",
                 ));
             }
             all.push((k, [low, high]));

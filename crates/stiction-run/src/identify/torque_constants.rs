@@ -140,9 +140,10 @@ pub(super) fn by_prior(
             if shown.is_empty() { "all other parameters".to_owned() } else { shown.join(", ") },
         ),
         format!(
-            "log a second time with a payload of known mass (`payload` below [[logs]]), hold a known inertia or moment of mass \
-             (`hold = [\"BODY.mx\"]`), add `torque_constant` to [actuators.{train}] of the model, or state the weight of its \
-             inertias, such as `prior = 100`"
+            "log a second time with a payload of known mass (`payload` below [[logs]]), keep a \
+             known inertia or first moment of mass at its model value (`hold = [\"BODY.mx\"]`), \
+             add `torque_constant` to [actuators.{train}] of the model, or set how strongly the \
+             fit trusts its inertias, such as `prior = 100`"
         ),
     ))
 }
@@ -183,9 +184,9 @@ pub(super) fn judge(named: &mut [Named], open: &[usize], strength: f64) -> Optio
     });
     let names: Vec<String> = each.collect();
     Some(format!(
-        "{} follows from the inertias of the model, with the given weight of {strength} samples; \
-         if these inertias are wrong by a common factor, so are all values: log a payload of known \
-         mass",
+        "{} follows from the inertias of the model, to which `prior` gives the weight of \
+         {strength} samples; if these inertias are wrong by a common factor, so are all values: \
+         log a payload of known mass",
         names.join(", ")
     ))
 }

@@ -129,8 +129,8 @@ fn write_rest(out: &mut impl Write, summary: &Summary) -> fmt::Result {
     if certainty.attained > 0 {
         writeln!(
             out,
-            "at {} of these samples the interval is an inner bound; friction and reactions are coupled too \
-             strongly for a guaranteed one",
+            "at {} of these samples the interval is an inner bound; friction and reactions are \
+             coupled too strongly for a guaranteed bound",
             certainty.attained,
         )?;
     }

@@ -122,7 +122,7 @@ impl Pictures {
         let shown = &numeric[..numeric.len().min(MOST_KEYS)];
         let part = match self.stride {
             1 => String::new(),
-            stride => format!("; one of {stride} designs is drawn"),
+            stride => format!("; one of every {stride} designs is drawn"),
         };
         let figure = |key: usize| {
             let panel = |(k, objective): (usize, &String)| {

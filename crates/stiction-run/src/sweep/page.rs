@@ -28,8 +28,8 @@ pub fn draw_report(
     let caption = match reels.len() {
         0 | 1 => "",
         _ => {
-            "Designs with an extreme of an objective: the first in colours, the other, to be chosen, grey and dashed, at \
-             the same time, with its own arrows."
+            "Designs with an extreme value of an objective: the first is drawn in colours, a \
+             design chosen for comparison grey and dashed, at the same time, with its own arrows."
         }
     };
     let robots = together(reels, caption);

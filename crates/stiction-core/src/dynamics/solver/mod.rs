@@ -486,7 +486,7 @@ impl InverseDynamics {
     ///
     /// # Panics
     /// If the numbers of targets and prescribed coordinates differ.
-    #[must_use = "it may have stayed where it was"]
+    #[must_use = "`false` means that the configuration has not changed"]
     pub fn follow_in_one_step(&mut self, step: f64, targets: &[Target<f64>]) -> bool {
         self.assembly.follow_in_one_step(&self.parameters, step, targets)
     }
@@ -496,7 +496,7 @@ impl InverseDynamics {
     /// prescribed targets there. Returns false, and keeps the present configuration, if state and
     /// targets are inconsistent.
     #[doc(hidden)]
-    #[must_use = "it may have stayed where it was"]
+    #[must_use = "`false` means that the configuration has not changed"]
     pub fn return_to(&mut self, known: [&[f64]; 3], targets: &[Target<f64>]) -> bool {
         self.assembly.return_to(&self.parameters, known, targets)
     }

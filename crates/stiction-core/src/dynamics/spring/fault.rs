@@ -81,9 +81,9 @@ impl SpringFault {
                 let spring = &mechanism.joint_springs()[index];
                 let joint = &mechanism.joints()[spring.joint.0];
                 let problem = format!(
-                    "it acts on joint `{}`, which closes a loop, so that full turns of its angle \
-                     cannot be counted, and the angle is {} from {}; give the joint a `range` \
-                     whose middle is near the angles that occur",
+                    "it acts on joint `{}`, which closes a loop: full turns of this joint cannot \
+                     be counted, and its angle is {} from {}; give the joint a `range` with its \
+                     middle near the angles that occur",
                     joint.name,
                     degrees(off.abs()),
                     if spring.middle == 0.0 {

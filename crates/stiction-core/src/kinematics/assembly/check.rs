@@ -14,7 +14,8 @@ pub(super) fn check_existence(
 ) {
     let check_body = |body: BodyId| {
         let count = mechanism.bodies().len();
-        assert!(body.0 < count, "{body:?} of a mechanism of {count} bodies, the ground among them");
+        assert!(body.0 < count, "{body:?} does not exist: the mechanism has {count} bodies, \
+            including the ground");
     };
     initial_poses.iter().for_each(|(body, _)| check_body(*body));
     for coordinate in coordinates {
@@ -28,7 +29,8 @@ pub(super) fn check_existence(
             Coordinate::Joint { joint, dof } => {
                 let joints = mechanism.joints();
                 let count = joints.len();
-                assert!(joint.0 < count, "{joint:?} of a mechanism of {count} joints");
+                assert!(joint.0 < count, "{joint:?} does not exist: the mechanism has {count} \
+                    joints");
                 let joint_type = joints[joint.0].joint_type;
                 assert!(
                     joint_type.has_scalar_coordinates() && dof < joint_type.dofs().len(),
@@ -45,7 +47,8 @@ const LARGEST: f64 = 1e30;
 
 fn check_number(coordinates: &[Coordinate], targets: &[Target<f64>]) {
     let (found, expected) = (targets.len(), coordinates.len());
-    assert!(found == expected, "{found} targets for {expected} prescribed coordinates");
+    assert!(found == expected, "expected {expected} targets, one for each prescribed coordinate, \
+        but found {found}");
 }
 
 pub(super) fn check_targets(

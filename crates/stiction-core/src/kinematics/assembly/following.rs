@@ -108,7 +108,7 @@ impl Assembly {
     ///
     /// # Panics
     /// Panics unless there is one target for each prescribed coordinate.
-    #[must_use = "it may have stayed where it was"]
+    #[must_use = "`false` means that the configuration has not changed"]
     pub(crate) fn follow_in_one_step(
         &mut self,
         parameters: &Parameters<f64>,

@@ -89,9 +89,9 @@ impl fmt::Display for OpenMode {
         };
         write!(
             f,
-            "`home`, `start` and the prescribed coordinates do not decide the assembly mode: the mode \
-             with {coordinate} = {taken} is assembled, {others} has {coordinate} = {other} and agrees \
-             with them as well; give `home` or `start` of more bodies or joints to choose"
+            "`home`, `start` and the prescribed coordinates agree with several assembly modes: the \
+             mode with {coordinate} = {taken} is assembled, but {others} has {coordinate} = \
+             {other}; give `home` or `start` of more bodies or joints to choose"
         )
     }
 }
@@ -146,15 +146,16 @@ impl AssemblyReport {
                 format!("; {body} moves most, by {}", by.join(" and "))
             });
             notes.push(format!(
-                "the assembled configuration is far from that given by `home` and `start`: rms \
-                 displacement of the bodies {found} characteristic lengths{body}{others}"
+                "the assembled configuration is far from that given by `home` and `start`: the rms \
+                 displacement of the bodies is {found} characteristic lengths{body}{others}"
             ));
         } else if self.open_mode.is_none()
             && self.other_modes.first().is_some_and(|next| *next < NEARLY_AS_NEAR * distance + TIE)
         {
             notes.push(format!(
                 "another assembly mode is nearly as close to `home` and `start` as the assembled \
-                 one: rms displacement of the bodies {found} characteristic lengths{others}"
+                 one: the rms displacement of the bodies is {found} characteristic \
+                 lengths{others}"
             ));
         }
         notes

@@ -5,7 +5,7 @@ use crate::mechanism::{Body, Defect};
 use crate::spatial::{Mat3, Vec3};
 
 /// Specification of a body: name, mass, centre of mass and inertia tensor.
-#[must_use = "it has no effect unless a mechanism is built with it"]
+#[must_use = "a specification has no effect until it is passed to a `MechanismBuilder`"]
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodySpec {
     pub(super) body: Body,

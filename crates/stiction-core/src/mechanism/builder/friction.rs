@@ -105,8 +105,8 @@ impl Checks<'_> {
         match (map.combine, shape) {
             (Combine::Pads, InterfaceShape::Ball | InterfaceShape::Plate) => {
                 self.problem(
-                    "a ball or a plate has no pads at which its normal load could be \
-                    combined",
+                    "a ball or a plate has no pads, so its normal load cannot be combined at two \
+                    pads",
                 );
             }
             (Combine::RootSumSquare, InterfaceShape::Thread) => {

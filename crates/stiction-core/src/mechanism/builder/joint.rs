@@ -8,7 +8,7 @@ use crate::spatial::Pose;
 use std::collections::HashMap;
 
 /// Specification of a joint; it refers to its bodies by name.
-#[must_use = "it has no effect unless a mechanism is built with it"]
+#[must_use = "a specification has no effect until it is passed to a `MechanismBuilder`"]
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointSpec {
     pub(super) name: String,

@@ -56,7 +56,7 @@ fn check_names(joints: &[Joint], defects: &mut Vec<Defect>) {
 /// assert_eq!(pendulum.bodies().len(), 2);
 /// # Ok::<(), stiction_core::mechanism::Defects>(())
 /// ```
-#[must_use = "it has no effect unless a mechanism is built with it"]
+#[must_use = "a builder has no effect until `build` is called"]
 #[derive(Clone, Debug)]
 pub struct MechanismBuilder {
     name: String,
@@ -157,7 +157,7 @@ impl MechanismBuilder {
     pub fn build(self) -> Result<Mechanism, Defects> {
         let mut defects = Vec::new();
         check_finite(&mut defects, "gravity", &self.gravity.to_array());
-        check_finite(&mut defects, "the place of the base", &pose_numbers(&self.base));
+        check_finite(&mut defects, "the pose of the base", &pose_numbers(&self.base));
 
         let ground = BodySpec::new(GROUND_NAME).body;
         let mut ids = HashMap::from([(GROUND_NAME.to_owned(), BodyId::GROUND)]);

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 
 /// Specification of a drive train, which refers to joints by name. A mechanism built with the
 /// specification has actuators on the driven degrees of freedom.
-#[must_use = "it has no effect unless a mechanism is built with it"]
+#[must_use = "a specification has no effect until it is passed to a `MechanismBuilder`"]
 #[derive(Clone, Debug, PartialEq)]
 pub struct DriveTrainSpec {
     /// Names of the driven joints or degrees of freedom, each with its coefficient in the output
@@ -159,7 +159,7 @@ impl DriveTrainSpec {
             (Some(sliding), None) => {
                 Some((sliding, "translates: give the `lead` of its screw or pulley"))
             }
-            (None, Some(_)) => Some((first, "turns: it takes a `ratio` and no `lead`")),
+            (None, Some(_)) => Some((first, "turns: give a `ratio` instead of a `lead`")),
             _ => None,
         };
         if let Some((misfit, problem)) = misfit {
@@ -280,8 +280,8 @@ pub(in crate::mechanism) fn check_rotors(
                 actuator: train.name.clone(),
                 parameter: "rotor_inertia",
                 value: train.rotor_inertia,
-                range: "at most the moment of inertia about `rotor_axis` of the body that carries the rotor, \
-                        which includes all its rotors",
+                range: "at most the moment of inertia about `rotor_axis` of the body that carries \
+                        the rotor (the inertia of a body includes all rotors on it)",
             });
         }
     }

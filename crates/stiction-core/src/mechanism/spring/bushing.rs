@@ -34,7 +34,7 @@ pub struct Bushing {
 }
 
 /// Specification of a bushing; it refers to its bodies by name.
-#[must_use = "it has no effect unless a mechanism is built with it"]
+#[must_use = "a specification has no effect until it is passed to a `MechanismBuilder`"]
 #[derive(Clone, Debug, PartialEq)]
 pub struct BushingSpec {
     name: String,

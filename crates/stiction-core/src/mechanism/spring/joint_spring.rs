@@ -30,7 +30,7 @@ pub struct JointSpring {
 }
 
 /// Specification of a spring on a degree of freedom of a joint.
-#[must_use = "it has no effect unless a mechanism is built with it"]
+#[must_use = "a specification has no effect until it is passed to a `MechanismBuilder`"]
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointSpringSpec {
     joint: String,

@@ -49,7 +49,7 @@ pub struct GasSpring {
 }
 
 /// Specification of a spring; it refers to its bodies by name.
-#[must_use = "it has no effect unless a mechanism is built with it"]
+#[must_use = "a specification has no effect until it is passed to a `MechanismBuilder`"]
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpringSpec {
     name: String,
@@ -168,8 +168,8 @@ impl GasSpring {
         require(
             progression >= 1.0 && progression.is_finite(),
             format!(
-                "its progression is {progression}, but must be at least 1: it is the force at the end of the stroke over the \
-                 extension force"
+                "its progression is {progression}, but must be at least 1: it is the force at the \
+                 end of the stroke divided by the extension force"
             ),
         );
         require(

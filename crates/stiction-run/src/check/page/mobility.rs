@@ -23,7 +23,7 @@ pub(super) fn mobility(job: &Job<'_>, findings: &Findings) -> String {
         row(
             "finite",
             format!("{}{}", mobility.finite, words::undecided(findings)),
-            "traced from this position, with closed loops after each step",
+            "traced from this position; the loops are closed after each step",
         ),
     ];
     let head = [("count", Column::Text), ("dofs", Column::Number), ("method", Column::Text)];
@@ -31,9 +31,9 @@ pub(super) fn mobility(job: &Job<'_>, findings: &Findings) -> String {
     inner += &gap(findings);
     if mobility.finite.traced < mobility.instantaneous {
         inner += &note(
-            "Motions open to first order only are blocked by the second derivatives of the loop \
-             equations. No constraint force resists them to first order, so clearance and \
-             compliance make them large.",
+            "Motions that are possible to first order only are blocked by the second derivatives \
+             of the loop equations. No constraint force resists them to first order, so clearance \
+             and compliance make them large.",
         );
     }
     if !findings.idle_spins.is_empty() {

@@ -63,7 +63,8 @@ fn header(job: &Job<'_>, findings: &Findings) -> String {
         title => format!(": {title}"),
     };
     inner += &note(&format!(
-        "Motion {}{about} ({} sample{plural}); counts at t = {} s. Loads and friction play no part.",
+        "Motion {}{about} ({} sample{plural}); mobility and redundancy at t = {} s. Loads and \
+         friction play no part.",
         job.motion_name,
         findings.samples,
         number(findings.start),
@@ -117,7 +118,7 @@ fn picture(job: &Job<'_>, portrait: &Portrait) -> String {
         format!(
             "<figure class=\"picture\">{}{}</figure>\n",
             portrait.svg(Surface::Inline),
-            caption("Lengths across the line of sight are to scale.")
+            caption("Lengths perpendicular to the line of sight are to scale.")
         )
     });
     let views: String = portrait

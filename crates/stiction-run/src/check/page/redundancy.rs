@@ -17,10 +17,10 @@ pub(super) fn redundancy(job: &Job<'_>, findings: &Findings) -> String {
     };
     if !findings.self_stresses.is_empty() {
         inner += &note(
-            "In a self-stress, joints load each other without an external load: manufacturing \
-             errors and heat cause it. The wrenches are those of the predecessor on the \
-             successor in world axes, moments about the joint's origin. Only their ratios are \
-             meaningful.",
+            "In a self-stress, joints load each other without an external load; manufacturing \
+             errors and thermal expansion cause self-stresses. Each wrench acts from the \
+             predecessor on the successor, in world axes; moments are about the joint's origin. \
+             Only their ratios are meaningful.",
         );
     }
     for (k, stress) in findings.self_stresses.iter().take(LISTED).enumerate() {

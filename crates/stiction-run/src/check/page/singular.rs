@@ -30,7 +30,7 @@ pub(super) fn singularities(job: &Job<'_>, findings: &Findings) -> String {
                 &paragraph(&format!("Singular ({}) at t = {time:.7} s: {gained}.", kind.word()));
         }
         if nearness.crossings.len() > LISTED {
-            inner += &paragraph(&format!("And {} times more.", nearness.crossings.len() - LISTED));
+            inner += &paragraph(&format!("And at {} more times.", nearness.crossings.len() - LISTED));
         }
         if let (true, true, Some(weakness)) =
             (nearness.singular_samples > 0, nearness.crossings.is_empty(), &nearness.weakness)
@@ -44,9 +44,9 @@ pub(super) fn singularities(job: &Job<'_>, findings: &Findings) -> String {
         inner += &paragraph(&capitalised(sentence));
     }
     inner += &note(&format!(
-        "A singularity index is the smallest singular value of the dimensionless balance of all \
-         bodies, with lengths in units of {:.1} mm. Zero is singular; there is no upper limit. \
-         Compare it along a motion, or between variants of one robot.",
+        "A singularity index is the smallest singular value of the dimensionless equilibrium \
+         matrix of all bodies, with lengths in units of {:.1} mm. Zero is singular; there is no \
+         upper limit. Compare it along a motion, or between variants of one robot.",
         job.model.mechanism.characteristic_length() * 1e3
     ));
     section("Nearest singular positions", &inner)

@@ -41,7 +41,7 @@ pub(super) fn masses(job: &Job<'_>, findings: &Findings, start: &InverseDynamics
         ("principal inertias [kg m²]", Column::Number),
     ];
     let inner = paragraph(&format!(
-        "{} kg in all, centred at {} mm.",
+        "Total mass {} kg, centre of mass at {} mm.",
         number(findings.sizes.mass),
         point(findings.sizes.centre)
     )) + &table(&head, &rows)

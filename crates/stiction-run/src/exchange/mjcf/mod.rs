@@ -65,7 +65,8 @@ impl Unfit {
                 "give it a small mass, or leave it out and join its neighbours"
             }
             Self::CannotClose { .. } => "give one of them a small mass",
-            Self::NoSuchJoint { .. } => "use --to mjcf, or make it of several joints in the model",
+            Self::NoSuchJoint { .. } => "use --to mjcf, or replace the joint in the model with \
+                several joints",
         }
     }
 }

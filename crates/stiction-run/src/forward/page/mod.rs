@@ -73,7 +73,7 @@ fn cards(summary: &Summary, outcome: &Outcome) -> String {
     let names = &summary.layout.names;
     let mut all = Vec::new();
     let ended = match &outcome.ending {
-        Ending::Reached => "the end was reached",
+        Ending::Reached => "the end time was reached",
         Ending::Stopped(_) => "a stop condition ended the run",
         Ending::Interrupted => "the run was interrupted",
         Ending::Failed(_) => "the run failed",

@@ -64,7 +64,8 @@ fn ending(job: &Job<'_>, summary: &Summary, outcome: &Outcome, all: &mut Vec<Fin
     if outcome.rates_changed {
         all.push(Finding::bad(
             "The initial rates differ from the requested ones",
-            "Locked or prescribed joints do not allow the requested rates. Give rates that satisfy them, or release a joint.",
+            "Locked or prescribed joints do not allow the requested rates. Give rates that these \
+             joints allow, or release one of them.",
         ));
     }
 }

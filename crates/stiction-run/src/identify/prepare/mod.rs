@@ -170,7 +170,7 @@ impl Prepared {
         let mut regressor = Regressor::new(solver, choice).map_err(|unsuitable| {
             refuse(
                 format!("{}: {unsuitable}", log.name),
-                "redundant actuation is not identified yet",
+                "robots with redundant actuation cannot be identified yet",
             )
         })?;
         let mut carried = model.mechanism.clone();

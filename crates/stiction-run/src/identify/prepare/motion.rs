@@ -133,8 +133,9 @@ impl<'a> Used<'a> {
         let scatter = (steps.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / count).sqrt();
         (scatter > JITTER * mean).then(|| {
             format!(
-                "{}: steps of the time scatter by {:.3} ms about {:.3} ms: if the time stamps jitter and not the samples, \
-                 rates have errors; log the time of the clock that samples",
+                "{}: steps of the time scatter by {:.3} ms about {:.3} ms: if the time stamps \
+                 jitter and not the samples, rates have errors; log the times of the sampling \
+                 clock",
                 self.log.name,
                 1e3 * scatter,
                 1e3 * mean
@@ -247,7 +248,8 @@ pub(super) fn filtered(
                 log.name,
             ),
             format!(
-                "give a cut-off frequency from {low:.2} Hz to {high:.2} Hz by --filter, or a longer log without gaps"
+                "give a cut-off frequency from {low:.2} Hz to {high:.2} Hz with --filter, or a \
+                 longer log without gaps"
             ),
         ));
     }
@@ -281,7 +283,7 @@ pub(super) fn filtered(
                 first.1,
                 log.log.columns[chosen[k].column()].name
             ),
-            "log positions, or choose a part without gaps by `from` and `until`",
+            "log positions, or choose a part without gaps with `from` and `until`",
         ));
     }
     let mut motion = Motion {

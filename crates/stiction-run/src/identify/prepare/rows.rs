@@ -333,8 +333,8 @@ pub(super) fn assembled(
         let resting = (0..at.len()).filter(|&k| filtered[k][base + 2].abs() >= RESTING).count();
         if resting > 0 && used.len() < at.len() {
             cautions.push(format!(
-                "{name}: {} of {} rows of {actuator} are left out, because a joint is at rest there and its \
-                 friction has only limits",
+                "{name}: {} of {} rows of {actuator} are left out, because a joint is at rest \
+                 there and its friction is known only within limits",
                 at.len() - used.len(),
                 at.len()
             ));

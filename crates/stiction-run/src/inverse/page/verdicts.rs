@@ -42,8 +42,8 @@ pub(super) fn of(job: &Job<'_>, summary: &Summary, verdict: &Verdict) -> Vec<Fin
         ),
         false => Finding::bad(
             statement,
-            "The power balance of a sample should hold up to rounding. Near a singular position rounding grows; \
-             avoid the position, or report the model.",
+            "The power balance of a sample should hold up to rounding. Near a singular position \
+             rounding grows; avoid the position, or report the model as a bug.",
         ),
     });
     all
@@ -88,8 +88,8 @@ fn singular(summary: &Summary, verdict: &Verdict, all: &mut Vec<Finding>) {
     } else if index.is_finite() {
         all.push(Finding::good(
             format!("No singular position: least singularity index {} at t = {at} s", number(index)),
-            "The smallest singular value of the dimensionless balance of all bodies; zero is singular. Compare \
-             it along a motion, or between variants of one robot.",
+            "The smallest singular value of the dimensionless equilibrium matrix of all bodies; \
+             zero is singular. Compare it along a motion, or between variants of one robot.",
         ));
     }
 }
@@ -108,8 +108,8 @@ fn uniqueness(job: &Job<'_>, summary: &Summary, verdict: &Verdict, all: &mut Vec
     all.push(Finding::open(
         format!("Statics does not determine {}", by_components(&undetermined)),
         format!(
-            "Constraints or actuators are redundant, so these depend on stiffness and tolerances. Do not size \
-             bearings by them, or declare compliances.{rule}"
+            "Constraints or actuators are redundant, so these depend on stiffness and tolerances. \
+             Do not size bearings from them, or declare compliances.{rule}"
         ),
     ));
     if summary.drives_are_unique(job.friction) {
@@ -130,7 +130,7 @@ fn uniqueness(job: &Job<'_>, summary: &Summary, verdict: &Verdict, all: &mut Vec
                 "friction at {} depends on reactions that are not unique",
                 listed(&open, NAMED)
             ),
-            "Declare the compliances of these joints, which then decide.",
+            "Declare the compliances of these joints; they then determine the reactions.",
         )
     };
     all.push(Finding::bad(format!("The actuator efforts are not unique: {why}"), advice));
@@ -201,7 +201,8 @@ fn friction(job: &Job<'_>, summary: &Summary, verdict: &Verdict, all: &mut Vec<F
     if !steady.is_empty() {
         all.push(Finding::open(
             format!("Friction at {} is that of steady sliding", listed(steady, NAMED)),
-            "Its law has an internal state, which inverse dynamics does not follow; `stiction forward` does.",
+            "Its law has an internal state, which inverse dynamics does not integrate; `stiction \
+             forward` does.",
         ));
     }
 }
