@@ -135,7 +135,7 @@ fn a_plant_contains_its_model_and_the_library() {
     std::fs::remove_file(folder.0.join("a.fmu")).unwrap();
     let wrong = [
         (&["--library", "none.so"][..], &["none.so", "cargo xtask fmu"][..]),
-        (&["--library", "old.so"], &["is not of version"]),
+        (&["--library", "old.so"], &["does not have version"]),
         (&["--library", "other.so"], &["is not the library"]),
         (&["--library", "own.so", "--force-on", "tol"], &["no body `tol`", "`tool`"]),
         (&["--library", "own.so", "--from", "A"], &["error"]),

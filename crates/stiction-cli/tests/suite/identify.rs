@@ -234,7 +234,7 @@ fn unusable_input_is_refused() {
     run("unit.csv", &[]).fails(2, &["`left_motor.effort` has the unit of a force"]);
     run("effort.csv", &[]).fails(2, &["left_elbow", "has no actuator"]);
     run("good.csv", &["--options", "options.toml"]).fails(2, &["fliter", "filter"]);
-    run("good.csv", &["--options", "hold.toml"]).fails(2, &["names no parameter"]);
+    run("good.csv", &["--options", "hold.toml"]).fails(2, &["no parameter matches"]);
     run("good.csv", &["--filter", "900 Hz"])
         .fails(2, &["a filter of 900 Hz is outside of the range"]);
 }

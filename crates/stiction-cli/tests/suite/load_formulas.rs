@@ -59,7 +59,7 @@ fn other_commands_refuse_such_loads() {
     }
     // Without friction, the block oscillates about its equilibrium with sqrt(50 / 2) rad/s.
     let said = folder.stiction(&["equilibrium", "block.toml", "--load", "block.fx = -50 N/m*X"]);
-    assert!(said.succeeds().contains("oscillates with 0.7958 Hz"), "{}", said.out);
+    assert!(said.succeeds().contains("oscillates at 0.7958 Hz"), "{}", said.out);
     let forward =
         |load: &str| folder.stiction(&["forward", "block.toml", "--until", "1", "--load", load]);
     forward("block.fx = -50 N*X").fails(2, &["block.fx"]);

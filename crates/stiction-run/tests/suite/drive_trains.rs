@@ -433,7 +433,7 @@ fn several_motors_on_one_joint() {
 fn what_is_refused() {
     let cases = [
         ("joint = \"pivo\"", "drives joint `pivo`, which does not exist"),
-        ("joint = \"pivot\"\nlead = \"5 mm/rev\"", "turns: it takes a `ratio` and no `lead`"),
+        ("joint = \"pivot\"\nlead = \"5 mm/rev\"", "turns: give a `ratio` instead of a `lead`"),
         ("joint = \"pivot\"\nratio = 0", "`ratio` is 0, but must be other than 0"),
         ("joint = \"pivot\"\nefficiency = 1.2", "`efficiency` is 1.2"),
         ("joint = \"pivot\"\nefficiency = \"85\"", "`efficiency` is 85"),

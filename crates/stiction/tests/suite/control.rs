@@ -624,7 +624,7 @@ fn equilibrium_with_static_friction() {
     let half = FRICTION_ARM * BOB * GRAVITY;
     assert!((range.range.0 + half).abs() < 1e-9 * half, "{range:?} {half}");
     assert!((range.range.1 - half).abs() < 1e-9 * half, "{range:?} {half}");
-    assert!(rests.to_string().contains("rests by friction"), "{rests}");
+    assert!(rests.to_string().contains("static friction holds the mechanism"), "{rests}");
     let moves = pendulum().equilibrium().unwrap().from("pivot = 60 deg").unwrap().run().unwrap();
     assert_eq!(moves.findings().holding.as_ref().unwrap().rests_at_start, Some(false));
     assert!(moves.findings().notes.is_empty());

@@ -136,7 +136,7 @@ fn bounds_hold_and_are_named() {
     for (text, expected) in [
         ("\"axis.coulomb\" = [4, 2.5]", "two numbers, the least and the greatest value"),
         ("\"axis.coulomb\" = [-4, -2.5]", "leave no value for `axis.coulomb`"),
-        ("\"axis.columb\" = [0, 1]", "`bounds` names no parameter: `axis.columb`"),
+        ("\"axis.columb\" = [0, 1]", "no parameter matches `axis.columb` of `bounds`"),
         ("\"arm.mass\" = [0, 1]", "belongs to the mass of a body"),
     ] {
         options(text);

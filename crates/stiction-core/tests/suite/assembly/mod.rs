@@ -184,7 +184,7 @@ fn modes_that_agree_as_well_are_noted() {
         for bodies in [&[1, 2][..], &[3, 4]] {
             let report = assembled(bodies);
             let notes = report.notes();
-            let says = notes.iter().any(|note| note.contains("do not decide the assembly mode"));
+            let says = notes.iter().any(|note| note.contains("agree with several assembly modes"));
             assert!(says, "{seed} {bodies:?}: {report:?}");
             let open = report.open_mode.unwrap();
             // The chain without home poses, joints 2 to 4 or 0 to 2, has two elbows.
