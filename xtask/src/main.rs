@@ -30,7 +30,7 @@ usage: cargo xtask COMMAND
              --profile NAME  profile of the native module, release by default
              --target TARGET for another system, such as aarch64-unknown-linux-gnu
              --compatibility TAG  tag of the wheel, such as manylinux2014
-             --zig           link by Zig against the C library that the tag names
+             --zig           link with Zig against the C library that the tag names
   book       write the generated parts of the book: model file reference and pictures
   peers      compare speed with other engines, see peers/README.md
              --json FILE     write all numbers
@@ -45,7 +45,7 @@ usage: cargo xtask COMMAND
              TARGET...       for these targets, by default a static one on Linux
   fmu        build the library of plant FMUs for this platform, beside the program in target/release
   playground build the engine for browsers and its page into target/playground
-  viewer     bundle the shaded view of meshes by npm into target/viewer; dist and wheel do so
+  viewer     bundle the shaded view of meshes with npm into target/viewer; dist and wheel do so
 ";
 
 fn main() -> ExitCode {

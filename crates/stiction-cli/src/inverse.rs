@@ -29,10 +29,9 @@ fn execute(options: &Inverse) -> Result<(), Failure> {
     let robot = sources::filtered_robot(&options.model, &options.filter)?;
     if options.model.name.is_none() {
         note!(
-            "No model given: running `{DEFAULT_MODEL}`, whose three driven legs lift and tilt a \
-             platform.\n`stiction models` lists all built-in robots. This one is a nonsingular \
-             variant of a published robot,\nwhich is singular with the printed dimensions; \
-             `stiction study zhang2018` shows how.\n"
+            "No model given: running `{DEFAULT_MODEL}`, whose three driven legs lift and tilt a platform.\n\
+             `stiction models` lists all built-in robots. This one is a nonsingular variant of a published\n\
+             robot, which is singular with the printed dimensions; `stiction study zhang2018` shows how.\n"
         );
     }
     warn(robot.warnings());

@@ -108,8 +108,10 @@ fn errors(found: &Controllers) -> String {
         plots += &figure("The controllers with small errors", &is_small);
     }
     let more = match drawn().count() < found.tracking.len() {
-        true => note("Only the first transition of each controller is drawn; the others are in \
-            compensate.csv."),
+        true => note(
+            "Only the first transition of each controller is drawn; the others are in \
+            compensate.csv.",
+        ),
         false => String::new(),
     };
     more + &plots

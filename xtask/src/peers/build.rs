@@ -37,7 +37,7 @@ impl Programs {
         // The folder of release builds lies beside that of this program.
         let built = env::current_exe().ok().and_then(|own| Some(own.parent()?.parent()?.into()));
         let built: PathBuf =
-            built.ok_or_else(|| Trouble::Failed("the folder of builds is unknown".into()))?;
+            built.ok_or_else(|| Trouble::Failed("the build folder of cargo is unknown".into()))?;
         let programs = Self {
             program: built.join("release/stiction"),
             ours: built.join("release/stiction-peers"),

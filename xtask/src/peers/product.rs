@@ -160,7 +160,7 @@ pub(crate) fn json(products: &[Product]) -> Value {
 
 pub(crate) fn text(products: &[Product]) -> String {
     let mut text =
-        String::from("\ncommands, least time of a sample, and over that of the program\n");
+        format!("\ncommands: least time of a sample, and its ratio to that of {PROGRAM}\n");
     for Product { model, ratio, sample, program } in products {
         let (name, time) = (format!("{model} {ratio}"), sample / 1e3);
         text += &format!("  {name:<40} {time:>8.2} us {:>8.1}\n", sample / program);

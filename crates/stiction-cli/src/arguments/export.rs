@@ -165,7 +165,7 @@ pub(crate) enum Function {
     Kinematics,
     /// Reactions of all joints, with friction
     Reactions,
-    /// Derivatives of the efforts by positions, rates and accelerations
+    /// Derivatives of the efforts with respect to positions, rates and accelerations
     Derivatives,
     /// Forward dynamics: accelerations from efforts
     Accelerations,
@@ -174,7 +174,7 @@ pub(crate) enum Function {
 /// Environment other than C for which an adapter of the code is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Adapter {
-    /// Python, by its module ctypes
+    /// Python, through its module ctypes
     Ctypes,
     /// A component of LinuxCNC
     Linuxcnc,

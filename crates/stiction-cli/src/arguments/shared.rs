@@ -53,7 +53,7 @@ impl Reading {
 /// Filter for recorded motions.
 #[derive(Args, Clone, Copy, Debug)]
 pub(crate) struct Filter {
-    /// Filter recorded motions by a low-pass without phase shift; the value is the cut-off frequency (-3 dB), in Hz or
+    /// Filter recorded motions with a zero-phase low-pass filter; the value is the cut-off frequency (-3 dB), in Hz or
     /// with a unit ("20 Hz"). The caution on a noisy recording suggests one [default: that of the motion, else none]
     #[arg(long, value_name = "FREQUENCY", value_parser = hertz, allow_negative_numbers = true)]
     pub(crate) filter: Option<f64>,

@@ -91,8 +91,9 @@ fn library(given: Option<&Path>) -> Result<Vec<u8>, Failure> {
         return Err(Failure::input(format!("{shown} is not the library {name}")).help(cure));
     }
     if !contains(&format!("stiction-fmu version {version};")) {
-        let message = format!("the library {shown} does not have version {version}, the version of \
-            this program");
+        let message = format!(
+            "the library {shown} does not have version {version}, the version of this program"
+        );
         return Err(Failure::input(message).help(cure));
     }
     Ok(bytes)

@@ -300,8 +300,10 @@ impl Data<f64> {
     fn set_targets(&mut self, q: &[f64], v: &[f64], a: &[f64]) {
         let count = self.targets.len();
         let lengths = [q.len(), v.len(), a.len()];
-        assert_eq!(lengths, [count; 3], "expected positions, rates and accelerations of {count} \
-            coordinates");
+        assert_eq!(
+            lengths, [count; 3],
+            "expected positions, rates and accelerations of {count} coordinates"
+        );
         for (target, ((value, rate), acceleration)) in
             self.targets.iter_mut().zip(q.iter().zip(v).zip(a))
         {

@@ -36,8 +36,11 @@ impl Model {
     /// If `state` belongs to another spanning tree.
     pub fn data<T: Scalar>(&self, state: &State<f64>, settings: Settings) -> Data<T> {
         let (topology, constraints) = (self.topology(), self.constraints());
-        assert_eq!(state.coordinates.len(), topology.coordinates(), "the state belongs to another \
-            spanning tree");
+        assert_eq!(
+            state.coordinates.len(),
+            topology.coordinates(),
+            "the state belongs to another spanning tree"
+        );
         let state = state.lift();
         Data {
             closed: state.clone(),

@@ -30,7 +30,10 @@ pub fn draw_report(job: &Job<'_>, found: &Findings, command: Option<&str>) -> St
         header(job.model, &about),
         cards(&names, found),
         section("The mechanism", &still.figure("", None)),
-        section("Efforts that hold the mechanism, and efforts that move it", &efforts(&names, &legs, found)),
+        section(
+            "Efforts that hold the mechanism, and efforts that move it",
+            &efforts(&names, &legs, found),
+        ),
         findings(&verdicts(&names, found)),
         repeat(command, &found.json(job)["options"]),
         footer(job.model),

@@ -143,8 +143,8 @@ fn write_certainty(out: &mut impl Write, names: &Names, found: &Findings) -> fmt
     if found.redundant_actuators {
         writeln!(
             out,
-            "actuators are redundant: shown are the efforts with the least sum of squares, and \
-             no actuator can move alone"
+            "actuators are redundant: the efforts shown have the least sum of squares, and no \
+             actuator can move alone"
         )?;
     }
     if !found.undetermined_loads.is_empty() {

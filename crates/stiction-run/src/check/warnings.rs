@@ -102,7 +102,10 @@ pub(super) fn warnings(findings: &Findings, job: &Job<'_>) -> Vec<String> {
     for range in slides.filter(|range| range.least < 0.0 && range.greatest > 0.0) {
         let is_leg = findings.sizes.legs.iter().any(|leg| range.name.starts_with(&leg.name));
         if is_leg {
-            warnings.push(format!("the sliding joint {} of a leg passes through zero length", range.name));
+            warnings.push(format!(
+                "the sliding joint {} of a leg passes through zero length",
+                range.name
+            ));
         }
     }
     let no_friction = job.model.mechanism.joints().iter().all(|joint| joint.friction.is_empty());

@@ -153,8 +153,10 @@ impl Job<'_> {
                 let changes = acting.steady_until(self.from).is_finite();
                 let note = || {
                     let time = number(self.from);
-                    format!("loads and efforts change with time: the search uses those at t = \
-                        {time} s")
+                    format!(
+                        "loads and efforts change with time: the search uses those at t = \
+                        {time} s"
+                    )
                 };
                 return Ok(Equilibrium {
                     notes: changes.then(note).into_iter().collect(),

@@ -82,7 +82,10 @@ pub(super) fn chosen_coordinates(
                     log.name,
                     measured.len()
                 ),
-                format!("log {example} ({}), or as many other independent ones", names.join(", ")),
+                format!(
+                    "log {example} ({}), or as many other independent {what}",
+                    names.join(", ")
+                ),
             ));
         }
         None => measured[..count].to_vec(),

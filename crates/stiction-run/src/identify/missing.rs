@@ -229,7 +229,7 @@ fn words(effect: Effect, (name, unit): (&str, &str), is_positive: bool) -> (Stri
             "give the joint `mu_static` and `stribeck_velocity`, or log faster motions".to_owned(),
         ),
         Effect::FastFriction => (
-            format!("{more} friction at high speed than viscous friction explains"),
+            format!("{more} friction at high speed than viscous friction predicts"),
             term(&format!("d({name})*abs(d({name}))/(1 {rate})^2")),
         ),
         Effect::Position | Effect::PositionSquare => (
@@ -245,8 +245,8 @@ fn words(effect: Effect, (name, unit): (&str, &str), is_positive: bool) -> (Stri
             "give the joint a coefficient of friction `mu`".to_owned(),
         ),
         Effect::FrictionDrift | Effect::ViscousDrift => (
-            "friction that drifts from the middle of the log to its end, for example because of \
-             warming".to_owned(),
+            "friction that drifts from the middle of the log to its end, for example with warming"
+                .to_owned(),
             "log after warming up, or choose a part with `from` and `until`".to_owned(),
         ),
         Effect::EffortDrift => (
@@ -270,7 +270,7 @@ impl Missing {
         let changes = match named.is_empty() {
             true => String::new(),
             false => format!(
-                "; in standard deviations, all missing effects together change {}{more}",
+                "; modelling all missing effects would change {}{more} (in standard deviations)",
                 named.join(", ")
             ),
         };

@@ -666,12 +666,14 @@ pub(super) fn read_terms(
 ) -> Result<Vec<Drives>, IdentifyError> {
     let each = settings.terms.iter().map(|(name, text)| {
         let source = Source::new(format!("terms.{name}"), text.as_str());
-        model.parse_drives(&source, &|_| Err("files cannot be read here".to_owned())).map_err(|out| {
-            refuse(
-                format!("options: the term `{name}` is not understood:\n{out}"),
-                "write `JOINT = FORMULA`",
-            )
-        })
+        model.parse_drives(&source, &|_| Err("files cannot be read here".to_owned())).map_err(
+            |out| {
+                refuse(
+                    format!("options: the term `{name}` is not understood:\n{out}"),
+                    "write `JOINT = FORMULA`",
+                )
+            },
+        )
     });
     each.collect()
 }

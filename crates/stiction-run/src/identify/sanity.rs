@@ -273,8 +273,10 @@ fn cure(a: &Parameter, b: &Parameter) -> String {
         (a, b) if a.body().is_some() && b.body().is_some() => {
             "only their combination acts on the efforts, or these motions do not separate them"
         }
-        _ => "log a motion that moves their joints differently, or keep one of the parameters at \
-            its model value (`hold`)",
+        _ => {
+            "log a motion that moves their joints differently, or keep one of the parameters at \
+            its model value (`hold`)"
+        }
     };
     text.to_owned()
 }

@@ -112,7 +112,10 @@ fn measured_screws_need_a_second_payload() {
         let result = steady(&folder, &[(&name, "")], "");
         assert_eq!(parameter(&result, "thread.mu")["verdict"], verdict, "drive {drive}");
         let cautions = result["cautions"].to_string();
-        assert!(cautions.contains(words) && cautions.contains("log a second payload"), "{cautions}");
+        assert!(
+            cautions.contains(words) && cautions.contains("log a second payload"),
+            "{cautions}"
+        );
         assert!(needs_payload(&result, "thread.mu", "motor.coulomb"), "{:#}", result["cures"]);
         // The asymmetry of drive 2 is smaller than that of its weight, which no friction
         // coefficient explains.

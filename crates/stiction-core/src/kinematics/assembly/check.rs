@@ -14,8 +14,10 @@ pub(super) fn check_existence(
 ) {
     let check_body = |body: BodyId| {
         let count = mechanism.bodies().len();
-        assert!(body.0 < count, "{body:?} does not exist: the mechanism has {count} bodies, \
-            including the ground");
+        assert!(
+            body.0 < count,
+            "{body:?} does not exist: the mechanism has {count} bodies, including the ground"
+        );
     };
     initial_poses.iter().for_each(|(body, _)| check_body(*body));
     for coordinate in coordinates {
@@ -29,8 +31,10 @@ pub(super) fn check_existence(
             Coordinate::Joint { joint, dof } => {
                 let joints = mechanism.joints();
                 let count = joints.len();
-                assert!(joint.0 < count, "{joint:?} does not exist: the mechanism has {count} \
-                    joints");
+                assert!(
+                    joint.0 < count,
+                    "{joint:?} does not exist: the mechanism has {count} joints"
+                );
                 let joint_type = joints[joint.0].joint_type;
                 assert!(
                     joint_type.has_scalar_coordinates() && dof < joint_type.dofs().len(),
@@ -47,8 +51,10 @@ const LARGEST: f64 = 1e30;
 
 fn check_number(coordinates: &[Coordinate], targets: &[Target<f64>]) {
     let (found, expected) = (targets.len(), coordinates.len());
-    assert!(found == expected, "expected {expected} targets, one for each prescribed coordinate, \
-        but found {found}");
+    assert!(
+        found == expected,
+        "expected {expected} targets, one for each prescribed coordinate, but found {found}"
+    );
 }
 
 pub(super) fn check_targets(

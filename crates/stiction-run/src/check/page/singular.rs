@@ -30,7 +30,8 @@ pub(super) fn singularities(job: &Job<'_>, findings: &Findings) -> String {
                 &paragraph(&format!("Singular ({}) at t = {time:.7} s: {gained}.", kind.word()));
         }
         if nearness.crossings.len() > LISTED {
-            inner += &paragraph(&format!("And at {} more times.", nearness.crossings.len() - LISTED));
+            inner +=
+                &paragraph(&format!("And at {} more times.", nearness.crossings.len() - LISTED));
         }
         if let (true, true, Some(weakness)) =
             (nearness.singular_samples > 0, nearness.crossings.is_empty(), &nearness.weakness)

@@ -65,8 +65,10 @@ impl Unfit {
                 "give it a small mass, or leave it out and join its neighbours"
             }
             Self::CannotClose { .. } => "give one of them a small mass",
-            Self::NoSuchJoint { .. } => "use --to mjcf, or replace the joint in the model with \
-                several joints",
+            Self::NoSuchJoint { .. } => {
+                "use --to mjcf, or replace the joint in the model with \
+                several joints"
+            }
         }
     }
 }

@@ -283,7 +283,7 @@ pub(super) fn filtered(
                 first.1,
                 log.log.columns[chosen[k].column()].name
             ),
-            "log positions, or choose a part without gaps with `from` and `until`",
+            "log positions, or use `from` and `until` to choose a part without gaps",
         ));
     }
     let mut motion = Motion {

@@ -87,7 +87,10 @@ fn singular(summary: &Summary, verdict: &Verdict, all: &mut Vec<Finding>) {
         ));
     } else if index.is_finite() {
         all.push(Finding::good(
-            format!("No singular position: least singularity index {} at t = {at} s", number(index)),
+            format!(
+                "No singular position: least singularity index {} at t = {at} s",
+                number(index)
+            ),
             "The smallest singular value of the dimensionless equilibrium matrix of all bodies; \
              zero is singular. Compare it along a motion, or between variants of one robot.",
         ));
