@@ -16,8 +16,7 @@ use stiction_zhang2018::report::Report;
 /// Names and titles of all studies.
 const STUDIES: [(&str, &str); 1] = [(
     "zhang2018",
-    "a paper on a 3-RPS robot with joint friction, equation by equation, compared with \
-     independent programs",
+    "a paper on a 3-RPS robot with joint friction, checked against independent programs",
 )];
 
 pub(crate) fn run(options: &Study) -> Result<(), Failure> {

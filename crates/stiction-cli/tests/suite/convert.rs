@@ -144,7 +144,7 @@ fn a_body_without_mass_is_reported() {
         2,
         &[
             "MuJoCo rejects moving bodies without mass, such as `coupler`",
-            "help: give it a small mass",
+            "help: give the body a small mass",
         ],
     );
 }

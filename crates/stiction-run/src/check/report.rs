@@ -64,14 +64,18 @@ fn write_mobility(out: &mut impl Write, job: &Job<'_>, findings: &Findings) -> f
     if !findings.idle_spins.is_empty() {
         writeln!(
             out,
-            "  {} of them local: {} can spin about {}",
+            "  local degrees of freedom: {}; {} can spin about {}",
             findings.idle_spins.len(),
             findings.idle_spins.join(", "),
             words::own_axes(findings.idle_spins.len()),
         )?;
     }
     if findings.mobility.branches_meet {
-        writeln!(out, "  not all of them at once: branches of motion meet at this position")?;
+        writeln!(
+            out,
+            "  the degrees of freedom are not all available at once: branches of motion meet at \
+             this position"
+        )?;
     }
     // The bodies with the most independent motions come first, because the tool is usually on one
     // of them.

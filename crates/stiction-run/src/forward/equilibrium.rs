@@ -215,7 +215,8 @@ impl Job<'_> {
             };
         }
         Err(Error::NoEquilibrium(format!(
-            "the search does not converge within {STEPS} steps; begin nearer (--from), and give efforts without jumps"
+            "the search does not converge within {STEPS} steps; begin nearer to an equilibrium \
+             (--from), and give efforts without jumps"
         )))
     }
 

@@ -115,8 +115,9 @@ impl Identified {
         )?;
         writeln!(
             out,
-            "a prior pulls inertias to those of the model with the weight of {} samples; squared residuals of \
-             left-out blocks are\n{} times those of the fit, {} times without the prior\n",
+            "a prior pulls inertias towards those of the model with the weight of {} samples; \
+             squared residuals of left-out blocks are\n{} times those of the fit, {} times \
+             without the prior\n",
             short(self.strength),
             short(self.left_out),
             short(self.left_out_plain)

@@ -306,7 +306,7 @@ fn write_verdicts(
         by_components(&undetermined),
     )?;
     if let Some(words) = weighting_words(job, verdict) {
-        writeln!(out, "the reported ones follow from {words}")?;
+        writeln!(out, "the reported values follow from {words}")?;
     }
     if unique {
         return write_unique(out, "actuator efforts", verdict);

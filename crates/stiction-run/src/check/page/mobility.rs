@@ -38,7 +38,7 @@ pub(super) fn mobility(job: &Job<'_>, findings: &Findings) -> String {
     }
     if !findings.idle_spins.is_empty() {
         inner += &paragraph(&format!(
-            "{} of them local: {} can spin about {} without moving anything else.",
+            "Local degrees of freedom: {}. {} can spin about {} without moving anything else.",
             findings.idle_spins.len(),
             findings.idle_spins.join(", "),
             words::own_axes(findings.idle_spins.len()),

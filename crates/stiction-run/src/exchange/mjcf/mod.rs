@@ -62,9 +62,9 @@ impl Unfit {
     pub fn help(&self) -> &'static str {
         match self {
             Self::Massless { .. } => {
-                "give it a small mass, or leave it out and join its neighbours"
+                "give the body a small mass, or leave it out and join its neighbours"
             }
-            Self::CannotClose { .. } => "give one of them a small mass",
+            Self::CannotClose { .. } => "give one of the two bodies a small mass",
             Self::NoSuchJoint { .. } => {
                 "use --to mjcf, or replace the joint in the model with \
                 several joints"

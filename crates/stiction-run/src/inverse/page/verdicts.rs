@@ -107,7 +107,7 @@ fn uniqueness(job: &Job<'_>, summary: &Summary, verdict: &Verdict, all: &mut Vec
         return;
     }
     let rule = weighting_words(job, verdict)
-        .map_or(String::new(), |words| format!(" The reported ones follow from {words}."));
+        .map_or(String::new(), |words| format!(" The reported values follow from {words}."));
     all.push(Finding::open(
         format!("Statics does not determine {}", by_components(&undetermined)),
         format!(

@@ -55,8 +55,8 @@ pub enum LinearisationError {
     /// No scalar joint coordinate describes a possible motion of the mechanism, for example the
     /// rotation of a ball joint.
     #[error(
-        "no joint coordinate describes some motion of the mechanism, such as that of a free body \
-         or of a ball joint; replace the ball joint with revolute joints or a universal joint"
+        "the mechanism has a motion without a joint coordinate, such as that of a free body or of \
+         a ball joint; replace the ball joint with revolute joints or a universal joint"
     )]
     NoCoordinate,
     /// Accelerations cannot be evaluated near the operating point.
