@@ -214,7 +214,8 @@ fn verdicts(found: &Controllers) -> Vec<Finding> {
         if let Some(why) = &own.ended {
             all.push(Finding::bad(
                 format!("{} ended early: {why}", own.label),
-                "Its figures are those up to this instant, and it is left out of comparisons.",
+                "The figures of this controller are those up to this instant; comparisons omit \
+                 this controller.",
             ));
         } else if own.reversals > 0 {
             all.push(Finding::open(

@@ -130,8 +130,14 @@ impl Journal {
 
     fn write(&mut self, write: impl FnOnce(&mut Self) -> std::io::Result<()>) -> Result<(), Error> {
         write(self).map_err(|error| {
-            Error::new(ErrorKind::Output, format!("cannot write {}: {error}", self.partial.display()))
-                .with_help("make space; the same command with --resume continues with the rows that are written")
+            Error::new(
+                ErrorKind::Output,
+                format!("cannot write {}: {error}", self.partial.display()),
+            )
+            .with_help(
+                "free disk space; the same command with --resume continues after the \
+                    rows that are already written",
+            )
         })
     }
 

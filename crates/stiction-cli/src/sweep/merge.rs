@@ -98,7 +98,7 @@ fn open(folder: &Path) -> Result<Part, Failure> {
             "{} does not contain a complete part of a sweep: sweep.json: {error}",
             folder.display()
         ))
-        .help("give the folders of parts that have ended; --resume completes an interrupted one")
+        .help("give the folders of parts that have ended; --resume completes an interrupted part")
     })?;
     let value: Value =
         serde_json::from_str(&text).map_err(|error| damaged(folder, &error.to_string()))?;

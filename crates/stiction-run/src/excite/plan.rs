@@ -39,7 +39,7 @@ pub(super) fn loaded(
         if !load.wrenches.is_empty() || !load.laws.is_empty() {
             return Err(ExciteError::input(
                 format!("the load `{name}` has forces"),
-                "name a load with payloads only: its forces follow from the motion",
+                "name a load that consists of payloads only; their forces follow from the motion",
             ));
         }
         Ok(carrying(&model.mechanism, &load.payloads))

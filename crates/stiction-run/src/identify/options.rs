@@ -405,7 +405,7 @@ fn payloads(key: &str, load: Result<LoadCase, Diagnostics>) -> Result<Vec<Payloa
         return Err(with_help(
             key,
             "has forces",
-            "use a load with payloads only: its forces follow from the motion",
+            "use a load that consists of payloads only; their forces follow from the motion",
         ));
     }
     Ok(load.payloads)

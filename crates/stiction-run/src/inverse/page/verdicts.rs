@@ -23,9 +23,12 @@ pub(super) fn of(job: &Job<'_>, summary: &Summary, verdict: &Verdict) -> Vec<Fin
     friction(job, summary, verdict, &mut all);
     if !verdict.idle_spins.is_empty() {
         all.push(Finding::good(
-            format!("Passive rotation of {} about its own axis", listed(&verdict.idle_spins, NAMED)),
-            "A rod between two balls can turn without moving anything else. Its rate is set to zero; there is \
-             nothing to do.",
+            format!(
+                "Passive rotation of {} about its own axis",
+                listed(&verdict.idle_spins, NAMED)
+            ),
+            "A rod between two ball joints can turn without moving anything else. The rate of this \
+             rotation is set to zero; no action is needed.",
         ));
     }
     let residual = summary.power_residual_relative.peak.abs();
@@ -102,7 +105,8 @@ fn uniqueness(job: &Job<'_>, summary: &Summary, verdict: &Verdict, all: &mut Vec
     if undetermined.is_empty() {
         all.push(Finding::good(
             "Statics determines all reactions and efforts",
-            "They follow from the model alone, whatever the stiffness and the tolerances of the parts.",
+            "Reactions and efforts follow from the model alone; the stiffness and the tolerances \
+             of the parts do not matter.",
         ));
         return;
     }
