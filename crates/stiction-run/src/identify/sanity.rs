@@ -274,8 +274,8 @@ fn cure(a: &Parameter, b: &Parameter) -> String {
             "only their combination acts on the efforts, or these motions do not separate them"
         }
         _ => {
-            "log a motion that moves their joints differently, or keep one of the parameters at \
-            its model value (`hold`)"
+            "log a motion that moves their joints differently, or keep one of the parameters \
+             fixed with `hold`"
         }
     };
     text.to_owned()

@@ -141,9 +141,9 @@ pub(super) fn by_prior(
         ),
         format!(
             "log a second time with a payload of known mass (`payload` below [[logs]]), keep a \
-             known inertia or first moment of mass at its model value (`hold = [\"BODY.mx\"]`), \
-             add `torque_constant` to [actuators.{train}] of the model, or set how strongly the \
-             fit trusts its inertias, such as `prior = 100`"
+             known inertia or first moment of mass fixed (`hold = [\"BODY.mx\"]`), add \
+             `torque_constant` to [actuators.{train}] of the model, or set how strongly the fit \
+             trusts its inertias, such as `prior = 100`"
         ),
     ))
 }
