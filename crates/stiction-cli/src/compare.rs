@@ -23,12 +23,12 @@ fn models(options: &Compare) -> Result<[Model; 2], Failure> {
         return Err(Failure::input(
             "both sides are the same model: there is no difference to show",
         )
-        .help("name a second model, or change one side: --set-b KEY=VALUE"));
+        .help("give a second model, or change one side with --set-b KEY=VALUE"));
     }
     let is_read_twice = options.second.as_ref().is_none_or(|second| *second == options.first);
     if options.first == "-" && is_read_twice {
         return Err(Failure::input("standard input can be read only once")
-            .help("save the model in a file, and name the file"));
+            .help("save the model in a file, and give the file instead of `-`"));
     }
     let second = options.second.as_ref().unwrap_or(&options.first);
     let model = |name: &std::ffi::OsString, own: &[String]| Model {

@@ -55,7 +55,9 @@ fn execute(options: &Identify) -> Result<(), Failure> {
                     known.file,
                     meant.len()
                 ))
-                .help("write a longer part of the path in `file`, so that it names one log only"));
+                .help(
+                    "write a longer part of the path in `file`, so that it matches only one log",
+                ));
             }
         }
     }

@@ -70,7 +70,7 @@ impl From<RunError> for Error {
                     .with_option("from")
             }
             RunError::ControllerAt { time, .. } => plain(message)
-                .with_help("reduce the bandwidth, set a limit, or use a PD controller; the results up to this time show the cause")
+                .with_help("reduce the bandwidth, set an effort `limit`, or use a PD controller; the results up to this time show the cause")
                 .with_details(json!({ "time": time })),
             RunError::NoEquilibrium(_) => plain(message)
                 .with_help("lock joints, give efforts, or start the search from another state")

@@ -171,7 +171,8 @@ impl Export {
         let vectors = TestVector::random(&solver, &signal, self.vectors, 1);
         if vectors.is_empty() && self.vectors > 0 {
             let message = format!(
-                "no code for `{}`: the solver found no solution at any of {} random states near the motion",
+                "cannot generate code for `{}`: the solver found no solution at any of {} random states near \
+                 the motion",
                 self.robot.name(),
                 20 * self.vectors
             );
@@ -184,7 +185,7 @@ impl Export {
                 RecordError::ActuatorCount { .. } => ("leave `accelerations` out", "functions"),
                 _ => ("choose double precision", "precision"),
             };
-            Error::input(format!("no code for `{}`: {error}", self.robot.name()))
+            Error::input(format!("cannot generate code for `{}`: {error}", self.robot.name()))
                 .with_help(help)
                 .with_option(option)
         })
@@ -195,8 +196,10 @@ impl Export {
         let options = self.checked_options()?;
         let (solver, named) = self.driven()?;
         if solver.mechanism().actuators().next().is_none() {
-            let error =
-                Error::input(format!("no code for `{}`: it has no actuator", self.robot.name()));
+            let error = Error::input(format!(
+                "cannot generate code for `{}`: it has no actuator",
+                self.robot.name()
+            ));
             return Err(error.with_help("add `actuated` to the joints that are driven"));
         }
         let signal = self.positions(&solver, &named)?;
@@ -208,7 +211,7 @@ impl Export {
             }
         });
         let program = program.map_err(|error| {
-            let message = format!("no code for `{}`: {error}", self.robot.name());
+            let message = format!("cannot generate code for `{}`: {error}", self.robot.name());
             Error::input(message).with_help(match error {
                 RecordError::NoTunable(_) => "choose a body with a mass for the payload",
                 _ => "choose other positions for the default motion, away from singular ones",
@@ -223,7 +226,7 @@ impl Export {
         let options = SourceOptions { name: SourceOptions::new(name).name, ..self.options.clone() };
         if options.name != *name {
             let message = format!(
-                "the name `{}` is not possible: a name begins with a lower-case letter, consists of lower-case \
+                "the name `{}` is not allowed: a name begins with a lower-case letter, consists of lower-case \
                  letters, digits and underscores, has at most 20 characters, and is not the name of a header of the \
                  C library",
                 name.escape_debug()
@@ -382,17 +385,17 @@ impl Export {
         let name = self.robot.name();
         match &self.coordinates {
             None => {
-                Error::input(format!("no code for `{name}`: with its actuators as inputs, {error}"))
+                Error::input(format!("cannot generate code for `{name}`: with its actuators as inputs, {error}"))
                     .with_help(
-                        "choose actuators that determine the motion (`stiction check` shows the mobility), or name \
+                        "choose actuators that determine the motion (`stiction check` shows the mobility), or choose \
                          other coordinates with --coordinates",
                     )
             }
             Some(names) => Error::input(format!(
-                "no code for `{name}`: with {} as inputs, {error}",
+                "cannot generate code for `{name}`: with {} as inputs, {error}",
                 names.join(", ").escape_debug()
             ))
-            .with_help("name other coordinates, one for each degree of freedom")
+            .with_help("choose other coordinates, one for each degree of freedom")
             .with_option("coordinates"),
         }
     }

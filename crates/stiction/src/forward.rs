@@ -132,9 +132,11 @@ impl Forward {
         law: impl Fn(&Measured<'_>) -> Result<Vec<f64>, Error> + Send + Sync + 'static,
     ) -> Result<Self, Error> {
         if !(period.is_finite() && period > 0.0) {
-            return Err(Error::input(format!("the period of the control law is {period} s"))
-                .with_help("give a time between its calls, for example 1e-3")
-                .with_option("period"));
+            return Err(Error::input(format!(
+                "the period of the control law is {period} s, but must be finite and greater than 0"
+            ))
+            .with_help("give the time between two calls in s, for example 1e-3")
+            .with_option("period"));
         }
         self.task.law = Some(ControlLaw::new(period, move |measured| Ok(law(measured)?)));
         Ok(self)

@@ -28,7 +28,7 @@ pub(super) fn write(
     match binary(&fmu, fmi) {
         Ok(binary) => files.push(binary),
         Err(why) => note!(
-            "note: the FMU has source code only: {why}; tools that compile it accept it, others need a binary"
+            "note: the FMU contains only source code: {why}; tools that compile FMUs accept it, others need a binary"
         ),
     }
     convert::write(&options.output, &archive(&files)?, files_read)

@@ -78,7 +78,7 @@ impl Journal {
             wrong(&format!("is damaged: line {} is not valid JSON", error.line()))
         })?;
         if !value["fingerprint"].is_string() {
-            return Err(wrong("is damaged: it does not name its simulation"));
+            return Err(wrong("is damaged: it does not say which simulation it belongs to"));
         }
         if value["fingerprint"] != json!(format!("{:016x}", self.fingerprint)) {
             return Err(Failure::input(format!(
@@ -121,7 +121,7 @@ fn checksum_of(tables: &Value, checkpoint: &Value) -> String {
 pub(super) fn partials(outputs: &Outputs) -> Result<[(String, u64); FILES.len()], Failure> {
     for_each_file(|_, name| {
         outputs.partial(name).ok_or_else(|| {
-            Failure::no_answer(format!("{name} disappeared from the folder while it was written"))
+            Failure::no_answer(format!("{name} disappeared from the folder during the simulation"))
                 .help("start again, and keep files named *.partial until the run ends")
         })
     })

@@ -125,7 +125,10 @@ impl Designs {
 fn read(path: &PathBuf) -> Result<DesignTable<File>, Failure> {
     let is_file = path.metadata().map(|about| about.is_file());
     if !is_file.map_err(|error| unreadable(path, &error.to_string()))? {
-        return Err(unreadable(path, "it is not a regular file; the table is read twice"));
+        return Err(unreadable(
+            path,
+            "it is not a regular file, but must be one because it is read twice",
+        ));
     }
     let file = File::open(path).map_err(|error| unreadable(path, &error.to_string()))?;
     DesignTable::new(file).map_err(|why| unreadable(path, &why))

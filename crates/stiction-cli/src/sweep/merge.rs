@@ -39,7 +39,7 @@ pub(super) fn merge(options: &Sweep, folders: &[PathBuf]) -> Result<(), Failure>
                 first.folder.display(),
                 part.folder.display()
             ))
-            .help("merge the folders of one study, whose parts differ in --shard only"));
+            .help("merge the folders of one study, whose parts differ only in --shard"));
         }
     }
     for expected in 1..=parts_expected {
@@ -104,7 +104,7 @@ fn open(folder: &Path) -> Result<Part, Failure> {
         serde_json::from_str(&text).map_err(|error| damaged(folder, &error.to_string()))?;
     let number = |name: &str| value["shard"][name].as_u64();
     let (Some(part), Some(parts)) = (number("part"), number("parts")) else {
-        return Err(damaged(folder, "sweep.json does not name the part"));
+        return Err(damaged(folder, "sweep.json does not say which part of the study this is"));
     };
     let file =
         File::open(folder.join(TABLE)).map_err(|error| damaged(folder, &error.to_string()))?;

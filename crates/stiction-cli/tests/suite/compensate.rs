@@ -70,7 +70,7 @@ fn impossible_comparisons_are_refused() {
     let refused = |arguments: &[&str], texts: &[&str]| {
         folder.stiction(&[&["compensate"], arguments].concat()).fails(2, texts);
     };
-    refused(&["zhang2018"], &["no code for `zhang2018`", "stiction check"]);
+    refused(&["zhang2018"], &["cannot generate code for `zhang2018`", "stiction check"]);
     refused(&["four-bar", "--controller", "pid"], &["no controller `pid`", "`pd`"]);
     refused(&["four-bar", "--transition", "tanh"], &["--transition", "`5%`"]);
     refused(&["four-bar", "--noise", "3 s"], &["expected a length or an angle, found a time"]);

@@ -159,7 +159,7 @@ fn impossible_exports_are_refused() {
         folder.stiction(&[&["export"], arguments, &["-o", "code"]].concat()).fails(2, texts);
         assert!(folder.files().is_empty(), "{arguments:?}");
     };
-    refused(&["zhang2018", "--to", "c"], &["no code for `zhang2018`", "help: "]);
+    refused(&["zhang2018", "--to", "c"], &["cannot generate code for `zhang2018`", "help: "]);
     refused(&["five-bar", "--to", "c", "--name", "a/b"], &["for example `a_b`"]);
     refused(&["five-bar", "--to", "c", "--payload", "tol"], &["no body `tol`", "`tool`"]);
     refused(&["five-bar", "--to", "c", "--force-on", "ground"], &["no body `ground`"]);

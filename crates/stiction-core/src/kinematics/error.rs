@@ -143,7 +143,7 @@ impl core::fmt::Display for Gap {
         match (&self.joint, missed.as_str(), open.as_str()) {
             (_, "", "") | (None, "", _) => write!(f, "the loops do not close")?,
             (Some(gearing), "", open) if self.of_gearing => {
-                write!(f, "gearing `{gearing}` cannot be met: at best, it is off by {open}")?;
+                write!(f, "gearing `{gearing}` cannot be satisfied: at best, it is off by {open}")?;
             }
             (Some(joint), "", open) => {
                 write!(f, "the loops do not close: at best, joint `{joint}` stays open by {open}")?;
@@ -166,7 +166,7 @@ impl core::fmt::Display for Gap {
             )?,
             (None, missed, _) => write!(
                 f,
-                "the prescribed coordinates contradict each other: at best they are missed by {missed}"
+                "the prescribed coordinates contradict each other: the nearest position misses them by {missed}"
             )?,
         }
         if let Some((prescribed, dofs)) = self.prescribed {

@@ -103,8 +103,8 @@ pub(super) fn check_loops(
 ) {
     if let Some((gearing, joint)) = closing_joint(gearings, (bodies, joints)) {
         let problem = format!(
-            "every joint of a loop through `{}` is in a gearing: split one body of this loop into \
-             two, connected by a fixed joint",
+            "every joint of a loop through `{}` is in a gearing, but at least one must not be: split \
+             one body of this loop into two, and connect them with a fixed joint",
             joints[joint.0].name
         );
         defects.push(Defect::Gearing { gearing: gearings[gearing].name.clone(), problem });

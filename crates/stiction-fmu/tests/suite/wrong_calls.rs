@@ -30,7 +30,7 @@ fn impossible_calls_are_errors_with_messages() {
         refused(plant.set_by(unit.reference("left_elbow.mu"), -0.1), "zero or positive");
         assert_eq!(plant.exit(), 0, "{}", plant.said());
         let start = unit.reference("start.left_motor.position");
-        refused(plant.set_by(start, 1.0), "before the start only");
+        refused(plant.set_by(start, 1.0), "only before the start");
         for (time, size, text) in [
             (0.0, 0.0, "the step is 0 s long"),
             (0.0, -1e-3, "the step is -0.001 s long"),

@@ -173,7 +173,7 @@ impl Compensation {
             return refuse(
                 "the delay in s",
                 self.delay,
-                "give at most 1000 periods of the controller",
+                "give a delay of at most 1000 controller periods",
                 "delay",
             );
         }
@@ -186,7 +186,7 @@ impl Compensation {
         };
         if self.transitions.is_empty() || !self.transitions.iter().all(is_width) {
             let message =
-                "no transition is given, or the width of one is not above 0 and at most 1";
+                "no transition is given, or a width is out of range (greater than 0, at most 1)";
             return Err(Error::input(message).with_option("transition"));
         }
         Ok(())

@@ -162,7 +162,7 @@ impl Compared {
         let is_exact = self.resolution == 0.0 && self.noise == 0.0 && self.delay == 0.0;
         (!is_exact).then(|| {
             format!(
-                "encoders with steps of {}, noise {} (m or rad), delay {}",
+                "encoder resolution {}, noise {} (m or rad), delay {}",
                 digits(self.resolution),
                 digits(self.noise),
                 small(self.delay, "s")

@@ -34,7 +34,7 @@ impl Export {
             Some(FrictionMode::Converged) | None => return remarks,
         };
         remarks.push(format!(
-            "the code computes friction to convergence, but `stiction inverse` {mode} by default for this model"
+            "the code iterates friction to convergence, but `stiction inverse` {mode} by default for this model"
         ));
         remarks
     }
@@ -47,12 +47,12 @@ impl Export {
     /// contains an unknown name.
     pub fn fmu(&self, fmi: Fmi) -> Result<Fmu, Error> {
         if self.options.precision == Precision::Float {
-            return Err(Error::input("variables of an FMU are of double precision")
+            return Err(Error::input("the variables of an FMU have double precision")
                 .with_help("leave --precision out")
                 .with_option("precision"));
         }
         if self.options.functions != Functions::default() {
-            return Err(Error::input("an FMU contains inverse dynamics only")
+            return Err(Error::input("an FMU contains only inverse dynamics")
                 .with_help("leave --functions out")
                 .with_option("functions"));
         }

@@ -99,14 +99,15 @@ impl PlantExport {
             fmi,
             identifier: identifier.clone(),
             model: self.robot.name().to_owned(),
-            about: "Forward dynamics with stick and slip in the joints: a plant without controller"
-                .to_owned(),
+            about:
+                "Forward dynamics with stick and slip in the joints: a plant without a controller"
+                    .to_owned(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             token: unit.token().to_owned(),
             sources: Vec::new(),
             categories: vec![
                 ("logEvents", "Stick onsets, slip onsets and other events"),
-                ("logStatusError", "Calls that are not possible, and steps without an answer"),
+                ("logStatusError", "Rejected calls and failed steps"),
                 ("logStatusFatal", "Defects of the library"),
             ],
             has_events: true,

@@ -98,7 +98,9 @@ impl Forward {
         };
         if !joints[joint].joint_type.has_scalar_coordinates() {
             return Err(Error::input(format!("joint `{name}` has no scalar coordinate to lock"))
-                .with_help("lock other joints, for example all three around it"));
+                .with_help(
+                    "lock other joints; ball joints (S) and `free` joints cannot be locked",
+                ));
         }
         Ok(dofs)
     }
@@ -179,11 +181,11 @@ fn check_start(request: &Forward) -> Result<(), Error> {
     });
     match is_incomplete {
         false => Ok(()),
-        true => {
-            Err(Error::input("the rate of a rotation vector is given without its three values")
-                .with_help("give all of `rvx`, `rvy` and `rvz` of the body")
-                .with_option("at"))
-        }
+        true => Err(Error::input(
+            "the rate of a rotation vector is given, but not all three of its components",
+        )
+        .with_help("give all of `rvx`, `rvy` and `rvz` of the body")
+        .with_option("at")),
     }
 }
 
@@ -209,9 +211,7 @@ fn check_until(request: &Forward, job: &Job<'_>) -> Result<(), Error> {
         Some(end) if until > end => Err(Error::input(format!(
             "the recorded motion ends at {end} s, before the end of the simulation at {until} s"
         ))
-        .with_help(format!(
-            "end the simulation with the recording, at {end} s, or record a longer motion"
-        ))
+        .with_help(format!("end the simulation at {end} s, or record a longer motion"))
         .with_option("until")),
         _ => Ok(()),
     }
@@ -264,7 +264,7 @@ fn refuse_gaps(drives: &Drives, name: &str, (from, until): (f64, f64)) -> Result
         return Err(Error::input(format!(
             "the recorded efforts of {name} end at {last} s, before the end of the simulation at {until} s"
         ))
-        .with_help(format!("end the simulation with them, at {last} s, or record them for longer"))
+        .with_help(format!("end the simulation at {last} s, or record the efforts for longer"))
         .with_option("until"));
     }
     Ok(())

@@ -194,7 +194,7 @@ impl Plant {
     /// # Errors
     /// A number is not finite.
     fn begin(&mut self, from: f64, starts: Option<Vec<Target<f64>>>) -> Result<(), Error> {
-        finite(from, || "the time of the start".to_owned())?;
+        finite(from, || "the start time".to_owned())?;
         (self.from, self.starts) = (from, starts);
         (self.state, self.sample) = (None, None);
         Ok(())

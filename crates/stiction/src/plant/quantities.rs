@@ -194,7 +194,8 @@ impl Table {
         };
         let about = "Position of the body's origin in the world";
         add(&["x", "y", "z"], Part::Position, "m", about);
-        let about = "Orientation of the body in the world: quaternion, real part not negative";
+        let about =
+            "Orientation of the body in the world: unit quaternion with a non-negative real part";
         add(&["qw", "qx", "qy", "qz"], Part::Orientation, "1", about);
         let about = "Velocity of the body's origin, along a world axis";
         add(&["vx", "vy", "vz"], Part::Velocity, "m/s", about);

@@ -157,7 +157,9 @@ pub(super) fn read(folder: &Path) -> Result<Unit, Error> {
     let wrong = || Error::input(format!("{PLANT} does not describe a plant"));
     let plant: Value = serde_json::from_str(&plant).map_err(|_| wrong())?;
     if plant["format"].as_u64() != Some(FORMAT) {
-        return Err(wrong().with_help("export the FMU again with the version of this library"));
+        return Err(wrong().with_help(
+            "export the FMU again with the version of Stiction that contains this library",
+        ));
     }
     let strings = |value: &Value| -> Option<Vec<String>> {
         value.as_array()?.iter().map(|text| text.as_str().map(str::to_owned)).collect()

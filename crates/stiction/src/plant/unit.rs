@@ -46,7 +46,7 @@ impl Unit {
             let body = find("body", name, &names.bodies)?;
             if body == 0 {
                 return Err(Error::input("a force on the ground has no effect")
-                    .with_help("name a body that moves"));
+                    .with_help("choose a body that moves"));
             }
             if !forced.contains(&body) {
                 forced.push(body);
@@ -94,7 +94,7 @@ impl Unit {
     /// # Errors
     /// The unit has started, or the time is not finite.
     pub fn set_start_time(&mut self, time: f64) -> Result<(), Error> {
-        self.refuse_running("the time of the start")?;
+        self.refuse_running("the start time")?;
         let starts = self.state.plant.starts.clone();
         self.state.plant.begin(time, starts)
     }
@@ -112,7 +112,7 @@ impl Unit {
     fn refuse_running(&self, what: &str) -> Result<(), Error> {
         match self.state.runs {
             false => Ok(()),
-            true => Err(Error::input(format!("{what} can be set before the start only"))
+            true => Err(Error::input(format!("{what} can be set only before the start"))
                 .with_help("set it before the initialisation ends")),
         }
     }
@@ -239,7 +239,7 @@ impl Unit {
             Quantity::Parameter(_) => {}
             _ => {
                 return Err(Error::input(format!("the variable `{name}` is a result"))
-                    .with_help("set inputs and parameters only"));
+                    .with_help("set only inputs and parameters"));
             }
         }
         Ok(())

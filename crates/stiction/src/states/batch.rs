@@ -89,13 +89,13 @@ impl States {
         let count = self.home.len();
         let shape = |array: &str, length: usize| {
             Error::input(format!(
-                "`{array}` has {length} numbers, but a row has {count}: one for each of {}",
+                "`{array}` has {length} numbers, but must have {count} in each row, one for each of {}",
                 self.coordinates.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ")
             ))
         };
         if count == 0 {
             return Err(Error::input("the robot has no actuators, so a state has no coordinates")
-                .with_help("name coordinates, such as those of a joint")
+                .with_help("give the names of coordinates, for example those of joints")
                 .with_option("coordinates"));
         }
         if !batch.q.len().is_multiple_of(count) {

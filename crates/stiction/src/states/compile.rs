@@ -154,7 +154,7 @@ impl Compile {
             error.kind(),
             format!("the coordinates {names} do not determine the motion: {}", error.message()),
         )
-        .with_help("name other coordinates, one for each degree of freedom")
+        .with_help("choose other coordinates, one for each degree of freedom")
         .with_option("coordinates")
     }
 }

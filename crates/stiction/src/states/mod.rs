@@ -169,8 +169,8 @@ pub fn status_name(status: Status) -> &'static str {
 pub fn status_reason(status: Status) -> &'static str {
     match status {
         Status::LoopsOpen { .. } => {
-            "the loops do not close: the position is out of reach from the home position along a straight \
-             line of the coordinates"
+            "the loops do not close: the position cannot be reached from the home position along a straight \
+             line in the coordinates"
         }
         status => status.reason(),
     }

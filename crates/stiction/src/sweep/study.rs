@@ -141,8 +141,8 @@ impl Study {
                 reason(&error)
             ))
             .with_help(format!(
-                "write the unit at each value, such as \"{path} = 0.4 {unit}..0.5 {unit} in 5\"; in the header of a \
-                 table, write `{path} [{unit}]`"
+                "write each value with its unit, for example \"{path} = 0.4 {unit}..0.5 {unit} in 5\"; in the header \
+                 of a table, write `{path} [{unit}]`"
             ))),
             _ => Ok(()),
         }

@@ -80,9 +80,7 @@ fn recorded_efforts_end_with_their_recording() {
     folder.write("slope.toml", &slope(0.0));
     folder.write("push.csv", "time [s],slope [N]\n0,10\n1,30\n");
     let run = ["forward", "slope.toml", "--drives", "push.csv", "--from", "rest", "--until", "1.5"];
-    folder
-        .stiction(&run)
-        .fails(2, &["push.csv end at 1 s", "1.5 s", "end the simulation with them, at 1 s"]);
+    folder.stiction(&run).fails(2, &["push.csv end at 1 s", "1.5 s", "end the simulation at 1 s"]);
 }
 
 #[test]

@@ -220,7 +220,9 @@ fn runs_that_cannot_resume_are_reported() {
     let resume = ["forward", "--resume", "-o", "."];
     folder.stiction(&resume).fails(2, &["is damaged: line 1 is not valid JSON"]);
     folder.write("checkpoint.json", "{}");
-    folder.stiction(&resume).fails(2, &["is damaged: it does not name its simulation"]);
+    folder
+        .stiction(&resume)
+        .fails(2, &["is damaged: it does not say which simulation it belongs to"]);
     folder.write("checkpoint.json", "{\"fingerprint\": \"12\"}");
     folder
         .stiction(&["forward", "--resume", "-o", "."])

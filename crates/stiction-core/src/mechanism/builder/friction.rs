@@ -105,12 +105,13 @@ impl Checks<'_> {
         match (map.combine, shape) {
             (Combine::Pads, InterfaceShape::Ball | InterfaceShape::Plate) => {
                 self.problem(
-                    "a ball or a plate has no pads, so its normal load cannot be combined at two \
-                    pads",
+                    "a ball or a plate has no pads, so its normal load cannot be combined as `pads`",
                 );
             }
             (Combine::RootSumSquare, InterfaceShape::Thread) => {
-                self.problem("the parts of the normal load of a thread can be combined as a sum or at two pads only");
+                self.problem(
+                    "the normal load of a thread can combine its parts only as `sum` or `pads`",
+                );
             }
             _ => {}
         }
@@ -122,14 +123,21 @@ impl Checks<'_> {
             JointType::Prismatic | JointType::Cylindrical | JointType::Helical
         );
         if !slides && map.supports != Supports::Predecessor {
-            self.problem("supports on both bodies require a joint that slides along its axis");
+            self.problem("supports on the successor require a joint that slides along its axis");
         }
         if let Supports::OneOnEach { gland, piston } = map.supports {
             let inside = gland.is_finite() && gland != piston;
-            self.require("position of the gland", gland, inside, "other than that of the piston");
+            self.require(
+                "position of the gland",
+                gland,
+                inside,
+                "different from the position of the piston",
+            );
             self.require("position of the piston", piston, true, "finite");
             if map.bending_span.is_some() {
-                self.problem("with supports on both bodies the bending span is not constant");
+                self.problem(
+                    "supports on both bodies define the bending span, so it cannot be set",
+                );
             }
         }
     }

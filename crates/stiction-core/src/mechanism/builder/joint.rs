@@ -176,7 +176,7 @@ impl JointSpec {
             let problem = if !range.of.is_of(self.joint_type) {
                 "does not apply to a joint of this type"
             } else if !is_ordered {
-                "must be finite and begin with the lesser number"
+                "must have finite limits, the smaller one first"
             } else {
                 continue;
             };

@@ -116,7 +116,9 @@ fn defect_of(matrix: &SixBySix) -> Option<String> {
     for i in 0..6 {
         if matrix[i][i] < 0.0 {
             let value = matrix[i][i];
-            return Some(format!("has {value} on its diagonal, but must be at least 0"));
+            return Some(format!(
+                "has {value} on its diagonal, where all entries must be at least 0"
+            ));
         }
     }
     // Scale the diagonal to one, because the entries have different units.
