@@ -66,7 +66,7 @@ impl Instance {
         if unit.token() != token {
             let version = env!("CARGO_PKG_VERSION");
             return Err(Error::input(
-                "the identifier (GUID, instantiation token) is not that of the model in `resources`",
+                "the identifier (GUID, instantiation token) does not match the model in `resources`",
             )
             .with_help(format!(
                 "this library has version {version}: export the FMU again with Stiction {version}"
@@ -113,7 +113,7 @@ impl Instance {
             false => {
                 let names: Vec<String> = phases.iter().map(|phase| format!("{phase:?}")).collect();
                 Err(Error::input(format!(
-                    "this call is not possible in the state {:?} of the instance",
+                    "this call is not possible while the instance is in the state {:?}",
                     self.phase
                 ))
                 .with_help(format!("it is possible in {}", names.join(", "))))
@@ -189,7 +189,7 @@ impl Instance {
         if until <= now {
             return Err(Error::input(format!(
                 "a step of {size} s at {now} s is shorter than the \
-                rounding of the time"
+                rounding error of the time"
             ))
             .with_help("give a longer step"));
         }

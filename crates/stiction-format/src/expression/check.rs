@@ -208,7 +208,7 @@ fn power_dimension(parts: &[Part], formula: &Formula) -> Result<Dimension, Fault
         Fault::new(
             exponent.span.clone(),
             format!("{} cannot be raised to this power", base.dimension.describe()),
-            "the result has no unit",
+            "no unit exists for the result",
         )
     })
 }
@@ -234,7 +234,11 @@ fn call_dimension(function: Function, parts: &[Part]) -> Result<Dimension, Fault
         }
         Rule::Root => first.power(0.5).ok_or_else(|| {
             let span = parts.first().map_or(0..0, |part| part.span.clone());
-            Fault::new(span, format!("the square root of {} has no unit", first.describe()), "")
+            Fault::new(
+                span,
+                format!("no unit exists for the square root of {}", first.describe()),
+                "",
+            )
         }),
         rule => match parts.iter().find(|part| !part.dimension.same(first)) {
             None if rule == Rule::Keep => Ok(first),
@@ -246,7 +250,7 @@ fn call_dimension(function: Function, parts: &[Part]) -> Result<Dimension, Fault
                     first.describe(),
                     other.dimension.describe()
                 ),
-                format!("expected {} like the first argument", first.describe()),
+                format!("expected {}, like the first argument", first.describe()),
             )
             .code("dimension")),
         },

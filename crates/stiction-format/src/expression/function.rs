@@ -141,11 +141,13 @@ impl Function {
             Self::Sqrt if x < 0.0 => Some("the square root of a negative number"),
             Self::Sqrt if x == 0.0 => Some("the derivative of the root is infinite at 0"),
             Self::Log if x <= 0.0 => Some("the logarithm of a number that is not positive"),
-            Self::Asin | Self::Acos if x.abs() > 1.0 => Some("the argument is outside -1 to 1"),
+            Self::Asin | Self::Acos if x.abs() > 1.0 => {
+                Some("the argument is outside the range from -1 to 1")
+            }
             Self::Asin | Self::Acos if x.abs() == 1.0 => {
                 Some("the derivative is infinite at -1 and 1")
             }
-            Self::Atan2 => Some("the angle of the point 0, 0 is undefined"),
+            Self::Atan2 => Some("`atan2(0, 0)` is undefined"),
             Self::Smooth => Some("t0 and t1 are equal"),
             _ => None,
         }

@@ -41,15 +41,15 @@ fn definitions() -> Value {
         "pose": table(POSE),
         "inertia": inertia(),
         "coordinates": {
-            "description": "Coordinates under the name of a body or joint; a dot in a name separates nested tables.",
+            "description": "Coordinates, listed under the name of their body or joint; a dot in a name separates nested tables.",
             "anyOf": [
                 reference("quantity"),
                 { "type": "object", "additionalProperties": reference("coordinates") },
             ],
         },
         "waypoint": {
-            "description": "Coordinates under the name of a body or joint; a dot in a name separates nested tables; \
-             for a body also its `rotation`.",
+            "description": "Coordinates, listed under the name of their body or joint; a dot in a name separates nested tables. \
+             A body can also have a `rotation`.",
             "anyOf": [
                 reference("quantity"),
                 reference("rotation"),

@@ -34,8 +34,8 @@ pub(super) fn settle(context: &Context<'_>, robot: &mut Description) {
         let names: Vec<String> =
             motor.terms.iter().map(|(joint, _)| quoted(&robot.joints[*joint].name)).collect();
         let message = format!(
-            "the motor {} is left out: it drives several joints, {}, which the motors together cannot move \
-             independently",
+            "the motor {} is left out: it drives several joints, {}, and the file has too few independent \
+             motors for these joints",
             quoted(&motor.name),
             names.join(", ")
         );

@@ -24,7 +24,7 @@ pub(super) fn check(context: &Context<'_>, robot: &mut Description) {
     for body in &mut robot.bodies {
         if body.mass > HEAVY {
             let message = format!(
-                "body {} has a mass of {:.3e} kg; if that is an error of units, correct the file",
+                "body {} has a mass of {:.3e} kg; if this is a unit error, correct the file",
                 quoted(&body.name),
                 body.mass
             );
@@ -63,7 +63,7 @@ fn raise_moments(context: &Context<'_>, body: &mut Body, slack: f64) {
             false => "which is negligible for this robot",
         };
         let message = format!(
-            "the inertia of body {} has the negative principal moment {:.2e} kg m², {reason}: it is set to 0",
+            "the inertia of body {} has the negative principal moment {:.2e} kg m², {reason}; this moment is set to 0",
             quoted(&body.name),
             least
         );
@@ -73,7 +73,7 @@ fn raise_moments(context: &Context<'_>, body: &mut Body, slack: f64) {
         body.inertia = ((raised + raised.transpose()) * 0.5).into();
     } else if let Some(place) = &body.place {
         let message = format!(
-            "the inertia of body {} has the negative principal moment {:.2e} kg m², which no body has",
+            "the inertia of body {} has the negative principal moment {:.2e} kg m², which is physically impossible",
             quoted(&body.name),
             least
         );

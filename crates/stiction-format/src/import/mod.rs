@@ -95,7 +95,7 @@ pub fn import(
 fn left_out_shapes(is_shown: bool) -> &'static str {
     match is_shown {
         true => {
-            "of visual shapes only the meshes of moving bodies are kept; collision shapes are left out"
+            "only the visual meshes of moving bodies are kept; all other visual and collision shapes are left out"
         }
         false => "visual and collision shapes are not needed and are left out",
     }
@@ -200,7 +200,7 @@ fn write(context: &Context<'_>, source: &Source, mut robot: Description) -> Opti
                 "its only link is the root, which becomes the ground: for a floating robot, \
                  connect it to a link `world` by a joint of type floating"
             }
-            _ => "if it is a part that another file includes, convert that file",
+            _ => "if another file includes this one, convert the other file",
         };
         context.push(Diagnostic::error("missing", message).help(help));
         return None;

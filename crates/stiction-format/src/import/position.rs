@@ -78,8 +78,8 @@ pub(super) fn assemble(
     let size: usize = mechanism.joints().iter().map(|joint| joint.joint_type.dofs().len()).sum();
     if size > MOST {
         let message = format!(
-            "the loops were not closed: the joints have {size} degrees of freedom in total, and the limit is \
-             {MOST}; add a motion to the model"
+            "the loops were not closed: the joints have {size} degrees of freedom in total, above the limit of \
+             {MOST} for closing loops at import; runs close them if you add a motion to the model"
         );
         context.note(message, None);
         return None;

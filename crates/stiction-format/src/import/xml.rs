@@ -219,7 +219,7 @@ fn build(
     loop {
         if let Some(node) = next {
             if open.len() >= DEEPEST {
-                let message = format!("elements are nested in more than {DEEPEST} levels");
+                let message = format!("elements are nested more than {DEEPEST} levels deep");
                 let place = element(node).place();
                 let help = "flatten the file; robots need far fewer levels";
                 return Err(Diagnostic::error("xml", message).at(place, "").help(help).into());

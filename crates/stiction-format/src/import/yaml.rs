@@ -53,10 +53,13 @@ pub(super) fn parse(source: &Arc<Source>) -> Result<Vec<(Word, Value)>, Diagnost
         Diagnostics::from(Diagnostic::error("yaml", message).at(place, "").help("correct the YAML"))
     };
     if text.len() > LONGEST {
-        return Err(refused(format!("a YAML file of more than {LONGEST} bytes is not read"), 0));
+        return Err(refused(
+            format!("the YAML file is longer than the limit of {LONGEST} bytes"),
+            0,
+        ));
     }
     if let Some(at) = too_deep(text) {
-        return Err(refused(format!("lists are nested in more than {DEEPEST} levels"), at));
+        return Err(refused(format!("lists are nested more than {DEEPEST} levels deep"), at));
     }
     let documents = MarkedYaml::load_from_str(text).map_err(|error| {
         let at = byte_of(text, error.marker().index());

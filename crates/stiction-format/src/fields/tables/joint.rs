@@ -104,7 +104,7 @@ const ENDS: &[Field] = &[
         "R revolute, P prismatic, H helical, C cylindrical, U universal, S spherical, E planar, fixed, \
          free.",
     ),
-    required("from", Name, "The predecessor: joint reactions are those of this body on `to`."),
+    required("from", Name, "The predecessor: the body that exerts the joint reactions on `to`."),
     required("to", Name, "The successor."),
 ];
 

@@ -260,7 +260,7 @@ fn replace(context: &Context<'_>, robot: &mut Description, joint: Joint, chain: 
     let names: Vec<String> = chain.iter().map(|&k| quoted(&robot.joints[k].name)).collect();
     let lost = joint.kind == Spherical || joint.kind == Revolute;
     let ranges = chain.iter().any(|&k| robot.joints[k].dofs.iter().any(|dof| dof.range.is_some()));
-    let more = if lost && ranges { ", their ranges are left out" } else { "" };
+    let more = if lost && ranges { "; their ranges are left out" } else { "" };
     let message = format!(
         "{}, with massless bodies between them, are replaced by {what}, {}{more} (--literal keeps \
          them)",

@@ -24,7 +24,10 @@ impl Reader<'_, '_> {
         let gear = gear.first().copied().unwrap_or(1.0);
         let terms = if let Some(name) = element.get("tendon") {
             let Some(tendon) = tendons.get_mut(name) else {
-                context.note("an actuator of this tendon is left out", Some(place));
+                context.note(
+                    "an actuator whose tendon is not a <fixed> tendon is left out",
+                    Some(place),
+                );
                 return None;
             };
             tendon.joints.clone()
@@ -89,7 +92,7 @@ impl Reader<'_, '_> {
         let effort = [force, control].into_iter().flatten().reduce(f64::min);
         let effort = effort.map(|force| force * gear.abs());
         if !is_motor {
-            let message = "control laws of actuators are left out: they become motors without a \
+            let message = "control laws of actuators are left out: the actuators become motors without a \
                 controller";
             context.note(message, Some(place.clone()));
         }

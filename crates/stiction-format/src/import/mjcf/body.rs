@@ -38,8 +38,8 @@ impl Reader<'_, '_> {
                 match item.element.tag.as_str() {
                     "site" => self.read_site(item, GROUND),
                     "joint" | "freejoint" => {
-                        let message = "the world has a joint".to_owned();
-                        let help = "joints belong to bodies";
+                        let message = "a joint is directly in <worldbody>".to_owned();
+                        let help = "put the joint into the <body> that it moves";
                         self.context.error("mjcf", message, &item.element.place(), help);
                     }
                     _ => {}

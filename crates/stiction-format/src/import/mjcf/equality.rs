@@ -144,7 +144,7 @@ impl Reader<'_, '_> {
         let given = element.list(self.context, "polycoef").unwrap_or_default();
         coefficients.iter_mut().zip(given).for_each(|(known, value)| *known = value);
         if has_second && coefficients[2..].iter().any(|value| *value != 0.0) {
-            let message = "a coupling by a polynomial of higher order is left out";
+            let message = "a coupling with a nonlinear `polycoef` is left out";
             self.context.note(message, Some(element.place()));
             return None;
         }

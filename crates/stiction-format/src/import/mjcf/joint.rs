@@ -160,11 +160,13 @@ impl Reader<'_, '_> {
         let stiffness = self.first(element, "stiffness");
         let damper = element.list(context, "springdamper").unwrap_or_default();
         if damper.iter().any(|number| *number > 0.0) {
-            let message = "springdamper (time constant and damping ratio) is left out: write stiffness and damping";
+            let message = "springdamper (time constant and damping ratio) is left out: give `stiffness` \
+                and `damping` instead";
             context.note(message, Some(element.place()));
         }
         if element.attribute("actuatorfrcrange").is_some() {
-            let message = "actuatorfrcrange is left out: limits belong to motors (forcerange)";
+            let message =
+                "actuatorfrcrange is left out: give the limit as `forcerange` of the motor";
             context.note(message, Some(element.place()));
         }
         let rest = number("springref").map_or(0.0, measure);

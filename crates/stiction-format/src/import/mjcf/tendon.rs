@@ -55,9 +55,8 @@ impl Reader<'_, '_> {
             let values = [fixed.armature, fixed.friction, fixed.damping];
             for (key, value) in ["armature", "frictionloss", "damping"].into_iter().zip(values) {
                 if value != 0.0 {
-                    let message = format!(
-                        "`{key}` of a tendon that couples joints without a motor is left out"
-                    );
+                    let message =
+                        format!("`{key}` of a <fixed> tendon that no motor drives is left out");
                     self.context.note(message, Some(fixed.place.clone()));
                 }
             }

@@ -40,7 +40,7 @@ impl Reader<'_, '_> {
             });
             let Some((joint, sign)) = found else {
                 let message = format!(
-                    "{} couples no hinge between its <{tag}> and its reference body",
+                    "no hinge about the axis of {} connects its <{tag}> with its reference body",
                     element.title()
                 );
                 let help =

@@ -137,7 +137,12 @@ pub(super) fn read(context: &Context<'_>, root: &Element) -> Option<Found> {
     while let Some(pending) = open.pop() {
         if models.len() >= MOST {
             let message = format!("the file has or includes more than {MOST} models");
-            context.error("sdf", message, &pending.element.place(), "a model may include itself");
+            context.error(
+                "sdf",
+                message,
+                &pending.element.place(),
+                "make sure that no model includes itself",
+            );
             return None;
         }
         let model = model(context, pending)?;

@@ -70,7 +70,7 @@ pub(super) fn guess(reader: &mut Reader<'_, '_>, models: &[Model]) {
     }
     let message = match any {
         true if has_names => {
-            "SDF does not say which joints have motors: those that plugins name are actuated"
+            "SDF does not say which joints have motors: those named in plugins are actuated"
         }
         true if is_open => {
             "SDF does not say which joints have motors: those whose effort limit is not 0 are actuated"

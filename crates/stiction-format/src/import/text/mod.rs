@@ -51,11 +51,11 @@ pub(super) fn write(context: &Context<'_>, robot: &Description, draft: &Draft<'_
     let mut out = String::new();
     let title = format!("{}, from the {} {}", robot.name, robot.format, draft.file);
     let each =
-        if draft.legs.is_empty() { "" } else { "; parts of legs have one number for each leg" };
+        if draft.legs.is_empty() { "" } else { "; each part of a leg has one number per leg" };
     comment(
         &mut out,
         &format!(
-            "From {} ({}). Numbers after # are its line numbers{each}.",
+            "From {} ({}). Numbers after # are line numbers of that file{each}.",
             draft.file, robot.format
         ),
     );

@@ -48,13 +48,13 @@ fn read_transmission(
     let joints: Vec<&Element> = transmission.all("joint").collect();
     let place = transmission.place();
     let [joint] = joints.as_slice() else {
-        let message = "a transmission of several joints has no counterpart in the model";
+        let message = "a transmission that does not have exactly one joint is left out";
         context.note(message, Some(place));
         return None;
     };
     let name = joint.required(context, "name")?;
     let Some(&index) = tree.joints.get(name) else {
-        let message = format!("{} names no joint of the file", transmission.title());
+        let message = format!("{} names a joint that the file does not have", transmission.title());
         context.note(message, Some(place));
         return None;
     };

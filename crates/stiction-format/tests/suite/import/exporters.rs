@@ -73,7 +73,7 @@ fn negative_moments_are_raised_or_refused() {
     let said = notes(&imported);
     assert!(said.contains("-1.00e-12 kg m², which is negligible for this robot"), "{said}");
     let said = refused("r.urdf", &with_size("-0.02"));
-    assert!(said.contains("r.urdf:5:") && said.contains("which no body has"), "{said}");
+    assert!(said.contains("r.urdf:5:") && said.contains("physically impossible"), "{said}");
 }
 
 #[test]

@@ -33,7 +33,7 @@ fn hostile_files_are_refused_with_reasons() {
         (laughs, "entities"),
         ("<html/>", "is not that of a robot file"),
         ("<robot name='r'/>", "has no links"),
-        (&format!("<mujoco><worldbody>{deep}</worldbody></mujoco>"), "nested in more than"),
+        (&format!("<mujoco><worldbody>{deep}</worldbody></mujoco>"), "nested more than"),
         ("<mujoco><include file='robot.xml'/></mujoco>", "included again"),
         ("<mujoco><worldbody><body pos='nan 0 0'/></worldbody></mujoco>", "not a finite number"),
         ("<mujoco><worldbody><body pos='1e300 0 0'/></worldbody></mujoco>", "greater than"),

@@ -108,7 +108,7 @@ fn five_bar_agrees_with_pinocchio() {
     // coordinate.
     assert_eq!(model.motion("hold").unwrap().coordinates.len(), 2);
     let notes: Vec<String> = imported.notes.iter().map(|note| note.line()).collect();
-    assert!(notes.iter().any(|note| note.contains("error of units")), "{notes:#?}");
+    assert!(notes.iter().any(|note| note.contains("a unit error")), "{notes:#?}");
 }
 
 /// An MJCF with nested classes, closures and missing meshes, compared with MuJoCo.
