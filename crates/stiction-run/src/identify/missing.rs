@@ -245,7 +245,7 @@ fn words(effect: Effect, (name, unit): (&str, &str), is_positive: bool) -> (Stri
             "give the joint a coefficient of friction `mu`".to_owned(),
         ),
         Effect::FrictionDrift | Effect::ViscousDrift => (
-            "friction that drifts from the middle of the log to its end, for example with warming"
+            "friction that drifts during the second half of the log, for example as the joints warm up"
                 .to_owned(),
             "log after warming up, or choose a part with `from` and `until`".to_owned(),
         ),
