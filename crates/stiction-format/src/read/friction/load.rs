@@ -52,7 +52,7 @@ fn combine(layers: &Layers<'_>, shape: InterfaceShape, notes: &mut Notes) -> Com
             could be combined"
         }
         (Combine::RootSumSquare, InterfaceShape::Thread) => {
-            "the normal force of a thread depends on its own friction, which this combination does not support"
+            "the normal force of a thread depends on the thread's friction, which `root-sum-square` does not support"
         }
         _ => return combine,
     };
