@@ -109,7 +109,7 @@ pub(crate) fn load(
             sum += mesh.bytes.len();
             match sum > LARGEST_SUM {
                 true => Err(format!(
-                    "with it, all meshes together have more than {:.1} MB",
+                    "with this file, all meshes together are larger than {:.1} MB",
                     LARGEST_SUM as f64 / 1e6
                 )),
                 false => Ok(Arc::new(mesh)),
@@ -164,7 +164,7 @@ fn check_gltf(bytes: &[u8]) -> Result<(), String> {
     let names = list(&root["extensionsRequired"]);
     let is_known = |name: &&str| EXTENSIONS.iter().any(|known| name.starts_with(known));
     if let Some(name) = names.iter().filter_map(Value::as_str).find(|name| !is_known(name)) {
-        return Err(format!("it needs the extension {}", quoted(name)));
+        return Err(format!("it needs the extension {}, which is not supported", quoted(name)));
     }
     let uris =
         list(&root["buffers"]).into_iter().filter_map(|one| Some(one["uri"].as_str()?.to_owned()));

@@ -136,7 +136,7 @@ impl DerivativeProgram {
     ///
     /// # Panics
     /// See [`InverseProgram::set`].
-    #[must_use = "if it is false, forces and slopes are invalid"]
+    #[must_use = "if the result is false, forces and slopes are invalid"]
     pub fn run(
         &self,
         memory: &mut DerivativeMemory,

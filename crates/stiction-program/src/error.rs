@@ -63,11 +63,9 @@ pub enum RecordError {
 impl fmt::Display for RecordError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::EmptySignal => write!(
-                f,
-                "the signal has no positions at which to record a \
-                                            program"
-            ),
+            Self::EmptySignal => {
+                write!(f, "the signal is empty: recording a program needs at least one position")
+            }
             Self::Signal { position, error } => {
                 write!(f, "position {position} of the signal (counted from 0): {error}")
             }

@@ -82,7 +82,7 @@ pub(crate) fn array<'py>(
     let size = shape.iter().product::<usize>();
     if values.len() != size {
         return Err(PyMemoryError::new_err(
-            "the number of values of an array differs from its shape",
+            "an array does not have as many values as its shape requires",
         ));
     }
     let flat: Bound<'py, PyArray1<f64>> = values.into_pyarray(py);

@@ -81,10 +81,9 @@ impl NativeModel {
 
     /// Returns the parts from which [`Self::from_parts`] creates the same model.
     fn parts(&self, py: Python<'_>) -> PyResult<Parts> {
-        let text = self
-            .robot
-            .text()
-            .ok_or_else(|| input(py, "the model has no text", "load it from a file or a text"))?;
+        let text = self.robot.text().ok_or_else(|| {
+            input(py, "the model has no text", "load the model from a file or a string")
+        })?;
         let ModelParts { name, text, folder, changes, filter } = text.parts();
         Ok((name, text, folder, changes, filter, self.notes.clone()))
     }
@@ -92,7 +91,7 @@ impl NativeModel {
     /// Creates a copy of the model with changed values.
     fn changed(&self, py: Python<'_>, changes: Vec<String>) -> PyResult<Self> {
         let text = self.robot.text().ok_or_else(|| {
-            input(py, "the model has no text to change", "load it from a file or a text")
+            input(py, "the model has no text to change", "load the model from a file or a string")
         })?;
         let changed = load(py, || Ok(changes.into_iter().fold(text.clone(), ModelText::with)))?;
         Ok(Self { notes: self.notes.clone(), ..changed })

@@ -134,7 +134,7 @@ fn wrapped_recordings_are_reported() {
             "turn.csv:",
             "changes by -356 deg",
             "more than half a turn",
-            "continue angles beyond a full turn",
+            "let angles continue beyond a full turn",
         ],
     );
 }

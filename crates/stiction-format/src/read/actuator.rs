@@ -184,7 +184,7 @@ fn spec(
                 Diagnostic::error("actuator", format!("the loss of {what} is given twice"))
                     .at(context.place(&record.span(key)), "once here")
                     .also(context.place(&record.span("mesh")), "once here")
-                    .help("keep the efficiencies or the mesh: one follows from the other"),
+                    .help("keep either the efficiencies or the mesh: one follows from the other"),
             );
             return None;
         }

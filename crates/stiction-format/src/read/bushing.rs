@@ -42,7 +42,7 @@ pub(crate) fn read(context: &Context<'_>, key: &Key, table: &Table, what: &str) 
 
 /// Reads a 6x6 matrix, given by the six entries of its diagonal or by six rows of six entries.
 fn matrix(context: &Context<'_>, value: &Value, measures: Measures) -> Option<SixBySix> {
-    const FORMS: &str = "the 6 entries of a diagonal, x y z before rx ry rz, or 6 rows of 6";
+    const FORMS: &str = "6 diagonal entries (for x, y, z, rx, ry, rz) or 6 rows of 6 entries";
     let Some(list) = value.as_list().filter(|list| list.len() == 6) else {
         context.wrong(value, FORMS);
         return None;

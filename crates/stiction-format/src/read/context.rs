@@ -212,7 +212,7 @@ impl<'a> Context<'a> {
                     self.push(
                         Diagnostic::warning("angle", format!("{function}{number}*t) means {number} \
                             rad/s, {turns:.1} turns per second"))
-                            .at(self.place(&value.span), "bare angles are in rad")
+                            .at(self.place(&value.span), "angles without a unit are in rad")
                             .help(format!("write {function}{number} deg*t) for degrees per second, or {function}{number} rad*t)")),
                     );
                 }
@@ -229,7 +229,7 @@ impl<'a> Context<'a> {
         let message = format!("the angle {shown} rad is {turns:.1} turns");
         self.push(
             Diagnostic::warning("angle", message)
-                .at(self.place(&value.span), "bare angles are in rad")
+                .at(self.place(&value.span), "angles without a unit are in rad")
                 .help(format!(
                     "write \"{shown} deg\" for degrees, or \"{shown} rad\" if radians are intended"
                 )),

@@ -47,7 +47,11 @@ pub(super) fn unknown(source: &Arc<Source>, name: &str) -> Diagnostics {
     let place = Place::new(source, 0..source.text.len());
     Diagnostic::error("unknown-name", format!("there is no controller {}", quoted(name)))
         .at(place, "unknown controller")
-        .maybe_help(did_you_mean(name, "controllers, besides a TOML file or assignments", DEFAULTS))
+        .maybe_help(did_you_mean(
+            name,
+            "give a TOML file, assignments, or one of these controllers",
+            DEFAULTS,
+        ))
         .into()
 }
 
@@ -157,7 +161,7 @@ pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) 
     };
     if period == 0.0 && differences {
         complain(
-            "differences of positions and a `resolution` need a sampling period",
+            "rates from differences of positions, and a `resolution`, need a sampling period",
             "give a `period`, for example `period = \"1 ms\"`",
             "period",
         );

@@ -31,7 +31,7 @@ impl Context<'_> {
                         .at(self.place(&value.span), "not an axis")
                         .maybe_help(did_you_mean(
                             name,
-                            "axes, besides vectors such as [1, 0, 1]",
+                            "give a vector such as [1, 0, 1], or one of these axes",
                             AXES.iter().copied(),
                         )),
                     );
@@ -62,8 +62,8 @@ impl Context<'_> {
     /// Reads a rotation: `{ axis, angle }`, or three intrinsic angles under the name of their
     /// order.
     pub(crate) fn rotation(&self, value: &Value) -> Option<Mat3<f64>> {
-        const FORMS: &str = "write { axis = \"z\", angle = \"30 deg\" }, or three intrinsic angles under \
-                             their order, such as { xyz = [0, \"30 deg\", 0] }";
+        const FORMS: &str = "write { axis = \"z\", angle = \"30 deg\" }, or three intrinsic angles with \
+                             their order as the key, such as { xyz = [0, \"30 deg\", 0] }";
         let Some(table) = value.as_table() else {
             self.wrong(value, "a rotation such as { axis = \"z\", angle = \"30 deg\" }");
             return None;
@@ -137,9 +137,12 @@ impl Context<'_> {
             }
             if value.as_list().is_some_and(|rows| rows.iter().all(|row| row.as_list().is_some())) {
                 self.push(
-                    Diagnostic::error("wrong-type", "an inertia cannot be a matrix of rows")
-                        .at(self.place(&value.span), "a list of lists")
-                        .help("write the diagonal [xx, yy, zz], or { xx = 1, yy = 1, zz = 1, xy = 0 }"),
+                    Diagnostic::error(
+                        "wrong-type",
+                        "an inertia cannot be given as the rows of a matrix",
+                    )
+                    .at(self.place(&value.span), "a list of lists")
+                    .help("write the diagonal [xx, yy, zz], or { xx = 1, yy = 1, zz = 1, xy = 0 }"),
                 );
                 return None;
             }

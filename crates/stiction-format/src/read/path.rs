@@ -236,7 +236,7 @@ pub(crate) fn coordinate(
     if letter.is_some() && !order.is_tait_bryan() {
         return Err(Unresolved::new(
             format!("{} is ambiguous: its axis occurs twice in the order", quoted(key)),
-            "name the angles `r1`, `r2`, `r3`".to_owned(),
+            "use the names `r1`, `r2`, `r3` for the angles".to_owned(),
         ));
     }
     let by_axis = letter.and_then(|axis| order.axes().iter().position(|&a| a == axis));

@@ -180,7 +180,7 @@ fn channels(reader: &Reader<'_>, tables: &[&Table]) -> Option<Vec<Channel>> {
     }
     if fine && channels.is_empty() {
         context.push(
-            Diagnostic::error("motion", "the waypoints name no coordinate")
+            Diagnostic::error("motion", "the waypoints do not give any coordinate")
                 .at(context.place(&tables[0].span), "no coordinate")
                 .help("for example { tool.x = \"80 mm\", tool.y = \"340 mm\" }"),
         );

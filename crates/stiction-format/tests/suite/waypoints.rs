@@ -149,7 +149,7 @@ fn defects_are_explained() {
         ),
         (
             "limits.tool.speed = 1\nwaypoints = [{ tool.x = 0 }, { tool.x = 1, duration = 0.5 }]",
-            "within its limits it needs 1.875 s",
+            "its limits require at least 1.875 s",
         ),
         (
             "limits.tool.speed = 1\nlaw = \"trapezoid\"\nwaypoints = [{ tool.x = 0 }, { tool.x = 1 }]",

@@ -125,9 +125,9 @@ fn verdicts(names: &Names, found: &Findings) -> Vec<Finding> {
     for line in certainty_text(names, found).lines() {
         all.push(Finding::open(
             line,
-            "Intervals are exact, or inner bounds; guaranteed bounds, where they are known, lie \
-             farther out. For each effort in an interval, the other actuators exert matching \
-             efforts.",
+            "Each interval is either exact or an inner bound; guaranteed bounds, if they are \
+             known, are wider. For each effort in an interval, the other actuators exert \
+             matching efforts.",
         ));
     }
     all

@@ -175,7 +175,10 @@ fn write_unpowered(out: &mut impl Write, holding: &Holding) -> fmt::Result {
                 if enough - not_enough <= SAME * enough {
                     String::new()
                 } else if not_enough > 0.0 {
-                    format!(" (certainly not by more than {})", number(1.0 / not_enough))
+                    format!(
+                        " (divided by more than {}, they certainly would not hold it)",
+                        number(1.0 / not_enough)
+                    )
                 } else {
                     " (perhaps by more)".to_owned()
                 },
@@ -201,16 +204,16 @@ fn write_unpowered(out: &mut impl Write, holding: &Holding) -> fmt::Result {
             if enough - not_enough <= SAME * enough {
                 String::new()
             } else {
-                format!(" (certainly none below {} times)", number(not_enough))
+                format!(" (less than {} times as large certainly would not)", number(not_enough))
             },
         ),
         Verdict::Undecided => writeln!(
             out,
-            "undecided whether the mechanism holds without actuator efforts: below {} times the \
-             static coefficients it certainly slips{}",
+            "undecided whether the mechanism holds without actuator efforts: with less than \
+             {} times the static coefficients it certainly slips{}",
             number(not_enough),
             if enough.is_finite() {
-                format!(", from {} times on it holds", number(enough))
+                format!(", and with {} times or more it holds", number(enough))
             } else {
                 String::new()
             },

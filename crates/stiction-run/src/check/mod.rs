@@ -141,7 +141,7 @@ pub fn examine(
         locks => format!(", with {} locked", locks.join(", ")),
     };
     findings.warnings.push(format!(
-        "the prescribed coordinates do not determine the motion: checked at its first instant only{locks}"
+        "the prescribed coordinates do not determine the motion: the check examines only the first instant{locks}"
     ));
     Ok(findings)
 }

@@ -109,7 +109,7 @@ fn rows(table: Given<'_>) -> Option<Vec<[f64; 2]>> {
             None if *speed != 0.0 => ("a table of coefficients must begin at the speed 0", "not 0"),
             Some(before) if *speed <= before => (
                 "the speeds in a table of coefficients must increase",
-                "not greater than the speed above",
+                "not greater than the speed in the row above",
             ),
             _ if *coefficient < 0.0 => ("a friction coefficient must be at least 0", "negative"),
             _ => {

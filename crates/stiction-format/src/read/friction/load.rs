@@ -48,11 +48,10 @@ fn combine(layers: &Layers<'_>, shape: InterfaceShape, notes: &mut Notes) -> Com
     };
     let why = match (combine, shape) {
         (Combine::Pads, InterfaceShape::Plate) => {
-            "a plate has no pads at which the normal force \
-            could be combined"
+            "`pads` needs two supports along an axis, which a plate does not have"
         }
         (Combine::RootSumSquare, InterfaceShape::Thread) => {
-            "the normal force of a thread depends on its own friction, which this combination does not support"
+            "the normal force of a thread depends on the thread's friction, which `root-sum-square` does not support"
         }
         _ => return combine,
     };

@@ -163,8 +163,8 @@ impl Reader<'_> {
             Ok((coordinate, measure)) => Some((LogRole::Coordinate(coordinate), Some(measure))),
             Err(unresolved) => {
                 if let Some((message, help, _)) = unresolved.explain(&self.names, &[], label) {
-                    let more = "for a column that is not used, write `NAME = \"\"` under [columns] in the options, and `\"NA*\" = \"\"` for \
-                                several";
+                    let more = "if the column is not used, write `NAME = \"\"` under [columns] in the options; \
+                                `\"NA*\" = \"\"` does so for all columns whose names begin with NA";
                     let help =
                         help.map_or_else(|| more.to_owned(), |help| format!("{help}; {more}"));
                     out.push(

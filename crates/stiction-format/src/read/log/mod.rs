@@ -243,7 +243,7 @@ impl Reader<'_> {
             let label = "expected a header such as `time [s],leg1.P [m],leg1.P.effort [N]`";
             return Err(Diagnostic::error("samples", message)
                 .at(self.place(head.names), label)
-                .help("name the columns in the options, such as `header = [\"time [s]\", \"leg1.P [m]\"]`")
+                .help("give the names of the columns in the options, for example `header = [\"time [s]\", \"leg1.P [m]\"]`")
                 .into());
         }
         let mut meanings: Vec<Meaning> = Vec::new();
@@ -316,8 +316,13 @@ impl Reader<'_> {
             line += text[counted..span.start].bytes().filter(|byte| *byte == b'\n').count();
             counted = span.start;
             let split = cells.split(text, span, meanings.len());
-            let mut fault = (split.len() != meanings.len())
-                .then(|| format!("{} cells instead of {}", split.len(), meanings.len()));
+            let mut fault = (split.len() != meanings.len()).then(|| {
+                format!(
+                    "the row has {} cells, but the log has {} columns",
+                    split.len(),
+                    meanings.len()
+                )
+            });
             for ((value, cell), meaning) in row.iter_mut().zip(split).zip(meanings) {
                 let content = &text[cell.clone()];
                 if meaning.role == LogRole::Unused {
@@ -368,7 +373,7 @@ impl Reader<'_> {
             number += 1;
             if fault.is_none() && log.has_jumped_before(now) {
                 let jump = format!(
-                    "the time {} s is not less than that of the next row, {now} s",
+                    "the time {} s is not earlier than the time of the next row, {now} s",
                     log.times[log.times.len() - 1]
                 );
                 log.times.pop();
@@ -382,8 +387,7 @@ impl Reader<'_> {
             {
                 has_repeated_times = true;
                 fault = Some(format!(
-                    "the time {now} s is not greater than that of the row before, \
-                    {last} s"
+                    "the time {now} s is not later than the time of the previous row, {last} s"
                 ));
             }
             match fault {
@@ -408,7 +412,7 @@ impl Reader<'_> {
             let message =
                 format!("{} has {good} good rows and {bad} bad ones{first}", self.source.name);
             let mut help = format!(
-                "it needs at least {least} good rows, and at most one bad row in five good ones"
+                "a log needs at least {least} good rows, and at most one bad row for every five good rows"
             );
             if has_ambiguous_times {
                 help += "; write times of day as hh:mm:ss and minutes with seconds as 05:12.0, or set the time \

@@ -108,7 +108,7 @@ fn bad_rows_have_a_line_and_a_reason() {
     let lines: Vec<usize> = found.bad_rows.named.iter().map(|(line, _)| *line).collect();
     assert_eq!(lines, [32, 33, 34, 35]);
     assert!(found.bad_rows.named[0].1.contains("is empty"));
-    assert!(found.bad_rows.named[3].1.contains("not greater than that of the row before"));
+    assert!(found.bad_rows.named[3].1.contains("not later than the time of the previous row"));
     assert!(log(header, &["x,1,1,1"; 40], &[]).is_err());
 }
 

@@ -59,13 +59,13 @@ impl Cutoff {
             (message, label, "give a higher frequency".to_owned())
         } else if knots > MAX_KNOTS {
             let message = format!(
-                "a filter of {} Hz for {} s needs too much memory: {} knots",
+                "a cut-off frequency of {} Hz for a recording of {} s needs too much memory: {} spline knots",
                 number(*hertz),
                 short(duration),
                 number(knots)
             );
             let label = format!("at most {} knots", number(MAX_KNOTS));
-            (message, label, "give a lower frequency, or divide the recording".to_owned())
+            (message, label, "give a lower frequency, or split the recording".to_owned())
         } else {
             return None;
         };

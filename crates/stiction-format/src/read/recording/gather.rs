@@ -222,8 +222,8 @@ fn at_once(plan: &Plan, mut columns: Vec<Vec<f64>>) -> (SampleTimes, Vec<(Signal
 fn refuse(header: &Header, messages: &mut Messages, end: u64) {
     let Some(time) = header.time.and_then(|index| header.columns.get(index)) else { return };
     let message = format!(
-        "the time steps are too unequal to compute the spline in parts, and {} GB are too much to compute \
-         it at once (maximum {} GB)",
+        "the time steps are too unequal to compute the spline in parts, and the file of {} GB \
+         is too large to compute it at once (maximum {} GB)",
         number(end as f64 / 1e9),
         number(MAX_GLOBAL_BYTES as f64 / 1e9)
     );

@@ -150,7 +150,8 @@ impl Header {
                 // In a result file, a column whose name does not end in `.drive` is not an effort.
                 if actuators.find(name).is_some() {
                     let message = format!(
-                        "the column {} is ambiguous, because other columns are named `….drive`",
+                        "the column {} is ambiguous: it is named after an actuator, \
+                         but the columns of efforts in this file end in `.drive`",
                         quoted(name)
                     );
                     messages.push("duplicate", message, cell, "delete this column");

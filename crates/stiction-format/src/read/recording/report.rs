@@ -123,8 +123,8 @@ impl<'a> Report<'a> {
         if let Some(cutoff) = self.suggestion.take_if(|_| noise.order == 0) {
             let cutoff = number(cutoff);
             help = format!(
-                "filter the recording, with --filter \"{cutoff} Hz\" or `filter = \"{cutoff} Hz\"` in \
-                 [motions.NAME], a cut-off that suits this noise and motion; or "
+                "filter the recording with --filter \"{cutoff} Hz\" or `filter = \"{cutoff} Hz\"` in \
+                 [motions.NAME] (this cut-off frequency suits the noise and the motion); or "
             );
         }
         help += if noise.is_of_times {
@@ -163,7 +163,7 @@ impl<'a> Report<'a> {
         );
         let rests: Vec<String> = filtered.rests.iter().map(describe_rest).collect();
         if !rests.is_empty() {
-            note += &format!("; at rest within the noise {}", rests.join(", "));
+            note += &format!("; apart from noise, the coordinate is at rest {}", rests.join(", "));
         }
         self.notes.push(note);
         let Peak { size, time } = filtered.smearing;
@@ -262,7 +262,8 @@ impl<'a> Report<'a> {
         let (column, below) = (derivative(name, found.order), derivative(name, found.order - 1));
         let per = if found.order == 1 { "/s" } else { "/s^2" };
         let message = format!(
-            "`{column}` contradicts `{below}`: it differs from the slope by {} {unit}{per} at t = {} s; the slope \
+            "`{column}` contradicts `{below}`: it differs from the slope of `{below}` \
+             by {} {unit}{per} at t = {} s; the slope \
              is {} {unit}{per} (rms)",
             short(found.difference.size),
             short(found.difference.time),

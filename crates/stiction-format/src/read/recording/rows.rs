@@ -221,8 +221,8 @@ fn check_turn(
         quoted(name),
         number(change.to_degrees().round())
     );
-    let help = "continue angles beyond a full turn: 358, 360, 362 deg; multiply a rotation vector r by \
-                1 - 2 pi/|r|";
+    let help = "let angles continue beyond a full turn: 358, 360, 362 deg; where \
+                a rotation vector r jumps, multiply it by 1 - 2 pi/|r|";
     let label = "more than half a turn";
     messages.push_help("wrapped", message, cell.clone(), label, Some(help.to_owned()));
 }

@@ -154,7 +154,7 @@ impl Timing<'_> {
                     number(duration)
                 ),
                 false => format!(
-                    "the move takes {} s; within its limits it needs {} s",
+                    "the move takes {} s, but its limits require at least {} s",
                     number(duration),
                     number(least)
                 ),

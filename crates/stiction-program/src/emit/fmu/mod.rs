@@ -77,8 +77,8 @@ impl Feedforward {
             fmi,
             identifier: name.to_owned(),
             model: labels.model.clone(),
-            about: "Inverse dynamics with load-dependent joint friction: feed-forward of actuator \
-                    efforts"
+            about: "Inverse dynamics with load-dependent joint friction: actuator \
+                    efforts for feed-forward"
                 .to_owned(),
             version: labels.version.clone(),
             token: String::new(),
@@ -164,12 +164,12 @@ impl Feedforward {
                 "Determinant of the equations with friction relative to that without: 0 if \
                  friction locks the mechanism",
             ),
-            ("joints.reaction", "N", "Largest reaction force of a joint"),
+            ("joints.reaction", "N", "Largest reaction force of all joints"),
         ] {
             variables.push(Variable::real(name, Causality::Local, unit, about));
         }
-        let about = "Outcome: 0 success, 1 friction at rest selected by a rule or not converged, 2 \
-            efforts without friction, negative: efforts of the last valid step";
+        let about = "Outcome: 0 success, 1 friction at rest chosen by a rule, or iteration not \
+            converged, 2 efforts without friction, negative: efforts of the last valid step";
         variables.push(Variable::integer("status", Causality::Output, about));
         let about = "Friction at rest: 0 as in the last motion, 1 fading to zero, 2 none";
         let mut rest = Variable::integer("friction.rest", Causality::Parameter, about);
