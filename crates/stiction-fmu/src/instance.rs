@@ -69,11 +69,7 @@ impl Instance {
                 "the identifier (GUID, instantiation token) is not that of the model in `resources`",
             )
             .with_help(format!(
-<<<<<<< HEAD
                 "this library has version {version}: export the FMU again with Stiction {version}"
-=======
-                "this library has version {version}: export the FMU again with stiction {version}"
->>>>>>> 0b75816b (Mend four messages that three readers named)
             )));
         }
         let fresh = unit.state();
