@@ -4,11 +4,13 @@ use crate::dist::has_target;
 use crate::{cargo, succeeds};
 use std::env::consts::EXE_SUFFIX;
 use std::fs;
-use std::path::Path;
-use std::process::{Command, ExitCode};
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode, Stdio};
 
 const TARGET: &str = "wasm32-unknown-unknown";
 const FOLDER: &str = "target/playground";
+/// Profile of the module, without the names of its functions.
+const PROFILE: &str = "playground";
 
 pub(crate) fn playground() -> ExitCode {
     match build() {
@@ -27,7 +29,7 @@ pub(crate) fn build() -> Result<(), String> {
     }
     eprintln!("== the engine for {TARGET}");
     let mut engine =
-        cargo(&["build", "--release", "--locked", "--lib", "-p", "stiction-playground"]);
+        cargo(&["build", "--profile", PROFILE, "--locked", "--lib", "-p", "stiction-playground"]);
     // Assembly searches recurse deeper than the default stack of one megabyte allows.
     engine
         .args(["--target", TARGET])
@@ -38,7 +40,8 @@ pub(crate) fn build() -> Result<(), String> {
         return Err("the build failed".to_owned());
     }
     let _ = fs::remove_dir_all(FOLDER);
-    let module = format!("target/{TARGET}/release/stiction_playground.wasm");
+    let module =
+        shortened(Path::new(&format!("target/{TARGET}/{PROFILE}/stiction_playground.wasm")));
     // The features are those of the whole workspace, as in the tests; if the program were built
     // alone, its dependencies would be compiled again.
     let pages = ["build", "--quiet", "--locked", "--workspace", "--bin", "playground-pages"];
@@ -55,4 +58,22 @@ pub(crate) fn build() -> Result<(), String> {
     }
     eprintln!("   index.html needs a web server; stiction-playground.html opens from disk");
     Ok(())
+}
+
+/// Shortens the module by `wasm-opt` of Binaryen, if that is installed and understands the module; returns the module to
+/// use.
+fn shortened(module: &Path) -> PathBuf {
+    let version = Command::new("wasm-opt").arg("--version").stdout(Stdio::null()).status();
+    if !version.is_ok_and(|status| status.success()) {
+        eprintln!("   wasm-opt (Binaryen) is not installed: the module is a tenth larger");
+        return module.to_owned();
+    }
+    let short = module.with_extension("short.wasm");
+    match succeeds(Command::new("wasm-opt").arg("-Os").arg(module).arg("-o").arg(&short)) {
+        true => short,
+        false => {
+            eprintln!("   wasm-opt failed: the module is used as it was compiled");
+            module.to_owned()
+        }
+    }
 }

@@ -57,7 +57,8 @@ fn execute(options: &Check) -> Result<(), Failure> {
         false => print(&folded(findings.as_text()))?,
     }
     let (Some(outputs), Some((data, picture, html))) = (outputs, files) else { return Ok(()) };
-    let page = draw_page(&job, findings.findings()).map_err(Error::from)?;
+    let page =
+        draw_page(&job, findings.findings(), Some(&report::command_line())).map_err(Error::from)?;
     outputs.end("check.json", data, json.as_bytes())?;
     outputs.end("mechanism.svg", picture, page.picture.as_bytes())?;
     if let Some(html) = html {

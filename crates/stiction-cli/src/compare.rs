@@ -12,6 +12,7 @@ use crate::written::note_folder;
 use serde_json::json;
 use stiction::Robot;
 use stiction_run::comparison::{Comparison, overlay};
+use stiction_run::heading;
 
 pub(crate) fn run(options: &Compare) -> Result<(), Failure> {
     execute(options).map_err(|failure| failure.into_json(options.json))
@@ -37,15 +38,6 @@ fn models(options: &Compare) -> Result<[Model; 2], Failure> {
         reading: options.reading.clone(),
     };
     Ok([model(&options.first, &options.set_a), model(second, &options.set_b)])
-}
-
-/// Returns the name of a robot and, if the model has one, its title. The title lists the values
-/// that the user changed.
-fn heading(robot: &Robot) -> String {
-    match robot.title() {
-        "" => robot.name().to_owned(),
-        title => format!("{}: {title}", robot.name()),
-    }
 }
 
 fn execute(options: &Compare) -> Result<(), Failure> {
@@ -91,7 +83,7 @@ fn execute(options: &Compare) -> Result<(), Failure> {
         let job = request.job()?;
         text += &format!(
             "{side}: {}\n   motion {}, load {}, friction {}\n",
-            heading(robot),
+            heading(robot.name(), robot.title()),
             job.motion_name,
             job.load_name,
             run.json["options"]["friction"].as_str().unwrap_or_default(),
@@ -127,12 +119,11 @@ fn execute(options: &Compare) -> Result<(), Failure> {
         outputs.write("compare.csv", &comparison.csv())?;
         let names = [robots[0].name(), robots[1].name()];
         let title = match names[0] == names[1] {
-            true => format!("Actuator efforts: {}, two variants", names[0]),
-            false => format!("Actuator efforts: A {}, B {}", names[0], names[1]),
+            true => format!("{}, two variants", names[0]),
+            false => format!("A {}, B {}", names[0], names[1]),
         };
-        let figure = overlay(title, curves);
+        let figure = overlay(format!("Actuator efforts: {title}"), curves);
         if options.report.is_on() {
-            let title = format!("{} and {}", names[0], names[1]);
             let command = report::command_line();
             let page = comparison.report((&title, &about), &figure, reels, Some(&command));
             outputs.write(report::FILE, page.as_bytes())?;

@@ -17,7 +17,7 @@ pub(crate) fn folded(text: &str) -> String {
         } else {
             let options =
                 textwrap::Options::new(WIDTH).subsequent_indent(&indent).break_words(false);
-            out.push_str(&textwrap::fill(&joined(line), options).replace(TIE, " "));
+            out.push_str(&untied(&textwrap::fill(&joined(line), options)));
         }
         out.push_str(end);
     }
@@ -55,7 +55,7 @@ pub(crate) fn folded_diagnostics(text: &str) -> String {
         }
         let blanks = " ".repeat(indent);
         let options = textwrap::Options::new(WIDTH).subsequent_indent(&blanks).break_words(false);
-        out.push_str(&textwrap::fill(&joined(content), options).replace(TIE, " "));
+        out.push_str(&untied(&textwrap::fill(&joined(content), options)));
         out.push_str(&line[content.len()..]);
     }
     out
@@ -63,9 +63,16 @@ pub(crate) fn folded_diagnostics(text: &str) -> String {
 
 /// No-break space; it temporarily replaces each blank at which a line must not be broken.
 const TIE: &str = "\u{a0}";
+/// No-break hyphen; it replaces the hyphens of a path.
+const HYPHEN: &str = "\u{2011}";
+
+/// Replaces no-break spaces and hyphens by plain ones.
+fn untied(text: &str) -> String {
+    text.replace(TIE, " ").replace(HYPHEN, "-")
+}
 
 /// Joins a number by no-break spaces to the following one or two words of up to three letters, such
-/// as `N m` or `%`.
+/// as `N m` or `%`, and the parts of a path at its hyphens.
 fn joined(line: &str) -> String {
     let mut out = String::with_capacity(line.len());
     let mut tied = 0;
@@ -74,7 +81,10 @@ fn joined(line: &str) -> String {
         if k > 0 {
             out.push_str(if tied > 0 { TIE } else { " " });
         }
-        out.push_str(word);
+        match word.contains('/') {
+            true => out.push_str(&word.replace('-', HYPHEN)),
+            false => out.push_str(word),
+        }
         let is_number = word.ends_with(|c: char| c.is_ascii_digit());
         tied = if is_number { 2 } else { usize::saturating_sub(tied, 1) };
     }
@@ -108,6 +118,8 @@ mod tests {
         assert_eq!(folded(&sentence).replace("\n    ", " "), sentence);
         let number = "x".repeat(90) + " of 12.5 N m in all";
         assert_eq!(folded(&number), "x".repeat(90) + " of\n  12.5 N m in all");
+        let path = "x".repeat(90) + " out/space-error.svg";
+        assert_eq!(folded(&path), "x".repeat(90) + "\n  out/space-error.svg");
         let row = "leg1.P  ".repeat(20);
         assert_eq!(folded(&row), row);
     }

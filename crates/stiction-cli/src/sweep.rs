@@ -116,16 +116,15 @@ fn execute(options: &Sweep) -> Result<(), Failure> {
         ))
         .help("start again, and leave the table unchanged until the run ends"));
     }
-    results.finish((options, Some(&study)), &robot_heading(&robot), &about, outputs, journal)?;
+    results.finish(
+        (options, Some(&study)),
+        (robot.name(), robot.title()),
+        &about,
+        outputs,
+        journal,
+    )?;
     options.report.show(folder.as_deref());
     Ok(())
-}
-
-fn robot_heading(robot: &Robot) -> String {
-    match robot.title() {
-        "" => robot.name().to_owned(),
-        title => format!("{}: {title}", robot.name()),
-    }
 }
 
 /// Returns the number of a row in the whole study, from 1; `place` is the index of the row within
@@ -220,7 +219,7 @@ impl Results {
     fn finish(
         &self,
         (options, study): (&Sweep, Option<&Study>),
-        heading: &str,
+        (name, title): (&str, &str),
         about: &Value,
         outputs: Option<Outputs>,
         journal: Option<Journal>,
@@ -238,7 +237,7 @@ impl Results {
         if options.json {
             print(&format!("{json:#}\n"))?;
         } else {
-            let mut text = format!("{heading}\n\n");
+            let mut text = format!("{}\n\n", stiction_run::heading(name, title));
             // Writing to a string cannot fail.
             let _ = self.findings.write(&mut text);
             print(&folded(&text))?;
@@ -254,7 +253,7 @@ impl Results {
                 let results = (&self.findings, &self.pictures);
                 let command = report::command_line();
                 let reels = study.map_or_else(Vec::new, |study| self.reels(study));
-                let page = draw_report(heading, results, reels, Some(&command), about);
+                let page = draw_report((name, title), results, reels, Some(&command), about);
                 outputs.write(report::FILE, page.as_bytes())?;
             }
             let others: Vec<String> = (1..=PICTURES).map(|k| format!("sweep-{k}.svg")).collect();

@@ -1,6 +1,6 @@
 //! Heat maps: coloured cells that show a quantity as a function of two other quantities.
 
-use crate::numbers::number;
+use crate::numbers::{number, with_minus};
 use crate::xml::escape;
 use std::fmt::Write;
 
@@ -104,7 +104,7 @@ impl HeatMap {
                 let part = finite.zip(range).map(|(value, range)| fraction(value, range));
                 let fill = part.map_or(format!("url(#{pattern})"), colour);
                 let words = match value {
-                    Some(value) => number(*value),
+                    Some(value) => with_minus(&number(*value)),
                     None => "no value".to_owned(),
                 };
                 // Cells overlap slightly, so that no light lines remain between them.
@@ -134,11 +134,11 @@ impl HeatMap {
         let bottom = TOP + HEIGHT;
         for k in named(self.x.len()) {
             let x = LEFT + (k as f64 + 0.5) * WIDTH / self.x.len() as f64;
-            text(out, (x, bottom + 18.0), "middle", "", &number(self.x[k]));
+            text(out, (x, bottom + 18.0), "middle", "", &with_minus(&number(self.x[k])));
         }
         for k in named(self.y.len()) {
             let y = bottom - (k as f64 + 0.5) * HEIGHT / self.y.len() as f64;
-            text(out, (LEFT - 8.0, y + 4.0), "end", "", &number(self.y[k]));
+            text(out, (LEFT - 8.0, y + 4.0), "end", "", &with_minus(&number(self.y[k])));
         }
         let middle = LEFT + 0.5 * WIDTH;
         text(out, (middle, bottom + 44.0), "middle", "font-size=\"14\"", &self.x_label);
@@ -166,7 +166,7 @@ impl HeatMap {
             let part = f64::from(k) / 4.0;
             let y = TOP + HEIGHT * (1.0 - part) + 4.0;
             let value = least * (1.0 - part) + greatest * part;
-            text(out, (x + 24.0, y), "start", "", &number(value));
+            text(out, (x + 24.0, y), "start", "", &with_minus(&number(value)));
         }
     }
 }

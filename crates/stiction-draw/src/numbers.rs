@@ -68,6 +68,29 @@ pub fn not_finite(x: f64) -> Option<&'static str> {
     }
 }
 
+/// Replaces the hyphens that stand for minus signs of numbers and of their exponents by true minus signs, for texts that
+/// people read. Texts that programs read or that a reader copies, such as tables in files, options and names, keep the
+/// hyphen.
+pub fn with_minus(text: &str) -> String {
+    const MINUS: char = '−';
+    let begins = |c: Option<char>| c.is_some_and(|c| c.is_ascii_digit() || matches!(c, '.' | '∞'));
+    let mut shown = String::with_capacity(text.len());
+    let mut letters = text.chars().peekable();
+    // The last two letters.
+    let mut before = [None, None];
+    while let Some(letter) = letters.next() {
+        let follows = match before {
+            [_, None] => true,
+            [Some(digit), Some('e')] if digit.is_ascii_digit() => true,
+            [_, Some(c)] => c.is_whitespace() || "([{=≈<>,;:±/".contains(c),
+        };
+        let is_minus = letter == '-' && follows && begins(letters.peek().copied());
+        shown.push(if is_minus { MINUS } else { letter });
+        before = [before[1], Some(letter)];
+    }
+    shown
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -102,6 +125,18 @@ mod tests {
             let mut text = String::new();
             exact(&mut text, x);
             assert_eq!(text, if plain { format!("{x}") } else { format!("{x:e}") });
+        }
+    }
+
+    /// Checks that only hyphens before a number become minus signs: not those within names, words and ranges.
+    #[test]
+    fn minus_signs_are_those_of_numbers() {
+        assert_eq!(with_minus("-12.5 N at -1e-9 s"), "−12.5 N at −1e−9 s");
+        assert_eq!(with_minus("[-1, -.5] to -∞, x=-2"), "[−1, −.5] to −∞, x=−2");
+        for text in
+            ["leg-1 to leg-2", "3-RPS", "-", "- 1", "computed-torque", "2020-01-02", "piece-5"]
+        {
+            assert_eq!(with_minus(text), text);
         }
     }
 

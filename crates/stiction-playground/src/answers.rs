@@ -120,8 +120,10 @@ fn check(robot: &Robot, request: &Value, progress: Progress<'_>) -> Result<Value
     let found = check.run_with(|_phase, done, of| goes_on(progress, done, of))?;
     // If the robot cannot be drawn along the motion, the answer contains the results of the check
     // without a page.
-    let page = check.job().and_then(|job| Ok(stiction::run::draw_view(&job)?.html)).ok();
-    Ok(json!({ "text": found.as_text(), "summary": found.to_json(), "page": page }))
+    let page = check
+        .job()
+        .and_then(|job| Ok(stiction::run::check::draw_page(&job, found.findings(), None)?.html));
+    Ok(json!({ "text": found.as_text(), "summary": found.to_json(), "page": page.ok() }))
 }
 
 fn inverse(robot: &Robot, request: &Value, progress: Progress<'_>) -> Result<Value, Error> {

@@ -1,6 +1,8 @@
 //! Report that compares controllers with and without friction compensation.
 
+use crate::comparison::Reel;
 use crate::in_space::{Followed, Path, SpacePoint, Tracked, errors_of, paths, title_of};
+use crate::report::animation::together;
 use crate::report::html::{self, Column, card, note, section, text};
 use crate::report::{Finding, findings, footer, header, repeat};
 use serde_json::Value;
@@ -31,6 +33,8 @@ pub struct Tracking {
     pub errors: Vec<(f64, Vec<f64>)>,
     /// Times, s, each with the positions and tracking errors of the tracked bodies in space.
     pub space: Vec<(f64, Vec<SpacePoint>)>,
+    /// Moving robot under this controller, if the report shows it.
+    pub reel: Option<Reel>,
 }
 
 /// Tracking results of several controllers along the same motion.
@@ -50,14 +54,20 @@ pub struct Controllers {
     pub options: Value,
 }
 
-/// Returns the report as HTML: headline numbers, plots of the tracking errors, tables, and
-/// verdicts. `command` is the command line that produced the results, if any.
+/// Returns the report as HTML: headline numbers, the robot under the drawn controllers, plots of the
+/// tracking errors, tables, and verdicts. `command` is the command line that produced the results,
+/// if any.
 pub fn draw_report(model: &ModelFile, found: &Controllers, command: Option<&str>) -> String {
     let cards: Vec<String> =
         found.headlines.iter().map(|(big, small)| card(big, small, false)).collect();
+    let robots = robots(found);
     let inner = [
         header(model, &found.about),
         html::cards(&cards),
+        match robots.as_str() {
+            "" => String::new(),
+            robots => section("The robots", robots),
+        },
         section("Tracking errors", &errors(found)),
         match in_space(found) {
             plots if plots.is_empty() => plots,
@@ -68,7 +78,19 @@ pub fn draw_report(model: &ModelFile, found: &Controllers, command: Option<&str>
         repeat(command, &found.options),
         footer(model),
     ];
-    html::page(&format!("{}: friction compensation", model.name), &inner.concat())
+    let title = format!("{}: friction compensation", model.name);
+    match robots.is_empty() {
+        true => html::page(&title, &inner.concat()),
+        false => html::page_with_robot(&title, &inner.concat()),
+    }
+}
+
+/// The moving robots under the drawn controllers, over each other; empty without one.
+fn robots(found: &Controllers) -> String {
+    let drawn = found.tracking.iter().filter(|own| own.is_drawn);
+    let reels = drawn.filter_map(|own| Some((own.label.clone(), own.reel.clone()?)));
+    let caption = "The robot under a second controller is drawn grey and dashed, at the same time, with its own arrows.";
+    together(reels.collect(), if found.tracking.len() > 1 { caption } else { "" })
 }
 
 /// Converts a tracking error to thousandths of its unit, such as mm.
@@ -76,37 +98,69 @@ fn thousandths(value: f64) -> f64 {
     1e3 * value
 }
 
-/// Returns plots of the tracking errors of all controllers with [`Tracking::is_drawn`]. Controllers
-/// whose errors are too small to be legible beside the largest errors are also plotted separately.
-fn errors(found: &Controllers) -> String {
+/// Returns plots of the errors of the drawn controllers by `figure`, which draws the controllers with
+/// `true` under a title. Controllers whose errors are too small to be legible beside the largest
+/// errors are also plotted separately. `peaks` contains the name of each drawn controller, and its
+/// largest error in each panel.
+fn by_size(
+    title: &str,
+    peaks: &[(&str, Vec<f64>)],
+    figure: impl Fn(&str, &[bool]) -> Option<Figure>,
+) -> String {
     // Fraction of the largest value in a plot below which a curve is not legible.
     const LEGIBLE: f64 = 0.1;
+    let largest = |panel: usize| peaks.iter().map(|(_, own)| own[panel]).fold(0.0, f64::max);
+    // A panel in which all errors are zero makes no controller large.
+    let is_small = |(_, own): &(&str, Vec<f64>)| {
+        let fits = |(panel, peak): (usize, &f64)| *peak == 0.0 || *peak < LEGIBLE * largest(panel);
+        own.iter().any(|peak| *peak > 0.0) && own.iter().enumerate().all(fits)
+    };
+    let small: Vec<bool> = peaks.iter().map(is_small).collect();
+    let all = figure(title, &vec![true; peaks.len()]);
+    let second = small.contains(&true).then(|| {
+        let names: Vec<&str> =
+            peaks.iter().zip(&small).filter(|(_, small)| **small).map(|(own, _)| own.0).collect();
+        // A plot of one controller has no legend.
+        let title = match names[..] {
+            [name] => format!("{title}: {name}"),
+            _ => format!("{title}: the controllers with small errors"),
+        };
+        figure(&title, &small)
+    });
+    all.iter().chain(second.iter().flatten()).map(html::curves).collect()
+}
+
+/// Colour of the curves of a drawn controller, and true if they are dashed.
+fn looks(run: usize) -> (usize, bool) {
+    (run, run % 2 == 1)
+}
+
+/// Plots of the errors of the actuators under the drawn controllers.
+fn errors(found: &Controllers) -> String {
     let drawn = || found.tracking.iter().filter(|own| own.is_drawn);
-    let figure = |title: &str, is_shown: &dyn Fn(&Tracking) -> bool| {
+    let figure = |title: &str, shown: &[bool]| {
         let panel = |(k, (name, unit, _)): (usize, &(String, &str, &str))| {
-            let line = |(run, own): (usize, &Tracking)| {
+            let line = |((run, own), _): ((usize, &Tracking), _)| {
                 let mut trace = Trace::new(own.errors.len());
                 let errors = own.errors.iter();
                 errors.for_each(|(time, errors)| trace.push(*time, thousandths(errors[k])));
-                trace.line(&own.label, run, run % 2 == 1)
+                let (colour, dashed) = looks(run);
+                trace.line(&own.label, colour, dashed)
             };
-            let lines = drawn().enumerate().filter(|(_, own)| is_shown(own)).map(line).collect();
-            Panel { y_label: format!("{name} [m{unit}]"), lines, ..Panel::default() }
+            let lines = drawn().enumerate().zip(shown).filter(|(_, shown)| **shown).map(line);
+            let y_label = format!("{name} [m{unit}]");
+            Panel { y_label, lines: lines.collect(), ..Panel::default() }
         };
         let panels: Vec<Panel> = found.actuators.iter().enumerate().map(panel).collect();
-        html::curves(&Figure { title: title.to_owned(), x_label: "time [s]".to_owned(), panels })
+        Some(Figure { title: title.to_owned(), x_label: "time [s]".to_owned(), panels })
     };
     let peak = |own: &Tracking, k: usize| {
         own.errors.iter().map(|(_, errors)| errors[k].abs()).fold(0.0, f64::max)
     };
-    let count = found.actuators.len();
-    let largest: Vec<f64> =
-        (0..count).map(|k| drawn().map(|own| peak(own, k)).fold(0.0, f64::max)).collect();
-    let is_small = |own: &Tracking| (0..count).all(|k| peak(own, k) < LEGIBLE * largest[k]);
-    let mut plots = figure("Reference minus position of each actuator", &|_| true);
-    if drawn().any(is_small) {
-        plots += &figure("The controllers with small errors", &is_small);
-    }
+    let peaks = |own| (0..found.actuators.len()).map(|k| peak(own, k)).collect();
+    let peaks: Vec<(&str, Vec<f64>)> =
+        drawn().map(|own| (own.label.as_str(), peaks(own))).collect();
+    let plots = by_size("Reference minus position of each actuator", &peaks, figure);
     let more = match drawn().count() < found.tracking.len() {
         true => note(
             "Only the first transition of each controller is drawn; the others are in \
@@ -131,7 +185,6 @@ fn in_space(found: &Controllers) -> String {
             own.space.iter().filter_map(|(_, all)| all.get(k)).for_each(|at| trace.push(of(at)));
             Path { label: label.to_owned(), points: trace.into_points(), colour, dashed }
         };
-        let looks = |run: usize| (run, run % 2 == 1);
         let mut paths: Vec<Path> =
             drawn().map(|(run, own)| path(&own.label, looks(run), own, |at| at.position)).collect();
         let longest = drawn().map(|(_, own)| own).max_by_key(|own| own.space.len());
@@ -146,9 +199,24 @@ fn in_space(found: &Controllers) -> String {
         };
         followed.push((tracked, drawn().map(errors).collect()));
     }
+    let peaks = |run: usize| -> Vec<f64> {
+        let of = |(tracked, runs): &(&Tracked, Vec<Followed>)| runs[run].shown_peaks(tracked);
+        followed.iter().flat_map(of).collect()
+    };
+    let peaks: Vec<(&str, Vec<f64>)> =
+        drawn().map(|(run, own)| (own.label.as_str(), peaks(run))).collect();
+    let errors = by_size("Tracking error in space", &peaks, |title, shown| {
+        let of = |runs: &[Followed]| {
+            runs.iter()
+                .zip(shown)
+                .filter(|(_, shown)| **shown)
+                .map(|(run, _)| run.clone())
+                .collect()
+        };
+        errors_of(title, followed.iter().map(|(tracked, runs)| (*tracked, of(runs))).collect())
+    });
     let paths = paths(&title_of(found.tracked.iter()), &bodies);
-    let errors = errors_of("Tracking error in space", followed);
-    paths.iter().chain(&errors).map(html::curves).collect()
+    paths.iter().map(html::curves).collect::<String>() + &errors
 }
 
 fn figures(found: &Controllers) -> String {

@@ -197,7 +197,7 @@ pub(crate) struct Followed {
     pub(crate) colour: usize,
     pub(crate) dashed: bool,
     pub(crate) errors: [Trace; 2],
-    pub(crate) peaks: [f64; 2],
+    peaks: [f64; 2],
 }
 
 impl Followed {
@@ -216,6 +216,13 @@ impl Followed {
             }
         }
     }
+
+    /// Largest distance, m, and largest angle, rad, of a body as far as plots show them: zero for an angle that is no
+    /// part of the task or is a rounding error.
+    pub(crate) fn shown_peaks(&self, tracked: &Tracked) -> SpaceError {
+        let [distance, angle] = self.peaks;
+        [distance, if tracked.turns && angle > ROUNDING { angle } else { 0.0 }]
+    }
 }
 
 /// Draws the tracking errors of bodies over time; `None` if all distances are zero and no shown
@@ -223,9 +230,10 @@ impl Followed {
 pub(crate) fn errors_of(title: &str, bodies: Vec<(&Tracked, Vec<Followed>)>) -> Option<Figure> {
     let mut panels = Vec::new();
     for (tracked, runs) in bodies {
-        let peak = |k: usize| runs.iter().map(|run| run.peaks[k]).fold(0.0, f64::max);
+        let peak =
+            |k: usize| runs.iter().map(|run| run.shown_peaks(tracked)[k]).fold(0.0, f64::max);
         let (distance, angle) = (unit_of_length(peak(0)), unit_of_angle(peak(1)));
-        let is_shown = [peak(0) > 0.0, tracked.turns && peak(1) > ROUNDING];
+        let is_shown = [peak(0) > 0.0, peak(1) > 0.0];
         let mut lines = [Vec::new(), Vec::new()];
         for run in runs {
             let factors = [distance.1, angle.1];

@@ -81,6 +81,7 @@ pub use follower::Follower;
 pub use in_space::{SpaceError, SpacePoint, Tracked, tracked};
 pub use instants::{Instants, InstantsError};
 pub use job::{Indices, Job};
+pub use names::heading;
 pub use portrait::Portrait;
 pub use sink::Sink;
 pub use stiction_draw::figure::Figure;

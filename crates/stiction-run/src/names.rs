@@ -85,12 +85,17 @@ pub(crate) fn width<'a>(names: impl Iterator<Item = &'a str>, least: usize) -> u
     names.map(str::len).fold(least, usize::max)
 }
 
-/// Returns the name and the title of a model on one line.
-pub(crate) fn heading(model: &ModelFile) -> String {
-    match model.title.as_str() {
-        "" => model.name.clone(),
-        title => format!("{}: {title}", model.name),
+/// Returns the name of a model and its title, which may be empty, on one line.
+pub fn heading(name: &str, title: &str) -> String {
+    match title {
+        "" => name.to_owned(),
+        title => format!("{name}: {title}"),
     }
+}
+
+/// Returns the name and the title of a model on one line.
+pub(crate) fn heading_of(model: &ModelFile) -> String {
+    heading(&model.name, &model.title)
 }
 
 /// Joins words by commas; an ellipsis replaces the words after the first `most`.

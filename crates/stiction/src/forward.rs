@@ -17,11 +17,12 @@ use stiction_core::forward::{Known, Method, Settings};
 use stiction_core::kinematics::Coordinate;
 use stiction_core::mechanism::JointId;
 use stiction_format::{Control, ModelFile, Source};
-use stiction_run::SinkError;
+use stiction_run::comparison::Reel;
 use stiction_run::forward::{
-    ControlLaw, Ending, Feed, Job, Measured, Outcome, RunCheckpoint, Sample as Record,
-    Start as JobStart, Stop, StopFunction, arrange,
+    Animation, ControlLaw, Ending, Feed, Job, Measured, Outcome, Recorder, RunCheckpoint,
+    Sample as Record, Start as JobStart, Stop, StopFunction, arrange,
 };
+use stiction_run::{Sink, SinkError};
 
 /// Request for forward dynamics (a simulation) of a robot. Set the options, then call
 /// [`run`](Self::run) or [`samples`](Request::samples).
@@ -402,6 +403,22 @@ impl Forward {
             &|| false,
         )?;
         Ok(Run::new(samples, outcome, &self.task.names))
+    }
+}
+
+impl Plan {
+    /// Simulates and keeps all samples in memory, with the moving robot for a page of `runs` runs; `None` without
+    /// samples. As in [`Forward::run`], a simulation that ends early is no error.
+    pub(crate) fn film(&self, runs: usize) -> Result<(Run, Option<Reel>), Error> {
+        let job = self.job();
+        let mut recorder = Recorder::new(&job, Animation::new(&job, job.instants()?.count()));
+        let (names, mut samples) = (self.names(), Vec::new());
+        let receive = |record: &Record<'_>, _: &dyn Fn() -> RunCheckpoint| {
+            samples.push(Sample::new(Arc::clone(names), record));
+            recorder.add(record)
+        };
+        let outcome = self.record(receive, &|| false, None)?;
+        Ok((Run::new(samples, outcome, names), recorder.sink.reel(runs)))
     }
 }
 

@@ -74,7 +74,7 @@ fn checked(job: &Job<'_>) {
         "greatest_elsewhere",
     ];
     finite::json("check", &findings.json(job), EMPTY);
-    if let Ok(page) = check::draw_page(job, &findings) {
+    if let Ok(page) = check::draw_page(job, &findings, None) {
         finite::picture("mechanism.svg", &page.picture);
     }
 }

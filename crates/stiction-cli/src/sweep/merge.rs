@@ -89,7 +89,7 @@ pub(super) fn merge(options: &Sweep, folders: &[PathBuf]) -> Result<(), Failure>
     }
     outputs.end(TABLE, file, &[])?;
     let name = about["model"].as_str().unwrap_or_default().to_owned();
-    results.finish((options, None), &name, &about, Some(outputs), None)
+    results.finish((options, None), (&name, ""), &about, Some(outputs), None)
 }
 
 fn open(folder: &Path) -> Result<Part, Failure> {

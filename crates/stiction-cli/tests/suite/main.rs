@@ -20,6 +20,7 @@ mod load_formulas;
 mod manners;
 mod npz;
 mod pages;
+mod paths;
 mod program;
 mod spared;
 mod study;

@@ -12,7 +12,7 @@ use std::path::Path;
 use stiction_draw::viewer::SCRIPT;
 
 /// Values of a column of a table.
-fn column(table: &str, name: &str) -> Vec<f64> {
+pub(crate) fn column(table: &str, name: &str) -> Vec<f64> {
     let mut lines = table.lines();
     let place = lines.next().unwrap().split(',').position(|own| own == name).expect(name);
     lines.map(|line| line.split(',').nth(place).unwrap().parse().unwrap()).collect()

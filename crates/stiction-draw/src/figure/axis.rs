@@ -1,6 +1,6 @@
 //! Axes: round ticks within the range of the data.
 
-use crate::numbers::significant;
+use crate::numbers::{significant, with_minus};
 
 /// Values count as equal if half their range is at most this fraction of the greatest magnitude, so
 /// that a plot does not enlarge rounding errors to curves.
@@ -105,7 +105,7 @@ fn label(value: f64, step: f64) -> String {
     } else {
         significant(value, 3)
     };
-    text.replace('-', "−")
+    with_minus(&text)
 }
 
 #[cfg(test)]

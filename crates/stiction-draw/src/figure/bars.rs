@@ -3,7 +3,7 @@
 use super::axis::Axis;
 use super::colour_name;
 use crate::drawing::px;
-use crate::numbers::number;
+use crate::numbers::{number, with_minus};
 use crate::xml::escape;
 
 /// Horizontal bar chart; all bars have a common axis.
@@ -145,7 +145,7 @@ impl Bars {
         let end = |x: f64| match x {
             f64::INFINITY => "∞".to_owned(),
             f64::NEG_INFINITY => "−∞".to_owned(),
-            x => number(x).replace('-', "−"),
+            x => with_minus(&number(x)),
         };
         match bar.ends {
             (0.0, high) => format!("{} {}", end(high), self.unit),

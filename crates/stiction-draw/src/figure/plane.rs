@@ -36,13 +36,45 @@ fn extents(panel: &Panel) -> [f64; 2] {
     })
 }
 
-/// Arranges the panels in rows; panels of different bodies are in different rows.
-fn rows(figure: &Figure) -> Vec<Vec<&Panel>> {
+/// Returns the lengths of the axes of each panel, which leave margins about its paths.
+fn lengths(figure: &Figure) -> Vec<[f64; 2]> {
+    let greatest = figure.panels.iter().flat_map(extents).fold(0.0, f64::max);
+    let greatest = if greatest > 0.0 { greatest } else { 1.0 };
+    let of = |panel| extents(panel).map(|x| (MARGIN * x).max(LEAST * greatest));
+    figure.panels.iter().map(of).collect()
+}
+
+/// Returns the low and high end of both axes of each panel of paths, so that all axes have the same
+/// scale if every panel has the width and the height of `room`.
+#[cfg(any(test, feature = "png"))]
+pub(super) fn ranges(figure: &Figure, room: [f64; 2]) -> Vec<[(f64, f64); 2]> {
+    let scales = lengths(figure).into_iter().flat_map(|own| [room[0] / own[0], room[1] / own[1]]);
+    let scale = scales.fold(f64::INFINITY, f64::min);
+    let range = |panel: &Panel| {
+        [0, 1].map(|axis| {
+            let axis = Axis::about(along(panel, axis), room[axis] / scale, 1);
+            (axis.low, axis.high)
+        })
+    };
+    figure.panels.iter().map(range).collect()
+}
+
+/// Panels beside each other, with the lengths of their axes.
+type Row<'a> = Vec<(&'a Panel, [f64; 2])>;
+
+/// Returns the greatest length of the vertical axes of a row.
+fn height(row: &[(&Panel, [f64; 2])]) -> f64 {
+    row.iter().map(|(_, lengths)| lengths[1]).fold(0.0, f64::max)
+}
+
+/// Arranges the panels, each with the lengths of its axes, in rows; panels of different bodies are
+/// in different rows.
+fn rows(figure: &Figure) -> Vec<Row<'_>> {
     let body = |panel: &Panel| panel.plane.as_ref().map(|plane| plane.body);
-    let mut rows: Vec<Vec<&Panel>> = Vec::new();
-    for panel in &figure.panels {
+    let mut rows: Vec<Row<'_>> = Vec::new();
+    for panel in figure.panels.iter().zip(lengths(figure)) {
         match rows.last_mut() {
-            Some(row) if row.len() < BESIDE && body(row[0]) == body(panel) => row.push(panel),
+            Some(row) if row.len() < BESIDE && body(row[0].0) == body(panel.0) => row.push(panel),
             _ => rows.push(vec![panel]),
         }
     }
@@ -55,26 +87,20 @@ impl Renderer<'_> {
     pub(super) fn planes(mut self) -> String {
         let figure = self.figure;
         let rows = rows(figure);
-        let greatest = figure.panels.iter().flat_map(extents).fold(0.0, f64::max);
-        let greatest = if greatest > 0.0 { greatest } else { 1.0 };
-        let lengths = |panel: &Panel| extents(panel).map(|x| (MARGIN * x).max(LEAST * greatest));
         // The tick labels of a vertical axis have at most seven letters.
         let left = 16.0 + 7.0 * LETTER;
-        let scale_of = |row: &Vec<&Panel>| {
-            let across: f64 = row.iter().map(|panel| lengths(panel)[0]).sum();
+        let scale_of = |row: &Row<'_>| {
+            let across: f64 = row.iter().map(|(_, own)| own[0]).sum();
             let room = self.width - (left + GAP) * row.len() as f64;
-            let up = row.iter().map(|panel| lengths(panel)[1]).fold(0.0, f64::max);
-            (room / across).min(HIGHEST / up)
+            (room / across).min(HIGHEST / height(row))
         };
         let scale = rows.iter().map(scale_of).fold(f64::INFINITY, f64::min);
         self.left = left;
         let mut top = self.heading();
         for row in rows {
-            let up = row.iter().map(|panel| lengths(panel)[1]).fold(0.0, f64::max);
-            let bottom = top + NAME + scale * up;
+            let bottom = top + NAME + scale * height(&row);
             let mut x = 0.0;
-            for panel in row {
-                let [across, up] = lengths(panel);
+            for (panel, [across, up]) in row {
                 self.left = x + left;
                 self.right = self.left + scale * across;
                 self.height = scale * up;
@@ -160,6 +186,43 @@ impl Renderer<'_> {
             let (anchor, beside) = if is_right { ("end", -7.0) } else { ("start", 7.0) };
             let above = if height - top < 16.0 { 14.0 } else { -6.0 };
             self.text((x + beside, height + above), anchor, &halo, "ink", "start");
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::figure::Line;
+
+    /// Checks that panels of one size show all projections with the same scale on both axes, and the whole paths.
+    #[test]
+    fn ranges_have_the_same_scale() {
+        let panel = |axes: [usize; 2], size: (f64, f64)| Panel {
+            lines: vec![Line {
+                label: String::new(),
+                points: vec![(5.0, -2.0), (5.0 + size.0, -2.0 + size.1)],
+                colour: 0,
+                dashed: false,
+            }],
+            plane: Some(Plane { x_label: "x [m]".into(), body: 1, axes }),
+            ..Panel::default()
+        };
+        let panels =
+            vec![panel([0, 2], (0.3, 0.02)), panel([1, 2], (0.1, 0.02)), panel([0, 1], (0.3, 0.1))];
+        let figure = Figure { title: String::new(), x_label: String::new(), panels };
+        let room = [600.0, 400.0];
+        let ranges = ranges(&figure, room);
+        let scale = |axis: usize, (low, high): (f64, f64)| room[axis] / (high - low);
+        let first = scale(0, ranges[0][0]);
+        for (panel, own) in figure.panels.iter().zip(&ranges) {
+            for axis in [0, 1] {
+                assert!((scale(axis, own[axis]) / first - 1.0).abs() < 1e-12, "{ranges:?}");
+                assert!(
+                    along(panel, axis).all(|x| own[axis].0 < x && x < own[axis].1),
+                    "{ranges:?}"
+                );
+            }
         }
     }
 }

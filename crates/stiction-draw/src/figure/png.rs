@@ -1,5 +1,6 @@
 //! Figures as PNG, rendered by the library kuva, which no other module uses.
 
+use super::plane::ranges;
 use super::{Figure, Line, colour_name, on_paper};
 use crate::xml::is_of_xml;
 use kuva::prelude::*;
@@ -9,6 +10,12 @@ const WIDTH: f64 = 860.0;
 const HEIGHT: f64 = 220.0;
 const LEFT: f64 = 92.0;
 const LEGEND: f64 = 160.0;
+/// Height of a panel of paths, px.
+const TALL: f64 = 440.0;
+/// Room above and below a panel of paths, px.
+const ABOVE_BELOW: [f64; 2] = [16.0, 56.0];
+/// Room right of a panel, px, with the legend.
+const RIGHT: f64 = LEGEND + 24.0;
 
 impl Figure {
     /// Draws the figure as a PNG file.
@@ -33,19 +40,31 @@ impl Figure {
                 lines.flat_map(|line| plots(&line, panel.leg)).collect()
             })
             .collect();
-        let layouts = self.panels.iter().zip(&rows).map(|(panel, plots)| {
-            let x_label = panel.plane.as_ref().map_or(&self.x_label, |plane| &plane.x_label);
-            Layout::auto_from_plots(plots)
+        let [above, below] = ABOVE_BELOW;
+        let room = [WIDTH - LEFT - RIGHT, TALL - above - below];
+        let layouts = self.panels.iter().zip(&rows).zip(ranges(self, room));
+        let layouts = layouts.map(|((panel, plots), [x, y])| {
+            let layout = Layout::auto_from_plots(plots)
                 .with_legend_width(LEGEND)
-                .with_force_margins(LEFT, LEGEND + 24.0)
-                .with_y_label(clean(&panel.y_label))
-                .with_x_label(clean(x_label))
+                .with_force_margins(LEFT, RIGHT)
+                .with_y_label(clean(&panel.y_label));
+            match &panel.plane {
+                None => layout.with_x_label(clean(&self.x_label)),
+                Some(plane) => layout
+                    .with_force_margins_y(above, below)
+                    .with_x_axis_min(x.0)
+                    .with_x_axis_max(x.1)
+                    .with_y_axis_min(y.0)
+                    .with_y_axis_max(y.1)
+                    .with_x_label(clean(&plane.x_label)),
+            }
         });
         let layouts = layouts.collect();
+        let height = if self.is_of_paths() { TALL } else { HEIGHT };
         let sheet = Sheet::new(self.panels.len(), 1)
             .with_plots(rows)
             .with_layouts(layouts)
-            .with_cell_size(WIDTH, HEIGHT)
+            .with_cell_size(WIDTH, height)
             .with_title(clean(&self.title));
         PngBackend::default().render_scene(&sheet.render()).map_err(|error| error.to_string())
     }

@@ -7,6 +7,7 @@
 
 use crate::drawing::{BRANCHES, BRANCHES_ON_DARK, tones};
 use crate::figure::{COLOURS, COLOURS_ON_DARK};
+use crate::numbers::with_minus;
 use crate::viewer;
 use crate::xml::escape;
 use base64::prelude::{BASE64_STANDARD, Engine};
@@ -111,13 +112,25 @@ fn document(title: &str, policy: &str, style: &str, inner: &str) -> String {
 /// Alignment of the cells of a table column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Column {
-    /// Words, aligned to the left.
+    /// Names and texts that a reader may copy, aligned to the left.
     Text,
+    /// Sentences, aligned to the left.
+    Prose,
     /// Numbers, aligned to the right.
     Number,
 }
 
-/// Creates an HTML table; column names and cells are inserted as HTML, without escaping.
+/// Replaces the minus signs of numbers by true ones in the texts of a markup, not in its tags.
+fn minus_in_texts(markup: &str) -> String {
+    let parts = markup.split_inclusive('>').map(|part| {
+        let (text, tag) = part.split_at(part.find('<').unwrap_or(part.len()));
+        with_minus(text) + tag
+    });
+    parts.collect()
+}
+
+/// Creates an HTML table; column names and cells are inserted as HTML, without escaping. Columns of numbers and
+/// sentences have true minus signs.
 pub fn table(head: &[(String, Column)], rows: &[Vec<String>]) -> String {
     let cell = |element: &str, column: Column, inner: &str| {
         let class = if column == Column::Number { " class=\"number\"" } else { "" };
@@ -132,7 +145,12 @@ pub fn table(head: &[(String, Column)], rows: &[Vec<String>]) -> String {
     for row in rows {
         inner += "<tr>";
         for ((_, column), text) in head.iter().zip(row) {
-            inner += &cell("td", *column, text);
+            match column {
+                Column::Number | Column::Prose => {
+                    inner += &cell("td", *column, &minus_in_texts(text));
+                }
+                Column::Text => inner += &cell("td", *column, text),
+            }
         }
         inner += "</tr>\n";
     }
@@ -195,6 +213,16 @@ mod tests {
                 assert!(found >= 3.0, "{line}, dark: {is_dark}: {found}");
             }
         }
+    }
+
+    /// Checks that numbers in tables have true minus signs, but not the addresses of links.
+    #[test]
+    fn tables_have_minus_signs() {
+        let head = [("name".to_owned(), Column::Text), ("time [s]".to_owned(), Column::Number)];
+        let row = ["x -1", "<a href=\"#t=-0.5\">-0.5</a> to -1e-3"].map(str::to_owned).to_vec();
+        let found = table(&head, &[row]);
+        assert!(found.contains("<td>x -1</td>"), "{found}");
+        assert!(found.contains("<a href=\"#t=-0.5\">−0.5</a> to −1e−3</td>"), "{found}");
     }
 
     #[test]

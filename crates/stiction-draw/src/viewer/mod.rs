@@ -206,6 +206,8 @@ pub fn robot(run: &Shot, others: &[Shot], still: &str, caption: &str) -> String 
     }
     data["meshes"] = meshes.into();
     data["others"] = others.iter().map(Shot::data).collect();
+    // A caption of several runs is about the moving robots.
+    let class = if others.is_empty() { "" } else { " class=\"moving\"" };
     // Without the character `<`, no text in the data can end the element.
     let data = data.to_string().replace('<', "\\u003c");
     format!(
@@ -214,7 +216,7 @@ pub fn robot(run: &Shot, others: &[Shot], still: &str, caption: &str) -> String 
          or arrow keys turn it, + and - zoom, space plays, a click selects a joint\"></canvas></div>\n\
          <div class=\"still picture\">{still}</div>\n\
          <div class=\"controls\"></div>\n\
-         <figcaption>{}<span class=\"kept\"></span></figcaption>\n\
+         <figcaption><span{class}>{}</span><span class=\"kept\"></span></figcaption>\n\
          <div class=\"readout\" aria-live=\"polite\"></div>\n\
          <script type=\"application/json\" class=\"film\">{data}</script>\n</figure>\n",
         escape(&caption)

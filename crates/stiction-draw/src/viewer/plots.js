@@ -19,22 +19,23 @@ const plots = [...document.querySelectorAll("svg[data-left]")].map(svg => {
   };
 });
 
-// The place of the body in every plot of a path; a click near a path sets the time.
+// The place of the body in every plot of paths, in the run of the controls and in the one that is laid over it; a click
+// near a path sets the time.
 const plans = [...document.querySelectorAll("svg[data-plan]")].map(svg => {
   const panels = [...svg.querySelectorAll("g.panel")].map(panel => {
     const [left, right, top, bottom, first, end, low, high, body, across, up] =
       ["left", "right", "top", "bottom", "first", "end", "low", "high", "body", "across", "up"].map(name => number(panel, name));
-    const position = frame => plus(run.poseAt(frame, body).position, film.origin);
-    const at = frame => {
-      const p = position(frame);
+    const position = (own, frame) => plus(own.poseAt(frame, body).position, film.origin);
+    const at = (own, frame) => {
+      const p = position(own, frame);
       return [left + (right - left) * (p[across] - first) / (end - first), bottom - (bottom - top) * (p[up] - low) / (high - low)];
     };
-    // The sample drawn nearest to a place, if it is near.
+    // The run and the sample drawn nearest to a place, if it is near.
     const nearest = (place, near) => {
       let found, least = near;
-      for (let frame = 0; frame < frames; frame++) {
-        const [x, y] = at(frame), away = Math.hypot(x - place.x, y - place.y);
-        if (away < least) [found, least] = [frame, away];
+      for (const own of [run, ...others]) for (let frame = 0; frame < own.frames; frame++) {
+        const [x, y] = at(own, frame), away = Math.hypot(x - place.x, y - place.y);
+        if (away < least) [found, least] = [[own, frame], away];
       }
       return found;
     };
@@ -42,21 +43,26 @@ const plans = [...document.querySelectorAll("svg[data-plan]")].map(svg => {
     const names = [["across-name", across], ["name", up]].map(([name, axis]) => [panel.getAttribute(`data-${name}`), axis]);
     return { position, at, nearest, contains, names, range: end - first };
   });
-  const mark = document.createElementNS(SPACE, "path");
-  mark.setAttribute("class", "cursor");
-  svg.append(mark);
+  const marks = ["cursor other", "cursor"].map(name => {
+    const mark = document.createElementNS(SPACE, "path");
+    mark.setAttribute("class", name);
+    svg.append(mark);
+    return mark;
+  });
   svg.addEventListener("click", event => {
     const place = placeIn(svg, event), panel = panels.find(own => own.contains(place));
-    const frame = panel && panel.nearest(place, 40);
-    if (frame === undefined) return;
+    const found = panel && panel.nearest(place, 40);
+    if (!found) return;
+    const [own, frame] = found;
     setPlaying(false);
-    show(frame);
+    show(nearestFrame(own.times[frame]));
     remember();
   });
-  plots.push(() => mark.setAttribute("d", panels.map(panel => {
-    const [x, y] = panel.at(state.frame).map(value => value.toFixed(1));
+  const rings = own => own ? panels.map(panel => {
+    const [x, y] = panel.at(own, sampleOf(own)).map(value => value.toFixed(1));
     return `M${x - 5} ${y}a5 5 0 1 0 10 0a5 5 0 1 0 -10 0`;
-  }).join("")));
+  }).join("") : "";
+  plots.push(() => [others[state.other], run].forEach((own, k) => marks[k].setAttribute("d", rings(own))));
   return [svg, panels];
 });
 
@@ -79,16 +85,17 @@ const place = event => {
   hint.style.left = `${Math.max(4, Math.min(event.clientX + 14, room - wide - 4)) + window.scrollX}px`;
   hint.style.top = `${event.clientY + 16 + window.scrollY}px`;
 };
-// Time and position of the sample of a path that is nearest to the pointer.
+// Run, time and position of the sample of a path that is nearest to the pointer.
 const tellPath = (svg, panels, event) => {
   const at = placeIn(svg, event), panel = panels.find(own => own.contains(at));
-  const frame = panel && panel.nearest(at, 40);
+  const found = panel && panel.nearest(at, 40);
   hint.replaceChildren();
-  if (frame === undefined) return;
-  hint.append(make("div", {}, `t = ${shown(times[frame])} s`));
+  if (!found) return;
+  const [own, frame] = found;
+  hint.append(make("div", {}, `${others.length ? `${own.label}, ` : ""}t = ${shown(own.times[frame])} s`));
   for (const [name, axis] of panel.names) {
     const [label, unit] = [name.replace(/ \[.*$/, ""), (/\[(.*)\]$/.exec(name) || ["", ""])[1]];
-    hint.append(make("div", {}, `${label} ≈ ${read(panel.position(frame)[axis], panel.range)} ${unit}`));
+    hint.append(make("div", {}, `${label} ≈ ${read(panel.position(own, frame)[axis], panel.range)} ${unit}`));
   }
   place(event);
 };

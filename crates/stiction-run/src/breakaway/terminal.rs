@@ -1,7 +1,7 @@
 //! Results for a mechanism at rest, as text for the terminal.
 
 use super::Findings;
-use crate::names::{Names, heading, listed, width};
+use crate::names::{Names, heading_of, listed, width};
 use crate::{Job, power_off};
 use std::fmt::{self, Write};
 use stiction_core::dynamics::{Bounds, Holding, Verdict};
@@ -22,7 +22,7 @@ const BEYOND: f64 = 1e6;
 /// Returns an error if writing to `out` fails.
 pub fn write_report(out: &mut impl Write, job: &Job<'_>, found: &Findings) -> fmt::Result {
     let names = Names::new(&job.model.mechanism);
-    writeln!(out, "{}", heading(job.model))?;
+    writeln!(out, "{}", heading_of(job.model))?;
     let time = number(found.time);
     writeln!(
         out,

@@ -2,7 +2,7 @@
 
 use super::{Findings, Kind, Nearness, Range, words};
 use crate::Job;
-use crate::names::heading;
+use crate::names::heading_of;
 use crate::undetermined::by_components;
 use std::fmt::{self, Write};
 use stiction_core::spatial::Vec3;
@@ -17,7 +17,7 @@ const LISTED: usize = 12;
 /// # Errors
 /// Returns an error if writing to `out` fails.
 pub fn write_report(out: &mut impl Write, job: &Job<'_>, findings: &Findings) -> fmt::Result {
-    writeln!(out, "{}", heading(job.model))?;
+    writeln!(out, "{}", heading_of(job.model))?;
     writeln!(
         out,
         "motion {} ({} sample{}), mobility and redundancy at t = {} s\n",

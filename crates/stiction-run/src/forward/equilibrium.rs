@@ -11,7 +11,7 @@ use super::job::Job;
 use super::linearize::refusal;
 use crate::dofs::dofs_of;
 use crate::error::Error;
-use crate::names::{Names, heading};
+use crate::names::{Names, heading_of};
 use nalgebra::{DMatrix, DVector};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
@@ -256,7 +256,7 @@ impl Job<'_> {
         };
         let each = dofs.iter();
         Equilibrium {
-            heading: heading(self.model),
+            heading: heading_of(self.model),
             coordinates: each
                 .map(|dof| (dof.name.clone(), dof.units()[0], motion((dof.joint, dof.index))))
                 .collect(),

@@ -286,7 +286,7 @@ impl LinearModel {
                 linear.local
             ));
         }
-        let heading = crate::names::heading(job.model);
+        let heading = crate::names::heading_of(job.model);
         let error = linear.error;
         Self {
             heading,

@@ -5,7 +5,7 @@ use super::job::{Job, Start};
 use super::outcome::{Ending, Outcome};
 use super::summary::Summary;
 use crate::gearing_load::write_gearings;
-use crate::names::{heading, width};
+use crate::names::{heading_of, width};
 use std::fmt::{self, Write};
 use stiction_draw::numbers::{number, order, percent};
 
@@ -26,7 +26,7 @@ pub fn write_summary(
     summary: &Summary,
     outcome: &Outcome,
 ) -> fmt::Result {
-    writeln!(out, "{}", heading(job.model))?;
+    writeln!(out, "{}", heading_of(job.model))?;
     let names = &summary.layout.names;
     let friction = match (job.friction, names.interfaces.is_empty()) {
         (false, _) => "off",

@@ -6,7 +6,7 @@ use super::uniqueness::Singular;
 use super::verdict::Verdict;
 use crate::gearing_load::write_gearings;
 use crate::job::{Job, friction_word};
-use crate::names::{heading, listed, width};
+use crate::names::{heading_of, listed, width};
 use crate::statistics::Integral;
 use crate::undetermined::by_components;
 use std::fmt::{self, Write};
@@ -31,7 +31,7 @@ pub fn write_summary(
     summary: &Summary,
     verdict: &Verdict,
 ) -> fmt::Result {
-    writeln!(out, "{}", heading(job.model))?;
+    writeln!(out, "{}", heading_of(job.model))?;
     let count = verdict.samples;
     writeln!(
         out,

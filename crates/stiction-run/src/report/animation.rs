@@ -49,7 +49,7 @@ struct Extremes {
 }
 
 /// Animation of one run, for a page that shows several runs.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Reel {
     shot: Shot,
     still: String,
@@ -231,12 +231,15 @@ impl Animation {
         self.tracked.extend_from_slice(&values[values.len() - self.whole..]);
     }
 
-    /// Returns the HTML of the animated robot with a still picture; `ghost` is the
-    /// least-constrained motion at one sample, if it is shown. The result is empty without samples.
-    pub(crate) fn figure(&self, caption: &str, ghost: Option<Ghost>) -> String {
+    /// Returns the HTML of the animated robot with a still picture; `title` describes the motion,
+    /// and `ghost` is the least-constrained motion at one sample, if it is shown. The result is
+    /// empty without samples.
+    pub(crate) fn figure(&self, title: &str, ghost: Option<Ghost>) -> String {
         let Some(mut reel) = self.reel(1) else { return String::new() };
         reel.shot.film.ghost = ghost;
-        robot(&reel.shot, &[], &reel.still, caption)
+        // Sentences of the viewer follow.
+        let caption = if title.is_empty() { String::new() } else { format!("{title}.") };
+        robot(&reel.shot, &[], &reel.still, &caption)
     }
 
     /// Returns the animation for an HTML page that shows `runs` runs; `None` if no samples were

@@ -1,7 +1,6 @@
 //! Verdicts in a report: a statement, its meaning, and advice.
 
-use super::html::section;
-use stiction_draw::xml::escape;
+use super::html::{prose, section};
 
 /// Verdict with an explanation of its meaning.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -36,8 +35,8 @@ impl Finding {
         format!(
             "<li class=\"{}\"><span class=\"badge\">{word}</span><div><b>{}</b><p>{}</p></div></li>\n",
             self.class,
-            escape(&self.statement),
-            escape(&self.meaning)
+            prose(&self.statement),
+            prose(&self.meaning)
         )
     }
 }

@@ -2,7 +2,7 @@
 //! markup.
 
 use stiction_draw::figure::{Bars, Figure};
-use stiction_draw::numbers::number;
+use stiction_draw::numbers::{number, with_minus};
 use stiction_draw::page;
 use stiction_draw::xml::escape;
 
@@ -15,14 +15,19 @@ pub(crate) fn section(title: &str, inner: &str) -> String {
     format!("<section>\n<h2>{}</h2>\n{inner}</section>\n", escape(title))
 }
 
+/// Returns the escaped text with true minus signs, for people to read.
+pub(crate) fn prose(text: &str) -> String {
+    escape(&with_minus(text))
+}
+
 /// Returns a paragraph.
 pub(crate) fn paragraph(text: &str) -> String {
-    format!("<p>{}</p>\n", escape(text))
+    format!("<p>{}</p>\n", prose(text))
 }
 
 /// Returns a paragraph that contains an explanation.
 pub(crate) fn note(text: &str) -> String {
-    format!("<p class=\"note\">{}</p>\n", escape(text))
+    format!("<p class=\"note\">{}</p>\n", prose(text))
 }
 
 /// Returns a table; empty without rows.
@@ -43,7 +48,7 @@ pub(crate) fn folded(summary: &str, inner: &str) -> String {
 /// Returns a card of a report: a short text in large letters above an explanation.
 pub(crate) fn card(big: &str, small: &str, is_bad: bool) -> String {
     let class = if is_bad { "card bad" } else { "card" };
-    format!("<div class=\"{class}\"><b>{}</b><span>{}</span></div>\n", escape(big), escape(small))
+    format!("<div class=\"{class}\"><b>{}</b><span>{}</span></div>\n", prose(big), prose(small))
 }
 
 /// Returns a figure of curves, drawn in the colours of the page.
@@ -108,7 +113,7 @@ pub(crate) fn instant(time: f64) -> String {
 
 /// Returns a list of warnings; empty without warnings.
 pub(crate) fn warnings<'a>(all: impl IntoIterator<Item = &'a String>) -> String {
-    let items: String = all.into_iter().map(|one| format!("<li>{}</li>\n", escape(one))).collect();
+    let items: String = all.into_iter().map(|one| format!("<li>{}</li>\n", prose(one))).collect();
     match items.is_empty() {
         true => items,
         false => format!("<ul class=\"warnings\" title=\"warnings\">\n{items}</ul>\n"),

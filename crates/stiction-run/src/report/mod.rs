@@ -23,12 +23,17 @@ pub(crate) const LISTED: usize = 8;
 /// Largest number of bars in one figure.
 const BARS: usize = 12;
 
-/// Returns the heading of a report: name and title of the model, and a description of the
-/// computation.
+/// Returns the heading of a report on a model.
 pub(crate) fn header(model: &ModelFile, about: &str) -> String {
-    let mut inner = format!("<h1>{}</h1>\n", escape(&model.name));
-    if !model.title.is_empty() {
-        inner += &paragraph(&model.title);
+    heading(&model.name, &model.title, about)
+}
+
+/// Returns the heading of a report: name and title of the model, which may be empty, and a
+/// description of the computation.
+pub(crate) fn heading(name: &str, title: &str, about: &str) -> String {
+    let mut inner = format!("<h1>{}</h1>\n", escape(name));
+    if !title.is_empty() {
+        inner += &paragraph(title);
     }
     inner + &note(about)
 }

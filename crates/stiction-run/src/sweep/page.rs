@@ -6,18 +6,18 @@ use crate::comparison::Reel;
 use crate::names::listed;
 use crate::report::animation::together;
 use crate::report::html::{self, Column, card, note, section, table, warnings};
-use crate::report::repeat;
+use crate::report::{heading, repeat};
 use serde_json::Value;
 use stiction_draw::xml::escape;
 
 /// Largest number of rows that a caution lists.
 const NAMED: usize = 12;
 
-/// Returns the report of a study as HTML: counts, extremes of the objectives, the animated robots
-/// of `reels` (each with its label) overlaid on each other, pictures, the first designs, and the
-/// options for repeating the study.
+/// Returns the report of a study as HTML: name and title of the robot, which may be empty, counts,
+/// extremes of the objectives, the animated robots of `reels` (each with its label) overlaid on each
+/// other, pictures, the first designs, and the options for repeating the study.
 pub fn draw_report(
-    title: &str,
+    (name, title): (&str, &str),
     (findings, pictures): (&Findings, &Pictures),
     reels: Vec<(String, Reel)>,
     command: Option<&str>,
@@ -34,8 +34,7 @@ pub fn draw_report(
     };
     let robots = together(reels, caption);
     let inner = [
-        format!("<h1>{}</h1>\n", escape(title)),
-        note(about),
+        heading(name, title, about),
         cards(findings),
         warnings(&remarks(findings)),
         section("Extremes", &extremes(findings)),
@@ -47,7 +46,7 @@ pub fn draw_report(
         designs(findings),
         repeat(command, options),
     ];
-    let (title, inner) = (format!("{title}: study"), inner.concat());
+    let (title, inner) = (format!("{name}: study"), inner.concat());
     match robots.is_empty() {
         true => html::page(&title, &inner),
         false => html::page_with_robot(&title, &inner),

@@ -11,7 +11,7 @@ fn check_page(name: &str) -> String {
     let model = model(name);
     let job = default_job(&model, FrictionMode::Off);
     let findings = examine(&job, |_, _, _| true).unwrap();
-    draw_page(&job, &findings).unwrap().html
+    draw_page(&job, &findings, None).unwrap().html
 }
 
 #[test]

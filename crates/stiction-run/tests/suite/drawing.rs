@@ -32,7 +32,7 @@ fn picture(solver: &InverseDynamics) -> String {
 fn page(model: &ModelFile) -> Page {
     let job = default_job(model, FrictionMode::Off);
     let findings = examine(&job, |_, _, _| true).unwrap();
-    let page = draw_page(&job, &findings).unwrap();
+    let page = draw_page(&job, &findings, None).unwrap();
     // The page may contain one script, whose text is not XML.
     let script = format!("<script>{SCRIPT}</script>\n");
     assert!(page.html.contains(&script));
@@ -430,7 +430,8 @@ fn self_stresses_are_listed_by_joint() {
         .collect();
     assert_eq!(rows.len(), 1 + 9);
     let force = |joint: &str| -> f64 {
-        rows.iter().find(|row| row[0] == joint).unwrap()[2].parse().unwrap()
+        let number = rows.iter().find(|row| row[0] == joint).unwrap()[2];
+        number.replace('−', "-").parse().unwrap()
     };
     // The three parallel forces along y are in equilibrium. By the printed geometry, the distances
     // of the platform's S joints from the line of the resultant are in the ratio 2 : -1 : -1.

@@ -243,6 +243,8 @@ impl Compensation {
             sensors: Sensors::new(imperfections, self.period, self.seed),
             records: Vec::new(),
         };
+        // The report shows the laws with their first transition.
+        let runs = self.laws.len();
         let simulate = |(law, transition): (Compensator, Transition)| -> Result<LawResult, Error> {
             let own = Controller { law, transition, ..controller.clone() };
             let shared = Arc::new(Mutex::new(own));
@@ -250,11 +252,11 @@ impl Compensation {
             let plant = plant.clone().control_law(self.period, move |measured| {
                 own.lock().unwrap_or_else(PoisonError::into_inner).efforts(measured)
             })?;
-            let run = plant.run()?;
+            let (run, reel) = plant.plan()?.film(runs)?;
             let records =
                 std::mem::take(&mut shared.lock().unwrap_or_else(PoisonError::into_inner).records);
             let names = labels.actuators.iter().map(|(name, _)| name);
-            LawResult::new((law, transition), &records, &run, names)
+            LawResult::new((law, transition), &records, (&run, reel), names)
         };
         // A law without friction compensation does not depend on the transition and is simulated
         // only once.

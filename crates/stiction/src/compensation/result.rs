@@ -7,6 +7,7 @@ use crate::forward::Run;
 use serde_json::{Value, json};
 use std::fmt::{self, Write};
 use stiction_core::forward::EventKind;
+use stiction_run::comparison::Reel;
 use stiction_run::compensation::{Controllers, Tracking};
 use stiction_run::{SpacePoint, Tracked};
 
@@ -71,6 +72,8 @@ pub struct LawResult {
     /// Time, s, and tracking errors of all samples.
     pub errors: Vec<(f64, Vec<f64>)>,
     pub(super) space: Vec<(f64, Vec<SpacePoint>)>,
+    /// Moving robot; `None` without samples.
+    reel: Option<Reel>,
 }
 
 /// Counts changes of sign between rates whose magnitude exceeds a threshold.
@@ -89,7 +92,7 @@ impl LawResult {
     pub(super) fn new<'a>(
         (law, transition): (Compensator, Transition),
         records: &[Record],
-        run: &Run,
+        (run, reel): (&Run, Option<Reel>),
         actuators: impl Iterator<Item = &'a String>,
     ) -> Result<Self, Error> {
         let last = run.last()?;
@@ -127,6 +130,7 @@ impl LawResult {
             ended: run.ended().err().map(|error| (last.time, error.message())),
             errors: records.iter().map(|record| (record.time, record.errors.clone())).collect(),
             space: run.samples().iter().map(|at| (at.time, at.space.clone())).collect(),
+            reel,
         })
     }
 }
@@ -185,6 +189,7 @@ impl Compared {
             ended: own.ended.as_ref().map(|(_, why)| why.clone()),
             errors: own.errors.clone(),
             space: own.space.clone(),
+            reel: own.reel.clone(),
         };
         let mut headlines = Vec::new();
         for (than, what) in [

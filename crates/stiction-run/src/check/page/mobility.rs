@@ -91,7 +91,7 @@ fn bodies(findings: &Findings) -> String {
             row
         })
         .collect();
-    let mut head = vec![("body", Column::Text), ("independent motions", Column::Text)];
-    head.extend(blocked.then_some(("to first order only", Column::Text)));
+    let mut head = vec![("body", Column::Text), ("independent motions", Column::Prose)];
+    head.extend(blocked.then_some(("to first order only", Column::Prose)));
     table(&head, &rows)
 }

@@ -10,8 +10,10 @@ mod sizes;
 
 use super::{Findings, words};
 use crate::portrait::Portrait;
-use crate::report::html::{self, card, note, paragraph, section};
+use crate::report::html::{self, card, section};
+use crate::report::{footer, header, repeat};
 use crate::{Error, Job};
+use serde_json::{Value, json};
 use stiction_draw::drawing::Surface;
 use stiction_draw::numbers::number;
 use stiction_draw::xml::escape;
@@ -25,18 +27,18 @@ pub struct Page {
     pub picture: String,
 }
 
-/// Writes the results of a check as an HTML page.
+/// Writes the results of a check as an HTML page. `command` is the command line that produced them, if any.
 ///
 /// # Errors
 /// Returns an error if the mechanism cannot follow its motion, which the image requires.
-pub fn draw_page(job: &Job<'_>, findings: &Findings) -> Result<Page, Error> {
+pub fn draw_page(job: &Job<'_>, findings: &Findings, command: Option<&str>) -> Result<Page, Error> {
     let locked = job.locked_start()?;
     let portrait = match &locked {
         None => Portrait::of(job)?,
         Some((motion, _)) => Portrait::of(&Job { motion, ..job.clone() })?,
     };
     let inner = [
-        header(job, findings),
+        heading(job, findings),
         cards(findings),
         html::warnings(findings.warnings.iter().chain(&findings.cautions)),
         picture(job, &portrait),
@@ -45,31 +47,28 @@ pub fn draw_page(job: &Job<'_>, findings: &Findings) -> Result<Page, Error> {
         singular::singularities(job, findings),
         sizes::masses(job, findings, &portrait.start),
         sizes::ranges(findings),
-        footer(job),
+        repeat(command, &options(job, findings)),
+        footer(job.model),
     ];
     let title = format!("{}: check", job.model.name);
     let html = html::page_with_robot(&title, &inner.concat());
     Ok(Page { html, picture: portrait.svg(Surface::Paper) })
 }
 
-fn header(job: &Job<'_>, findings: &Findings) -> String {
-    let mut inner = format!("<h1>{}</h1>\n", escape(&job.model.name));
-    if !job.model.title.is_empty() {
-        inner += &paragraph(&job.model.title);
-    }
+fn heading(job: &Job<'_>, findings: &Findings) -> String {
     let plural = if findings.samples == 1 { "" } else { "s" };
     let about = match job.motion.title.as_str() {
         "" => String::new(),
         title => format!(": {title}"),
     };
-    inner += &note(&format!(
+    let about = format!(
         "Motion {}{about} ({} sample{plural}); mobility and redundancy at t = {} s. Loads and \
          friction play no part.",
         job.motion_name,
         findings.samples,
         number(findings.start),
-    ));
-    inner
+    );
+    header(job.model, &about)
 }
 
 fn cards(findings: &Findings) -> String {
@@ -132,14 +131,12 @@ fn picture(job: &Job<'_>, portrait: &Portrait) -> String {
     section("The mechanism", &inner)
 }
 
-fn footer(job: &Job<'_>) -> String {
-    let mut inner = String::new();
-    if !job.model.source.trim().is_empty() {
-        inner += &format!("<p class=\"source\">{}</p>\n", escape(job.model.source.trim()));
-    }
-    inner += &paragraph(&format!(
-        "stiction {}; check.json contains the same results for programs.",
-        env!("CARGO_PKG_VERSION")
-    ));
-    format!("<footer>\n{inner}</footer>\n")
+/// Options with which the check can be repeated.
+fn options(job: &Job<'_>, findings: &Findings) -> Value {
+    json!({
+        "motion": job.motion_name,
+        "start": findings.start,
+        "duration": job.motion.duration,
+        "samples": findings.samples,
+    })
 }

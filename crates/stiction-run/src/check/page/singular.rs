@@ -19,7 +19,7 @@ pub(super) fn singularities(job: &Job<'_>, findings: &Findings) -> String {
         ("least distance", Column::Number),
         ("at t [s]", Column::Number),
         ("singular samples", Column::Number),
-        ("least constrained", Column::Text),
+        ("least constrained", Column::Prose),
         ("meaning", Column::Text),
     ];
     let mut inner = table(&head, &rows);

@@ -44,7 +44,7 @@ pub fn draw_report(
         header(job.model, &about(job, summary, verdict)),
         cards(job, summary, verdict),
         html::warnings(&summary.cautions(job)),
-        section("The robot", &animation.0.figure(&caption(job), ghost)),
+        section("The robot", &animation.0.figure(caption(job), ghost)),
         of("Actuator efforts", efforts),
         of("Motors", motors),
         of("Friction", friction),
@@ -77,12 +77,11 @@ fn about(job: &Job<'_>, summary: &Summary, verdict: &Verdict) -> String {
     )
 }
 
-fn caption(job: &Job<'_>) -> String {
-    let title = match job.motion.title.as_str() {
-        "" => job.motion_name.as_str(),
+fn caption<'a>(job: &'a Job<'_>) -> &'a str {
+    match job.motion.title.as_str() {
+        "" => &job.motion_name,
         title => title,
-    };
-    format!("{title}.")
+    }
 }
 
 /// Returns cards with the headline figures as HTML.
