@@ -68,6 +68,9 @@ fn header(job: &Job<'_>, findings: &Findings) -> String {
         findings.samples,
         number(findings.start),
     ));
+    if let Some(sentence) = findings.assembly.sentence() {
+        inner += &note(&singular::capitalised(&sentence));
+    }
     inner
 }
 
