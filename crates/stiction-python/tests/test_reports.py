@@ -106,4 +106,4 @@ def test_files_of_options_are_those_of_the_folder_of_the_call(tmp_path, monkeypa
         assert run.report() == page
         assert pickle.loads(pickle.dumps(run)).report() == page
     # A new call reads the file of the present folder.
-    assert float(home[0]) == 0.1 and float(m.home(motion="rec.csv")[0]) == 0.3
+    assert abs(home[0] - 0.1) < 1e-12 and abs(m.home(motion="rec.csv")[0] - 0.3) < 1e-12

@@ -204,8 +204,10 @@ def test_motors_are_those_of_a_run():
 
 def test_a_bushing_that_is_rotated_too_far_is_an_outcome():
     m = stiction.load("""
+gravity = [0, 0, 0]
 [bodies.b]
 mass = 1
+com = [0, 0, 0]
 inertia = [1, 1, 1]
 [joints.j]
 type = "R"
@@ -222,3 +224,16 @@ stiffness = [1, 1, 1, 1, 1, 1]
     assert r.status.tolist() == [0, stiction.Status.SPRING_TURNED]
     with pytest.raises(stiction.ComputationError, match="rotated too far"):
         r.check()
+
+
+def test_starts_select_the_assembly_mode():
+    m = stiction.load("five-bar")
+    other = m.with_({"joints.left_elbow.start": "80 deg", "joints.left_motor.start": "50 deg"})
+    modes = [one.check()["assembly"] for one in (m, other)]
+    elbows = [mode["coordinates"]["left_elbow"] for mode in modes]
+    # The tool is at the same place, with the elbow on its other side.
+    assert elbows[0] < -0.5 and abs(elbows[0] + elbows[1]) < 1e-9
+    assert all(0 <= mode["distance"] < 1 for mode in modes)
+    assert other.home()[1] == pytest.approx(m.home()[1]) and abs(other.home()[0] - m.home()[0]) > 0.5
+    shown = m._repr_html_()
+    assert f"left_motor = {m.home()[0]:.4g} rad" in shown

@@ -6,6 +6,9 @@ use stiction_core::dynamics::InverseDynamics;
 use stiction_core::kinematics::AssemblyReport;
 use stiction_draw::numbers::number;
 
+/// Distance, in characteristic lengths, below which the given configuration closes the loops.
+const EXACT: f64 = 1e-6;
+
 /// Assembly mode at the first instant, and its distance from the given configuration.
 #[derive(Clone, Debug)]
 pub struct AssemblyMode {
@@ -31,6 +34,9 @@ impl AssemblyMode {
     /// States what selected the mode and how to select another one; `None` for open chains.
     pub(super) fn sentence(&self) -> Option<String> {
         let selected = match self.report.distance {
+            Some(distance) if distance < EXACT => {
+                "that given by `home`, `start` and the prescribed coordinates".to_owned()
+            }
             Some(distance) => format!(
                 "the nearest to `home`, `start` and the prescribed coordinates, at an rms distance \
                  of {} characteristic lengths",

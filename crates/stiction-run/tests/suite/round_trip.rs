@@ -397,12 +397,15 @@ name = "tilted"
 gravity = [0, 0, -9.81]
 [bodies.crank]
 mass = 1
+com = [0, 0, 0]
 inertia = [0.01, 0.01, 0.01]
 [bodies.coupler]
 mass = 1
+com = [0, 0, 0]
 inertia = [0.01, 0.01, 0.001]
 [bodies.rocker]
 mass = 1
+com = [0, 0, 0]
 inertia = [0.01, 0.01, 0.01]
 [bodies.pendulum]
 mass = 1
@@ -420,7 +423,7 @@ from = "coupler"
 to = "crank"
 at = ["10 mm", 0, "-200 mm"]
 to_at = ["100 mm", 0, 0]
-turn = { rx = "20 deg", ry = "5 deg" }
+turn = { xyz = ["20 deg", "5 deg", 0] }
 range = { tilt = [0, "50 deg"] }
 [joints.C]
 type = "S"
@@ -428,7 +431,7 @@ from = "coupler"
 to = "rocker"
 at = [0, "10 mm", "200 mm"]
 to_at = [0, 0, "300 mm"]
-turn = { ry = "-30 deg", rz = "10 deg" }
+turn = { xyz = [0, "-30 deg", "10 deg"] }
 range = { tilt = ["5 deg", "60 deg"] }
 [joints.D]
 type = "R"
@@ -441,7 +444,7 @@ type = "S"
 from = "ground"
 to = "pendulum"
 at = ["-500 mm", 0, 0]
-turn = { rx = "-15 deg" }
+turn = { axis = "x", angle = "-15 deg" }
 range = { tilt = [0, "45 deg"] }
 [motions.swing]
 duration = "1 s"
