@@ -118,9 +118,11 @@ impl<'a> Gathered<'a> {
         verdict.redundancy = verdict.redundancy.max(found.redundancy);
         let sample = &mut found.sample;
         let motion = |actuator: usize| sample.joints[self.actuated[actuator]];
-        let efforts = (&sample.forces.efforts[..], Some(&sample.forces.effort_bounds[..]));
+        let forces = &sample.forces;
+        let bounds = Some(&forces.effort_bounds[..]);
         sample.motors.clear();
-        sample.motors.extend(self.motors.evaluate(efforts, motion, &sample.bodies));
+        let motors = self.motors.evaluate(&forces.efforts, bounds, motion, &sample.bodies);
+        sample.motors.extend(motors);
         receive(sample).map_err(Error::Receiver)
     }
 

@@ -43,7 +43,8 @@ impl Motors {
     /// interval contains only its effort.
     pub fn evaluate<'a>(
         &'a self,
-        (efforts, bounds): (&'a [f64], Option<&'a [(f64, f64)]>),
+        efforts: &'a [f64],
+        bounds: Option<&'a [(f64, f64)]>,
         motion: impl Fn(usize) -> Target<f64> + 'a,
         bodies: &'a Bodies<f64>,
     ) -> impl Iterator<Item = Motor> + 'a {

@@ -220,7 +220,7 @@ impl States {
         let motion = |actuator: usize| {
             bodies.joint_motion(topology, parameters, self.actuators[actuator], 0.0)
         };
-        let motors = self.motors.evaluate((data.efforts(), None), motion, bodies);
+        let motors = self.motors.evaluate(data.efforts(), None, motion, bodies);
         for ((motor, torque), speed) in motors.zip(torques).zip(speeds) {
             (*torque, *speed) = (motor.torque, motor.speed);
         }

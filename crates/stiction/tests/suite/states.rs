@@ -87,7 +87,7 @@ efficiency = 0.9
 [actuators.difference]
 joints = { left_motor = 1, right_motor = -1 }
 ratio = -7
-rotor_inertia = "2e-3 kg m^2"
+rotor_inertia = "2e-4 kg m^2"
 rotor_axis = { body = "left_crank", axis = "z" }
 efficiency = 0.8
 "#;

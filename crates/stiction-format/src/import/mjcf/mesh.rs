@@ -152,7 +152,7 @@ impl Reader<'_, '_> {
             }
             (None, Some(vertices)) if mesh.get("face").is_none() => {
                 let points = vertices.chunks_exact(3).map(|at| Vec3::new(at[0], at[1], at[2]));
-                self.hull(mesh, points.map(single).collect())
+                self.hull(mesh, points.collect())
                     .map_err(|why| lost(format!("the mesh {} has {why}", quoted(name)), SAVE))?
             }
             (None, Some(vertices)) => {
@@ -209,14 +209,15 @@ impl Reader<'_, '_> {
         Ok(Mesh::new(&triangles, mass))
     }
 
-    /// Convex hull of points, by which MuJoCo replaces a mesh without faces.
+    /// Returns the convex hull of points, by which MuJoCo replaces a mesh without faces, or the end
+    /// of the sentence "the mesh has".
     fn hull(&self, mesh: &Element, points: Vec<Vec3<f64>>) -> Result<Vec<Triangle>, &'static str> {
         if mesh.number(self.context, "maxhullvert").is_some_and(|most| most > 0.0) {
             let message = "maxhullvert is left out: the convex hull keeps all of its vertices";
             self.context.note(message, Some(mesh.place()));
         }
-        let is_finite = |point: &Vec3<f64>| point.to_array().iter().all(|x| x.is_finite());
-        if !points.iter().all(is_finite) {
+        let points: Vec<Vec3<f64>> = points.into_iter().map(single).collect();
+        if !points.iter().all(|point| point.is_finite()) {
             return Err("vertices beyond single precision");
         }
         convex_hull(&points).map_err(|error| match error {
