@@ -316,7 +316,6 @@ impl NativeModel {
     /// Simulates the robot; returns the report as an HTML page. Files that the options name are in
     /// `folder`.
     #[pyo3(signature = (folder, calls, *, until=None, step=None, tolerance=None))]
-    #[expect(clippy::too_many_arguments, reason = "the options of one call")]
     fn forward_report(
         &self,
         py: Python<'_>,

@@ -18,6 +18,7 @@ fn the_report_is_written() {
     assert!(inner.read("mechanism.svg").starts_with("<svg xmlns="));
 }
 
+/// A body on a hinge.
 const ARM: &str = "gravity = [0, 0, 0]\n[bodies.b]\nmass = 1\ncom = [0, 0, 0]\ninertia = [1, 1, 1]\n\
                    [joints.j]\ntype = \"R\"\nfrom = \"ground\"\nto = \"b\"\naxis = \"z\"\nactuated = true\n";
 
