@@ -19,7 +19,8 @@ use journal::{Journal, TABLE};
 use serde_json::{Value, json};
 use std::num::NonZeroUsize;
 use std::sync::atomic::Ordering;
-use stiction::{Robot, Study};
+use stiction::{FrictionMode, Robot, Study};
+use stiction_format::Key;
 use stiction_run::comparison::Reel;
 use stiction_run::forward::checksum;
 use stiction_run::sweep::{Findings, Pictures, draw_report};
@@ -61,6 +62,15 @@ fn execute(options: &Sweep) -> Result<(), Failure> {
     }
     let designs = Designs::new(options)?;
     let study = sweep.study(designs.keys())?;
+    let mode = options.friction.map(Into::into).or(robot.model().default_friction);
+    if mode == Some(FrictionMode::Off) {
+        let is_friction = |key: &Key| {
+            !key.path.starts_with("default.") && key.path.split('.').any(|part| part == "friction")
+        };
+        for key in designs.keys().iter().filter(|key| is_friction(key)) {
+            note!("note: friction is off, so `{}` has no effect; add --friction on", key.path);
+        }
+    }
     let about = description(options, &robot, &designs)?;
     // The units are checked before any file of this study is written.
     if let Some(Ok(first)) = designs.iter(options.shard, 0)?.next() {

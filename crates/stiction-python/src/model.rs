@@ -7,7 +7,7 @@ use crate::tables::{Results, ending, results};
 use crate::watch::Watch;
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use stiction::core::kinematics::Target;
 use stiction::format::Note;
@@ -139,6 +139,11 @@ impl NativeModel {
     }
 
     #[getter]
+    fn motors(&self) -> Vec<&str> {
+        self.robot.motors().collect()
+    }
+
+    #[getter]
     fn motions(&self) -> Vec<&str> {
         self.robot.motions().collect()
     }
@@ -208,20 +213,22 @@ impl NativeModel {
         let threads = crate::options::threads(py, threads)?;
         let watch = Watch::new(progress);
         let outcome = computed(py, || {
-            let request = self.inverse_request(motion, load, friction, step)?;
+            let request = inverse_request(&self.robot, motion, load, friction, step)?;
             let request = request.threads(threads).friction_margin(friction_margin);
             request.tabulate(|phase, done, of| watch.goes_on_in(phase, done, of))
         });
         results(py, watch.finish(outcome)?)
     }
 
-    /// Computes inverse dynamics along a motion; returns the report as an HTML page.
-    #[pyo3(signature = (*, motion=None, load=None, friction=None, step=None, threads=None,
+    /// Computes inverse dynamics along a motion; returns the report as an HTML page. Files that the
+    /// options name are in `folder`.
+    #[pyo3(signature = (folder, *, motion=None, load=None, friction=None, step=None, threads=None,
                         friction_margin=false))]
     #[expect(clippy::too_many_arguments, reason = "the options of one call")]
     fn inverse_report(
         &self,
         py: Python<'_>,
+        folder: Option<PathBuf>,
         motion: Option<&str>,
         load: Option<&str>,
         friction: Option<&str>,
@@ -233,7 +240,8 @@ impl NativeModel {
         let threads = crate::options::threads(py, threads)?;
         let watch = Watch::new(None);
         let page = computed(py, || {
-            let request = self.inverse_request(motion, load, friction, step)?;
+            let robot = self.in_folder(folder.as_deref());
+            let request = inverse_request(&robot, motion, load, friction, step)?;
             let request = request.threads(threads).friction_margin(friction_margin);
             Ok(request.report(|phase, done, of| watch.goes_on_in(phase, done, of))?.page)
         });
@@ -304,11 +312,13 @@ impl NativeModel {
         Ok((results(py, simulation.results)?, events.collect(), ended))
     }
 
-    /// Simulates the robot; returns the report as an HTML page.
-    #[pyo3(signature = (calls, *, until=None, step=None, tolerance=None))]
+    /// Simulates the robot; returns the report as an HTML page. Files that the options name are in
+    /// `folder`.
+    #[pyo3(signature = (folder, calls, *, until=None, step=None, tolerance=None))]
     fn forward_report(
         &self,
         py: Python<'_>,
+        folder: Option<PathBuf>,
         calls: Vec<(String, String, f64)>,
         until: Option<f64>,
         step: Option<f64>,
@@ -316,7 +326,8 @@ impl NativeModel {
     ) -> PyResult<String> {
         let watch = Watch::new(None);
         let page = computed(py, || {
-            let request = with_calls(self.robot.forward(), &calls, (until, step, tolerance))?;
+            let robot = self.in_folder(folder.as_deref());
+            let request = with_calls(robot.forward(), &calls, (until, step, tolerance))?;
             Ok(request.plan()?.report(|done, of| watch.goes_on(done, of))?.page)
         });
         watch.finish(page)
@@ -431,29 +442,34 @@ impl NativeModel {
 }
 
 impl NativeModel {
-    /// Creates a request for inverse dynamics with the options of a Python call.
-    fn inverse_request(
-        &self,
-        motion: Option<&str>,
-        load: Option<&str>,
-        friction: Option<FrictionMode>,
-        step: Option<f64>,
-    ) -> Result<Inverse, Error> {
-        let mut request = self.robot.inverse();
-        if let Some(motion) = motion {
-            request = request.motion(motion)?;
-        }
-        if let Some(load) = load {
-            request = request.load(load)?;
-        }
-        if let Some(friction) = friction {
-            request = request.friction(friction);
-        }
-        if let Some(step) = step {
-            request = request.step(step);
-        }
-        Ok(request)
+    /// The robot with the folder of the files that options name; the current folder without it.
+    fn in_folder(&self, folder: Option<&Path>) -> Robot {
+        folder.map_or_else(|| self.robot.clone(), |folder| self.robot.in_folder(folder))
     }
+}
+
+/// Creates a request for inverse dynamics with the options of a Python call.
+fn inverse_request(
+    robot: &Robot,
+    motion: Option<&str>,
+    load: Option<&str>,
+    friction: Option<FrictionMode>,
+    step: Option<f64>,
+) -> Result<Inverse, Error> {
+    let mut request = robot.inverse();
+    if let Some(motion) = motion {
+        request = request.motion(motion)?;
+    }
+    if let Some(load) = load {
+        request = request.load(load)?;
+    }
+    if let Some(friction) = friction {
+        request = request.friction(friction);
+    }
+    if let Some(step) = step {
+        request = request.step(step);
+    }
+    Ok(request)
 }
 
 /// Adds options to a request for forward dynamics: the options in `calls`, the end time, s, the

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use stiction::{Batch, Derivatives, Outputs, States, Status, Workers};
 
 /// All possible outcomes of a row. The code of an outcome is its index in this array.
-pub(crate) const OUTCOMES: [Status; 10] = [
+pub(crate) const OUTCOMES: [Status; 11] = [
     Status::Converged,
     Status::InputNotFinite,
     Status::LoopsOpen { error: 0.0 },
@@ -20,6 +20,7 @@ pub(crate) const OUTCOMES: [Status; 10] = [
     Status::FrictionNotConverged { change: 0.0 },
     Status::FrictionLocks,
     Status::Unbalanced { residual: 0.0 },
+    Status::SpringTurned { spring: 0, on_joint: false },
 ];
 
 /// Returns the code of the outcome of a row: its index in [`OUTCOMES`].
@@ -33,13 +34,15 @@ type Floats<'py> = Bound<'py, PyArrayDyn<f64>>;
 /// Derivatives of the efforts with respect to positions, rates and accelerations, and a flag for
 /// each row that is true if the derivatives of this row exist.
 type DerivativeArrays<'py> = (Floats<'py>, Floats<'py>, Floats<'py>, Bound<'py, PyArray1<bool>>);
-/// Outcome codes, efforts, efforts without friction, reactions, frictions, residuals of the power
-/// balance, and derivatives, as in [`stiction::InverseRows`]. Reactions, frictions and derivatives
-/// are `None` unless requested.
+/// Outcome codes, efforts, efforts without friction, reactions, frictions, torques and speeds of
+/// motors, residuals of the power balance, and derivatives, as in [`stiction::InverseRows`].
+/// Reactions, frictions, torques and speeds of motors, and derivatives are `None` unless requested.
 type InverseArrays<'py> = (
     Codes<'py>,
     Floats<'py>,
     Floats<'py>,
+    Option<Floats<'py>>,
+    Option<Floats<'py>>,
     Option<Floats<'py>>,
     Option<Floats<'py>>,
     Floats<'py>,
@@ -57,6 +60,7 @@ pub(crate) struct NativeStates {
     actuators: usize,
     joints: usize,
     interfaces: usize,
+    motors: usize,
     bodies: usize,
 }
 
@@ -68,6 +72,7 @@ impl NativeStates {
             actuators: robot.actuators().count(),
             joints: robot.joints().count(),
             interfaces: robot.friction_interfaces().count(),
+            motors: robot.motors().count(),
             bodies: robot.bodies().count(),
             states,
         }
@@ -166,7 +171,7 @@ impl NativeStates {
 
     /// Computes inverse dynamics of all rows.
     #[pyo3(signature = (q, v=None, a=None, threads=None, reactions=false, frictions=false,
-                        derivatives=false))]
+                        derivatives=false, motors=false))]
     #[expect(clippy::too_many_arguments, reason = "the options of one call")]
     fn inverse_dynamics<'py>(
         &self,
@@ -178,24 +183,27 @@ impl NativeStates {
         reactions: bool,
         frictions: bool,
         derivatives: bool,
+        motors: bool,
     ) -> PyResult<InverseArrays<'py>> {
         let q = numbers("q", q, &self.names)?;
         let (v, a) = (self.like("v", v, &q)?, self.like("a", a, &q)?);
         let rows = self.with_workers(py, q.rows, threads, |workers| {
             let batch = Batch { q: &q.values, v: &v, a: &a };
-            let outputs = Outputs { reactions, frictions, derivatives };
+            let outputs = Outputs { reactions, frictions, motors, derivatives };
             self.states.inverse_dynamics(batch, outputs, workers)
         })?;
         let shape = (q.is_single, q.rows);
-        let asked = |wanted: bool, values: Vec<f64>, rest: [usize; 2]| {
-            wanted.then(|| shaped(py, values, shape, &rest)).transpose()
+        let asked = |wanted: bool, values: Vec<f64>, rest: &[usize]| {
+            wanted.then(|| shaped(py, values, shape, rest)).transpose()
         };
         Ok((
             codes(py, &rows.status),
             shaped(py, rows.efforts, shape, &[self.actuators])?,
             shaped(py, rows.efforts_frictionless, shape, &[self.actuators])?,
-            asked(reactions, rows.reactions, [self.joints, 6])?,
-            asked(frictions, rows.frictions, [self.interfaces, 4])?,
+            asked(reactions, rows.reactions, &[self.joints, 6])?,
+            asked(frictions, rows.frictions, &[self.interfaces, 4])?,
+            asked(motors, rows.motor_torques, &[self.motors])?,
+            asked(motors, rows.motor_speeds, &[self.motors])?,
             shaped(py, rows.power_residual, shape, &[])?,
             rows.derivatives.map(|all| self.derivatives(py, all, shape)).transpose()?,
         ))

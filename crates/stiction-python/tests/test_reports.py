@@ -88,3 +88,22 @@ def test_relative_paths_do_not_depend_on_the_current_folder(tmp_path, monkeypatc
             assert len(one.with_({"b.mass": "2 kg"}).inverse()) == 101
             table = stiction.sweep(one, {"b.mass [kg]": [1.0, 2.0]}, "peak(j.effort)")
             assert list(table["status"]) == ["ok", "ok"]
+
+
+def test_files_of_options_are_those_of_the_folder_of_the_call(tmp_path, monkeypatch):
+    here, other = tmp_path / "here", tmp_path / "other"
+    here.mkdir(), other.mkdir()
+    for folder, amplitude in ((here, 0.1), (other, 0.3)):
+        rows = "".join(f"{0.01 * k},{amplitude * np.cos(0.1 * k)}\n" for k in range(101))
+        (folder / "rec.csv").write_text("time [s],j [rad]\n" + rows)
+    m = stiction.load(ARM)
+    monkeypatch.chdir(here)
+    runs = [m.inverse("rec.csv"), m.forward(motion="rec.csv", until=0.1)]
+    pages = [run.report() for run in runs]
+    home = m.home(motion="rec.csv")
+    monkeypatch.chdir(other)
+    for run, page in zip(runs, pages, strict=True):
+        assert run.report() == page
+        assert pickle.loads(pickle.dumps(run)).report() == page
+    # A new call reads the file of the present folder.
+    assert abs(home[0] - 0.1) < 1e-12 and abs(m.home(motion="rec.csv")[0] - 0.3) < 1e-12

@@ -157,3 +157,83 @@ def test_a_motion_that_begins_at_home_begins_in_its_assembly_mode(name):
     home = robot.kinematics(robot.home())
     for body in robot.bodies[1:]:
         assert abs(r.position[body][0] - home.position[body]).max() < 1e-9
+
+
+def motorized():
+    """A five-bar with a motor on one joint, with a gear, a rotor, friction and losses, and an ideal one on the other."""
+    text = stiction.load("five-bar").text + """
+[actuators.M]
+joint = "left_motor"
+ratio = 20
+rotor_inertia = "1e-4 kg m^2"
+motor_friction = { constant = "0.01 N m", viscous = "1e-5 N m s/rad" }
+efficiency = 0.9
+[actuators.N]
+joint = "right_motor"
+ratio = -10
+"""
+    return stiction.load(text)
+
+
+def test_motors_are_those_of_a_run():
+    m = motorized()
+    assert m.motors == ["M", "N"]
+    r = m.inverse(load="none")
+    columns = [r.joint[name] for name in m.actuators]
+    q, v, a = (np.column_stack([getattr(c, x) for c in columns]) for x in ("position", "rate", "acceleration"))
+    s = m.inverse_dynamics(q, v, a, load="none", motors=True).check()
+    assert s.motor_torques.shape == s.motor_speeds.shape == (len(r), 2) and s.motor_torque["M"].shape == (len(r),)
+    assert m.inverse_dynamics(q[0], motors=True).motor_torques.shape == (2,)
+    moving = (abs(v) > 1e-6).all(axis=1)
+    assert moving.sum() > 50
+    for name in m.motors:
+        for expected, found in ((r.motor_torque, s.motor_torque), (r.motor_speed, s.motor_speed)):
+            expected, found = expected[name][moving], found[name][moving]
+            np.testing.assert_allclose(found, expected, atol=1e-9 * abs(expected).max())
+    # An ideal gear, by hand.
+    np.testing.assert_allclose(s.motor_torque["N"], -s.effort["right_motor"] / 10, rtol=1e-12)
+    np.testing.assert_allclose(s.motor_speed["M"], 20 * v[:, 0], atol=1e-12)
+    # Without friction, only the rotor adds to the effort over the ratio.
+    ideal = m.inverse_dynamics(q, v, a, load="none", friction=False, motors=True).check()
+    by_hand = ideal.effort["left_motor"] / 20 + 1e-4 * 20 * a[:, 0]
+    np.testing.assert_allclose(ideal.motor_torque["M"], by_hand, rtol=1e-9, atol=1e-12)
+    with pytest.raises(stiction.InputError, match="motors=True"):
+        m.inverse_dynamics(q).motor_torque
+    assert stiction.load("3rps").inverse_dynamics(stiction.load("3rps").home(), motors=True).motor_torques.shape == (0,)
+
+
+def test_a_bushing_that_is_rotated_too_far_is_an_outcome():
+    m = stiction.load("""
+gravity = [0, 0, 0]
+[bodies.b]
+mass = 1
+com = [0, 0, 0]
+inertia = [1, 1, 1]
+[joints.j]
+type = "R"
+from = "ground"
+to = "b"
+axis = "y"
+actuated = true
+[bushings.B]
+from = "ground"
+to = "b"
+stiffness = [1, 1, 1, 1, 1, 1]
+""")
+    r = m.inverse_dynamics([[0.0], [np.pi]])
+    assert r.status.tolist() == [0, stiction.Status.SPRING_TURNED]
+    with pytest.raises(stiction.ComputationError, match="rotated too far"):
+        r.check()
+
+
+def test_starts_select_the_assembly_mode():
+    m = stiction.load("five-bar")
+    other = m.with_({"joints.left_elbow.start": "80 deg", "joints.left_motor.start": "50 deg"})
+    modes = [one.check()["assembly"] for one in (m, other)]
+    elbows = [mode["coordinates"]["left_elbow"] for mode in modes]
+    # The tool is at the same place, with the elbow on its other side.
+    assert elbows[0] < -0.5 and abs(elbows[0] + elbows[1]) < 1e-9
+    assert all(0 <= mode["distance"] < 1 for mode in modes)
+    assert other.home()[1] == pytest.approx(m.home()[1]) and abs(other.home()[0] - m.home()[0]) > 0.5
+    shown = m._repr_html_()
+    assert f"left_motor = {m.home()[0]:.4g} rad" in shown

@@ -25,6 +25,8 @@ pub struct Robot {
     model: Arc<ModelFile>,
     names: Arc<Names>,
     files: Files,
+    /// Folder of the files that options name; `None` for the current folder.
+    folder: Option<Arc<Path>>,
     /// Text from which the robot was read; `None` for a robot described by code.
     text: Option<Arc<ModelText>>,
 }
@@ -71,6 +73,13 @@ impl Robot {
         text.clone().with(change).read()
     }
 
+    /// Returns the robot with another folder for the relative paths in its options, such as the recording of a motion.
+    /// Default: the current folder of the process at the time of the call that names the file.
+    #[must_use]
+    pub fn in_folder(&self, folder: &Path) -> Self {
+        Self { folder: Some(folder.into()), ..self.clone() }
+    }
+
     /// Begins the description of a robot in code instead of a file.
     pub fn builder(name: impl Into<String>) -> RobotBuilder {
         RobotBuilder {
@@ -82,7 +91,7 @@ impl Robot {
 
     pub(crate) fn new(model: ModelFile, files: Files) -> Self {
         let names = Arc::new(Names::new(&model.mechanism));
-        Self { model: Arc::new(model), names, files, text: None }
+        Self { model: Arc::new(model), names, files, folder: None, text: None }
     }
 
     pub(crate) fn of_text(model: ModelFile, text: ModelText) -> Self {
@@ -123,6 +132,11 @@ impl Robot {
     /// several.
     pub fn friction_interfaces(&self) -> impl Iterator<Item = &str> {
         self.names.interfaces.iter().map(String::as_str)
+    }
+
+    /// Names of the motors, one for each drive train of the model.
+    pub fn motors(&self) -> impl Iterator<Item = &str> {
+        self.mechanism().drive_trains().iter().map(|train| train.name.as_str())
     }
 
     /// Names of the motions of the model.
@@ -214,7 +228,10 @@ impl Robot {
     }
 
     fn contents(&self, file: &str) -> Result<Contents, String> {
-        self.files.contents(Path::new(file))
+        match &self.folder {
+            Some(folder) => self.files.contents(&folder.join(file)),
+            None => self.files.contents(Path::new(file)),
+        }
     }
 
     /// Reads a motion from its name in the model, the name of a file, or assignments; returns it with its label in

@@ -18,6 +18,10 @@ fn the_report_is_written() {
     assert!(inner.read("mechanism.svg").starts_with("<svg xmlns="));
 }
 
+/// A body on a hinge.
+const ARM: &str = "gravity = [0, 0, 0]\n[bodies.b]\nmass = 1\ncom = [0, 0, 0]\ninertia = [1, 1, 1]\n\
+                   [joints.j]\ntype = \"R\"\nfrom = \"ground\"\nto = \"b\"\naxis = \"z\"\nactuated = true\n";
+
 #[test]
 fn the_json_has_all_verdicts() {
     let folder = Folder::new("check-json");
@@ -25,6 +29,21 @@ fn the_json_has_all_verdicts() {
     assert_eq!((said.succeeds(), said.err.as_str()), (folder.read("check.json").as_str(), ""));
     let value: Value = serde_json::from_str(&said.out).unwrap();
     assert_eq!(value["mobility"]["finite"], 3);
+    // The travel of all scalar coordinates, and the ranges that the model declares, of which it has none.
+    let names: Vec<_> =
+        value["travel"].as_array().unwrap().iter().map(|one| &one["name"]).collect();
+    assert_eq!(names.len(), 6, "{names:?}");
+    assert_eq!(value["ranges"], Value::Array(Vec::new()));
+    let mode = &value["assembly"];
+    let length = mode["coordinates"]["leg1.P"].as_f64().unwrap();
+    assert!((length - 0.6427).abs() < 1e-4, "{length}");
+    assert!(mode["distance"].as_f64().unwrap() > 0.01, "{mode}");
+    let text = folder.stiction(&["check", "3rps"]).out;
+    assert!(text.contains("assembly mode: the nearest to `home`, `start`"), "{text}");
+    // An open chain has only one mode.
+    folder.write("arm.toml", ARM);
+    let text = folder.stiction(&["check", "arm.toml"]).succeeds().to_owned();
+    assert!(!text.contains("assembly mode"), "{text}");
 }
 
 #[test]

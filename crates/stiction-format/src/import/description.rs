@@ -137,6 +137,11 @@ impl Joint {
         }
     }
 
+    /// Returns `true` if an extension element gives the joint friction or a range, which belong to its type.
+    pub(super) fn is_extended(&self) -> bool {
+        self.friction.is_some() || self.range.is_some()
+    }
+
     /// Name of a degree of freedom in motions: the name of the joint, followed by a dot and the
     /// name of the degree of freedom if the joint has several.
     pub(super) fn dof_name(&self, dof: usize) -> String {

@@ -10,6 +10,7 @@
 //! | `spring` | the content of the spring's table |
 //! | `bushing`, `actuator`, `gearing` | the content of the table of the bushing, motor or gearing |
 //! | `range` | the content of the joint's `range` |
+//! | `axes` | orientation of frame J in its body and of frame K in its body, of a ball joint: two quaternions |
 //! | `from` | the predecessor of a joint whose bodies are exchanged in the file |
 //! | `start` | coordinates of the joint at which the robot starts |
 //! | `coordinates` | the joint's coordinates in the file's configuration, where the file has zero |
@@ -22,10 +23,13 @@ use super::xml::{Element, numbers_in};
 use crate::diagnostic::quoted;
 use crate::fields::tables::FRICTION_MODES;
 use crate::source::Place;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use stiction_core::joint::JointType;
-use stiction_core::spatial::{Mat3, Pose, Vec3};
+use stiction_core::spatial::{Mat3, Pose, Quaternion, Vec3};
 use toml::Table;
+
+/// Greatest sine of the angle between two directions that are the same in a file of nine digits.
+const SAME_AXIS: f64 = 1e-8;
 
 /// XML namespace of the extension elements.
 pub const NAMESPACE: &str = "urn:stiction:1";
@@ -77,6 +81,15 @@ pub(super) fn apply(
     entries: Vec<Entry>,
 ) -> Vec<Entry> {
     let mut left = Vec::new();
+    let with_axes: HashSet<String> = entries
+        .iter()
+        .filter(|entry| entry.kind == "axes")
+        .map(|entry| entry.name.clone())
+        .collect();
+    // A ball of MJCF has no axes of its own.
+    let lacks_axes = |joint: &Joint, format: &str| {
+        joint.kind == JointType::Spherical && format == "MJCF" && !with_axes.contains(&joint.name)
+    };
     for entry in entries {
         match entry.kind.as_str() {
             "gravity" => {
@@ -113,6 +126,16 @@ pub(super) fn apply(
                 // The bodies of a joint may be known only after merging.
                 Some(index) if entry.kind == "from" && !is_end(robot, index, &entry.text) => {
                     left.push(entry);
+                }
+                Some(index)
+                    if entry.kind == "range" && lacks_axes(&robot.joints[index], robot.format) =>
+                {
+                    let message = format!(
+                        "the range of the tilt of joint {} is left out: the file does not contain \
+                         the axes from which it is measured",
+                        quoted(&entry.name)
+                    );
+                    context.note(message, Some(entry.place));
                 }
                 Some(index) => joint(context, robot, index, &entry),
                 None => left.push(entry),
@@ -232,6 +255,7 @@ fn joint(context: &Context<'_>, robot: &mut Description, index: usize, entry: &E
     match entry.kind.as_str() {
         "friction" => joint.friction = table(context, entry),
         "range" => joint.range = table(context, entry),
+        "axes" => axes(context, joint, entry),
         "from" if from == Some(joint.to) => turn_round(joint),
         "start" | "coordinates" => {
             let numbers = numbers_in(context, &entry.text, &entry.place).unwrap_or_default();
@@ -259,14 +283,54 @@ fn joint(context: &Context<'_>, robot: &mut Description, index: usize, entry: &E
     }
 }
 
+/// Gives the frames of a ball joint these orientations; the position of the file remains.
+fn axes(context: &Context<'_>, joint: &mut Joint, entry: &Entry) {
+    let numbers = numbers_in(context, &entry.text, &entry.place).unwrap_or_default();
+    let (j, k) = numbers.split_at(numbers.len().min(4));
+    if joint.kind != JointType::Spherical || !is_unit(j) || !is_unit(k) {
+        let message = format!("these are not axes of a ball joint {}", quoted(&joint.name));
+        let help = "write two quaternions of length 1, w x y z, in the bodies of frames J and K";
+        context.error("axes", message, &entry.place, help);
+        return;
+    }
+    let relative = joint.relative();
+    joint.frame_j.rotation = Quaternion::from_coordinates(j).rotation();
+    joint.frame_k.rotation = Quaternion::from_coordinates(k).rotation();
+    joint.start = Some(joint.frame_j.inverse() * relative * joint.frame_k);
+}
+
+/// Leaves out ranges of the tilt of ball joints that a model file cannot express, each with a note.
+pub(super) fn check_tilts(context: &Context<'_>, robot: &mut Description) {
+    let has_tilt = |joint: &Joint| {
+        joint.kind == JointType::Spherical
+            && joint.range.as_ref().is_some_and(|table| table.contains_key("tilt"))
+    };
+    for joint in robot.joints.iter_mut().filter(|joint| has_tilt(joint)) {
+        let z = joint.frame_j.rotation.columns[2];
+        // The model file measures the tilt from the z axis of the predecessor.
+        if z.cross(Vec3::unit(2)).norm() > SAME_AXIS || z.dot(Vec3::unit(2)) < 0.0 {
+            let message = format!(
+                "the range of the tilt of joint {} is left out: it is measured from an axis of \
+                 the first body other than z, which a model file cannot express",
+                quoted(&joint.name)
+            );
+            context.note(message, joint.place.clone());
+            joint.range = None;
+        }
+    }
+}
+
+fn is_unit(quaternion: &[f64]) -> bool {
+    quaternion.len() == 4 && (quaternion.iter().map(|x| x * x).sum::<f64>() - 1.0).abs() < 1e-6
+}
+
 /// Tests if `numbers` are coordinates of a joint of this kind: one number for each coordinate, and
 /// a quaternion of length 1.
 fn is_position(kind: JointType, numbers: &[f64]) -> bool {
-    let unit = |q: &[f64]| (q.iter().map(|x| x * x).sum::<f64>() - 1.0).abs() < 1e-6;
     numbers.len() == kind.coordinates()
         && match kind {
-            JointType::Spherical => unit(numbers),
-            JointType::Free => unit(&numbers[3..]),
+            JointType::Spherical => is_unit(numbers),
+            JointType::Free => is_unit(&numbers[3..]),
             _ => true,
         }
 }

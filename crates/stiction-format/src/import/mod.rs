@@ -8,6 +8,7 @@
 mod context;
 mod description;
 mod extension;
+mod hull;
 mod inertia;
 mod joint_motors;
 mod legs;
@@ -213,6 +214,7 @@ fn write(context: &Context<'_>, source: &Source, mut robot: Description) -> Opti
     let left = extension::apply(context, &mut robot, left);
     extension::supersede(&mut robot);
     extension::note_left(context, &robot, left);
+    extension::check_tilts(context, &mut robot);
     // Extension elements contain the names of joints in the file or after merging. Joints can
     // therefore be renamed only now.
     names::separate(context, &mut robot);

@@ -131,7 +131,8 @@ class Model:
     ``at`` of another ``motion``. It is the initial guess for closing the loops, and determines the assembly mode.
     Each row is reached from the previous row along a straight line in the coordinates, in short steps, so all rows
     are in the assembly mode of the home position. Each piece of 256 rows begins at the home position, so results do
-    not depend on the number of threads.
+    not depend on the number of threads. The mode is that nearest to the ``home`` of bodies and the ``start`` of joints in
+    the model; :meth:`with_` changes them to select another one, and ``check()["assembly"]`` shows the result.
 
     >>> import stiction
     >>> m = stiction.load("3rps")
@@ -194,6 +195,11 @@ class Model:
     def friction_interfaces(self) -> list[str]:
         """Names of the friction interfaces of the joints."""
         return list(self._names.interfaces)
+
+    @property
+    def motors(self) -> list[str]:
+        """Names of the motors, one for each drive train, in the order of the torques of motors."""
+        return list(self._names.motors)
 
     @property
     def motions(self) -> list[str]:
@@ -305,7 +311,15 @@ class Model:
             picture = self.drawing()
         except Error as error:
             picture = f"<pre>no drawing: {html.escape(str(error))}</pre>"
-        return f'<div style="max-width:40em">{heading}{picture}</div>'
+        try:
+            units = self.coordinates()
+            values = zip(units.items(), self.home(), strict=True)
+            at = ", ".join(f"{html.escape(name)} = {value:.4g} {unit}" for (name, unit), value in values)
+            home = f"<div>home position and assembly mode: {at}</div>" if at else ""
+        except Error:
+            # The actuators do not determine the position.
+            home = ""
+        return f'<div style="max-width:40em">{heading}{picture}{home}</div>'
 
     # Runs
 
@@ -349,8 +363,8 @@ class Model:
             "threads": None if threads is None else _count("threads", threads),
             "friction_margin": bool(friction_margin),
         }
-        raw = self._native.inverse(**options, progress=_progress(progress))
         draw = _Draw(self, "inverse_report", (), options)
+        raw = self._native.inverse(**options, progress=_progress(progress))
         return InverseResults(self.name, raw, json.loads(raw[1]), draw)
 
     def forward(
@@ -462,8 +476,8 @@ class Model:
             "step": None if step is None else _number("step", step),
             "tolerance": None if tolerance is None else _number("tolerance", tolerance),
         }
-        raw, events, ended = self._native.forward(calls, **options, law=law, stops=stops, progress=_progress(progress))
         draw = None if law is not None or stops else _Draw(self, "forward_report", (calls,), options)
+        raw, events, ended = self._native.forward(calls, **options, law=law, stops=stops, progress=_progress(progress))
         results = ForwardResults(self.name, raw, json.loads(raw[1]), events, ended, draw)
         if ended is not None:
             ended.result = results
@@ -562,7 +576,9 @@ class Model:
     ) -> _native.States:
         if coordinates is not None:
             coordinates = tuple(_texts("coordinates", coordinates))
-        key = (coordinates, motion, load, friction, at)
+        # A motion or load may be the name of a file in the working folder.
+        folder = None if motion is None and load is None else _working_folder()
+        key = (coordinates, motion, load, friction, at, folder)
         try:
             return self._states[key]
         except (KeyError, TypeError):
@@ -617,14 +633,15 @@ class Model:
         at: float | None = None,
         reactions: bool = False,
         frictions: bool = False,
+        motors: bool = False,
         derivatives: bool = False,
         threads: int | None = 1,
     ) -> InverseDynamics:
         """Compute efforts for given positions, rates and accelerations of the coordinates.
 
         As in :meth:`inverse`, an effort is that at the output of a drive train: it contains neither the reflected
-        inertia of the rotor (``rotor_inertia``, ``armature`` of MJCF) nor the losses of motor and gear. :meth:`inverse`
-        computes torques of motors, in ``tables["motors"]``.
+        inertia of the rotor (``rotor_inertia``, ``armature`` of MJCF) nor the losses of motor and gear. The torques of
+        the motors contain both; ``motors=True`` computes them.
 
         Args:
             q: coordinates, m and rad, shape (n, k) for n states or (k,) for one; see the class.
@@ -637,7 +654,9 @@ class Model:
             coordinates: names of other coordinates, such as ``["platform.x", "platform.y"]``: joint coordinates,
                 and coordinates that the motion prescribes.
             motion: motion whose instant ``at``, s, is the home position.
-            reactions, frictions: also compute reactions of joints, frictions of friction interfaces.
+            reactions, frictions, motors: also compute reactions of joints, frictions of friction interfaces, torques
+                and speeds of motors. A motor whose output is slower than 1e-9 m/s or rad/s is at rest: its
+                torque contains no friction and no losses of the gear.
             derivatives: also compute derivatives of the efforts with respect to ``q``, ``v`` and ``a``, see
                 :class:`Derivatives`. Not for ``friction="one-pass"``, nor for mechanisms with gearings of joints.
             threads: number of threads; ``None`` for all cores.
@@ -658,7 +677,7 @@ class Model:
         states = self._compiled(coordinates, motion, load, friction, at)
         if threads is not None and not (type(threads) is int and threads == 1):
             threads = _count("threads", threads)
-        outputs = bool(reactions), bool(frictions), bool(derivatives)
+        outputs = bool(reactions), bool(frictions), bool(derivatives), bool(motors)
         rows = (_rows("q", q, states), _rows("v", v, states), _rows("a", a, states))
         raw = states.inverse_dynamics(*rows, threads, *outputs)
         return InverseDynamics(self._names, raw)
@@ -733,14 +752,26 @@ class Model:
 
 
 class _Draw:
-    """Draws the report of a run, which it computes again. It can be pickled."""
+    """Draws the report of a run, which it computes again. It can be pickled.
+
+    Files that the options name are those of the working folder of the run, whichever folder is the present one.
+    """
 
     def __init__(self, model: Model, method: str, arguments: tuple[Any, ...], options: dict[str, Any]) -> None:
-        self._model, self._method, self._arguments, self._options = model, method, arguments, options
+        self._model, self._method, self._options = model, method, options
+        self._arguments = (_working_folder(), *arguments)
 
     def __call__(self) -> str:
         page: str = getattr(self._model._native, self._method)(*self._arguments, **self._options)
         return page
+
+
+def _working_folder() -> str | None:
+    """Path of the working folder, or ``None`` if the folder no longer exists."""
+    try:
+        return os.getcwd()
+    except OSError:
+        return None
 
 
 def _again(parts: tuple[str, str, str | None, list[str], float | None, list[str]]) -> Model:

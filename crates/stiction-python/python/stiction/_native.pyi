@@ -46,6 +46,8 @@ class Model:
     @property
     def friction_interfaces(self) -> list[str]: ...
     @property
+    def motors(self) -> list[str]: ...
+    @property
     def motions(self) -> list[str]: ...
     @property
     def loads(self) -> list[str]: ...
@@ -68,6 +70,7 @@ class Model:
     ) -> _Results: ...
     def inverse_report(
         self,
+        folder: str | None,
         *,
         motion: str | None = None,
         load: str | None = None,
@@ -101,6 +104,7 @@ class Model:
     ) -> tuple[_Results, list[tuple[float, str, str, str]], Error | None]: ...
     def forward_report(
         self,
+        folder: str | None,
         calls: list[tuple[str, str, float]],
         *,
         until: float | None = None,
@@ -143,10 +147,13 @@ class States:
         reactions: bool = False,
         frictions: bool = False,
         derivatives: bool = False,
+        motors: bool = False,
     ) -> tuple[
         _Codes,
         _Floats,
         _Floats,
+        _Floats | None,
+        _Floats | None,
         _Floats | None,
         _Floats | None,
         _Floats,

@@ -38,6 +38,7 @@ class Status(IntEnum):
     FRICTION_NOT_CONVERGED = 7
     FRICTION_LOCKS = 8
     UNBALANCED = 9
+    SPRING_TURNED = 10
 
     @property
     def reason(self) -> str:
@@ -121,6 +122,10 @@ class InverseDynamics(_Rows):
             shape (n, joints, 6) or (joints, 6); ``None`` unless requested.
         frictions: sliding speed, m/s, normal load, N, friction force, N, dissipated power, W,
             shape (n, interfaces, 4) or (interfaces, 4); ``None`` unless requested.
+        motor_torques: torques of the motors, N m, in the order of :attr:`stiction.Model.motors`, shape (n, motors) or
+            (motors,); ``None`` unless requested. They include the inertia of the rotor and, in motion with friction,
+            the friction of the motor and the losses of the gear.
+        motor_speeds: speeds of the motors, rad/s, in the same shape; ``None`` unless requested.
         power_residual: residual of the power balance, W, shape (n,) or ().
         derivatives: derivatives of ``efforts``; ``None`` unless requested.
     """
@@ -131,6 +136,8 @@ class InverseDynamics(_Rows):
         "efforts",
         "efforts_frictionless",
         "frictions",
+        "motor_speeds",
+        "motor_torques",
         "power_residual",
         "reactions",
     )
@@ -144,6 +151,8 @@ class InverseDynamics(_Rows):
             Floats,
             Floats | None,
             Floats | None,
+            Floats | None,
+            Floats | None,
             Floats,
             tuple[Floats, Floats, Floats, Bools] | None,
         ],
@@ -155,6 +164,8 @@ class InverseDynamics(_Rows):
             self.efforts_frictionless,
             self.reactions,
             self.frictions,
+            self.motor_torques,
+            self.motor_speeds,
             self.power_residual,
             derivatives,
         ) = raw
@@ -179,6 +190,21 @@ class InverseDynamics(_Rows):
         if self.frictions is None:
             raise InputError("these results contain no frictions", "compute them with `frictions=True`", "frictions")
         return _by_name("friction interface", self._names.interfaces, self.frictions, 2)
+
+    @property
+    def motor_torque(self) -> ByName[Floats]:
+        """Torque of each motor by name, N m, shape (n,) or ()."""
+        return self._of_motors(self.motor_torques)
+
+    @property
+    def motor_speed(self) -> ByName[Floats]:
+        """Speed of each motor by name, rad/s, shape (n,) or ()."""
+        return self._of_motors(self.motor_speeds)
+
+    def _of_motors(self, values: Floats | None) -> ByName[Floats]:
+        if values is None:
+            raise InputError("these results contain no motors", "compute them with `motors=True`", "motors")
+        return _by_name("motor", self._names.motors, values, 1)
 
 
 class BodyMotions(_Rows):
@@ -259,14 +285,15 @@ class MassMatrices(_Rows):
 
 
 class _Names:
-    """Names of the actuators, joints, friction interfaces and bodies of a model."""
+    """Names of the actuators, joints, friction interfaces, motors and bodies of a model."""
 
-    __slots__ = ("actuators", "bodies", "interfaces", "joints")
+    __slots__ = ("actuators", "bodies", "interfaces", "joints", "motors")
 
     def __init__(self, native: _native.Model) -> None:
         self.actuators = [name for name, _ in native.actuators]
         self.joints = native.joints
         self.interfaces = native.friction_interfaces
+        self.motors = native.motors
         self.bodies = native.bodies
 
 

@@ -36,7 +36,8 @@ def sweep(
             its SI unit, as in :meth:`Model.with_`. Values are numbers or texts (``"20 mm"``); ``None``
             keeps the value of the model.
         objectives: statistics to compute, such as ``"peak(leg1.P.effort)"``, ``"min(distance.actuation)"``.
-        motion: name of a motion of the model, a file, or assignments. Default: that of the model.
+        motion: name of a motion of the model, a file, or assignments. Default: that of the model. Other processes find
+            a file by its absolute path.
         load: name of a load of the model, or assignments.
         friction: as in :meth:`Model.inverse`.
         step: time between samples, s.

@@ -62,6 +62,7 @@ impl Findings {
             "model": job.model.name,
             "motion": job.motion_name,
             "samples": self.samples,
+            "assembly": self.assembly.json(),
             "mobility": {
                 "gruebler": self.mobility.gruebler,
                 "instantaneous": self.mobility.instantaneous,
@@ -101,7 +102,7 @@ impl Findings {
                 })
             }),
             "mass": self.sizes.json(),
-            "ranges": ranges(&self.sizes.joints),
+            "travel": ranges(&self.sizes.joints),
             "legs": ranges(&self.sizes.legs),
             "reach": self.sizes.reach_json(),
             "warnings": self.warnings,

@@ -2,6 +2,7 @@
 //! reactions, and singularities.
 
 mod along;
+mod assembly_mode;
 mod json;
 mod page;
 mod report;
@@ -10,6 +11,7 @@ mod warnings;
 mod words;
 
 pub use along::{Kind, Nearness, Weakness};
+pub use assembly_mode::AssemblyMode;
 pub use page::{Page, draw_page};
 pub use report::write_report;
 pub use sizes::{BodyMass, Range, Sizes};
@@ -58,6 +60,8 @@ pub struct Findings {
     pub actuation_of_motion: Option<(f64, f64, f64)>,
     /// Pairs of times, s, of neighbouring samples between which the motion passes an actuation singularity.
     pub passed: Vec<(f64, f64)>,
+    /// Assembly mode at the first pose of the motion.
+    pub assembly: AssemblyMode,
     /// Number of samples of the motion.
     pub samples: usize,
     /// Time of the first sample, s.
@@ -246,6 +250,7 @@ fn examine_motion(
         leg,
         actuation_of_motion: governed.map(|(least, greatest)| (least.value, greatest, least.time)),
         passed,
+        assembly: AssemblyMode::of(first),
         samples: count,
         start,
         sizes: measuring.finish(),

@@ -29,6 +29,9 @@ pub fn write_report(out: &mut impl Write, job: &Job<'_>, findings: &Findings) ->
     if let Some(interpolation) = &job.motion.interpolation {
         writeln!(out, "{interpolation}\n")?;
     }
+    if let Some(sentence) = findings.assembly.sentence() {
+        writeln!(out, "{sentence}\n")?;
+    }
     write_mobility(out, job, findings)?;
     write_redundancy(out, job, findings)?;
     write_singularities(out, job, findings)?;

@@ -3,8 +3,9 @@
 
 use super::model_file::{actuator, friction, gearing_table, joint, spring};
 use crate::job::friction_word;
+use stiction_core::joint::JointType;
 use stiction_core::mechanism::Mechanism;
-use stiction_core::spatial::{Pose, Vec3};
+use stiction_core::spatial::{Pose, Quaternion, Vec3};
 use stiction_format::ModelFile;
 
 /// Content of an extension element: the kind of a property, the name of the joint, spring or other
@@ -105,6 +106,29 @@ pub(super) fn reversed(mechanism: &Mechanism, joints: impl Iterator<Item = usize
         Entry { kind: "from", name: joint.name.clone(), text }
     };
     joints.map(entry).collect()
+}
+
+/// Lists the orientations of frames J and K of all ball joints with a range, as two quaternions, each in the body of its
+/// frame: the tilt is the angle between their z axes. The frames of `reversed` joints are exchanged, as their bodies are
+/// in the file.
+pub(super) fn ball_axes(mechanism: &Mechanism, reversed: &[usize]) -> Vec<Entry> {
+    let joints = mechanism.joints().iter().enumerate();
+    let balls =
+        joints.filter(|(_, own)| own.joint_type == JointType::Spherical && !own.ranges.is_empty());
+    let entry = |(index, own): (usize, &stiction_core::mechanism::Joint)| {
+        let frames = match reversed.contains(&index) {
+            false => [own.frame_j, own.frame_k],
+            true => [own.frame_k, own.frame_j],
+        };
+        let quaternions = frames.map(|frame| {
+            let mut quaternion = [0.0; 4];
+            Quaternion::from_rotation(frame.rotation).write(&mut quaternion);
+            quaternion
+        });
+        let text = super::xml::numbers(quaternions.as_flattened());
+        Entry { kind: "axes", name: own.name.clone(), text }
+    };
+    balls.map(entry).collect()
 }
 
 /// Lists the coordinates of all joints at the home position, as the model defines them: a

@@ -7,6 +7,7 @@ use super::sample::Sample;
 use super::sides::Sides;
 use super::solving::{ChunkResults, SampleResult};
 use super::verdict::Verdict;
+use crate::dofs::{actuated, dofs_of};
 use crate::error::{Error, Missing, SinkError};
 use crate::job::Job;
 use stiction_core::dynamics::InverseError;
@@ -20,6 +21,8 @@ pub(super) struct Gathered<'a> {
     sides: Sides,
     turns: Turns<'a>,
     motors: Motors,
+    /// Index of each actuator's degree of freedom among the scalar degrees of freedom of all joints.
+    actuated: Vec<usize>,
     /// Actuation singularity index at the last added sample; NaN if it was not computed.
     last_distance: f64,
     /// Calculator of the singularity indices whose computation was postponed.
@@ -46,6 +49,7 @@ impl<'a> Gathered<'a> {
             sides: Sides::default(),
             turns: Turns::new(job),
             motors,
+            actuated: actuated(&dofs_of(&job.model.mechanism)),
             last_distance: 1.0,
             certainty: Certainty::default(),
             missing: None,
@@ -113,8 +117,12 @@ impl<'a> Gathered<'a> {
         verdict.coupling = verdict.coupling.zip(found.certainty.coupling).map(|(a, b)| a.max(b));
         verdict.redundancy = verdict.redundancy.max(found.redundancy);
         let sample = &mut found.sample;
-        let motion = (&sample.joints[..], &sample.bodies);
-        self.motors.evaluate(&sample.forces, motion, &mut sample.motors);
+        let motion = |actuator: usize| sample.joints[self.actuated[actuator]];
+        let forces = &sample.forces;
+        let bounds = Some(&forces.effort_bounds[..]);
+        sample.motors.clear();
+        let motors = self.motors.evaluate(&forces.efforts, bounds, motion, &sample.bodies);
+        sample.motors.extend(motors);
         receive(sample).map_err(Error::Receiver)
     }
 

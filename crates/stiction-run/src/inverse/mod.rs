@@ -31,6 +31,7 @@ pub use animation::Animation;
 pub use certainty::{MOST_MARGIN, Margin, OtherSolutions};
 pub use efficiency::Backward;
 pub use figures::Curves;
+pub use motors::Motors;
 pub use page::draw_report;
 pub use run::Phase;
 pub use sample::Sample;

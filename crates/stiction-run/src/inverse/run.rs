@@ -75,7 +75,7 @@ impl Job<'_> {
 
         let rest_speed = (REST * extremes.fastest).max(STANDSTILL);
         let rest_of = |fastest: &f64| (REST * fastest).max(STANDSTILL);
-        let rest_rates = extremes.actuators.iter().map(rest_of).collect();
+        let rest_rates: Vec<f64> = extremes.actuators.iter().map(rest_of).collect();
         *follower.solver.settings_mut() =
             Settings { friction: self.friction, rest_speed, ..Settings::default() };
         let start = &follower.solver;
@@ -102,7 +102,8 @@ impl Job<'_> {
         let uniqueness = Uniqueness::new(start, meant);
         let solving = Solving { job: self, track: &extremes.track, uniqueness, dofs };
         let calculator = solving.uniqueness.proximity.clone();
-        let motors = Motors::new(self, rest_rates);
+        let rest_rate = |actuator: usize| rest_rates.get(actuator).copied().unwrap_or_default();
+        let motors = Motors::new(&self.model.mechanism, self.friction, rest_rate);
         let mut gathered = Gathered::new(self, calculator, verdict, motors);
         let solving = (&solving, &extremes.track);
         chunks::carry_out(self, &follower, solving, threads, |range, piece: ChunkResults| {

@@ -389,3 +389,98 @@ fn gearings_and_motors_return_from_each_format() {
         }
     }
 }
+
+/// Ball joints with ranges of their tilt, at home tilted and turned: one in the tree, one in the tree whose bodies are
+/// exchanged there, and one that closes the loop.
+const TILTED: &str = r#"
+name = "tilted"
+gravity = [0, 0, -9.81]
+[bodies.crank]
+mass = 1
+com = [0, 0, 0]
+inertia = [0.01, 0.01, 0.01]
+[bodies.coupler]
+mass = 1
+com = [0, 0, 0]
+inertia = [0.01, 0.01, 0.001]
+[bodies.rocker]
+mass = 1
+com = [0, 0, 0]
+inertia = [0.01, 0.01, 0.01]
+[bodies.pendulum]
+mass = 1
+com = [0, 0, "-100 mm"]
+inertia = [0.01, 0.01, 0.01]
+[joints.A]
+type = "R"
+from = "ground"
+to = "crank"
+axis = "y"
+actuated = true
+[joints.B]
+type = "S"
+from = "coupler"
+to = "crank"
+at = ["10 mm", 0, "-200 mm"]
+to_at = ["100 mm", 0, 0]
+turn = { xyz = ["20 deg", "5 deg", 0] }
+range = { tilt = [0, "50 deg"] }
+[joints.C]
+type = "S"
+from = "coupler"
+to = "rocker"
+at = [0, "10 mm", "200 mm"]
+to_at = [0, 0, "300 mm"]
+turn = { xyz = [0, "-30 deg", "10 deg"] }
+range = { tilt = ["5 deg", "60 deg"] }
+[joints.D]
+type = "R"
+from = "ground"
+to = "rocker"
+at = ["400 mm", "50 mm", 0]
+axis = [0.1, 1, 0]
+[joints.E]
+type = "S"
+from = "ground"
+to = "pendulum"
+at = ["-500 mm", 0, 0]
+turn = { axis = "x", angle = "-15 deg" }
+range = { tilt = [0, "45 deg"] }
+[motions.swing]
+duration = "1 s"
+A = "0.3 rad*sin(t/(1 s))"
+coupler.rz = "5 deg"
+pendulum.rx = "10 deg"
+pendulum.ry = "20 deg*cos(t/(1 s))"
+pendulum.rz = "-5 deg"
+[loads.none]
+[default]
+motion = "swing"
+load = "none"
+"#;
+
+/// The axes from which the tilt of a ball is measured, each in its own body.
+#[test]
+fn tilts_of_balls_are_measured_from_the_same_axes() {
+    let original = model_of("tilted", TILTED);
+    let axes = |model: &ModelFile, name: &str| {
+        let mechanism = &model.mechanism;
+        let own = &mechanism.joints()[joint(mechanism, name).0];
+        let body = |id: BodyId| mechanism.bodies()[id.0].name.clone();
+        let ends = [own.predecessor, own.successor].map(body);
+        let ranges: Vec<_> = own.ranges.iter().map(|range| (range.of, range.limits)).collect();
+        (ends, ranges, [own.frame_j, own.frame_k].map(|frame| frame.rotation.columns[2]))
+    };
+    for format in [Format::Mjcf, Format::Sdf, Format::Urdf] {
+        let text = imported(&original, format);
+        let again = model_of("tilted", &text);
+        for name in ["B", "C", "E"] {
+            let (expected, found) = (axes(&original, name), axes(&again, name));
+            assert_eq!((&found.0, &found.1), (&expected.0, &expected.1), "{format:?} {name}");
+            for (found, expected) in found.2.into_iter().zip(expected.2) {
+                let apart = (found + -expected).norm();
+                assert!(apart < 1e-12, "{format:?} {name}: {found:?} {expected:?}\n{text}");
+            }
+        }
+    }
+}

@@ -38,6 +38,8 @@ pub struct Outputs {
     pub reactions: bool,
     /// Computes the speed, normal load, force and power of all friction interfaces.
     pub frictions: bool,
+    /// Computes the torque and the speed of the motors of all drive trains.
+    pub motors: bool,
     /// Computes the derivatives of the efforts with respect to coordinates, rates and
     /// accelerations.
     pub derivatives: bool,
@@ -58,6 +60,11 @@ pub struct InverseRows {
     /// Sliding speed, m/s, normal load, N, friction force, N, dissipated power, W: rows x interfaces x 4; empty
     /// unless requested.
     pub frictions: Vec<f64>,
+    /// Torques of the motors, N m: rows x drive trains; empty unless requested. They include the inertia of the rotor
+    /// and, unless friction is off or the output is at rest, the friction of the motor and the losses of the gear.
+    pub motor_torques: Vec<f64>,
+    /// Speeds of the motors, rad/s: rows x drive trains; empty unless requested.
+    pub motor_speeds: Vec<f64>,
     /// Residual of the power balance, W, of each row.
     pub power_residual: Vec<f64>,
     /// Derivatives of the efforts; `None` unless requested.
@@ -133,17 +140,20 @@ impl States {
         workers: &Workers<'_>,
     ) -> Result<InverseRows, Error> {
         self.rows_of(batch)?;
-        let Outputs { reactions, frictions, derivatives } = outputs;
+        let Outputs { reactions, frictions, motors, derivatives } = outputs;
         let recorded = derivatives.then(|| self.recorded_derivatives()).transpose()?;
         let mechanism = self.model.mechanism();
         let (actuators, joints) = (mechanism.actuators().count(), mechanism.joints().len());
         let interfaces = self.model.parameters().interfaces.len();
+        let trains = if motors { mechanism.drive_trains().len() } else { 0 };
         let slopes = if derivatives { actuators * self.home.len() } else { 0 };
         let widths = [
             actuators,
             actuators,
             if reactions { 6 * joints } else { 0 },
             if frictions { 4 * interfaces } else { 0 },
+            trains,
+            trains,
             1,
             slopes,
             slopes,
@@ -171,13 +181,16 @@ impl States {
                     out.copy_from_slice(&numbers);
                 }
             }
-            row.of(4)[0] = data.power().residual();
+            if motors {
+                self.write_motors(data, row.several(4));
+            }
+            row.of(6)[0] = data.power().residual();
             if let Some(recorded) = recorded {
                 let values = q.iter().zip(v).zip(a);
                 let targets: Vec<Target<f64>> = values
                     .map(|((&value, &rate), &acceleration)| Target { value, rate, acceleration })
                     .collect();
-                recorded.write(data, &targets, &self.loads, row.several(5));
+                recorded.write(data, &targets, &self.loads, row.several(7));
             }
             status
         };
@@ -190,12 +203,27 @@ impl States {
             efforts_frictionless: next(),
             reactions: next(),
             frictions: next(),
+            motor_torques: next(),
+            motor_speeds: next(),
             power_residual: next(),
             derivatives: None,
         };
         let derivatives =
             derivatives.then(|| Derivatives::new([next(), next(), next()], results.status.len()));
         Ok(InverseRows { derivatives, ..results })
+    }
+
+    /// Writes torques and speeds of all motors in a state whose forces have been computed.
+    fn write_motors(&self, data: &Data<f64>, [torques, speeds]: [&mut [f64]; 2]) {
+        let bodies = &data.kinematics.bodies;
+        let (topology, parameters) = (self.model.topology(), self.model.parameters());
+        let motion = |actuator: usize| {
+            bodies.joint_motion(topology, parameters, self.actuators[actuator], 0.0)
+        };
+        let motors = self.motors.evaluate(data.efforts(), None, motion, bodies);
+        for ((motor, torque), speed) in motors.zip(torques).zip(speeds) {
+            (*torque, *speed) = (motor.torque, motor.speed);
+        }
     }
 
     /// Coordinates, rates and accelerations of the row `index`; `rest`, a row of zeros, replaces an

@@ -12,6 +12,7 @@ use stiction_core::mechanism::BodyId;
 use stiction_core::spatial::Pose;
 use stiction_format::Motion;
 use stiction_run::exchange::Home;
+use stiction_run::inverse::Motors;
 use stiction_run::{Error as RunError, Job};
 
 /// Request for a robot compiled for batches of states; see [`Robot::states`].
@@ -137,6 +138,8 @@ impl Compile {
             home: values,
             home_poses: guesses,
             by_actuators,
+            motors: Motors::new(model.mechanism(), settings.friction, |_| settings.rest_speed),
+            actuators: model.mechanism().actuators().map(|(joint, dof)| (joint.0, dof)).collect(),
             loads,
             load_name: job.load_name.clone(),
             derivatives: OnceLock::new(),

@@ -21,6 +21,7 @@ use stiction_core::kinematics::State;
 use stiction_core::mechanism::BodyId;
 use stiction_core::spatial::Pose;
 use stiction_core::statics::AppliedLoad;
+use stiction_run::inverse::Motors;
 
 /// Maximum number of unused solver data objects that are stored for reuse.
 const MOST_SPARE: usize = 64;
@@ -46,6 +47,9 @@ pub struct States {
     home_poses: Vec<(BodyId, Pose<f64>)>,
     /// True if the coordinates are those of the actuators, in the same order.
     by_actuators: bool,
+    motors: Motors,
+    /// Joint and degree of freedom of each actuator, by index.
+    actuators: Vec<(usize, usize)>,
     loads: Vec<AppliedLoad<f64>>,
     load_name: String,
     /// Program for the derivatives, recorded when first used.
@@ -157,6 +161,7 @@ pub fn status_name(status: Status) -> &'static str {
         Status::MotionInconsistent => "motion_inconsistent",
         Status::Singular => "singular",
         Status::SpringWithoutDirection { .. } => "spring_without_direction",
+        Status::SpringTurned { .. } => "spring_turned",
         Status::NoOverlap { .. } => "no_overlap",
         Status::FrictionNotConverged { .. } => "friction_not_converged",
         Status::FrictionLocks => "friction_locks",

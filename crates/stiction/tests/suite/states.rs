@@ -8,8 +8,10 @@ const ROBOTS: [&str; 6] =
     ["3rps", "five-bar", "gough", "delta", "slider-crank", "zhang2018-regular"];
 
 /// Reactions and frictions.
-const BOTH: Outputs = Outputs { reactions: true, frictions: true, derivatives: false };
-const DERIVATIVES: Outputs = Outputs { reactions: false, frictions: false, derivatives: true };
+const BOTH: Outputs =
+    Outputs { reactions: true, frictions: true, motors: false, derivatives: false };
+const DERIVATIVES: Outputs =
+    Outputs { reactions: false, frictions: false, motors: false, derivatives: true };
 
 fn threads<'a>(count: usize) -> Workers<'a> {
     Workers { threads: NonZeroUsize::new(count).unwrap(), ..Workers::default() }
@@ -71,6 +73,73 @@ fn efforts_of_a_batch_are_those_along_the_motion() {
         assert!(compared > 40, "{name}: {compared}");
         assert_eq!(rows.reactions.len(), rows.status.len() * 6 * robot.joints().count());
         assert!(rows.frictions.iter().all(|x| x.is_finite()));
+    }
+}
+
+/// Motors of a five-bar: two that move both joints, one with a rotor that its body carries, and losses of all kinds.
+const MOTORS: &str = r#"
+[actuators.sum]
+joints = { left_motor = 1, right_motor = 1 }
+ratio = 5
+rotor_inertia = "1e-3 kg m^2"
+motor_friction = { constant = "0.01 N m", viscous = "1e-4 N m s/rad" }
+efficiency = 0.9
+[actuators.difference]
+joints = { left_motor = 1, right_motor = -1 }
+ratio = -7
+rotor_inertia = "2e-4 kg m^2"
+rotor_axis = { body = "left_crank", axis = "z" }
+efficiency = 0.8
+"#;
+
+#[test]
+fn motors_of_a_batch_are_those_along_the_motion() {
+    let robot = Robot::builtin("five-bar").unwrap();
+    let text = format!("{}{MOTORS}", robot.text().unwrap().parts().text);
+    let robot = Robot::parse(&text).unwrap();
+    assert_eq!(robot.motors().collect::<Vec<_>>(), ["sum", "difference"]);
+    let ([q, v, a], _) = along(&robot, 0.01);
+    for friction in [FrictionMode::Converged, FrictionMode::Off] {
+        let request = robot.inverse().load("none").unwrap().friction(friction);
+        let expected: Vec<_> = request.step(0.01).collect().unwrap();
+        let states = robot.states().load("none").unwrap().friction(friction).compile().unwrap();
+        let wanted = Outputs { motors: true, ..Outputs::default() };
+        let batch = Batch { q: &q, v: &v, a: &a };
+        let rows = states.inverse_dynamics(batch, wanted, &threads(2)).unwrap();
+        assert_eq!(rows.motor_torques.len(), 2 * expected.len());
+        let mut compared = 0;
+        for (row, sample) in expected.iter().enumerate() {
+            // At a reversal `inverse` chooses the friction of joints by its own limit of speed.
+            if v[2 * row..][..2].iter().any(|rate| rate.abs() < 1e-6) {
+                continue;
+            }
+            compared += 1;
+            for (index, name) in robot.motors().enumerate() {
+                let motor = sample.motor(name).unwrap();
+                let index = 2 * row + index;
+                for (expected, found) in [
+                    (motor.torque, rows.motor_torques[index]),
+                    (motor.speed, rows.motor_speeds[index]),
+                ] {
+                    let error = (expected - found).abs();
+                    assert!(error < 1e-9 * (1.0 + expected.abs()), "{row}: {expected} {found}");
+                }
+            }
+        }
+        assert!(compared > 50, "{compared}");
+    }
+    // At rest a torque has neither friction nor losses, whichever the coordinates are.
+    let at_home = |states: States| {
+        let wanted = Outputs { motors: true, ..Outputs::default() };
+        let batch = Batch { q: states.home(), v: &[], a: &[] };
+        let rows = states.inverse_dynamics(batch, wanted, &threads(1)).unwrap();
+        assert_eq!(rows.motor_speeds, [0.0, 0.0]);
+        rows.motor_torques
+    };
+    let rest = at_home(robot.states().compile().unwrap());
+    let tool = robot.states().coordinates(&["tool.x", "tool.y"]).unwrap();
+    for (a, b) in rest.iter().zip(at_home(tool.compile().unwrap())) {
+        assert!((a - b).abs() < 1e-9, "{a} {b}");
     }
 }
 

@@ -50,7 +50,7 @@ fn chain_from(robot: &Description, start: usize, length: usize) -> Option<Vec<us
         };
         is_simple
             && !content.closes
-            && content.friction.is_none()
+            && !content.is_extended()
             && !robot.gearings.iter().any(geared)
             && !robot
                 .joint_motors

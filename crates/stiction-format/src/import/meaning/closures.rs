@@ -44,7 +44,7 @@ fn same_bodies(robot: &Description, index: usize) -> Vec<usize> {
     let is_same = |other: &Joint| {
         let ends = (other.from, other.to);
         (other.closes && other.kind == Spherical && other.damping == 0.0)
-            && other.friction.is_none()
+            && !other.is_extended()
             && (ends == (own.from, own.to) || ends == (own.to, own.from))
     };
     if !is_same(own) {

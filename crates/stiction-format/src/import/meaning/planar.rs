@@ -19,7 +19,7 @@ pub(super) fn hinges(context: &Context<'_>, robot: &mut Description) {
     for index in 0..robot.joints.len() {
         let own = &robot.joints[index];
         let is_point =
-            own.closes && own.kind == Spherical && own.damping == 0.0 && own.friction.is_none();
+            own.closes && own.kind == Spherical && own.damping == 0.0 && !own.is_extended();
         let Some((normal, relative)) = is_point.then(|| plane(robot, own)).flatten() else {
             continue;
         };

@@ -1,5 +1,6 @@
 //! Meshes of an MJCF file: their masses, and the simple shapes that MuJoCo fits to them.
 
+use super::super::hull::{NoHull, convex_hull};
 use super::super::inertia::Mass;
 use super::super::mesh::{self, Content};
 use super::super::xml::Element;
@@ -29,8 +30,8 @@ pub(super) struct Lost {
     pub(super) is_absent: bool,
 }
 
-/// Remedy for a mesh that has no triangles in the file, because MuJoCo generates it or uses the
-/// convex hull of its vertices.
+/// Remedy for a mesh that has no triangles in the file, because MuJoCo generates it, or whose convex
+/// hull is too large.
 const SAVE: &str = "list the triangles in `face`, or give the body an <inertial>: MuJoCo can compute and write it \
                     (<compiler saveinertial=\"true\"/>, mj_saveLastXML)";
 /// Remedy for a mesh that cannot be read.
@@ -149,6 +150,11 @@ impl Reader<'_, '_> {
                     .map_err(|why| Lost { is_absent: true, ..failed(why) })?;
                 triangles::read(&path, &bytes).map_err(failed)?
             }
+            (None, Some(vertices)) if mesh.get("face").is_none() => {
+                let points = vertices.chunks_exact(3).map(|at| Vec3::new(at[0], at[1], at[2]));
+                self.hull(mesh, points.collect())
+                    .map_err(|why| lost(format!("the mesh {} has {why}", quoted(name)), SAVE))?
+            }
             (None, Some(vertices)) => {
                 let faces = mesh.list(context, "face").unwrap_or_default();
                 let point = |index: &f64| {
@@ -160,7 +166,8 @@ impl Reader<'_, '_> {
                     |face: &[f64]| Some([point(&face[0])?, point(&face[1])?, point(&face[2])?]);
                 let triangles: Option<Vec<_>> = faces.chunks_exact(3).map(triangle).collect();
                 let triangles = triangles.filter(|triangles| !triangles.is_empty());
-                let why = || format!("the mesh {} has no faces", quoted(name));
+                let why =
+                    || format!("the mesh {} has no faces, or faces without vertices", quoted(name));
                 triangles.ok_or_else(|| lost(why(), SAVE))?
             }
             _ => {
@@ -177,16 +184,18 @@ impl Reader<'_, '_> {
         };
         let triangles: Vec<Triangle> =
             triangles.iter().map(|corners| corners.map(placed)).collect();
+        let triangles = match mesh.get("inertia") {
+            Some("convex") => {
+                let corners = triangles.into_iter().flatten().collect();
+                self.hull(mesh, corners)
+                    .map_err(|why| lost(format!("the mesh {} has {why}", quoted(name)), SAVE))?
+            }
+            _ => triangles,
+        };
         let content = match mesh.get("inertia") {
-            Some("exact") => Content::Solid,
+            Some("exact" | "convex") => Content::Solid,
             Some("legacy") => Content::Pyramids,
             Some("shell") => Content::Shell,
-            Some("convex") => {
-                let message = "inertia=\"convex\" is not supported: the inertia is that of the mesh itself, not of \
-                               its convex hull";
-                context.note(message, Some(mesh.place()));
-                Content::Solid
-            }
             _ if self.settings.exact_meshes => Content::Solid,
             _ => Content::Pyramids,
         };
@@ -198,6 +207,23 @@ impl Reader<'_, '_> {
             return Err(lost(format!("the mesh {} encloses no volume", quoted(name)), REPLACE));
         }
         Ok(Mesh::new(&triangles, mass))
+    }
+
+    /// Returns the convex hull of points, by which MuJoCo replaces a mesh without faces, or the end
+    /// of the sentence "the mesh has".
+    fn hull(&self, mesh: &Element, points: Vec<Vec3<f64>>) -> Result<Vec<Triangle>, &'static str> {
+        if mesh.number(self.context, "maxhullvert").is_some_and(|most| most > 0.0) {
+            let message = "maxhullvert is left out: the convex hull keeps all of its vertices";
+            self.context.note(message, Some(mesh.place()));
+        }
+        let points: Vec<Vec3<f64>> = points.into_iter().map(single).collect();
+        if !points.iter().all(|point| point.is_finite()) {
+            return Err("vertices beyond single precision");
+        }
+        convex_hull(&points).map_err(|error| match error {
+            NoHull::Flat => "no convex hull: all vertices are in a plane",
+            NoHull::TooLarge => "too large a convex hull: more than 20 000 faces",
+        })
     }
 
     /// Adds a remark if the mass of a mesh by MuJoCo's default rule differs from the mass of the

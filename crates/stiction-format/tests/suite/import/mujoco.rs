@@ -1,7 +1,7 @@
 //! Imports of MJCF compared with MuJoCo: the expected numbers are those of MuJoCo 4.0.0 for the
 //! same text.
 
-use super::tree::{convert, mobility, model, refused};
+use super::tree::{convert, mobility, model, refused, with_files};
 use stiction_core::dynamics::{FrictionMode, InverseDynamics, Settings};
 use stiction_core::joint::JointType;
 use stiction_core::kinematics::{Coordinate, Target};
@@ -149,11 +149,60 @@ fn shells_have_the_mass_of_their_surface() {
     assert!((mass - 1_580.869_717_126_927_8).abs() < 1e-9, "{mass}");
 }
 
+/// Vertices without faces, some of them inside or on faces and edges, and the hull of a mesh that is not convex.
+#[test]
+fn meshes_without_faces_are_their_convex_hull() {
+    let points =
+        "0 0 0 0.5 0 0 0 0.7 0 0 0 1.1 0.4 0.5 0.6 0.1 0.1 0.1 0.25 0 0 0.3 0.3 0.3 0.5 0.7 0";
+    let place = "<geom type='mesh' mesh='q' pos='.1 .2 .3' euler='10 20 30'/>";
+    let expected = [
+        167.166_670_252_879_4,
+        0.243_513_293_071_610_88,
+        0.502_778_470_234_019_9,
+        0.635_164_936_339_497_3,
+        12.831_248_811_290_338,
+        9.999_159_711_396_477,
+        9.179_187_316_406_969,
+    ];
+    let l_shape = "0 0 0 .2 0 0 .2 .1 0 .1 .1 0 .1 .2 0 0 .2 0 0 0 .05 .2 0 .05 .2 .1 .05 .1 .1 .05 .1 .2 .05 0 .2 .05";
+    let faces = "0 2 1 6 7 8 0 3 2 6 8 9 0 5 3 6 9 11 3 5 4 9 10 11 0 1 7 0 7 6 1 2 8 1 8 7 2 3 9 2 9 8 3 4 10 3 10 9 \
+                 4 5 11 4 11 10 5 0 6 5 6 11";
+    let of_l = [
+        1.750_000_078_231_097_2,
+        0.090_476_191_824_390_79,
+        0.090_476_191_824_390_79,
+        0.025_000_000_372_529_037,
+        0.005_622_520_260_180_273,
+        0.005_622_520_260_180_273,
+        0.010_515_873_799_366_722,
+    ];
+    let free = "<geom type='mesh' mesh='q'/>";
+    for (mesh, geom, expected) in [
+        (format!("vertex='{points}'"), place, expected),
+        (format!("vertex='{points}' inertia='convex'"), place, expected),
+        (format!("vertex='{l_shape}' face='{faces}' inertia='convex'"), free, of_l),
+    ] {
+        let found = properties(&format!("<asset><mesh name='q' {mesh}/></asset>"), geom);
+        for (found, expected) in found.into_iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-9 * expected.abs(), "{found} {expected}");
+        }
+    }
+    let limited = format!("<asset><mesh name='q' vertex='{points}' maxhullvert='5'/></asset>");
+    let said = notes(&convert("r.xml", &hinged(&limited, free, "")));
+    assert!(said.contains("maxhullvert is left out"), "{said}");
+    let asset = "<asset><mesh name='q' file='q.obj' inertia='convex'/></asset>";
+    let held = "<geom size='.1'/></body><body name='b'><geom type='mesh' mesh='q'/>";
+    let far = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1e300\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
+    let said = notes(&with_files("r.xml", &hinged(asset, held, ""), &[("q.obj", far)], false));
+    assert!(said.contains("the mesh `q` has vertices beyond single precision"), "{said}");
+}
+
 /// Meshes of unknown mass, on a moving body and on a body that is fixed to the world.
 #[test]
 fn bodies_do_not_lose_mass() {
     for (mesh, why) in [
-        ("vertex='0 0 0 1 0 0 0 1 0 0 0 1'", "has no faces"),
+        ("vertex='0 0 0 1 0 0 0 1 0 1 1 0'", "has no convex hull: all vertices are in a plane"),
+        ("vertex='0 0 0 1 0 0 0 1 0 0 0 1' face='0 1 4'", "has no faces, or faces without"),
         ("builtin='sphere' params='2'", "has neither file nor faces"),
     ] {
         let asset = format!("<asset><mesh name='q' {mesh}/></asset>");

@@ -10,7 +10,7 @@ mod sizes;
 
 use super::{Findings, words};
 use crate::portrait::Portrait;
-use crate::report::html::{self, card, section};
+use crate::report::html::{self, card, note, section};
 use crate::report::{footer, header, repeat};
 use crate::{Error, Job};
 use serde_json::{Value, json};
@@ -68,7 +68,11 @@ fn heading(job: &Job<'_>, findings: &Findings) -> String {
         findings.samples,
         number(findings.start),
     );
-    header(job.model, &about)
+    let mut inner = header(job.model, &about);
+    if let Some(sentence) = findings.assembly.sentence() {
+        inner += &note(&singular::capitalised(&sentence));
+    }
+    inner
 }
 
 fn cards(findings: &Findings) -> String {

@@ -73,7 +73,7 @@ fn row(kind: Kind, nearness: &Nearness, samples: usize) -> Vec<String> {
 }
 
 /// Returns a sentence with a capital letter at the beginning and a full stop at the end.
-fn capitalised(sentence: &str) -> String {
+pub(super) fn capitalised(sentence: &str) -> String {
     let mut letters = sentence.chars();
     let first = letters.next().map(|c| c.to_uppercase().to_string()).unwrap_or_default();
     format!("{first}{}.", letters.as_str())

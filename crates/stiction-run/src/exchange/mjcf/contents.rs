@@ -154,12 +154,15 @@ impl<'a> Writer<'a> {
     /// Writes the extension elements, which only this program reads, as custom text elements.
     pub(super) fn write_extensions(&mut self) {
         let mechanism = &self.home.model.mechanism;
-        let reversed = self.tree.parts.iter().filter(|part| part.reversed).map(|part| part.joint);
+        let reversed: Vec<usize> = (self.tree.parts.iter())
+            .filter_map(|part| part.reversed.then_some(part.joint))
+            .collect();
         let mut entries = extension::frictions(mechanism);
         entries.extend(extension::default_friction(self.home.model));
         entries.extend(extension::own_springs(mechanism));
         entries.extend(extension::others(mechanism));
-        entries.extend(extension::reversed(mechanism, reversed));
+        entries.extend(extension::ball_axes(mechanism, &reversed));
+        entries.extend(extension::reversed(mechanism, reversed.into_iter()));
         if entries.is_empty() {
             return;
         }
