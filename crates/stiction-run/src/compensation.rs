@@ -105,7 +105,7 @@ fn errors(found: &Controllers) -> String {
     let is_small = |own: &Tracking| (0..count).all(|k| peak(own, k) < LEGIBLE * largest[k]);
     let mut plots = figure("Reference minus position of each actuator", &|_| true);
     if drawn().any(is_small) {
-        plots += &figure("The controllers with small errors", &is_small);
+        plots += &figure("Reference minus position: controllers with small errors", &is_small);
     }
     let more = match drawn().count() < found.tracking.len() {
         true => note(
@@ -214,7 +214,7 @@ fn verdicts(found: &Controllers) -> Vec<Finding> {
         if let Some(why) = &own.ended {
             all.push(Finding::bad(
                 format!("{} ended early: {why}", own.label),
-                "The figures of this controller are those up to this instant; comparisons omit \
+                "The figures of this controller cover only the time until then; comparisons omit \
                  this controller.",
             ));
         } else if own.reversals > 0 {
