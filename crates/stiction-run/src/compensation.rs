@@ -123,7 +123,7 @@ fn by_size(
         // A plot of one controller has no legend.
         let title = match names[..] {
             [name] => format!("{title}: {name}"),
-            _ => format!("{title}: the controllers with small errors"),
+            _ => format!("{title}: controllers with small errors"),
         };
         figure(&title, &small)
     });
@@ -282,7 +282,7 @@ fn verdicts(found: &Controllers) -> Vec<Finding> {
         if let Some(why) = &own.ended {
             all.push(Finding::bad(
                 format!("{} ended early: {why}", own.label),
-                "The figures of this controller are those up to this instant; comparisons omit \
+                "The figures of this controller cover only the time until then; comparisons omit \
                  this controller.",
             ));
         } else if own.reversals > 0 {

@@ -156,9 +156,9 @@ pub enum Error {
     /// form independent intervals.
     #[error(
         "the motors {motors} share the efforts of several joints and have gear losses, or one of \
-         their gears jams when its motor pushes along the load: the efforts that hold the joints \
-         depend on each other; separate intervals exist only if the efficiencies of these gears \
-         are 1"
+         their gears jams even if the motor pushes in the direction of the load: the efforts that \
+         hold one joint then depend on those of the others; each joint has an interval of its own \
+         only if the efficiencies of these gears are 1"
     )]
     SharedHolding {
         /// Names of the motors concerned.

@@ -181,7 +181,10 @@ fn write_nearness(
         writeln!(out, "    and at {} more times", crossings.len() - LISTED)?;
     }
     if *not_searched > 0 {
-        writeln!(out, "    {not_searched} further close approaches were not examined")?;
+        writeln!(
+            out,
+            "    {not_searched} further approaches to singular positions were not examined"
+        )?;
     }
     match weakness {
         Some(gained) if *singular_samples > 0 && crossings.is_empty() => {

@@ -53,8 +53,8 @@ pub(super) fn warnings(findings: &Findings, job: &Job<'_>) -> Vec<String> {
     }
     if findings.mobility.finite.greatest < findings.mobility.instantaneous {
         warnings.push(
-            "some motion is possible to first order only (the loops block it at second order): \
-             clearance and compliance make it large"
+            "some motion is possible only to first order (the loops block it at second order): \
+             even small clearance or compliance permits large displacements"
                 .to_owned(),
         );
     }

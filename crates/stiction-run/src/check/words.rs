@@ -75,10 +75,10 @@ pub(super) fn finite_motion(motion: &FiniteMotion) -> String {
     )
 }
 
-/// Returns words for the axes about which bodies rotate passively: `an axis of its own` for one
-/// body, `axes of their own` for several.
+/// Returns words for the axes about which bodies rotate passively: `its own axis` for one body,
+/// `their own axes` for several.
 pub(super) fn own_axes(count: usize) -> &'static str {
-    if count == 1 { "an axis of its own" } else { "axes of their own" }
+    if count == 1 { "its own axis" } else { "their own axes" }
 }
 
 /// Returns a statement on how well the actuators control the finite motions. `None` if this was not

@@ -164,7 +164,7 @@ pub(super) fn notes(mechanism: &Mechanism) -> Vec<String> {
         notes.push("bushings are in elements that only stiction reads".to_owned());
     }
     if !mechanism.drive_trains().is_empty() {
-        let kept = "except for the joints that they drive and their limits";
+        let kept = "except for the driven joints and the limits of effort and speed";
         notes.push(format!("motors and gears are in elements that only stiction reads, {kept}"));
     }
     let taken = super::mimic::all(mechanism);
@@ -173,7 +173,7 @@ pub(super) fn notes(mechanism: &Mechanism) -> Vec<String> {
         .map(|(_, gearing)| gearing.name.as_str())
         .collect();
     if !lost.is_empty() {
-        notes.push(format!("gearings that only stiction reads: {}", lost.join(", ")));
+        notes.push(format!("gearings in elements that only stiction reads: {}", lost.join(", ")));
     }
     notes
 }

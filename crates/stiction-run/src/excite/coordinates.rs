@@ -90,7 +90,7 @@ fn motion_of<'a>(
             ExciteError::input(
                 format!("the model has no motion `{name}`"),
                 near.unwrap_or_else(|| match names.is_empty() {
-                    true => "leave --motion out: the model has none".to_owned(),
+                    true => "leave --motion out: the model has no motions".to_owned(),
                     false => format!("the motions are {}", names.join(", ")),
                 }),
             )
@@ -150,7 +150,7 @@ fn name(mechanism: &Mechanism, coordinate: Coordinate) -> Result<String, ExciteE
         Coordinate::Angle { body: b, .. } => {
             return Err(ExciteError::input(
                 format!(
-                    "the angles of {} have another order than xyz, which a CSV file cannot express",
+                    "the angles of {} are not in the order xyz, which is the only one that a CSV file can express",
                     body(b)
                 ),
                 "give --actuators, or a motion with angles in the order xyz",

@@ -25,7 +25,7 @@ pub(super) fn refuse_at_rest(probe: &mut Probe, chosen: &Chosen) -> Result<(), E
     let rest = vec![0.0; chosen.centre.len()];
     let Some(reading) = probe.at([&chosen.centre, &rest, &rest], None) else {
         return Err(ExciteError::no_answer(
-            "the robot has no finite forces at rest at the first position",
+            "no finite forces hold the robot at rest at the first position",
             "choose another motion with --motion; `stiction check` says what is singular",
         ));
     };

@@ -28,7 +28,7 @@ pub(super) fn loaded(
         if settings.payloads[..k].contains(name) {
             return Err(ExciteError::input(
                 format!("the load `{name}` is named twice"),
-                "name every load once; --duration makes logs longer",
+                "give each load once; for longer logs, increase --duration",
             ));
         }
         let load = match model.load(name) {
@@ -39,7 +39,7 @@ pub(super) fn loaded(
         if !load.wrenches.is_empty() || !load.laws.is_empty() {
             return Err(ExciteError::input(
                 format!("the load `{name}` has forces"),
-                "name a load that consists of payloads only; their forces follow from the motion",
+                "give a load that consists only of payloads, whose forces follow from the motion",
             ));
         }
         Ok(carrying(&model.mechanism, &load.payloads))

@@ -64,7 +64,7 @@ pub(super) fn actuators(
         let found = objective.actuators_at(motion.each_ref().map(Vec::as_slice), &driven);
         let Some(mut row) = found else {
             return Err(ExciteError::no_answer(
-                "the robot cannot follow the motion at its samples",
+                "the robot cannot follow the motion at one of its samples",
                 "give a smaller --step, or another --seed",
             ));
         };

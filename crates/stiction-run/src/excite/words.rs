@@ -147,7 +147,7 @@ impl Excitation {
             writeln!(out, "{:wide$} {value:>12} {sigma:>12}  {}", e.name, e.unit)?;
         }
         if self.expected.iter().any(|e| !e.alone) {
-            writeln!(out, "\nonly these combinations are determined")?;
+            writeln!(out, "\nparameters that the logs determine only in these combinations")?;
             for e in self.expected.iter().filter(|e| !e.alone) {
                 let (value, sigma) = (number(e.value), number(e.sigma));
                 writeln!(out, "  {value} +- {sigma} {}: {}", e.unit, e.name)?;

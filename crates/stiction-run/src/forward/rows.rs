@@ -226,7 +226,7 @@ impl<S: Sink<Rows>> Recorder<S> {
         for (file, header) in files.into_iter().zip(self.layout.headers()) {
             let mut reader = csv::Reader::from_reader(file);
             if reader.headers()?.iter().ne(header.iter().map(String::as_str)) {
-                return Err("their columns are not those of this simulation".into());
+                return Err("the columns of the tables are not those of this simulation".into());
             }
             readers.push(reader.into_records());
         }

@@ -203,7 +203,7 @@ impl Fit<'_> {
 fn words(effect: Effect, (name, unit): (&str, &str), is_positive: bool) -> (String, String) {
     let term = |formula: &str| {
         format!(
-            "describe it below [terms] of the options, such as `NAME = \"{name} = 1 {unit}*{formula}\"`"
+            "describe it below [terms] of the options, for example `NAME = \"{name} = 1 {unit}*{formula}\"`"
         )
     };
     let (rate, sine) = match unit {
@@ -250,7 +250,7 @@ fn words(effect: Effect, (name, unit): (&str, &str), is_positive: bool) -> (Stri
             "log after warming up, or choose a part with `from` and `until`".to_owned(),
         ),
         Effect::EffortDrift => (
-            "a drift of the effort from the middle of the log to its end".to_owned(),
+            "a drift of the effort during the second half of the log".to_owned(),
             "choose a part of the log with `from` and `until`, or repair the sensor".to_owned(),
         ),
     };

@@ -11,14 +11,14 @@ use toml::{Table, Value};
 pub const TEMPLATE: &str = r#"# Options of `stiction identify`. Every key may be left out.
 
 # Cut-off frequency (-3 dB) of the zero-phase low-pass filter, for positions, efforts and the model alike.
-# Without it the positions suggest one.
+# If it is left out, the program chooses it from the positions.
 # filter = "10 Hz"
 
 # What is estimated: "all", "friction" or "inertia". All other parameters keep the values of the model.
 estimate = "all"
 
 # Strength of the prior that pulls inertias to those of the model, in equivalent samples; "auto" chooses
-# it by left-out blocks of the logs.
+# it by cross-validation with blocks of the logs.
 prior = "auto"
 
 # "least-squares", or "instrumental-variables": the motion commanded in columns such as `axis1.reference [deg]`
@@ -29,7 +29,7 @@ estimator = "least-squares"
 offsets = false
 
 # Delay of the measured efforts relative to the positions: "auto" estimates, reports and corrects that of each
-# effort; a given time is corrected without estimate.
+# effort; a given time is corrected, but not estimated.
 delay = "auto"                 # or "12 ms", or 0
 
 # Parameters that keep the value of the model; * stands for any text.
@@ -42,7 +42,8 @@ tie = []                       # [["leg*.P.mu"], ["leg*.P.viscous"]]
 # header = ["t", "q1", "i1"]
 # step = "1 ms"
 
-# Least and greatest values of parameters, in SI units; not of masses, first moments and inertias of bodies.
+# Least and greatest values of parameters, in SI units. Masses, first moments and inertias of bodies cannot
+# have bounds.
 [bounds]
 # "leg*.P.mu" = [0.05, 0.3]
 
@@ -53,7 +54,8 @@ tie = []                       # [["leg*.P.mu"], ["leg*.P.viscous"]]
 # i1 = { is = "A1.current [A]", factor = -1, offset = 0.02 }
 # "debug*" = ""
 
-# Efforts that the model lacks, as formulas over coordinates and rates; each gets a factor.
+# Efforts that the model lacks, as formulas of coordinates and rates. The program estimates a factor
+# for each formula.
 [terms]
 # gas_spring = "axis2 = 900 N m*sin(axis2 - 20 deg)"
 
@@ -405,7 +407,7 @@ fn payloads(key: &str, load: Result<LoadCase, Diagnostics>) -> Result<Vec<Payloa
         return Err(with_help(
             key,
             "has forces",
-            "use a load that consists of payloads only; their forces follow from the motion",
+            "use a load that consists only of payloads, whose forces follow from the motion",
         ));
     }
     Ok(load.payloads)

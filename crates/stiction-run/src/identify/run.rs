@@ -196,7 +196,7 @@ pub fn identify(
         return Err(refuse(
             "options: with `tie`, the values of the model give inertias that no distribution of \
              mass has",
-            "tie parameters of equal bodies only, or give equal values in the model",
+            "tie only parameters of equal bodies, or give equal values in the model",
         ));
     }
     let spinning = all[0].regressor.spinning_bodies();
@@ -489,8 +489,8 @@ fn fitted(
                  torque constants still change by {last:.2} standard deviations in the last \
                  iteration"
             ),
-            false => "the fit has not converged: its normal loads follow from other friction \
-                coefficients than the identified ones"
+            false => "the fit has not converged: its normal loads were computed with friction \
+                coefficients that differ from the identified ones"
                 .to_owned(),
         });
     }
@@ -511,8 +511,8 @@ fn judge_bounds(named: &mut [Named], options: &Options) -> Vec<String> {
             p.verdict = Verdict::FitsOnly;
         }
         let caution = format!(
-            "{} lies at its bound {}: without `bounds` in the options, the logs would place it \
-             beyond",
+            "{} lies at its bound {}: without `bounds` in the options, its estimate would lie \
+             beyond this value",
             p.name,
             format!("{} {}", p.value, p.unit).trim_end()
         );
@@ -577,8 +577,8 @@ fn gear_losses(mechanism: &Mechanism, at_motors: bool) -> Vec<String> {
     let names: Vec<&str> = lossy.map(|train| train.name.as_str()).collect();
     match at_motors && !names.is_empty() {
         true => vec![format!(
-            "the efficiencies of the gears of {} are not applied: efforts measured at motors contain the \
-             losses of gears, which the friction of the joints takes up",
+            "the efficiencies of the gears of {} are not applied: efforts measured at motors contain \
+             gear losses, which are identified as part of the joint friction",
             names.join(", ")
         )],
         false => Vec::new(),

@@ -91,8 +91,8 @@ pub(super) fn wrong_efforts(
         } else if agreement < AGREES && friction[0] < -AGREES && friction[1] > AGREES {
             doubt(
                 format!(
-                    "efforts have the wrong sign on {name}: without inertia and weight they act in \
-                     the direction of motion (correlation {:.2}), not against it; {help}",
+                    "efforts have the wrong sign on {name}: after subtraction of inertia and weight, \
+                     they act in the direction of motion (correlation {:.2}), not against it; {help}",
                     -friction[0]
                 ),
                 true,

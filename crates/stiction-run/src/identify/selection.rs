@@ -251,9 +251,9 @@ pub(super) fn enough(
     if samples < free {
         return Err(refuse(
             format!(
-                "the logs have {samples} independent samples of efforts after the filter, for {free} parameters"
+                "the filtered logs have only {samples} independent samples of efforts, too few for {free} parameters"
             ),
-            "give longer logs, a higher --filter, or hold or tie parameters in the options",
+            "give longer logs or a higher cut-off frequency (--filter), or hold or tie parameters in the options",
         ));
     }
     if let Some(channel) = (0..all[0].block.channels.len()).find(|&c| {

@@ -51,8 +51,8 @@ pub(super) fn unknown(
                     train.name, joint.name
                 ),
                 format!(
-                    "add `torque_constant` to [actuators.{}] of the model, or declare friction at \
-                     the motor or at the joint only",
+                    "add `torque_constant` to [actuators.{}] of the model, or declare friction \
+                     only at the motor or only at the joint",
                     train.name
                 ),
             ));

@@ -461,7 +461,8 @@ pub(super) fn weighting_words(job: &Job<'_>, verdict: &Verdict) -> Option<String
         if mechanism.drive_trains().is_empty() { "" } else { " at the joints (not of the motors)" },
         length * 1e3
     );
-    let energy = "the least elastic energy of the joints by their declared compliances".to_owned();
+    let energy =
+        "the least elastic energy of the joints with their declared compliances".to_owned();
     match verdict.weighting {
         _ if verdict.redundancy == 0 => None,
         Some(Weighting::LeastReactions) => Some(reactions),

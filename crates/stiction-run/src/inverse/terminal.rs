@@ -389,7 +389,7 @@ fn write_unique(out: &mut impl Write, what: &str, verdict: &Verdict) -> fmt::Res
         ),
         None => writeln!(
             out,
-            "with friction there may be other solutions; their existence is not decided here"
+            "with friction there may be other solutions; it is not known whether they exist"
         ),
     }
 }

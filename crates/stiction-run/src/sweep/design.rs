@@ -59,7 +59,7 @@ pub enum DesignError {
         String,
     ),
     /// The number of samples is zero.
-    #[error("a sampled design has at least one row")]
+    #[error("a sampled design needs at least one row")]
     NoSamples,
     /// The design has too many rows.
     #[error("the design has {rows} rows; the maximum is {most}")]

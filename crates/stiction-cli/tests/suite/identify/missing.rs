@@ -254,7 +254,7 @@ fn other_laws_of_friction_are_named() {
     let laws: [(&str, &dyn Fn(f64) -> f64); 4] = [
         ("Stribeck", &slow),
         ("friction at high speed", &quadratic),
-        ("warming", &warming),
+        ("joints warm up", &warming),
         ("a drift of the effort", &drifting),
     ];
     for (words, law) in laws {

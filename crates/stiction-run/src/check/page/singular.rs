@@ -56,7 +56,9 @@ pub(super) fn singularities(job: &Job<'_>, findings: &Findings) -> String {
 fn row(kind: Kind, nearness: &Nearness, samples: usize) -> Vec<String> {
     let meaning = match kind {
         Kind::Actuation => "something can move although all actuators are locked",
-        Kind::Constraint => "the constraints permit more than the finite motions",
+        Kind::Constraint => {
+            "the constraints instantaneously permit more motions than the finite ones"
+        }
         Kind::Leg => "bodies of a leg can move although the bodies at its ends are fixed",
     };
     let Nearness { least, time, singular_samples, weakness, crossings, .. } = nearness;

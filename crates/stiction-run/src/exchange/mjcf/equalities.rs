@@ -34,8 +34,8 @@ impl Writer<'_> {
                             soft."]);
         if closings.iter().any(|(_, closing)| *closing == Closing::Part) {
             self.xml.comment(&[
-                "A body at a joint that closes a loop is split into two parts, one of which is attached by that joint",
-                "and is named after it: welded together, they have the mass and the inertia of the body.",
+                "A body at a joint that closes a loop is split into two parts. One part, named BODY@JOINT,",
+                "is attached by that joint. Welded together, the two parts have the mass and the inertia of the body.",
             ]);
         }
         for (&(joint, closing), sites) in closings.iter().zip(&self.sites.of_closing) {

@@ -32,8 +32,8 @@ pub(super) fn notes(mechanism: &Mechanism, tree: &Tree) -> Vec<String> {
     if !raised.is_empty() {
         notes.push(format!(
             "the smallest moments of inertia of {} are increased, because MuJoCo rejects those \
-             that no mass distribution has; this has no effect as long as the bodies turn about \
-             their other axes only",
+             that no mass distribution has; this has no effect as long as the bodies turn only \
+             about their other axes",
             raised.join(", ")
         ));
     }
@@ -65,7 +65,7 @@ pub(super) fn notes(mechanism: &Mechanism, tree: &Tree) -> Vec<String> {
         .collect();
     if !left.is_empty() {
         notes.push(format!(
-            "springs on joints outside of the tree, bushings, and springs of constant force are in \
+            "springs on joints outside of the tree, bushings, and constant-force springs are in \
              <text> elements that only stiction reads: {}",
             left.join(", ")
         ));
@@ -78,7 +78,7 @@ pub(super) fn notes(mechanism: &Mechanism, tree: &Tree) -> Vec<String> {
     };
     if trains.iter().filter(has_steps).any(|train| train.gear.efficiencies() != (1.0, 1.0)) {
         notes.push(
-            "losses of gears are in <text> elements that only stiction reads: MJCF has none \
+            "gear losses are in <text> elements that only stiction reads: MJCF has no losses \
                 that grow with the load"
                 .to_owned(),
         );

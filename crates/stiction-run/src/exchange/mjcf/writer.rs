@@ -44,7 +44,7 @@ impl<'a> Writer<'a> {
         self.xml.comment(&[
             "Body frames and joint coordinates (qpos) are those of the model. A ball's qpos is",
             "the rotation of its body since the home position, in the body's axes. The file's own",
-            "position (qpos0) is the home: the mechanism put together at the start of a motion.",
+            "position (qpos0) is the home position, in which the mechanism is assembled at the start of a motion.",
         ]);
         for note in notes {
             self.xml.comment(&[&format!("Note: {note}.")]);

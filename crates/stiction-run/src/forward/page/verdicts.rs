@@ -23,7 +23,7 @@ pub(super) fn of(job: &Job<'_>, summary: &Summary, outcome: &Outcome) -> Vec<Fin
     }
     if outcome.coarsest > COARSE {
         all.push(Finding::bad(
-            format!("Near a singular position the relative error of steps is {:.0e}", outcome.coarsest),
+            format!("Near a singular position the relative error of a step is {:.0e}", outcome.coarsest),
             "Rounding allows no smaller error there; the motion after that position is at least as uncertain.",
         ));
     }
@@ -100,10 +100,11 @@ fn events(summary: &Summary, outcome: &Outcome, all: &mut Vec<Finding>) {
     };
     if let Some((count, time, at, _)) = of("jump") {
         all.push(Finding::bad(
-            format!("Jamming: no acceleration satisfies the friction laws {count} times, first at t = {time} s"),
+            format!("Jamming: {count} times, first at t = {time} s, no acceleration satisfies the friction laws"),
             format!(
-                "The largest normal load is in {at}. Velocities jump there to values that satisfy all laws; a real \
-                 mechanism takes an impact. Reduce the friction, or the lever arm of the force on this joint."
+                "The largest normal load is in {at}. At such an instant velocities jump to values that satisfy all \
+                 laws; a real mechanism takes an impact. Reduce the friction, or the lever arm of the force on this \
+                 joint."
             ),
         ));
     }

@@ -237,7 +237,7 @@ pub(super) fn measured(
         }
         if let Some((first, count)) = saturation::mark(values, &mut saturated) {
             cautions.push(format!(
-                "{}: {count} samples of `{name}` are at its limit and left out, first in line {}",
+                "{}: {count} samples of `{name}` are saturated and left out, first in line {}",
                 log.name, log.log.lines[used.rows[first]]
             ));
         }

@@ -85,8 +85,8 @@ fn singular(summary: &Summary, verdict: &Verdict, all: &mut Vec<Finding>) {
     } else if index < NEAR_SINGULAR {
         all.push(Finding::bad(
             format!("Near a singular position at t = {at} s: singularity index {}", number(index)),
-            "Frictionless efforts and the effects of model errors are inversely proportional to the index. Stay \
-             far enough away for the accuracy that you need.",
+            "Frictionless efforts and the effects of model errors are inversely proportional to the index. Keep \
+             the motion far enough from the singular position for the accuracy that you need.",
         ));
     } else if index.is_finite() {
         all.push(Finding::good(
@@ -116,7 +116,7 @@ fn uniqueness(job: &Job<'_>, summary: &Summary, verdict: &Verdict, all: &mut Vec
         format!("Statics does not determine {}", by_components(&undetermined)),
         format!(
             "Constraints or actuators are redundant, so these depend on stiffness and tolerances. \
-             Do not size bearings from them, or declare compliances.{rule}"
+             Declare compliances before you size bearings from these values.{rule}"
         ),
     ));
     if summary.drives_are_unique(job.friction) {
@@ -168,7 +168,7 @@ fn friction(job: &Job<'_>, summary: &Summary, verdict: &Verdict, all: &mut Vec<F
              zero friction. Less friction or longer guides make it unique.",
         )),
         None => all.push(Finding::open(
-            "With friction there may be other solutions; their existence is not decided here",
+            "With friction there may be other solutions; it is not known whether they exist",
             "The reported solution is continued from zero friction.",
         )),
     }
