@@ -1,5 +1,6 @@
 //! Rows of the regression, grouped by log and by actuator.
 
+use crate::period::Period;
 use nalgebra::{DMatrix, DVector};
 
 /// Rows of the regression for one actuator in one log, in the order of time.
@@ -42,16 +43,38 @@ pub struct Block {
     /// Bounds at rest for each actuator; empty without dwells.
     pub dwells: Vec<Dwells>,
     /// Number of independent samples per row. It is below one if rows are closer than half a period
-    /// of the filter, because such rows partly repeat each other.
+    /// of the filter, because such rows partly repeat each other, and one for rows without order in
+    /// time.
     pub independence: f64,
 }
 
+/// Division of a block into pieces, each of which is left out once.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Folds {
+    count: usize,
+    /// Number of instants in each piece.
+    length: usize,
+    period: Option<Period>,
+}
+
+impl Folds {
+    /// Index of the piece that contains an instant.
+    pub(crate) fn of(self, step: usize) -> usize {
+        let fold = match self.period {
+            Some(period) => (period.phase(step) * self.count as f64) as usize,
+            None => step / self.length,
+        };
+        fold.min(self.count - 1)
+    }
+}
+
 impl Block {
-    /// Returns the number of instants in each piece if the time grid of the log is divided into
-    /// `pieces` pieces of equal length.
-    pub(crate) fn fold_length(&self, pieces: usize) -> usize {
+    /// Divides the block into `count` pieces of equal length. Each piece of a repeated motion, which has a `period`,
+    /// consists of the same part of all repetitions, because each repetition tells what the others contain.
+    pub(crate) fn folds(&self, count: usize, period: Option<Period>) -> Folds {
         let last = self.channels.iter().filter_map(|rows| rows.steps.last()).max();
-        last.map_or(1, |last| last + 1).div_ceil(pieces).max(1)
+        let length = last.map_or(1, |last| last + 1).div_ceil(count).max(1);
+        Folds { count, length, period }
     }
 }
 

@@ -5,8 +5,8 @@
 //! are known. A [`Regressor`] computes the columns of this linear function along a motion,
 //! [`BaseParameters`] finds the combinations of parameters that a motion can determine, and
 //! [`Problem`] estimates them by weighted, robust least squares within the physical region. A prior
-//! pulls the estimates towards the model. The strength of the prior is chosen by the prediction of
-//! left-out pieces of the data.
+//! pulls the estimates towards the model. The strength of the prior is the most probable one for the
+//! data.
 
 mod apply;
 mod base;
@@ -14,6 +14,7 @@ mod block;
 mod estimate;
 mod load_slopes;
 mod parameter;
+mod period;
 pub mod physical;
 mod regressor;
 mod slip;

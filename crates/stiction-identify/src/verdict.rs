@@ -65,6 +65,10 @@ pub struct Evidence {
     pub scale: f64,
     /// True if the structure of the mechanism allows the parameter to be determined on its own.
     pub is_alone: bool,
+    /// False if the efforts of the mechanism do not depend on the parameter, whatever the motion.
+    pub has_effect: bool,
+    /// Change of the value if the strength of the prior grew by the factor e, SI units; `sigma` contains it.
+    pub pull: f64,
     /// Largest correlation of the value's error with that of another parameter, from 0 to 1.
     pub correlation: f64,
 }
@@ -83,20 +87,28 @@ const PRECISE_BY_ITSELF: f64 = 0.05;
 /// parameter (see [`CONFOUNDED`]). Only a small difference between the effects of both parameters
 /// then determines the value, and any error of the model affects that difference.
 const PRECISE_CONFOUNDED: f64 = 0.1;
+/// The strength of the prior decides a value, and not the data, if the change of the value with the
+/// strength exceeds this fraction of the standard deviation.
+const PULLED: f64 = 0.7;
 /// Two parameters count as confounded if the correlation of their errors exceeds this value.
 pub(crate) const CONFOUNDED: f64 = 0.95;
 
 impl Verdict {
     /// Decides the verdict on a value.
     pub fn of(evidence: &Evidence) -> Self {
-        let Evidence { resolution, value, sigma, scale, is_alone, correlation } = *evidence;
+        let Evidence { resolution, value, sigma, scale, is_alone, has_effect, pull, correlation } =
+            *evidence;
+        if !has_effect {
+            return Self::NotExcited;
+        }
         let size = value.abs().max(0.05 * scale);
         let limit = if correlation > CONFOUNDED { PRECISE_CONFOUNDED } else { PRECISE };
-        if resolution > RESOLVED && sigma < limit * size {
+        let is_decided = pull.abs() <= PULLED * sigma;
+        if is_decided && resolution > RESOLVED && sigma < limit * size {
             return Self::Identified;
         }
         // The error of a strong prior is part of the standard deviation.
-        if is_alone && resolution > 0.0 && sigma < PRECISE_BY_ITSELF * value.abs() {
+        if is_decided && is_alone && resolution > 0.0 && sigma < PRECISE_BY_ITSELF * value.abs() {
             return Self::Identified;
         }
         match is_alone {
@@ -121,6 +133,8 @@ mod tests {
         sigma: 0.4,
         scale: 2.0,
         is_alone: true,
+        has_effect: true,
+        pull: 0.0,
         correlation: 0.5,
     };
 
@@ -138,7 +152,14 @@ mod tests {
         assert_eq!(Verdict::of(&strong), Verdict::Identified);
         let fair = Evidence { sigma: 0.15, ..strong };
         assert_eq!(Verdict::of(&fair), Verdict::FitsOnly);
-        // This value is confounded with another parameter, so the same precision does not suffice.
+        // A prior of another strength would give another value.
+        let pulled = Evidence { pull: -0.35, ..CLEAR };
+        assert_eq!(Verdict::of(&pulled), Verdict::FitsOnly);
+        assert_eq!(Verdict::of(&Evidence { pull: 0.1, ..CLEAR }), Verdict::Identified);
+        // The value follows from others through the prior alone, however certain it seems.
+        let without = Evidence { has_effect: false, ..CLEAR };
+        assert_eq!(Verdict::of(&without), Verdict::NotExcited);
+        // Confounded with another parameter, for which the same precision does not suffice.
         let confounded = Evidence { correlation: 0.98, ..CLEAR };
         assert_eq!(Verdict::of(&confounded), Verdict::FitsOnly);
         let open = Evidence { is_alone: false, sigma: 3.0, ..confounded };

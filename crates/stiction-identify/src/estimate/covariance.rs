@@ -5,6 +5,7 @@
 
 use super::map::{Map, transposed_product};
 use crate::block::Block;
+use crate::period::Period;
 use nalgebra::{DMatrix, DVector};
 
 /// Minimum number of lags of the autocovariance, in rows. It covers several correlation times of
@@ -21,7 +22,7 @@ const INDEPENDENT: f64 = 0.05;
 /// uncorrelated. Weights are `1/noise^2` and the independence of each block. `M_t` is the row of
 /// `design` at the instant `t`; the residuals are those of `blocks`.
 pub(crate) fn covariance(
-    (design, blocks): (&[Block], &[Block]),
+    (design, blocks, periods): (&[Block], &[Block], &[Option<Period>]),
     map: &Map,
     values: &DVector<f64>,
     noise: &[f64],
@@ -33,11 +34,9 @@ pub(crate) fn covariance(
     let used = (size as f64).min(0.5 * samples);
     let inflation = samples / (samples - used).max(1.0);
     for (channel, noise) in noise.iter().enumerate() {
-        let steps: Vec<&[usize]> =
-            blocks.iter().map(|block| &block.channels[channel].steps[..]).collect();
         let residuals: Vec<DVector<f64>> =
             blocks.iter().map(|block| block.channels[channel].residuals(values)).collect();
-        let autocovariance = autocovariance(&steps, &residuals);
+        let autocovariance = autocovariance(&series(blocks, channel, periods, &residuals));
         let lags = autocovariance.len();
         for block in design {
             let rows = &block.channels[channel];
@@ -64,41 +63,96 @@ pub(crate) fn covariance(
     (&sum + sum.transpose()) * 0.5
 }
 
-/// Returns the number of residual samples that together count as one independent sample, averaged
-/// over all efforts. For each effort, this number is the sum of the autocorrelation of the
-/// residuals, divided by the same sum for white noise after the filter, and at least one.
-pub(super) fn colour(blocks: &[Block], values: &DVector<f64>) -> f64 {
+/// Number of samples of the residuals that together count as one independent sample, as the mean
+/// over all efforts. For each effort, it is the sum of the autocorrelation of the residuals,
+/// divided by the same sum for white noise after the filter; at least one.
+pub(super) fn colour(blocks: &[Block], periods: &[Option<Period>], values: &DVector<f64>) -> f64 {
     let channels = blocks.first().map_or(0, |block| block.channels.len());
     let each = (0..channels).map(|channel| {
-        let own = || blocks.iter().map(|block| &block.channels[channel]);
-        let steps: Vec<&[usize]> = own().map(|rows| &rows.steps[..]).collect();
-        let residuals: Vec<DVector<f64>> = own().map(|rows| rows.residuals(values)).collect();
-        let all = autocovariance(&steps, &residuals);
+        let residuals: Vec<DVector<f64>> =
+            blocks.iter().map(|block| block.channels[channel].residuals(values)).collect();
+        let all = autocovariance(&series(blocks, channel, periods, &residuals));
+        let (squares, count) = residuals
+            .iter()
+            .fold((0.0, 0), |(sum, count), own| (sum + own.norm_squared(), count + own.len()));
         let taper = |lag: usize| 1.0 - lag as f64 / all.len() as f64;
         let later: f64 = (1..all.len()).map(|lag| taper(lag) * all[lag]).sum();
-        (1.0 + 2.0 * later / all[0]) * blocks[0].independence
+        let variance = squares / f64::max(count as f64, 1.0);
+        (all[0] + 2.0 * later) / variance * blocks[0].independence
     });
     let finite = each.map(|samples| if samples > 1.0 { samples } else { 1.0 });
     finite.sum::<f64>() / channels.max(1) as f64
 }
 
-/// Computes the autocovariance of the residuals of one effort in all blocks, indexed by lag, up to
-/// twice the lag at which the residuals become uncorrelated.
-pub(super) fn autocovariance(steps: &[&[usize]], residuals: &[DVector<f64>]) -> Vec<f64> {
-    let longest = residuals.iter().map(|r| r.len()).max().unwrap_or(0);
+/// Residuals of one effort in one block.
+pub(super) struct Series<'a> {
+    pub(super) steps: &'a [usize],
+    pub(super) residuals: &'a DVector<f64>,
+    /// Period of the motion if it is repeated.
+    pub(super) period: Option<Period>,
+}
+
+/// Residuals of one effort in all blocks.
+pub(super) fn series<'a>(
+    blocks: &'a [Block],
+    channel: usize,
+    periods: &[Option<Period>],
+    residuals: &'a [DVector<f64>],
+) -> Vec<Series<'a>> {
+    let each = blocks.iter().zip(periods).zip(residuals).map(|((block, period), residuals)| {
+        Series { steps: &block.channels[channel].steps, residuals, period: *period }
+    });
+    each.collect()
+}
+
+/// Autocovariance of the residuals of one effort in all blocks, by lag, up to twice the lag at
+/// which the residuals become uncorrelated. The residuals of a repeated motion are summed over its
+/// repetitions first: the columns repeat themselves, so the products of residuals in different
+/// repetitions count like those in one. Errors of the model are the same in all repetitions.
+pub(super) fn autocovariance(all: &[Series<'_>]) -> Vec<f64> {
+    let length = |own: &Series<'_>| match own.period {
+        Some(period) => period.instants(),
+        None => own.residuals.len(),
+    };
+    let longest = all.iter().map(length).max().unwrap_or(0);
     let most = (longest / 4).clamp(LAGS, MOST_LAGS);
     let (mut sums, mut pairs) = (vec![0.0; most], vec![0.0; most]);
-    for (steps, residuals) in steps.iter().zip(residuals) {
-        each_pair(steps, most, |i, k, lag| {
-            sums[lag] += residuals[i] * residuals[k];
-            pairs[lag] += 1.0;
-        });
+    // Numbers of independent products.
+    let mut products = vec![0.0; most];
+    for Series { steps, residuals, period } in all {
+        let Some(period) = period else {
+            each_pair(steps, most, |i, k, lag| {
+                sums[lag] += residuals[i] * residuals[k];
+                pairs[lag] += 1.0;
+                products[lag] += 1.0;
+            });
+            continue;
+        };
+        let count = period.instants();
+        let (mut summed, mut numbers) = (vec![0.0; count], vec![0.0_f64; count]);
+        for (step, residual) in steps.iter().zip(residuals.iter()) {
+            let place = ((period.phase(*step) * count as f64) as usize).min(count - 1);
+            summed[place] += residual;
+            numbers[place] += 1.0;
+        }
+        // Lags beyond half a period are lags of the next repetition.
+        for lag in 0..most.min(count / 2) {
+            for i in 0..count {
+                let k = (i + lag) % count;
+                if numbers[i] > 0.0 && numbers[k] > 0.0 {
+                    sums[lag] += summed[i] * summed[k];
+                    pairs[lag] += (numbers[i] * numbers[k]).sqrt();
+                    products[lag] += 1.0;
+                }
+            }
+        }
     }
     let mut all: Vec<f64> = sums.iter().zip(&pairs).map(|(s, n)| s / f64::max(*n, 1.0)).collect();
     let first = all[0];
-    // The correlations of independent residuals scatter by the inverse root of the number of pairs.
+    // The correlations of independent residuals scatter by the inverse root of the number of
+    // products.
     let is_independent = |lag: &usize| {
-        all[*lag] < first * f64::max(INDEPENDENT, 2.0 / f64::max(pairs[*lag], 1.0).sqrt())
+        all[*lag] < first * f64::max(INDEPENDENT, 2.0 / f64::max(products[*lag], 1.0).sqrt())
     };
     let colour = (1..most).find(is_independent).unwrap_or(most);
     all.truncate((2 * colour).clamp(LAGS, most));
@@ -196,7 +250,7 @@ mod tests {
         let lags = |residual: &mut dyn FnMut(usize) -> f64| {
             let residuals = DVector::from_fn(4000, |k, _| residual(k));
             let steps: Vec<usize> = (0..4000).collect();
-            autocovariance(&[&steps], &[residuals]).len()
+            autocovariance(&[Series { steps: &steps, residuals: &residuals, period: None }]).len()
         };
         let mut random = Random::new(3);
         assert_eq!(lags(&mut |_| random.number()), LAGS);

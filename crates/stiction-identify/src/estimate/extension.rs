@@ -3,9 +3,10 @@
 //!
 //! Equation (I7) of the book's theory.
 
-use super::covariance::{autocovariance, each_pair};
+use super::covariance::{autocovariance, each_pair, series};
 use super::{Estimate, FOLDS, HUBER, Problem};
 use crate::block::Block;
+use crate::period::Period;
 use nalgebra::{DMatrix, DVector};
 use std::borrow::Cow;
 
@@ -51,6 +52,8 @@ pub struct Residuals<'a> {
     /// Factor by which the residuals underestimate the variance of the errors, because the fit uses
     /// up degrees of freedom.
     inflation: f64,
+    /// Period of the motion of each block.
+    periods: Vec<Option<Period>>,
 }
 
 impl Problem<'_> {
@@ -73,6 +76,7 @@ impl Problem<'_> {
             design: self.design(estimate.projection.as_ref()),
             inverse: &estimate.inverse[0],
             rows: rows.collect(),
+            periods: self.periods(),
             inflation: estimate.samples / (estimate.samples - used).max(1.0),
         }
     }
@@ -133,11 +137,12 @@ impl Residuals<'_> {
     fn gain(&self, own: usize, left: &[Vec<DVector<f64>>]) -> (f64, f64) {
         let mut sums = [[0.0; 2]; FOLDS];
         let mut size = 0.0;
-        for ((block, rows), left) in self.problem.blocks.iter().zip(&self.rows).zip(left) {
-            let length = block.fold_length(FOLDS);
+        let blocks = self.problem.blocks.iter().zip(&self.periods);
+        for (((block, period), rows), left) in blocks.zip(&self.rows).zip(left) {
+            let folds = block.folds(FOLDS, *period);
             for (channel, ([residuals, weights], left)) in rows.iter().zip(left).enumerate() {
                 for (row, step) in block.channels[channel].steps.iter().enumerate() {
-                    let fold = (step / length).min(FOLDS - 1);
+                    let fold = folds.of(*step);
                     sums[fold][0] += weights[row] * left[row] * residuals[row];
                     sums[fold][1] += weights[row] * left[row] * left[row];
                     if channel == own {
@@ -167,14 +172,14 @@ impl Residuals<'_> {
         let channels = blocks.first().map_or(0, |block| block.channels.len());
         let mut sums = [0.0; 2];
         for channel in 0..channels {
-            let steps: Vec<&[usize]> =
-                blocks.iter().map(|block| &block.channels[channel].steps[..]).collect();
             let pairs = || self.rows.iter().zip(left);
             let residuals: Vec<DVector<f64>> =
                 pairs().map(|(rows, left)| &rows[channel][0] - &left[channel] * value).collect();
-            let autocovariance = autocovariance(&steps, &residuals);
+            let autocovariance =
+                autocovariance(&series(blocks, channel, &self.periods, &residuals));
             let lags = autocovariance.len();
-            for (((rows, left), steps), own) in pairs().zip(&steps).zip(&residuals) {
+            for (((rows, left), block), own) in pairs().zip(blocks).zip(&residuals) {
+                let steps = &block.channels[channel].steps;
                 let scaled = rows[channel][1].component_mul(&left[channel]);
                 each_pair(steps, lags, |i, k, lag| {
                     let taper = 1.0 - lag as f64 / lags as f64;

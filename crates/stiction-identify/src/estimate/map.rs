@@ -39,13 +39,16 @@ impl Map {
 
     /// Returns the values of all parameters for given coordinates.
     pub(crate) fn values(&self, z: &DVector<f64>) -> DVector<f64> {
-        let mut values = self.base.clone();
-        for (value, entry) in values.iter_mut().zip(&self.entries) {
-            if let Some((column, factor)) = entry {
-                *value += factor * z[*column];
-            }
-        }
-        values
+        &self.base + self.changes(z)
+    }
+
+    /// Changes of all parameters for changes of the coordinates.
+    pub(crate) fn changes(&self, z: &DVector<f64>) -> DVector<f64> {
+        let each = self
+            .entries
+            .iter()
+            .map(|entry| entry.map_or(0.0, |(column, factor)| factor * z[column]));
+        DVector::from_iterator(self.entries.len(), each)
     }
 
     /// Converts the rows `rows` of a matrix with a column for each parameter to a matrix with a

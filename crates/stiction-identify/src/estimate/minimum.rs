@@ -13,6 +13,12 @@ use nalgebra::{DMatrix, DVector};
 pub(super) const PRIOR_ERROR: f64 = 0.3;
 /// Error of the factor of an effort term that the confidence intervals take into account.
 const TERM_ERROR: f64 = 0.5;
+/// Strength of the prior with which the minimisation begins, and the factor by which it becomes weaker.
+const STRONGEST: f64 = 1e8;
+const WEAKENING: f64 = 30.0;
+/// Decrement of Newton's method at which it has converged, relative to the strength of the prior: the logarithm of the
+/// determinant bends by its own size within a unit of the decrement.
+const CONVERGED: f64 = 1e-9;
 /// Largest number of steps of Newton's method.
 const NEWTON_STEPS: usize = 60;
 
@@ -43,13 +49,52 @@ impl Problem<'_> {
         each.collect()
     }
 
-    /// Minimises the sum of data term and prior; returns the free coordinates of the minimum. A
-    /// value beyond its bound is set to the bound and held there. Zero is a bound for parameters
-    /// that must not be negative.
+    /// Minimises data term and prior, in free coordinates. A value beyond its bound is set to the
+    /// bound and held there. Zero is a bound for parameters that must not be negative.
+    ///
+    /// Begins with a strong prior, which becomes weaker step by step: with a weak prior, Newton's method would stall at
+    /// the edge of the physical region.
     pub(crate) fn minimum(&self, map: &Map, data: &Normal, strength: f64) -> DVector<f64> {
-        let size = map.size();
-        let mut at_bound = vec![false; size];
         let mut z = self.start(map);
+        let free = vec![false; map.size()];
+        let mut own = STRONGEST;
+        while own > WEAKENING * strength {
+            z = self.newton(map, data, own, &free, z);
+            own /= WEAKENING;
+        }
+        self.bounded_minimum(map, data, strength, free, z)
+    }
+
+    /// Minimises data term and prior as [`Self::minimum`] does, but starts at coordinates near the minimum.
+    pub(crate) fn minimum_near(
+        &self,
+        map: &Map,
+        data: &Normal,
+        strength: f64,
+        start: DVector<f64>,
+    ) -> DVector<f64> {
+        let (priors, precision) = (self.priors(), self.precision(strength));
+        let found = self.objective(map, data, strength, &priors, &precision, &start);
+        let Some((_, gradient, _)) = found else { return self.minimum(map, data, strength) };
+        // Values at a bound stay there if the objective falls beyond it.
+        let at_bound = (0..map.size()).map(|k| {
+            let [low, high] = self.interval(map, k);
+            (start[k] <= low && gradient[k] > 0.0) || (start[k] >= high && gradient[k] < 0.0)
+        });
+        let at_bound = at_bound.collect();
+        self.bounded_minimum(map, data, strength, at_bound, start)
+    }
+
+    /// Minimises with the values `at_bound` held at their bounds, and holds others that exceed their bounds.
+    fn bounded_minimum(
+        &self,
+        map: &Map,
+        data: &Normal,
+        strength: f64,
+        mut at_bound: Vec<bool>,
+        mut z: DVector<f64>,
+    ) -> DVector<f64> {
+        let size = map.size();
         let intervals: Vec<[f64; 2]> = (0..size).map(|k| self.interval(map, k)).collect();
         let within = |k: usize, z: f64| z.max(intervals[k][0]).min(intervals[k][1]);
         // In each pass only the value farthest beyond its bound is held, because others may then
@@ -88,7 +133,8 @@ impl Problem<'_> {
         own.fold([least, f64::INFINITY], |[low, high], own| [low.max(own[0]), high.min(own[1])])
     }
 
-    fn start(&self, map: &Map) -> DVector<f64> {
+    /// Free coordinates of the prior.
+    pub(super) fn start(&self, map: &Map) -> DVector<f64> {
         let mut prior: Vec<f64> = self.parameters.iter().map(|p| p.prior).collect();
         for body in self.priors() {
             prior[body.first..body.first + 10].copy_from_slice(&body.prior);
@@ -146,12 +192,14 @@ impl Problem<'_> {
             }
             let Some(step) = solve_positive(&hessian, &gradient) else { break };
             let decrement = gradient.dot(&step);
+            // Changes of the value below its rounding decide nothing.
+            let rounding = 1e-14 * (data.square.abs() + value.abs());
             let mut length = 1.0;
             let mut best = None;
             while length > 1e-10 {
                 let next = &z - &step * length;
                 if let Some(found) = self.objective(map, data, strength, &priors, &precision, &next)
-                    && found.0 <= value - 1e-4 * length * decrement
+                    && found.0 <= value - 1e-4 * length * decrement + rounding
                 {
                     best = Some((next, found));
                     break;
@@ -161,7 +209,7 @@ impl Problem<'_> {
             let Some((next, found)) = best else { break };
             z = next;
             now = Some(found);
-            if decrement < 1e-10 * (1.0 + value.abs()) {
+            if decrement < CONVERGED * strength.min(1.0) || decrement < 0.01 * rounding {
                 break;
             }
         }
@@ -211,19 +259,45 @@ impl Problem<'_> {
         value.is_finite().then_some((value, gradient, hessian))
     }
 
-    /// Computes the covariance of the gradient of the prior in free coordinates, if the inertias of
-    /// the model have the relative error [`PRIOR_ERROR`]. However strong the prior is, it contains
-    /// no more information than the model.
-    pub(crate) fn prior_errors(
+    /// Derivative of the gradient of the objective, in free coordinates, with respect to the logarithm of the strength
+    /// of the prior.
+    pub(crate) fn strength_slope(
         &self,
         map: &Map,
         values: &DVector<f64>,
         strength: f64,
         priors: &[BodyPrior],
         precision: &[f64],
+    ) -> DVector<f64> {
+        let mut slope = DVector::zeros(map.size());
+        let thick = self.thickened(values, priors);
+        for body in priors {
+            let Some(found) = body.divergence(thick.as_slice()) else { continue };
+            for i in 0..10 {
+                map.add_slope(&mut slope, body.first + i, strength * found.gradient[i]);
+            }
+        }
+        for (k, (precision, p)) in precision.iter().zip(self.parameters).enumerate() {
+            // Of the quadratic terms, only those of rotors grow with the strength.
+            if matches!(p.kind, Kind::Rotor(_)) {
+                map.add_slope(&mut slope, k, precision * (values[k] - p.prior));
+            }
+        }
+        slope
+    }
+
+    /// Covariance of the gradient of the prior in free coordinates, for a model whose own relative error is `error`.
+    /// However strong the prior is, it contains no more information than the model.
+    pub(crate) fn prior_errors(
+        &self,
+        map: &Map,
+        values: &DVector<f64>,
+        (strength, error): (f64, f64),
+        priors: &[BodyPrior],
+        precision: &[f64],
     ) -> DMatrix<f64> {
         let mut sum = DMatrix::zeros(map.size(), map.size());
-        let factor = (PRIOR_ERROR * strength).powi(2);
+        let factor = (error * strength).powi(2);
         let thick = self.thickened(values, priors);
         for body in priors {
             let Some(found) = body.divergence(thick.as_slice()) else { continue };
@@ -237,7 +311,7 @@ impl Problem<'_> {
         for (k, (precision, p)) in precision.iter().zip(self.parameters).enumerate() {
             // A declared friction coefficient may be wrong by the standard deviation of its prior.
             let error = match p.kind {
-                Kind::Rotor(_) => PRIOR_ERROR * p.scale,
+                Kind::Rotor(_) => error * p.scale,
                 Kind::Term(_) => TERM_ERROR,
                 _ => precision.sqrt().recip(),
             };
@@ -282,7 +356,21 @@ pub(crate) fn inverse_positive(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     None
 }
 
-/// Returns scale factors that make the diagonal of `matrix` one, and the scaled matrix.
+/// Logarithm of the determinant of a positive definite matrix; `None` if it is singular.
+pub(super) fn log_determinant(matrix: &DMatrix<f64>) -> Option<f64> {
+    let (scales, scaled) = equilibrated(matrix);
+    let factor = scaled.cholesky()?;
+    let halves = factor
+        .l_dirty()
+        .diagonal()
+        .iter()
+        .zip(scales.iter())
+        .map(|(l, s)| (l / s).ln())
+        .sum::<f64>();
+    Some(2.0 * halves)
+}
+
+/// Scale factors that make the diagonal one, and the scaled matrix.
 fn equilibrated(matrix: &DMatrix<f64>) -> (DVector<f64>, DMatrix<f64>) {
     let scales = matrix.diagonal().map(|d| if d > 0.0 { d.sqrt().recip() } else { 1.0 });
     let scaled = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, k| {

@@ -8,9 +8,11 @@ mod instruments;
 mod limit;
 mod map;
 mod minimum;
+mod strength;
 
 use crate::block::Block;
 use crate::parameter::Parameter;
+use crate::period::Period;
 use covariance::{bounded, colour, covariance};
 pub use extension::{Candidate, Extension, Residuals};
 use limit::HalfSpace;
@@ -18,12 +20,13 @@ use map::{Map, transposed_product};
 use minimum::{PRIOR_ERROR, inverse_positive};
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeSet;
+use strength::WEAKEST;
 
 /// Settings of the estimation.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// Strength of the prior on inertias, in equivalent independent samples; `None` to choose the
-    /// strength by the prediction of left-out pieces of the data.
+    /// Strength of the prior on inertias, in equivalent independent samples; `None` to choose the most probable one for
+    /// the data.
     pub strength: Option<f64>,
     /// Radius of gyration that is added to the priors of thin bodies, so that their pseudo-inertias are positive
     /// definite, m.
@@ -53,11 +56,13 @@ pub struct Problem<'a> {
 pub struct Estimate {
     /// Values, in the order of the parameters, SI units.
     pub values: Vec<f64>,
-    /// Standard deviations, which include the autocorrelated noise of the data and the uncertainty that the prior
-    /// leaves.
+    /// Standard deviations, which include the autocorrelated noise of the data, the uncertainty that the prior leaves,
+    /// and the change of the values with the strength of the prior, which is known to a factor of e.
     pub sigmas: Vec<f64>,
     /// Fraction of each value, from 0 to 1, that the data determine; the prior determines the rest.
     pub resolution: Vec<f64>,
+    /// Change of each value if the strength of the prior grew by the factor e, SI units.
+    pub pull: Vec<f64>,
     /// Correlation matrix of the errors of the values.
     pub correlation: DMatrix<f64>,
     /// Covariance matrix of the errors of the values, SI units.
@@ -69,6 +74,8 @@ pub struct Estimate {
     inverse: [DMatrix<f64>; 2],
     /// Strength of the prior, in equivalent independent samples.
     pub strength: f64,
+    /// Relative error of the model's inertias for which the standard deviations allow.
+    prior_error: f64,
     /// Standard deviation of the residuals of each actuator, N or N m.
     pub noise: Vec<f64>,
     /// Mean squared weighted residual of left-out pieces of the data, relative to the mean squared
@@ -83,15 +90,8 @@ pub struct Estimate {
 
 /// Number of pieces into which each log is divided; each piece is left out once.
 const FOLDS: usize = 5;
-/// Strengths of the prior that are compared by the prediction of left-out data.
-const STRENGTHS: [f64; 13] =
-    [1e-4, 1e-3, 1e-2, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1e3, 1e4];
 /// Largest strength of the prior with which the noise is estimated initially.
 const WEAK: f64 = 1.0;
-/// Relative increase of the squared left-out residuals up to which strengths of the prior count as
-/// equally good. Such an increase does less harm than an unnecessarily strong prior, whose standard
-/// deviations follow from the errors of the model and not from the data.
-const LITTLE: f64 = 0.1;
 /// Residual, in standard deviations, beyond which a row loses weight (Huber).
 const HUBER: f64 = 2.5;
 
@@ -102,7 +102,7 @@ const HUBER: f64 = 2.5;
 pub(crate) struct Normal {
     pub(crate) matrix: DMatrix<f64>,
     pub(crate) right: DVector<f64>,
-    square: f64,
+    pub(crate) square: f64,
     rows: f64,
     limits: Vec<HalfSpace>,
 }
@@ -118,11 +118,12 @@ impl Normal {
         }
     }
 
-    fn add(&mut self, other: &Self, sign: f64) {
-        self.matrix += &other.matrix * sign;
-        self.right += &other.right * sign;
-        self.square += sign * other.square;
-        self.rows += sign * other.rows;
+    /// Adds a multiple of other sums; the number of rows changes by theirs.
+    fn add(&mut self, other: &Self, factor: f64) {
+        self.matrix += &other.matrix * factor;
+        self.right += &other.right * factor;
+        self.square += factor * other.square;
+        self.rows += other.rows.copysign(factor);
     }
 
     /// Returns the weighted sum of squared residuals at the free coordinates `x`.
@@ -132,10 +133,9 @@ impl Normal {
 }
 
 impl Estimate {
-    /// Returns the variance of a linear combination of parameters, and the fraction of its value,
-    /// from 0 to 1, that the data determine. `members` are the indices and coefficients of the
-    /// parameters.
-    pub fn combined(&self, members: &[(usize, f64)]) -> (f64, f64) {
+    /// Variance of a combination of parameters, the fraction of its value, from 0 to 1, that the data determine, and
+    /// its change if the strength of the prior grew by the factor e.
+    pub fn combined(&self, members: &[(usize, f64)]) -> (f64, f64, f64) {
         let product = |matrix: &DMatrix<f64>| -> f64 {
             let each = members
                 .iter()
@@ -144,19 +144,21 @@ impl Estimate {
         };
         let [all, data] = self.inverse.each_ref().map(product);
         let resolution = if all > 0.0 { (data / all).clamp(0.0, 1.0) } else { 0.0 };
-        (product(&self.covariance), resolution)
+        let pull = members.iter().map(|(k, a)| a * self.pull[*k]).sum();
+        (product(&self.covariance), resolution, pull)
     }
 }
 
 impl Problem<'_> {
     /// Estimates all parameters.
     pub fn solve(&self) -> Estimate {
-        self.solve_with(true)
+        self.solve_with(true, PRIOR_ERROR)
     }
 
-    fn solve_with(&self, compares: bool) -> Estimate {
+    fn solve_with(&self, compares: bool, mut error: f64) -> Estimate {
         let map = self.map();
         let shift = self.shift();
+        let periods = self.periods();
         let channels = self.blocks.first().map_or(0, |block| block.channels.len());
         let mut noise = vec![1.0; channels];
         let mut weights: Vec<Vec<Vec<f64>>> = self
@@ -170,38 +172,68 @@ impl Problem<'_> {
                 all.fold((0.0, 0), |(s, n), rows| (s + rows.right.norm_squared(), n + rows.len()));
             *noise = (sum / count.max(1) as f64).sqrt().max(1e-300);
         }
-        // If the noise is overestimated, a strong prior causes large residuals, which confirm the
-        // wrong estimate. The noise is therefore estimated first with a weak prior.
+        // The floor keeps exact data finite.
+        let largest = |channel: usize| {
+            let measured = self.blocks.iter().flat_map(|b| b.channels[channel].measured.iter());
+            measured.fold(0.0, |max: f64, y| y.abs().max(max))
+        };
+        let least: Vec<f64> =
+            (0..channels).map(|channel| (1e-10 * largest(channel)).max(1e-300)).collect();
+        // If the noise is too large, a strong prior causes errors that confirm it. The noise is
+        // therefore estimated first with a weak prior.
         let mut strength = self.options.strength.map_or(WEAK, |own| own.min(WEAK));
         let mut values =
             DVector::from_iterator(self.parameters.len(), self.parameters.iter().map(|p| p.prior));
         let mut ratios = (1.0, f64::INFINITY);
+        let mut weakest = None;
         const ROUNDS: usize = 5;
         for round in 0..ROUNDS {
             let projection = self.projection(&noise, &weights);
             let design = self.design(projection.as_ref());
-            let pieces_of = |blocks| pieces(blocks, &map, &shift, (&noise, &weights));
+            let pieces_of = |blocks| pieces((blocks, &periods), &map, &shift, (&noise, &weights));
             let pieces = pieces_of(&design);
-            let total = self.total(&map, &shift, &noise, &pieces);
-            if round + 2 == ROUNDS {
-                let mut chosen = self.options.strength;
-                if compares {
-                    // Strength of a prior whose errors are those that the confidence intervals take
-                    // into account.
-                    let samples = colour(self.blocks, &(&values - &shift));
-                    let own = samples / (PRIOR_ERROR * PRIOR_ERROR);
+            let is_last = round + 1 == ROUNDS;
+            let z = if self.options.strength.is_none() && !is_last {
+                // The first round knows no residuals yet.
+                let samples = match round {
+                    0 => 1.0,
+                    _ => colour(self.blocks, &periods, &(&values - &shift)),
+                };
+                let least: Vec<f64> = noise.iter().zip(&least).map(|(s, l)| l / s).collect();
+                let choice = self.choice(&map, &pieces.channels, &least, samples);
+                strength = choice.strength;
+                error = (samples / strength).sqrt().clamp(PRIOR_ERROR, 1.0);
+                noise.iter_mut().zip(&choice.noise).for_each(|(noise, own)| *noise *= own);
+                weakest = Some(choice.weakest);
+                choice.z
+            } else {
+                let total = self.total(&map, &shift, &noise, &pieces.folds);
+                if round + 2 >= ROUNDS {
+                    strength = self.options.strength.unwrap_or(strength);
+                }
+                let z = self.minimum(&map, &total, strength);
+                if compares && is_last {
                     // The fit uses the columns that the instruments explain; predictions use the
                     // complete columns.
                     let judged = projection.as_ref().map(|_| pieces_of(self.blocks));
                     let judged = judged.as_ref().unwrap_or(&pieces);
-                    let (best, ratio, plain) =
-                        self.chosen_strength(&map, (&pieces, judged, &total), own);
-                    chosen = chosen.or(Some(best));
-                    ratios = (ratio, plain);
+                    let weakest =
+                        weakest.take().unwrap_or_else(|| self.minimum(&map, &total, WEAKEST));
+                    let ratio = |strength: f64, z: &DVector<f64>| {
+                        self.left_out_ratio(
+                            &map,
+                            (&pieces.folds, &judged.folds, &total),
+                            strength,
+                            z,
+                        )
+                    };
+                    ratios = match strength > WEAKEST {
+                        true => (ratio(strength, &z), ratio(WEAKEST, &weakest)),
+                        false => (ratio(strength, &z), ratio(strength, &z)),
+                    };
                 }
-                strength = chosen.unwrap_or(strength);
-            }
-            let z = self.minimum(&map, &total, strength);
+                z
+            };
             values = map.values(&z);
             let at = &values - &shift;
             for (channel, noise) in noise.iter_mut().enumerate() {
@@ -219,12 +251,7 @@ impl Problem<'_> {
                 let median = squares[squares.len() / 2] / 0.6745;
                 let rms =
                     (squares.iter().map(|r| r * r).sum::<f64>() / squares.len() as f64).sqrt();
-                let largest: f64 = self
-                    .blocks
-                    .iter()
-                    .flat_map(|block| block.channels[channel].measured.iter())
-                    .fold(0.0, |max, y| y.abs().max(max));
-                *noise = median.max(0.05 * rms).max(1e-10 * largest).max(1e-300);
+                *noise = median.max(0.05 * rms).max(least[channel]);
             }
             for (block, weights) in self.blocks.iter().zip(&mut weights) {
                 for ((rows, weights), noise) in block.channels.iter().zip(weights).zip(&noise) {
@@ -235,21 +262,21 @@ impl Problem<'_> {
                 }
             }
         }
-        self.described(&map, &shift, values, strength, noise, &weights, ratios)
+        self.described(&map, &shift, &periods, values, (strength, error), noise, &weights, ratios)
     }
 
     /// Computes an estimate with the prior strength of the estimate `before`, instead of choosing
     /// the strength anew.
     pub fn solve_fixed(&self, before: &Estimate) -> Estimate {
         let options = Options { strength: Some(before.strength), ..self.options.clone() };
-        Problem { options: &options, ..self.clone() }.solve_with(false)
+        Problem { options: &options, ..self.clone() }.solve_with(false, before.prior_error)
     }
 
     /// Estimates with a weak prior, so that the residuals contain no error of the prior.
     pub fn solve_weakly(&self) -> Estimate {
         let strength = Some(self.options.strength.map_or(WEAK, |own| own.min(WEAK)));
         let options = Options { strength, ..self.options.clone() };
-        Problem { options: &options, ..self.clone() }.solve_with(false)
+        Problem { options: &options, ..self.clone() }.solve_with(false, PRIOR_ERROR)
     }
 
     /// Returns the reference values of all parameters; the unknowns of the fit are differences from
@@ -260,7 +287,12 @@ impl Problem<'_> {
         DVector::from_iterator(self.parameters.len(), each)
     }
 
-    /// Adds the sums of all pieces, and includes the half-spaces of the efforts at rest.
+    /// Period of the motion of each block; `None` for a motion that is not repeated.
+    fn periods(&self) -> Vec<Option<Period>> {
+        self.blocks.iter().map(Period::of).collect()
+    }
+
+    /// Sums over all pieces, with the bounds of efforts at rest.
     fn total(&self, map: &Map, shift: &DVector<f64>, noise: &[f64], pieces: &[Normal]) -> Normal {
         let mut total = Normal::zero(map.size());
         pieces.iter().for_each(|piece| total.add(piece, 1.0));
@@ -268,73 +300,31 @@ impl Problem<'_> {
         total
     }
 
-    /// Chooses the strength of the prior. Candidates are the strengths whose fits predict left-out
-    /// pieces as well as the best strength, within two standard errors or [`LITTLE`]; the candidate
-    /// closest to `prior` is chosen. Also returns the mean square of the left-out residuals
-    /// relative to the mean square of the fit's residuals, for the chosen and for the weakest
-    /// strength.
-    fn chosen_strength(
+    /// Computes the mean square of left-out residuals relative to that of the fit for a strength of the prior. `whole`
+    /// is the estimate from all data.
+    fn left_out_ratio(
         &self,
         map: &Map,
         (pieces, judged, total): (&[Normal], &[Normal], &Normal),
-        prior: f64,
-    ) -> (f64, f64, f64) {
-        let scored = |strength: f64| -> Vec<f64> {
-            let folds = pieces.len().clamp(1, FOLDS);
+        strength: f64,
+        whole: &DVector<f64>,
+    ) -> f64 {
+        let folds = pieces.len().clamp(1, FOLDS);
+        let mut fitted = Normal::zero(map.size());
+        let mut sum = 0.0;
+        for fold in 0..folds {
+            let mut rest = total.clone();
+            let mut out = Normal::zero(map.size());
             // Pieces at the same place in all logs are left out together.
-            (0..folds)
-                .map(|fold| {
-                    let mut rest = total.clone();
-                    let mut out = Normal::zero(map.size());
-                    for (piece, judged) in pieces.iter().zip(judged).skip(fold).step_by(folds) {
-                        rest.add(piece, -1.0);
-                        out.add(judged, 1.0);
-                    }
-                    let z = self.minimum(map, &rest, strength);
-                    out.cost(&z).max(0.0) / out.rows.max(1.0)
-                })
-                .collect()
-        };
-        let mean = |scores: &[f64]| scores.iter().sum::<f64>() / scores.len().max(1) as f64;
-        let mut whole = Normal::zero(map.size());
-        judged.iter().for_each(|piece| whole.add(piece, 1.0));
-        let fitted = |strength: f64| {
-            let z = self.minimum(map, total, strength);
-            whole.cost(&z).max(1e-30) / whole.rows.max(1.0)
-        };
-        let all: Vec<(f64, Vec<f64>)> = match self.options.strength {
-            Some(strength) => {
-                vec![(strength, scored(strength)), (STRENGTHS[0], scored(STRENGTHS[0]))]
+            for (piece, judged) in pieces.iter().zip(judged).skip(fold).step_by(folds) {
+                rest.add(piece, -1.0);
+                out.add(judged, 1.0);
             }
-            None => STRENGTHS.iter().map(|&s| (s, scored(s))).collect(),
-        };
-        let weakest =
-            mean(&all.iter().min_by(|a, b| a.0.total_cmp(&b.0)).map_or(vec![], |a| a.1.clone()));
-        let chosen = match self.options.strength {
-            Some(_) => 0,
-            None => {
-                let best = (0..all.len())
-                    .min_by(|&a, &b| mean(&all[a].1).total_cmp(&mean(&all[b].1)))
-                    .unwrap_or(0);
-                // The strengths are compared piece by piece, so that the scatter between pieces has
-                // no influence.
-                let is_as_good = |k: usize| {
-                    let d: Vec<f64> =
-                        all[k].1.iter().zip(&all[best].1).map(|(a, b)| a - b).collect();
-                    let m = mean(&d);
-                    let spread = d.iter().map(|x| (x - m).powi(2)).sum::<f64>();
-                    let n = d.len() as f64;
-                    let error = (spread / (n * (n - 1.0).max(1.0))).sqrt();
-                    m <= (2.0 * error).max(LITTLE * mean(&all[best].1))
-                };
-                let away = |k: usize| (all[k].0 / prior).ln().abs();
-                let as_good = (0..all.len()).filter(|&k| is_as_good(k));
-                as_good.min_by(|&a, &b| away(a).total_cmp(&away(b))).unwrap_or(best)
-            }
-        };
-        let strength = all[chosen].0;
-        let ratio = mean(&all[chosen].1) / fitted(strength);
-        (strength, ratio, weakest / fitted(STRENGTHS[0]))
+            let z = self.minimum_near(map, &rest, strength, whole.clone());
+            sum += out.cost(&z).max(0.0) / out.rows.max(1.0);
+            fitted.add(&out, 1.0);
+        }
+        sum / folds as f64 * fitted.rows.max(1.0) / fitted.cost(whole).max(1e-30)
     }
 
     #[expect(clippy::too_many_arguments, reason = "results of the last round")]
@@ -342,16 +332,17 @@ impl Problem<'_> {
         &self,
         map: &Map,
         shift: &DVector<f64>,
+        periods: &[Option<Period>],
         values: DVector<f64>,
-        strength: f64,
+        (strength, error): (f64, f64),
         noise: Vec<f64>,
         weights: &[Vec<Vec<f64>>],
         (left_out_ratio, left_out_ratio_plain): (f64, f64),
     ) -> Estimate {
         let projection = self.projection(&noise, weights);
         let design = self.design(projection.as_ref());
-        let pieces = pieces(&design, map, shift, (&noise, weights));
-        let total = self.total(map, shift, &noise, &pieces);
+        let pieces = pieces((&design, periods), map, shift, (&noise, weights));
+        let total = self.total(map, shift, &noise, &pieces.folds);
         let z = self.minimum(map, &total, strength);
         let (priors, precision) = (self.priors(), self.precision(strength));
         let size = z.len();
@@ -361,9 +352,13 @@ impl Problem<'_> {
                 |(_, gradient, hessian)| (gradient, hessian),
             );
         let inverse = inverse_positive(&hessian).unwrap_or_else(|| DMatrix::zeros(size, size));
-        let meat = covariance((&design, self.blocks), map, &(&values - shift), &noise, total.rows);
-        let open = self.prior_errors(map, &values, strength, &priors, &precision);
-        let free = &inverse * (meat + open + total.limit_errors(&z)) * &inverse;
+        let data = (&design[..], self.blocks, periods);
+        let meat = covariance(data, map, &(&values - shift), &noise, total.rows);
+        let open = self.prior_errors(map, &values, (strength, error), &priors, &precision);
+        let slope = self.strength_slope(map, &values, strength, &priors, &precision);
+        let pull = &slope * slope.transpose();
+        let free = &inverse * (meat + open + total.limit_errors(&z) + pull) * &inverse;
+        let pull = map.changes(&(&inverse * slope * -1.0));
         let unbounded = &z - &inverse * gradient;
         let beyond = (0..size).filter_map(|k| {
             let is_at = self.interval(map, k).contains(&z[k]);
@@ -387,12 +382,14 @@ impl Problem<'_> {
         Estimate {
             resolution: resolution.collect(),
             values: values.as_slice().to_vec(),
+            pull: pull.as_slice().to_vec(),
             sigmas,
             correlation,
             covariance: full,
             projection,
             inverse: [&inverse, &by_data].map(|free| map.spread(free)),
             strength,
+            prior_error: error,
             noise,
             left_out_ratio,
             left_out_ratio_plain,
@@ -401,47 +398,60 @@ impl Problem<'_> {
     }
 }
 
-/// Computes the sums over each piece of all logs, in free coordinates. The unknowns are differences
-/// of the parameters from `shift`. Rows without instruments do not count.
+/// Sums over the rows.
+struct Pieces {
+    /// Sums over each piece of each log, over all actuators.
+    folds: Vec<Normal>,
+    /// Sums for each actuator, over all logs.
+    channels: Vec<Normal>,
+}
+
+/// Computes the sums over each piece of all logs, and those for each actuator, in free coordinates. The right-hand side is that
+/// of the differences from `shift`. Rows without instruments do not count.
 fn pieces(
-    blocks: &[Block],
+    (blocks, periods): (&[Block], &[Option<Period>]),
     map: &Map,
     shift: &DVector<f64>,
     (noise, weights): (&[f64], &[Vec<Vec<f64>>]),
-) -> Vec<Normal> {
+) -> Pieces {
     let size = map.size();
     let offset = &map.base - shift;
-    let mut pieces = Vec::new();
-    for (block, weights) in blocks.iter().zip(weights) {
-        let length = block.fold_length(FOLDS);
+    let mut pieces = Pieces { folds: Vec::new(), channels: vec![Normal::zero(size); noise.len()] };
+    for ((block, period), weights) in blocks.iter().zip(periods).zip(weights) {
+        let folds = block.folds(FOLDS, *period);
         let mut own = vec![Normal::zero(size); FOLDS];
-        for ((rows, weights), noise) in block.channels.iter().zip(weights).zip(noise) {
+        let channels = block.channels.iter().zip(&mut pieces.channels);
+        for (((rows, channel), weights), noise) in channels.zip(weights).zip(noise) {
             let mut from = 0;
             let empty: BTreeSet<usize> = rows.rows_without_instruments().into_iter().collect();
-            for (fold, piece) in own.iter_mut().enumerate() {
-                let end = (fold + 1) * length;
-                let until = rows.steps.partition_point(|step| *step < end);
-                if until > from {
-                    let matrix = rows.matrix.rows(from, until - from);
-                    let mut right = rows.right.rows(from, until - from) - matrix * &offset;
-                    let mut scaled = map.columns(&rows.matrix, from..until);
-                    let own = from..until;
-                    let left_out = empty.iter().filter(|row| own.contains(row)).count();
-                    for (row, weight) in weights[own].iter().enumerate() {
-                        let weight = if empty.contains(&(from + row)) { 0.0 } else { *weight };
-                        let factor = (weight * block.independence).sqrt() / noise;
-                        scaled.row_mut(row).scale_mut(factor);
-                        right[row] *= factor;
-                    }
-                    piece.matrix += transposed_product(&scaled, &scaled);
-                    piece.right += scaled.tr_mul(&right);
-                    piece.square += right.norm_squared();
-                    piece.rows += (until - from - left_out) as f64 * block.independence;
+            while from < rows.len() {
+                let fold = folds.of(rows.steps[from]);
+                let more = rows.steps[from..].iter().take_while(|step| folds.of(**step) == fold);
+                let until = from + more.count();
+                let matrix = rows.matrix.rows(from, until - from);
+                let mut right = rows.right.rows(from, until - from) - matrix * &offset;
+                let mut scaled = map.columns(&rows.matrix, from..until);
+                let span = from..until;
+                let left_out = empty.iter().filter(|row| span.contains(row)).count();
+                for (row, weight) in weights[span].iter().enumerate() {
+                    let weight = if empty.contains(&(from + row)) { 0.0 } else { *weight };
+                    let factor = (weight * block.independence).sqrt() / noise;
+                    scaled.row_mut(row).scale_mut(factor);
+                    right[row] *= factor;
                 }
+                let piece = Normal {
+                    matrix: transposed_product(&scaled, &scaled),
+                    right: scaled.tr_mul(&right),
+                    square: right.norm_squared(),
+                    rows: (until - from - left_out) as f64 * block.independence,
+                    limits: Vec::new(),
+                };
+                own[fold].add(&piece, 1.0);
+                channel.add(&piece, 1.0);
                 from = until;
             }
         }
-        pieces.extend(own.into_iter().filter(|piece| piece.rows > 0.0));
+        pieces.folds.extend(own.into_iter().filter(|piece| piece.rows > 0.0));
     }
     pieces
 }

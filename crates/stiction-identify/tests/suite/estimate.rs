@@ -191,8 +191,41 @@ fn poor_data_leave_the_model_physical() {
     }
 }
 
-/// Parameters that are held constant keep their values, tied parameters are equal, and all others
-/// remain free.
+/// A motion that is repeated four times says nothing new about an effect that the model lacks: the prior becomes no
+/// weaker, the values remain, and no standard deviation becomes smaller than by the lower noise.
+#[test]
+fn a_repeated_motion_does_not_weaken_the_prior() {
+    let (parameters, columns) = arm();
+    let truth = truth(&parameters);
+    let options = options(parameters.len());
+    let mut normal = normal(2);
+    let mut found = |repetitions: usize| {
+        let columns: Vec<_> =
+            std::iter::repeat_n(&columns, repetitions).flatten().cloned().collect();
+        let mut block = block(&parameters, &columns, &truth, &mut || 0.05 * normal());
+        block.independence = 0.5;
+        for (channel, rows) in block.channels.iter_mut().enumerate() {
+            for (row, right) in rows.right.iter_mut().enumerate() {
+                *right += 2.0 * (0.07 * (row % ROWS) as f64 + channel as f64).sin();
+            }
+        }
+        let blocks = [block];
+        Problem { parameters: &parameters, blocks: &blocks, options: &options }.solve()
+    };
+    let [once, again] = [1, 4].map(&mut found);
+    assert!(again.strength >= once.strength, "{} {}", again.strength, once.strength);
+    // Left-out parts differ from the others as much as before.
+    let ratio = again.left_out_ratio / once.left_out_ratio;
+    assert!((0.7..1.4).contains(&ratio), "{} {}", again.left_out_ratio, once.left_out_ratio);
+    for (k, p) in parameters.iter().enumerate().filter(|(k, _)| once.sigmas[*k] > 0.0) {
+        let change = (again.values[k] - once.values[k]).abs() / once.sigmas[k];
+        assert!(change < 1.0, "{}: {change}", p.name);
+        let ratio = again.sigmas[k] / once.sigmas[k];
+        assert!((0.6..1.6).contains(&ratio), "{}: {ratio}", p.name);
+    }
+}
+
+/// Held parameters keep their values, tied ones are equal, and both leave the others free.
 #[test]
 fn held_and_tied_parameters() {
     let (parameters, columns) = arm();

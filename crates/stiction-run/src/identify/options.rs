@@ -18,7 +18,7 @@ pub const TEMPLATE: &str = r#"# Options of `stiction identify`. Every key may be
 estimate = "all"
 
 # Strength of the prior that pulls inertias to those of the model, in equivalent samples; "auto" chooses
-# it by cross-validation with blocks of the logs.
+# the most probable one for these logs.
 prior = "auto"
 
 # "least-squares", or "instrumental-variables": the motion commanded in columns such as `axis1.reference [deg]`

@@ -128,7 +128,14 @@ pub struct Identified {
 /// Largest number of iterations that alternate between the fit of parameter values and the
 /// computation of normal loads.
 const SWEEPS: usize = 12;
-/// The iteration has converged if each parameter value changes by less than this number of standard
+/// Number of iterations that choose the strength of the prior anew: errors of the first normal loads
+/// are errors of the model, which another strength suits.
+const CHOICES: usize = 3;
+/// The iteration has converged if the values change by at most this number of standard deviations.
+const SETTLED: f64 = 0.01;
+/// A caution reports remaining changes of the values above this number of standard deviations.
+const VISIBLE: f64 = 0.1;
+/// No parameter counts as identified if a remaining change exceeds this number of standard
 /// deviations.
 const SETTLED: f64 = 0.01;
 /// Remaining change of a parameter value, in standard deviations, above which a caution reports it.
@@ -285,6 +292,8 @@ pub fn identify(
                     sigma: estimate.sigmas[k],
                     scale: p.scale,
                     is_alone: structure.free.is_alone(k),
+                    has_effect: !structure.free.without_effect.contains(&k),
+                    pull: estimate.pull[k],
                     correlation: sanity::largest_correlation(&estimate, &options, k),
                 }),
             },
@@ -435,15 +444,13 @@ fn fitted(
     (options, groups): (&Options, &[Vec<usize>]),
     cautions: &mut Vec<String>,
 ) -> (Estimate, bool) {
-    let mut options = options.clone();
-    let own_strength = options.strength;
     let is_nonlinear =
         parameters.iter().any(|p| matches!(p.kind, Kind::Mu(_) | Kind::TorqueConstant(_)));
     let mut blocks = fitted_blocks(all);
-    let mut estimate = Problem { parameters, blocks: &blocks, options: &options }.solve();
+    let mut estimate = Problem { parameters, blocks: &blocks, options }.solve();
     let mut last = f64::INFINITY;
     let mut at: Vec<f64> = estimate.values.clone();
-    for _ in 0..if is_nonlinear { SWEEPS } else { 0 } {
+    for sweep in 0..if is_nonlinear { SWEEPS } else { 0 } {
         let failed = all
             .iter_mut()
             .filter(|log| !log.predict)
@@ -466,11 +473,15 @@ fn fitted(
             continue;
         }
         blocks = fitted_blocks(all);
-        options.strength = own_strength.or(Some(estimate.strength));
-        let (left_out, plain) = (estimate.left_out_ratio, estimate.left_out_ratio_plain);
-        let before = estimate;
-        estimate = Problem { parameters, blocks: &blocks, options: &options }.solve_fixed(&before);
-        (estimate.left_out_ratio, estimate.left_out_ratio_plain) = (left_out, plain);
+        let problem = Problem { parameters, blocks: &blocks, options };
+        estimate = if sweep < CHOICES {
+            problem.solve()
+        } else {
+            let (left_out, plain) = (estimate.left_out_ratio, estimate.left_out_ratio_plain);
+            let mut next = problem.solve_fixed(&estimate);
+            (next.left_out_ratio, next.left_out_ratio_plain) = (left_out, plain);
+            next
+        };
         let change = (0..parameters.len())
             .filter(|&k| estimate.sigmas[k] > 0.0)
             .map(|k| (estimate.values[k] - at[k]).abs() / estimate.sigmas[k])

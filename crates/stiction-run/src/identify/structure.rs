@@ -86,7 +86,7 @@ pub(super) fn combinations(
     let each = structure.shared().map(|c| {
         let members: Vec<(usize, f64)> =
             std::iter::once((c.leader, 1.0)).chain(c.others.iter().copied()).collect();
-        let (variance, resolution) = estimate.combined(&members);
+        let (variance, resolution, pull) = estimate.combined(&members);
         let size: f64 = members.iter().map(|(i, a)| (a * parameters[*i].scale).powi(2)).sum();
         let (value, sigma) = (c.value(&estimate.values), variance.sqrt());
         let verdict = Verdict::of(&Evidence {
@@ -95,6 +95,8 @@ pub(super) fn combinations(
             sigma,
             scale: size.sqrt(),
             is_alone: true,
+            has_effect: true,
+            pull,
             correlation: 0.0,
         });
         let leader = &parameters[c.leader];

@@ -251,3 +251,47 @@ fn compliance_that_the_model_lacks_is_noticed() {
     let cautions = result["cautions"].to_string();
     assert!(cautions.contains("the model lacks an effect, such as compliance"), "{cautions}");
 }
+
+/// A constant load on the platform that the model lacks, along a motion that is repeated four times: inertias cannot explain
+/// it, so that the best prediction has absurd ones. The prior holds them, and none counts as identified.
+#[test]
+fn a_load_that_the_model_lacks_gives_no_absurd_masses() {
+    let folder = Folder::new("identify-load");
+    let motion = "platform.z = 550 mm + 25 mm*sin(2*pi*0.2*t) + 12 mm*sin(2*pi*0.6*t + 1); \
+                  platform.rx = 0.12 rad*sin(2*pi*0.2*t + 0.4) + 0.06 rad*sin(2*pi*0.8*t); \
+                  platform.ry = 0.12 rad*sin(2*pi*0.4*t + 2) + 0.06 rad*sin(2*pi*0.6*t + 0.7); duration = 20 s";
+    let run = ["inverse", "3rps", "--motion", motion, "--load", "reference", "--friction", "on"];
+    let more = ["--step", "10 ms", "--report", "off", "-o", "out"];
+    folder.stiction(&[&run[..], &more].concat()).succeeds();
+    let names = ["leg1.P", "leg2.P", "leg3.P"];
+    let [a, b, c] = names.map(|name| format!("{name}.position ["));
+    let [d, e, f] = names.map(|name| format!("{name}.drive ["));
+    let table = columns(&folder.read("out/inverse.csv"), ["time", &a, &b, &c, &d, &e, &f]);
+    let mut text = "time [s]".to_owned();
+    names.iter().for_each(|name| write!(text, ",{name} [m]").unwrap());
+    names.iter().for_each(|name| write!(text, ",{name}.effort [N]").unwrap());
+    let mut noise = normal(6);
+    for [t, p, q, r, x, y, z] in table {
+        let [x, y, z] = [x, y, z].map(|effort| effort + 0.5 * noise());
+        write!(text, "\n{t},{p:.6},{q:.6},{r:.6},{x},{y},{z}").unwrap();
+    }
+    folder.write("log.csv", &text);
+    let arguments = ["identify", "3rps", "log.csv", "--filter", "5 Hz", "--json"];
+    let result = json(folder.stiction(&arguments).succeeds());
+    assert_eq!(result["verdict"], "fits only", "{:#}", result["cautions"]);
+    for name in ["leg1.cylinder.mass", "leg2.cylinder.mass", "leg3.cylinder.mass"] {
+        let found = parameter(&result, name);
+        let [value, sigma] = ["value", "sigma"].map(|key| found[key].as_f64().unwrap());
+        // Truth: 5.15 kg. No effort depends on this mass alone.
+        assert!((value - 5.15).abs() < 3.0 * sigma && value < 20.0, "{name}: {value} +- {sigma}");
+        assert_eq!(found["verdict"], "not excited", "{name}: {value} +- {sigma}");
+    }
+    for p in result["parameters"].as_array().unwrap() {
+        let [value, sigma, prior] = ["value", "sigma", "prior"].map(|key| p[key].as_f64().unwrap());
+        assert!(
+            p["verdict"] != "identified" || (value - prior).abs() < 3.0 * sigma,
+            "{}: {value} +- {sigma} instead of {prior}",
+            p["name"]
+        );
+    }
+}

@@ -1,0 +1,169 @@
+//! Period of a repeated motion, found from the columns of the regression.
+//!
+//! Parts of a repeated motion resemble each other. A part that is left out is therefore predicted as well as a part
+//! that is fitted, whatever the errors of the model, and errors of the model do not average out with the number of
+//! repetitions. Both the choice of the prior and the standard deviations hence treat the repetitions of a motion as
+//! one.
+
+use crate::block::{Block, Rows};
+
+/// A motion repeats itself if the mean squared change of the columns over one period is less than this fraction of
+/// that of unrelated instants. Rows are a quarter of the period of the filter apart, so a period that is no whole number
+/// of rows leaves a change.
+const REPEATED: f64 = 0.15;
+/// Lags below a period must reach this fraction, so that a slow motion does not seem to repeat itself.
+const CHANGED: f64 = 0.5;
+/// Least period, in instants.
+const SHORTEST: usize = 16;
+/// Largest number of instants that are compared at one lag.
+const INSTANTS: usize = 1000;
+/// Largest number of lags that are compared.
+const LAGS: usize = 4000;
+
+/// Period of a repeated motion, in instants of the log; it need not be a whole number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Period(f64);
+
+impl Period {
+    /// Position of an instant within its repetition, from 0 to 1.
+    pub(crate) fn phase(self, step: usize) -> f64 {
+        (step as f64 / self.0).fract()
+    }
+
+    /// Number of whole instants in one repetition.
+    pub(crate) fn instants(self) -> usize {
+        (self.0.round() as usize).max(1)
+    }
+
+    /// Finds the period of the motion of a block; `None` unless at least two repetitions are contained.
+    pub(crate) fn of(block: &Block) -> Option<Self> {
+        // Rows of steady motions are independent and have no order in time.
+        if block.independence >= 1.0 {
+            return None;
+        }
+        let length = 1 + block.channels.iter().filter_map(|rows| rows.steps.last()).max()?;
+        let signals: Vec<Signal> =
+            block.channels.iter().filter_map(|rows| Signal::of(rows, length)).collect();
+        if signals.is_empty() {
+            return None;
+        }
+        let change = |lag: usize| change(&signals, length, lag);
+        let stride = length.div_ceil(2 * LAGS).max(1);
+        let lags: Vec<usize> = (stride..=length / 2).step_by(stride).collect();
+        let changes: Vec<f64> = lags.iter().map(|&lag| change(lag)).collect();
+        let from = changes.iter().position(|own| *own > CHANGED)?;
+        // The coarse lags may miss the period by half a stride, hence each local minimum is refined.
+        let is_minimum = |k: &usize| {
+            let next = changes.get(k + 1).copied().unwrap_or(f64::INFINITY);
+            changes[*k] < CHANGED && changes[*k] <= changes[k - 1] && changes[*k] <= next
+        };
+        let refined = |center: usize, reach: usize| {
+            let around = center.saturating_sub(reach).max(1)..=(center + reach).min(length - 1);
+            around.map(|lag| (lag, change(lag))).min_by(|a, b| a.1.total_cmp(&b.1))
+        };
+        let candidates = (from + 1..lags.len()).filter(is_minimum);
+        let mut candidates = candidates.filter_map(|k| refined(lags[k], stride));
+        candidates.find_map(|(lag, change)| {
+            let mut period = (lag >= SHORTEST && change < REPEATED).then_some(lag as f64)?;
+            // Later repetitions determine the fraction of an instant, and rule out a motion that
+            // only nearly repeats itself. An error of half an instant after some repetitions is
+            // one instant after twice as many.
+            let mut count = 2;
+            while count as f64 * period < 0.8 * length as f64 {
+                let center = (count as f64 * period).round() as usize;
+                let (lag, change) = refined(center, 2)?;
+                if change > REPEATED {
+                    return None;
+                }
+                period = lag as f64 / count as f64;
+                count *= 2;
+            }
+            Some(Self(period))
+        })
+    }
+}
+
+/// Weighted sum of the columns of one actuator, without its mean and with a mean square of one, at
+/// all instants; not a number where rows are missing.
+struct Signal(Vec<f64>);
+
+impl Signal {
+    /// Computes the signal of one actuator; `None` if the columns are constant.
+    fn of(rows: &Rows, length: usize) -> Option<Self> {
+        let count = rows.len().max(1) as f64;
+        let mut sum = nalgebra::DVector::zeros(rows.len());
+        for (k, column) in rows.matrix.column_iter().enumerate() {
+            let size = column.norm();
+            if size > 0.0 {
+                // Different weights, so that columns of equal shape do not cancel.
+                let weight = 0.5 + (0.618_034 * k as f64).fract();
+                sum.axpy(weight / size, &column, 1.0);
+            }
+        }
+        sum.add_scalar_mut(-sum.sum() / count);
+        let size = (sum.norm_squared() / count).sqrt();
+        let largest = rows.matrix.column_iter().map(|column| column.norm()).fold(0.0, f64::max);
+        if largest == 0.0 || size * count.sqrt() < 1e-9 {
+            return None;
+        }
+        let mut values = vec![f64::NAN; length];
+        rows.steps.iter().zip(sum.iter()).for_each(|(step, x)| values[*step] = x / size);
+        Some(Self(values))
+    }
+}
+
+/// Mean squared change of the signals over a lag, as a fraction of that of unrelated instants.
+fn change(signals: &[Signal], length: usize, lag: usize) -> f64 {
+    let (mut sum, mut size) = (0.0, 0.0);
+    let stride = (length - lag).div_ceil(INSTANTS).max(1);
+    for Signal(values) in signals {
+        for step in (0..length - lag).step_by(stride) {
+            let (a, b) = (values[step], values[step + lag]);
+            if !a.is_nan() && !b.is_nan() {
+                sum += (a - b) * (a - b);
+                size += a * a + b * b;
+            }
+        }
+    }
+    if size > 0.0 { sum / size } else { f64::INFINITY }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{DMatrix, DVector};
+
+    fn block(length: usize, motion: impl Fn(f64) -> f64) -> Block {
+        let rows = Rows {
+            matrix: DMatrix::from_fn(length, 2, |row, k| match k {
+                0 => motion(row as f64),
+                _ => motion(row as f64).powi(2),
+            }),
+            right: DVector::zeros(length),
+            measured: DVector::zeros(length),
+            instruments: None,
+            steps: (0..length).collect(),
+        };
+        Block { channels: vec![rows], dwells: Vec::new(), independence: 0.5 }
+    }
+
+    #[test]
+    fn periods_are_those_of_the_motion() {
+        let tau = std::f64::consts::TAU;
+        for (period, length) in [(123.4, 1000), (123.4, 20_000), (400.0, 801)] {
+            let motion =
+                |t: f64| (tau * t / period).sin() + 0.6 * (3.0 * tau * t / period + 1.0).cos();
+            let Period(found) = Period::of(&block(length, motion)).unwrap();
+            let error = (found - period).abs() * length as f64 / period;
+            assert!(error < 1.0, "{found} instead of {period}: off by {error} at the end");
+        }
+        // Frequencies without a common multiple, a single ramp, and less than two periods.
+        assert_eq!(Period::of(&block(1000, |t| (0.05 * t).sin() + (0.0811 * t).cos())), None);
+        assert_eq!(Period::of(&block(1000, |t| t)), None);
+        assert_eq!(Period::of(&block(1000, |t| (tau * t / 600.0).sin())), None);
+        assert_eq!(Period::of(&block(1000, |_| 1.0)), None);
+        // Steady motions forth and back in turn.
+        let turns = |t: f64| if t % 2.0 == 0.0 { 1.0 } else { -1.0 };
+        assert_eq!(Period::of(&block(60, |t| turns(t) * (1.0 + (0.1 * t).floor()))), None);
+    }
+}
