@@ -427,8 +427,9 @@ fn motion_size(motion: &DVector<f64>, body: usize, turns: bool) -> f64 {
 /// components is statically determinate.
 pub(crate) const DETERMINED: f64 = 1e-8;
 
-/// Adds `open * amounts` to `solution`, with the amounts that minimise the norm of `now + response
-/// * amounts`. Returns combinations of the columns of `open` along which this norm does not change.
+/// Adds `open * amounts` to `solution`, with the amounts that minimise the norm of
+/// `now + response * amounts`. Returns combinations of the columns of `open` along which this norm
+/// does not change.
 fn least(
     response: &DMatrix<f64>,
     now: &DVector<f64>,

@@ -128,15 +128,10 @@ pub struct Identified {
 /// Largest number of iterations that alternate between the fit of parameter values and the
 /// computation of normal loads.
 const SWEEPS: usize = 12;
-/// Number of iterations that choose the strength of the prior anew: errors of the first normal loads
-/// are errors of the model, which another strength suits.
+/// Number of iterations that choose the strength of the prior anew. Errors of the first normal loads
+/// act as errors of the model, so the strength that suits them is not final.
 const CHOICES: usize = 3;
 /// The iteration has converged if the values change by at most this number of standard deviations.
-const SETTLED: f64 = 0.01;
-/// A caution reports remaining changes of the values above this number of standard deviations.
-const VISIBLE: f64 = 0.1;
-/// No parameter counts as identified if a remaining change exceeds this number of standard
-/// deviations.
 const SETTLED: f64 = 0.01;
 /// Remaining change of a parameter value, in standard deviations, above which a caution reports it.
 const VISIBLE: f64 = 0.1;

@@ -153,9 +153,9 @@ impl Prepared {
     }
 
     /// Computes the derivatives of the load-dependent friction with respect to groups of parameters
-    /// at each instant, as far as they result from changes of the normal loads. The index is `group
-    /// * actuators + channel`. The derivatives are zero where the loads have no derivative, such as
-    /// near jamming.
+    /// at each instant, as far as they result from changes of the normal loads. The index is
+    /// `group * actuators + channel`. The derivatives are zero where the loads have no derivative,
+    /// such as near jamming.
     fn load_friction_slopes(
         &self,
         values: &[f64],
