@@ -103,7 +103,7 @@ fn a_model_without_a_motion_is_converted() {
     for format in ["json", "model", "mjcf", "urdf", "sdf"] {
         let said = folder.stiction(&["convert", "arm.toml", "--to", format]);
         said.succeeds();
-        assert!(said.err.contains("it is that of the initial guess for j"), "{}", said.err);
+        assert!(said.err.contains("the initial guess is used for j"), "{}", said.err);
     }
 }
 

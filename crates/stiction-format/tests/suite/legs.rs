@@ -441,8 +441,8 @@ rotor_axis = {{ body = \"arm\", axis = \"z\" }}
     assert_eq!(named.mechanism.joint_springs()[0].name, "left.P");
     assert!(difference_of_frames(&named.mechanism, &plain.mechanism) == 0.0);
     for (names, message) in [
-        (r#"names = { R = "hip" }"#, "contains {} exactly once"),
-        (r#"names = { R = "{}{}" }"#, "contains {} exactly once"),
+        (r#"names = { R = "hip" }"#, "must contain {} exactly once"),
+        (r#"names = { R = "{}{}" }"#, "must contain {} exactly once"),
         (r#"names = { Q = "{}_q" }"#, "has no joint or body `Q`"),
         (r#"names = { R = "{} a" }"#, "cannot be the name of a joint"),
         (r#"names = { R = "{}.S" }"#, "left.S"),
