@@ -1,6 +1,5 @@
 //! Rows of the regression, grouped by log and by actuator.
 
-use crate::period::Period;
 use nalgebra::{DMatrix, DVector};
 
 /// Rows of the regression for one actuator in one log, in the order of time.
@@ -46,36 +45,6 @@ pub struct Block {
     /// of the filter, because such rows partly repeat each other, and one for rows without order in
     /// time.
     pub independence: f64,
-}
-
-/// Division of a block into pieces, each of which is left out once.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Folds {
-    count: usize,
-    /// Number of instants in each piece.
-    length: usize,
-    period: Option<Period>,
-}
-
-impl Folds {
-    /// Index of the piece that contains an instant.
-    pub(crate) fn of(self, step: usize) -> usize {
-        let fold = match self.period {
-            Some(period) => (period.phase(step) * self.count as f64) as usize,
-            None => step / self.length,
-        };
-        fold.min(self.count - 1)
-    }
-}
-
-impl Block {
-    /// Divides the block into `count` pieces of equal length. Each piece of a repeated motion, which has a `period`,
-    /// consists of the same part of all repetitions, because each repetition tells what the others contain.
-    pub(crate) fn folds(&self, count: usize, period: Option<Period>) -> Folds {
-        let last = self.channels.iter().filter_map(|rows| rows.steps.last()).max();
-        let length = last.map_or(1, |last| last + 1).div_ceil(count).max(1);
-        Folds { count, length, period }
-    }
 }
 
 impl Dwells {

@@ -12,6 +12,7 @@ mod apply;
 mod base;
 mod block;
 mod estimate;
+mod folds;
 mod load_slopes;
 mod parameter;
 mod period;

@@ -6,6 +6,7 @@
 use super::covariance::{autocovariance, each_pair, series};
 use super::{Estimate, FOLDS, HUBER, Problem};
 use crate::block::Block;
+use crate::folds::Folds;
 use crate::period::Period;
 use nalgebra::{DMatrix, DVector};
 use std::borrow::Cow;
@@ -139,7 +140,7 @@ impl Residuals<'_> {
         let mut size = 0.0;
         let blocks = self.problem.blocks.iter().zip(&self.periods);
         for (((block, period), rows), left) in blocks.zip(&self.rows).zip(left) {
-            let folds = block.folds(FOLDS, *period);
+            let folds = Folds::new(block, FOLDS, *period);
             for (channel, ([residuals, weights], left)) in rows.iter().zip(left).enumerate() {
                 for (row, step) in block.channels[channel].steps.iter().enumerate() {
                     let fold = folds.of(*step);

@@ -11,6 +11,7 @@ mod minimum;
 mod strength;
 
 use crate::block::Block;
+use crate::folds::Folds;
 use crate::parameter::Parameter;
 use crate::period::Period;
 use covariance::{bounded, colour, covariance};
@@ -418,7 +419,7 @@ fn pieces(
     let offset = &map.base - shift;
     let mut pieces = Pieces { folds: Vec::new(), channels: vec![Normal::zero(size); noise.len()] };
     for ((block, period), weights) in blocks.iter().zip(periods).zip(weights) {
-        let folds = block.folds(FOLDS, *period);
+        let folds = Folds::new(block, FOLDS, *period);
         let mut own = vec![Normal::zero(size); FOLDS];
         let channels = block.channels.iter().zip(&mut pieces.channels);
         for (((rows, channel), weights), noise) in channels.zip(weights).zip(noise) {

@@ -1,0 +1,33 @@
+//! Division of a block of rows into pieces for cross-validation.
+
+use crate::block::Block;
+use crate::period::Period;
+
+/// Division of a block into pieces, each of which is left out once.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Folds {
+    count: usize,
+    /// Number of instants in each piece.
+    length: usize,
+    /// Period of the motion; `None` if the motion is not repeated.
+    period: Option<Period>,
+}
+
+impl Folds {
+    /// Divides a block into `count` pieces of equal length. If the motion has a `period`, each piece
+    /// consists of the same part of all repetitions, because each repetition predicts the others.
+    pub(crate) fn new(block: &Block, count: usize, period: Option<Period>) -> Self {
+        let last = block.channels.iter().filter_map(|rows| rows.steps.last()).max();
+        let length = last.map_or(1, |last| last + 1).div_ceil(count).max(1);
+        Self { count, length, period }
+    }
+
+    /// Returns the index of the piece that contains the instant `step`.
+    pub(crate) fn of(self, step: usize) -> usize {
+        let fold = match self.period {
+            Some(period) => (period.phase(step) * self.count as f64) as usize,
+            None => step / self.length,
+        };
+        fold.min(self.count - 1)
+    }
+}
