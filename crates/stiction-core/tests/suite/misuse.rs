@@ -98,7 +98,7 @@ fn times_that_are_not_finite_are_reported() {
 }
 
 #[test]
-#[should_panic(expected = "2 targets for 1 prescribed coordinates")]
+#[should_panic(expected = "expected 1 targets, one for each prescribed coordinate, but found 2")]
 fn excess_targets_are_reported() {
     let _ = four_bar().unwrap().move_to(&[at(2.0), at(2.0)]);
 }
