@@ -121,7 +121,7 @@ fn dwells_bound_friction() {
 /// A bound that contradicts the log is respected and reported.
 #[test]
 fn bounds_hold_and_are_named() {
-    let folder = Folder::new("identify-bounds");
+    let folder = Folder::new("identify-bounds-named");
     folder.write("arm.toml", &axis(0.02));
     folder.write("log.csv", &log(1, 1.0));
     let options = |text: &str| folder.write("options.toml", &format!("[bounds]\n{text}\n"));
