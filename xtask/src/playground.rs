@@ -60,7 +60,18 @@ pub(crate) fn build() -> Result<(), String> {
     Ok(())
 }
 
-/// Shortens the module by `wasm-opt` of Binaryen, if that is installed and understands the module; returns the module to
+/// Features of WebAssembly that the compiler uses by default. The module does not name them, because
+/// the section with their names is removed with the names of functions.
+const FEATURES: [&str; 6] = [
+    "--enable-bulk-memory",
+    "--enable-multivalue",
+    "--enable-mutable-globals",
+    "--enable-nontrapping-float-to-int",
+    "--enable-reference-types",
+    "--enable-sign-ext",
+];
+
+/// Shortens the module with `wasm-opt` of Binaryen, if that is installed and understands the module; returns the module to
 /// use.
 fn shortened(module: &Path) -> PathBuf {
     let version = Command::new("wasm-opt").arg("--version").stdout(Stdio::null()).status();
@@ -69,7 +80,9 @@ fn shortened(module: &Path) -> PathBuf {
         return module.to_owned();
     }
     let short = module.with_extension("short.wasm");
-    match succeeds(Command::new("wasm-opt").arg("-Os").arg(module).arg("-o").arg(&short)) {
+    let mut shorten = Command::new("wasm-opt");
+    shorten.arg("-Os").args(FEATURES).arg(module).arg("-o").arg(&short);
+    match succeeds(&mut shorten) {
         true => short,
         false => {
             eprintln!("   wasm-opt failed: the module is used as it was compiled");
