@@ -137,7 +137,7 @@ pub(super) struct Position<'a> {
 /// accelerations per unit acceleration of each local degree of freedom.
 ///
 /// # Errors
-/// Returns a load that the joints cannot carry.
+/// Fails with the load that the joints cannot carry, if there is one.
 pub(super) fn solve(
     position: &Position<'_>,
     accelerations: &[f64],

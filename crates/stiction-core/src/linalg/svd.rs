@@ -21,8 +21,8 @@ pub struct Svd {
     pub v: DMatrix<f64>,
 }
 
-/// Number of columns from which Jacobi rotations start from the right singular vectors of another
-/// decomposition, because this is faster.
+/// Matrices with at least this many columns begin the Jacobi rotations with the right singular
+/// vectors of another decomposition, because this is faster.
 const LARGE: usize = 24;
 
 /// Maximum number of sweeps over all pairs of columns; six to ten are usually sufficient.

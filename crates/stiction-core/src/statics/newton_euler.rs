@@ -30,9 +30,9 @@ pub enum Unknown {
         /// Index of the constraint among those of the joint's type.
         index: usize,
     },
-    /// Effort of an actuator, in the order of [`Mechanism::actuators`].
+    /// Effort of one actuator.
     Drive {
-        /// Index of the actuator.
+        /// Index of the actuator in [`Mechanism::actuators`].
         actuator: usize,
         /// Index of the joint that the actuator drives.
         joint: usize,

@@ -189,7 +189,7 @@ fn bounds_of(
             if low > high {
                 return Err(refuse(
                     format!("options: `bounds` leave no value for `{}`", p.name),
-                    "give bounds that overlap; the upper bound of friction must not be negative",
+                    "all ranges given for one parameter must have a value in common, and the upper bound of friction must not be negative",
                 ));
             }
             all.push((k, [low, high]));

@@ -40,8 +40,8 @@ pub(crate) const MAX_RATIO: f64 = 0.4;
 /// `λ` times the eighth power of the cut-off frequency (rad/s). With this value, the amplitude at
 /// the cut-off frequency is `1/√2`.
 const WEIGHT: f64 = std::f64::consts::SQRT_2 - 1.0;
-/// Upper limit of the estimated noise near the cut-off frequency, relative to white noise with the
-/// same third differences.
+/// Upper limit of the estimated noise near the cut-off frequency, as a multiple of that of white
+/// noise whose third differences have the same rms value.
 const MOST_COLOURED: f64 = 3.0;
 /// Number of standard deviations of the noise up to which a difference between filtered
 /// accelerations is attributed to noise.

@@ -28,8 +28,8 @@ pub(super) fn fingerprint(columns: &[Vec<f64>]) -> u64 {
     hasher.finish()
 }
 
-/// Reads and solves the piece of the window with this index. Returns an error if the file cannot be
-/// read or has changed.
+/// Reads the samples of the window number `index` and computes the piece of the spline in this
+/// window. Returns an error if the file cannot be read or has changed.
 pub(super) fn read(recording: &Recorded, index: usize) -> Result<Piece, String> {
     let changed = || "it has changed since it was first read".to_owned();
     let entry = recording.entries.get(index).ok_or_else(changed)?;
