@@ -88,9 +88,11 @@ pub fn draw_report(model: &ModelFile, found: &Controllers, command: Option<&str>
 /// The moving robots under the drawn controllers, over each other; empty without one.
 fn robots(found: &Controllers) -> String {
     let drawn = found.tracking.iter().filter(|own| own.is_drawn);
-    let reels = drawn.filter_map(|own| Some((own.label.clone(), own.reel.clone()?)));
+    let reels: Vec<_> =
+        drawn.filter_map(|own| Some((own.label.clone(), own.reel.clone()?))).collect();
     let caption = "The robot under a second controller is drawn grey and dashed, at the same time, with its own arrows.";
-    together(reels.collect(), if found.tracking.len() > 1 { caption } else { "" })
+    let caption = if reels.len() > 1 { caption } else { "" };
+    together(reels, caption)
 }
 
 /// Converts a tracking error to thousandths of its unit, such as mm.

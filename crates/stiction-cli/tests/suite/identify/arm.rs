@@ -118,6 +118,30 @@ fn dwells_bound_friction() {
     assert!((value - COULOMB).abs() < 3.0 * sigma.max(0.01), "{value} +- {sigma}");
 }
 
+/// Checks that the factor of a term of the options is identified if the log contains its effect.
+#[test]
+fn the_factor_of_a_term_is_identified() {
+    const SPRING: f64 = 5.0;
+    let folder = Folder::new("identify-term");
+    folder.write("arm.toml", &axis(0.02));
+    let with_spring = |line: &str| {
+        let cells: Vec<&str> = line.split(',').collect();
+        let (angle, effort) = (cells[1].parse::<f64>().ok()?, cells[2].parse::<f64>().ok()?);
+        Some(format!("{},{angle},{}\n", cells[0], effort + SPRING * angle.sin()))
+    };
+    let rows = log(1, 1.0)
+        .lines()
+        .map(|line| with_spring(line).unwrap_or_else(|| format!("{line}\n")))
+        .collect::<String>();
+    folder.write("spring.csv", &rows);
+    folder.write("term.toml", "[terms]\nspring = \"axis = 1 N m*sin(axis)\"\n");
+    let result = identified(&folder, &["spring.csv"], &["--options", "term.toml"]);
+    let found = parameter(&result, "spring");
+    let (value, sigma) = (found["value"].as_f64().unwrap(), found["sigma"].as_f64().unwrap());
+    assert!((value - SPRING).abs() < 4.0 * sigma && sigma < 0.5, "{value} +- {sigma}");
+    assert_eq!(found["verdict"], "identified", "{found}");
+}
+
 /// A bound that contradicts the log is respected and reported.
 #[test]
 fn bounds_hold_and_are_named() {
