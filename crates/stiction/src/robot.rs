@@ -70,7 +70,8 @@ impl Robot {
             Error::input("the robot has no model text to change: it was described in code")
                 .with_help("build the robot again with the new value")
         })?;
-        text.clone().with(change).read()
+        let changed = text.clone().with(change).read()?;
+        Ok(Self { folder: self.folder.clone(), ..changed })
     }
 
     /// Returns the robot with another folder for the relative paths in its options, such as the recording of a motion.

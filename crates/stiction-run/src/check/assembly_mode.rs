@@ -34,6 +34,10 @@ impl AssemblyMode {
     /// States what selected the mode and how to select another one; `None` for open chains.
     pub(super) fn sentence(&self) -> Option<String> {
         let selected = match self.report.distance {
+            _ if self.report.open_mode.is_some() => {
+                "one of several that agree with `home`, `start` and the prescribed coordinates"
+                    .to_owned()
+            }
             Some(distance) if distance < EXACT => {
                 "that given by `home`, `start` and the prescribed coordinates".to_owned()
             }
@@ -53,6 +57,7 @@ impl AssemblyMode {
         json!({
             "coordinates": Value::Object(coordinates.collect()),
             "distance": self.report.distance,
+            "is_ambiguous": self.report.open_mode.is_some(),
             "other_modes": self.report.other_modes,
         })
     }

@@ -4,7 +4,7 @@
 use super::model_file::{actuator, friction, gearing_table, joint, spring};
 use crate::job::friction_word;
 use stiction_core::joint::JointType;
-use stiction_core::mechanism::Mechanism;
+use stiction_core::mechanism::{BodyId, Mechanism};
 use stiction_core::spatial::{Pose, Quaternion, Vec3};
 use stiction_format::ModelFile;
 
@@ -116,13 +116,19 @@ pub(super) fn ball_axes(mechanism: &Mechanism, reversed: &[usize]) -> Vec<Entry>
     let balls =
         joints.filter(|(_, own)| own.joint_type == JointType::Spherical && !own.ranges.is_empty());
     let entry = |(index, own): (usize, &stiction_core::mechanism::Joint)| {
-        let frames = match reversed.contains(&index) {
-            false => [own.frame_j, own.frame_k],
-            true => [own.frame_k, own.frame_j],
+        let ends = [(own.predecessor, own.frame_j), (own.successor, own.frame_k)];
+        let ends = match reversed.contains(&index) {
+            false => ends,
+            true => [ends[1], ends[0]],
         };
-        let quaternions = frames.map(|frame| {
+        let quaternions = ends.map(|(body, frame)| {
+            // The ground of the file is the world, in which the base may be turned.
+            let rotation = match body {
+                BodyId::GROUND => mechanism.base().rotation * frame.rotation,
+                _ => frame.rotation,
+            };
             let mut quaternion = [0.0; 4];
-            Quaternion::from_rotation(frame.rotation).write(&mut quaternion);
+            Quaternion::from_rotation(rotation).write(&mut quaternion);
             quaternion
         });
         let text = super::xml::numbers(quaternions.as_flattened());

@@ -484,3 +484,16 @@ fn tilts_of_balls_are_measured_from_the_same_axes() {
         }
     }
 }
+
+/// Checks that a range of tilt on a turned base is left out rather than measured from another axis.
+#[test]
+fn tilts_on_a_turned_base_are_not_changed() {
+    let text = format!("base = {{ rotation = {{ xyz = [\"90 deg\", 0, 0] }} }}\n{TILTED}");
+    let original = model_of("tilted", &text);
+    for format in [Format::Mjcf, Format::Sdf, Format::Urdf] {
+        let text = imported(&original, format);
+        let again = model_of("tilted", &text).mechanism;
+        let own = &again.joints()[joint(&again, "E").0];
+        assert!(own.ranges.is_empty(), "{format:?}: {:?}\n{text}", own.ranges);
+    }
+}

@@ -157,8 +157,10 @@ impl Reader<'_, '_> {
             }
             (None, Some(vertices)) => {
                 let faces = mesh.list(context, "face").unwrap_or_default();
+                let count = vertices.len() / 3;
                 let point = |index: &f64| {
-                    let at = 3 * (*index as usize);
+                    let exists = index.fract() == 0.0 && *index >= 0.0 && *index < count as f64;
+                    let at = exists.then(|| 3 * (*index as usize))?;
                     let point = vertices.get(at..at + 3)?;
                     Some(Vec3::new(point[0], point[1], point[2]))
                 };
