@@ -151,7 +151,8 @@ impl Reader<'_, '_> {
                 triangles::read(&path, &bytes).map_err(failed)?
             }
             (None, Some(vertices)) if mesh.get("face").is_none() => {
-                let points = vertices.chunks_exact(3).map(|at| Vec3::new(at[0], at[1], at[2]));
+                let points =
+                    vertices.chunks_exact(3).map(|at| single(Vec3::new(at[0], at[1], at[2])));
                 self.hull(mesh, points.collect())
                     .map_err(|why| lost(format!("the mesh {} has {why}", quoted(name)), SAVE))?
             }
@@ -188,9 +189,16 @@ impl Reader<'_, '_> {
             triangles.iter().map(|corners| corners.map(placed)).collect();
         let triangles = match mesh.get("inertia") {
             Some("convex") => {
-                let corners = triangles.into_iter().flatten().collect();
-                self.hull(mesh, corners)
-                    .map_err(|why| lost(format!("the mesh {} has {why}", quoted(name)), SAVE))?
+                let corners = triangles.iter().flatten().copied().collect();
+                self.hull(mesh, corners).unwrap_or_else(|why| {
+                    let message = format!(
+                        "the mesh {} has {why}: the inertia is that of the mesh itself, not of its \
+                         convex hull",
+                        quoted(name)
+                    );
+                    context.note(message, Some(mesh.place()));
+                    triangles
+                })
             }
             _ => triangles,
         };
@@ -218,7 +226,6 @@ impl Reader<'_, '_> {
             let message = "maxhullvert is left out: the convex hull keeps all of its vertices";
             self.context.note(message, Some(mesh.place()));
         }
-        let points: Vec<Vec3<f64>> = points.into_iter().map(single).collect();
         if !points.iter().all(|point| point.is_finite()) {
             return Err("vertices beyond single precision");
         }
