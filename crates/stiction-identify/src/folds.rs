@@ -24,10 +24,9 @@ impl Folds {
 
     /// Returns the index of the piece that contains the instant `step`.
     pub(crate) fn of(self, step: usize) -> usize {
-        let fold = match self.period {
-            Some(period) => (period.phase(step) * self.count as f64) as usize,
-            None => step / self.length,
-        };
-        fold.min(self.count - 1)
+        match self.period {
+            Some(period) => period.part(step, self.count),
+            None => (step / self.length).min(self.count - 1),
+        }
     }
 }

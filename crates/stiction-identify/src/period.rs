@@ -25,9 +25,11 @@ const LAGS: usize = 4000;
 pub(crate) struct Period(f64);
 
 impl Period {
-    /// Position of an instant within its repetition, from 0 to 1.
-    pub(crate) fn phase(self, step: usize) -> f64 {
-        (step as f64 / self.0).fract()
+    /// Returns the part of the period in which an instant lies, if the period is divided into `count`
+    /// equal parts; the parts are counted from 0.
+    pub(crate) fn part(self, step: usize, count: usize) -> usize {
+        let phase = (step as f64 / self.0).fract();
+        ((phase * count as f64) as usize).min(count - 1)
     }
 
     /// Number of whole instants in one repetition.

@@ -131,7 +131,7 @@ pub(super) fn autocovariance(all: &[Series<'_>]) -> Vec<f64> {
         let count = period.instants();
         let (mut summed, mut numbers) = (vec![0.0; count], vec![0.0_f64; count]);
         for (step, residual) in steps.iter().zip(residuals.iter()) {
-            let place = ((period.phase(*step) * count as f64) as usize).min(count - 1);
+            let place = period.part(*step, count);
             summed[place] += residual;
             numbers[place] += 1.0;
         }

@@ -7,7 +7,7 @@ use super::map::Map;
 use super::{Normal, Problem};
 use crate::parameter::Kind;
 use crate::physical::{self, BodyPrior};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// Relative error of the model's inertias that the confidence intervals take into account.
 pub(super) const PRIOR_ERROR: f64 = 0.3;
@@ -22,6 +22,17 @@ const CONVERGED: f64 = 1e-9;
 /// Largest number of steps of Newton's method.
 const NEWTON_STEPS: usize = 60;
 
+/// Prior of all parameters for one strength.
+pub(super) struct Prior<'a> {
+    /// Strength of the prior on inertias, in equivalent samples.
+    pub(super) strength: f64,
+    /// Priors of the inertial parameters of all bodies.
+    bodies: &'a [BodyPrior],
+    /// Precision (inverse variance) of the quadratic prior on each parameter. It is zero for the
+    /// parameters of bodies, whose prior is a divergence.
+    precision: Vec<f64>,
+}
+
 impl Problem<'_> {
     /// Returns the priors of the inertial parameters of all bodies.
     pub(crate) fn priors(&self) -> Vec<BodyPrior> {
@@ -34,11 +45,10 @@ impl Problem<'_> {
         each.collect()
     }
 
-    /// Returns the precision (inverse variance) of the quadratic prior on each parameter. It is
-    /// zero for the parameters of bodies, whose prior is a divergence. `strength` is the strength
-    /// of the prior on inertias.
-    pub(crate) fn precision(&self, strength: f64) -> Vec<f64> {
-        let each = self.parameters.iter().map(|p| match p.kind {
+    /// Returns the prior of all parameters for a strength of the prior on inertias. `bodies` are
+    /// those of [`Self::priors`].
+    pub(super) fn prior<'b>(&self, bodies: &'b [BodyPrior], strength: f64) -> Prior<'b> {
+        let precision = self.parameters.iter().map(|p| match p.kind {
             Kind::Mass(_) | Kind::Moment(..) | Kind::Inertia(..) => 0.0,
             Kind::Rotor(_) => strength.max(1e-2) / (p.scale * p.scale),
             Kind::Term(_) => 1.0 / (TERM_ERROR * TERM_ERROR),
@@ -46,7 +56,7 @@ impl Problem<'_> {
             // magnitude: its standard deviation is ten times the scale.
             _ => 1e-2 / (p.scale * p.scale),
         });
-        each.collect()
+        Prior { strength, bodies, precision: precision.collect() }
     }
 
     /// Minimises data term and prior, in free coordinates. A value beyond its bound is set to the
@@ -54,35 +64,34 @@ impl Problem<'_> {
     ///
     /// Begins with a strong prior, which becomes weaker step by step: with a weak prior, Newton's method would stall at
     /// the edge of the physical region.
-    pub(crate) fn minimum(&self, map: &Map, data: &Normal, strength: f64) -> DVector<f64> {
-        let mut z = self.start(map);
+    pub(super) fn minimum(&self, map: &Map, data: &Normal, prior: &Prior<'_>) -> DVector<f64> {
+        let mut z = self.start(map, prior.bodies);
         let free = vec![false; map.size()];
         let mut own = STRONGEST;
-        while own > WEAKENING * strength {
-            z = self.newton(map, data, own, &free, z);
+        while own > WEAKENING * prior.strength {
+            z = self.newton(map, data, &self.prior(prior.bodies, own), &free, z);
             own /= WEAKENING;
         }
-        self.bounded_minimum(map, data, strength, free, z)
+        self.bounded_minimum(map, data, prior, free, z)
     }
 
     /// Minimises data term and prior as [`Self::minimum`] does, but starts at coordinates near the minimum.
-    pub(crate) fn minimum_near(
+    pub(super) fn minimum_near(
         &self,
         map: &Map,
         data: &Normal,
-        strength: f64,
+        prior: &Prior<'_>,
         start: DVector<f64>,
     ) -> DVector<f64> {
-        let (priors, precision) = (self.priors(), self.precision(strength));
-        let found = self.objective(map, data, strength, &priors, &precision, &start);
-        let Some((_, gradient, _)) = found else { return self.minimum(map, data, strength) };
+        let found = self.objective(map, data, prior, &start);
+        let Some((_, gradient, _)) = found else { return self.minimum(map, data, prior) };
         // Values at a bound stay there if the objective falls beyond it.
         let at_bound = (0..map.size()).map(|k| {
             let [low, high] = self.interval(map, k);
             (start[k] <= low && gradient[k] > 0.0) || (start[k] >= high && gradient[k] < 0.0)
         });
         let at_bound = at_bound.collect();
-        self.bounded_minimum(map, data, strength, at_bound, start)
+        self.bounded_minimum(map, data, prior, at_bound, start)
     }
 
     /// Minimises with the values `at_bound` held at their bounds, and holds others that exceed their bounds.
@@ -90,7 +99,7 @@ impl Problem<'_> {
         &self,
         map: &Map,
         data: &Normal,
-        strength: f64,
+        prior: &Prior<'_>,
         mut at_bound: Vec<bool>,
         mut z: DVector<f64>,
     ) -> DVector<f64> {
@@ -100,7 +109,7 @@ impl Problem<'_> {
         // In each pass only the value farthest beyond its bound is held, because others may then
         // return inside their bounds.
         for _ in 0..=size {
-            z = self.newton(map, data, strength, &at_bound, z);
+            z = self.newton(map, data, prior, &at_bound, z);
             let beyond = |k: usize| self.parts(map, k, z[k] - within(k, z[k]));
             let most = (0..size)
                 .filter(|&k| !at_bound[k] && within(k, z[k]) != z[k])
@@ -134,9 +143,9 @@ impl Problem<'_> {
     }
 
     /// Free coordinates of the prior.
-    pub(super) fn start(&self, map: &Map) -> DVector<f64> {
+    pub(super) fn start(&self, map: &Map, bodies: &[BodyPrior]) -> DVector<f64> {
         let mut prior: Vec<f64> = self.parameters.iter().map(|p| p.prior).collect();
-        for body in self.priors() {
+        for body in bodies {
             prior[body.first..body.first + 10].copy_from_slice(&body.prior);
         }
         DVector::from_fn(map.size(), |column, _| prior[map.firsts[column]] / map.factor(column))
@@ -161,7 +170,7 @@ impl Problem<'_> {
     /// parameters of different bodies can make the initial values of a body unphysical.
     pub fn begins_physical(&self) -> bool {
         let (map, priors) = (self.map(), self.priors());
-        let thick = self.thickened(&map.values(&self.start(&map)), &priors);
+        let thick = self.thickened(&map.values(&self.start(&map, &priors)), &priors);
         let is_held = |body: &BodyPrior| {
             self.options.held[body.first..body.first + 10].iter().all(|held| *held)
         };
@@ -172,14 +181,12 @@ impl Problem<'_> {
         &self,
         map: &Map,
         data: &Normal,
-        strength: f64,
+        prior: &Prior<'_>,
         at_bound: &[bool],
         start: DVector<f64>,
     ) -> DVector<f64> {
-        let priors = self.priors();
-        let precision = self.precision(strength);
         let mut z = start;
-        let mut now = self.objective(map, data, strength, &priors, &precision, &z);
+        let mut now = self.objective(map, data, prior, &z);
         for _ in 0..NEWTON_STEPS {
             let Some((value, mut gradient, mut hessian)) = now.take() else { break };
             for (k, held) in at_bound.iter().enumerate() {
@@ -198,7 +205,7 @@ impl Problem<'_> {
             let mut best = None;
             while length > 1e-10 {
                 let next = &z - &step * length;
-                if let Some(found) = self.objective(map, data, strength, &priors, &precision, &next)
+                if let Some(found) = self.objective(map, data, prior, &next)
                     && found.0 <= value - 1e-4 * length * decrement + rounding
                 {
                     best = Some((next, found));
@@ -209,7 +216,7 @@ impl Problem<'_> {
             let Some((next, found)) = best else { break };
             z = next;
             now = Some(found);
-            if decrement < CONVERGED * strength.min(1.0) || decrement < 0.01 * rounding {
+            if decrement < CONVERGED * prior.strength.min(1.0) || decrement < 0.01 * rounding {
                 break;
             }
         }
@@ -218,13 +225,11 @@ impl Problem<'_> {
 
     /// Computes value, gradient and Hessian of the objective: half the weighted squared residuals
     /// plus the prior. Returns `None` outside the physical region.
-    pub(crate) fn objective(
+    pub(super) fn objective(
         &self,
         map: &Map,
         data: &Normal,
-        strength: f64,
-        priors: &[BodyPrior],
-        precision: &[f64],
+        prior: &Prior<'_>,
         z: &DVector<f64>,
     ) -> Option<(f64, DVector<f64>, DMatrix<f64>)> {
         let values = map.values(z);
@@ -234,8 +239,9 @@ impl Problem<'_> {
         for limit in &data.limits {
             limit.add(z, (&mut value, &mut gradient, &mut hessian));
         }
-        let thick = self.thickened(&values, priors);
-        for body in priors {
+        let strength = prior.strength;
+        let thick = self.thickened(&values, prior.bodies);
+        for body in prior.bodies {
             let members = body.first..body.first + 10;
             if self.options.held[members.clone()].iter().all(|held| *held) {
                 continue;
@@ -250,7 +256,7 @@ impl Problem<'_> {
                 }
             }
         }
-        for (k, precision) in precision.iter().enumerate() {
+        for (k, precision) in prior.precision.iter().enumerate() {
             let away = values[k] - self.parameters[k].prior;
             value += 0.5 * precision * away * away;
             map.add_slope(&mut gradient, k, precision * away);
@@ -261,23 +267,21 @@ impl Problem<'_> {
 
     /// Derivative of the gradient of the objective, in free coordinates, with respect to the logarithm of the strength
     /// of the prior.
-    pub(crate) fn strength_slope(
+    pub(super) fn strength_slope(
         &self,
         map: &Map,
         values: &DVector<f64>,
-        strength: f64,
-        priors: &[BodyPrior],
-        precision: &[f64],
+        prior: &Prior<'_>,
     ) -> DVector<f64> {
         let mut slope = DVector::zeros(map.size());
-        let thick = self.thickened(values, priors);
-        for body in priors {
+        let thick = self.thickened(values, prior.bodies);
+        for body in prior.bodies {
             let Some(found) = body.divergence(thick.as_slice()) else { continue };
             for i in 0..10 {
-                map.add_slope(&mut slope, body.first + i, strength * found.gradient[i]);
+                map.add_slope(&mut slope, body.first + i, prior.strength * found.gradient[i]);
             }
         }
-        for (k, (precision, p)) in precision.iter().zip(self.parameters).enumerate() {
+        for (k, (precision, p)) in prior.precision.iter().zip(self.parameters).enumerate() {
             // Of the quadratic terms, only those of rotors grow with the strength.
             if matches!(p.kind, Kind::Rotor(_)) {
                 map.add_slope(&mut slope, k, precision * (values[k] - p.prior));
@@ -288,18 +292,17 @@ impl Problem<'_> {
 
     /// Covariance of the gradient of the prior in free coordinates, for a model whose own relative error is `error`.
     /// However strong the prior is, it contains no more information than the model.
-    pub(crate) fn prior_errors(
+    pub(super) fn prior_errors(
         &self,
         map: &Map,
         values: &DVector<f64>,
-        (strength, error): (f64, f64),
-        priors: &[BodyPrior],
-        precision: &[f64],
+        prior: &Prior<'_>,
+        error: f64,
     ) -> DMatrix<f64> {
         let mut sum = DMatrix::zeros(map.size(), map.size());
-        let factor = (error * strength).powi(2);
-        let thick = self.thickened(values, priors);
-        for body in priors {
+        let factor = (error * prior.strength).powi(2);
+        let thick = self.thickened(values, prior.bodies);
+        for body in prior.bodies {
             let Some(found) = body.divergence(thick.as_slice()) else { continue };
             for i in 0..10 {
                 for k in 0..10 {
@@ -308,7 +311,7 @@ impl Problem<'_> {
                 }
             }
         }
-        for (k, (precision, p)) in precision.iter().zip(self.parameters).enumerate() {
+        for (k, (precision, p)) in prior.precision.iter().zip(self.parameters).enumerate() {
             // A declared friction coefficient may be wrong by the standard deviation of its prior.
             let error = match p.kind {
                 Kind::Rotor(_) => error * p.scale,
@@ -326,30 +329,30 @@ impl Problem<'_> {
 /// Solves a linear system whose matrix is positive definite up to rounding; returns `None` if the
 /// solution fails.
 fn solve_positive(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
-    let (scales, scaled) = equilibrated(matrix);
-    let mut shift = 0.0;
-    for _ in 0..8 {
-        let mut shifted = scaled.clone();
-        (0..shifted.nrows()).for_each(|k| shifted[(k, k)] += shift);
-        if let Some(factor) = shifted.cholesky() {
-            return Some(factor.solve(&right.component_mul(&scales)).component_mul(&scales));
-        }
-        shift = if shift == 0.0 { 1e-14 } else { 30.0 * shift };
-    }
-    None
+    let (scales, factor) = factored(matrix)?;
+    Some(factor.solve(&right.component_mul(&scales)).component_mul(&scales))
 }
 
-pub(crate) fn inverse_positive(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+/// Inverts a matrix that is positive definite up to rounding; returns `None` if this fails.
+pub(super) fn inverse_positive(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let (scales, factor) = factored(matrix)?;
+    let inverse = factor.inverse();
+    Some(DMatrix::from_fn(inverse.nrows(), inverse.ncols(), |i, k| {
+        inverse[(i, k)] * scales[i] * scales[k]
+    }))
+}
+
+/// Scales a matrix that is positive definite up to rounding, and factors it after adding the least
+/// of a few multiples of the identity that makes it positive definite. Returns the scale factors
+/// and the factor; `None` if no multiple suffices.
+fn factored(matrix: &DMatrix<f64>) -> Option<(DVector<f64>, Cholesky<f64, Dyn>)> {
     let (scales, scaled) = equilibrated(matrix);
     let mut shift = 0.0;
     for _ in 0..8 {
         let mut shifted = scaled.clone();
         (0..shifted.nrows()).for_each(|k| shifted[(k, k)] += shift);
         if let Some(factor) = shifted.cholesky() {
-            let inverse = factor.inverse();
-            return Some(DMatrix::from_fn(inverse.nrows(), inverse.ncols(), |i, k| {
-                inverse[(i, k)] * scales[i] * scales[k]
-            }));
+            return Some((scales, factor));
         }
         shift = if shift == 0.0 { 1e-14 } else { 30.0 * shift };
     }

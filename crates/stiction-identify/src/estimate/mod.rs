@@ -18,7 +18,7 @@ use covariance::{bounded, colour, covariance};
 pub use extension::{Candidate, Extension, Residuals};
 use limit::HalfSpace;
 use map::{Map, transposed_product};
-use minimum::{PRIOR_ERROR, inverse_positive};
+use minimum::{PRIOR_ERROR, Prior, inverse_positive};
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeSet;
 use strength::WEAKEST;
@@ -158,6 +158,7 @@ impl Problem<'_> {
 
     fn solve_with(&self, compares: bool, mut error: f64) -> Estimate {
         let map = self.map();
+        let bodies = self.priors();
         let shift = self.shift();
         let periods = self.periods();
         let channels = self.blocks.first().map_or(0, |block| block.channels.len());
@@ -201,10 +202,9 @@ impl Problem<'_> {
                     _ => colour(self.blocks, &periods, &(&values - &shift)),
                 };
                 let least: Vec<f64> = noise.iter().zip(&least).map(|(s, l)| l / s).collect();
-                let choice = self.choice(&map, &pieces.channels, &least, samples);
+                let choice = self.choice(&map, &pieces.channels, &least, samples, &bodies);
                 strength = choice.strength;
                 error = (samples / strength).sqrt().clamp(PRIOR_ERROR, 1.0);
-                noise.iter_mut().zip(&choice.noise).for_each(|(noise, own)| *noise *= own);
                 weakest = Some(choice.weakest);
                 choice.z
             } else {
@@ -212,25 +212,25 @@ impl Problem<'_> {
                 if round + 2 >= ROUNDS {
                     strength = self.options.strength.unwrap_or(strength);
                 }
-                let z = self.minimum(&map, &total, strength);
+                let prior = self.prior(&bodies, strength);
+                let z = self.minimum(&map, &total, &prior);
                 if compares && is_last {
                     // The fit uses the columns that the instruments explain; predictions use the
                     // complete columns.
                     let judged = projection.as_ref().map(|_| pieces_of(self.blocks));
                     let judged = judged.as_ref().unwrap_or(&pieces);
-                    let weakest =
-                        weakest.take().unwrap_or_else(|| self.minimum(&map, &total, WEAKEST));
-                    let ratio = |strength: f64, z: &DVector<f64>| {
-                        self.left_out_ratio(
-                            &map,
-                            (&pieces.folds, &judged.folds, &total),
-                            strength,
-                            z,
-                        )
+                    let weak = self.prior(&bodies, WEAKEST);
+                    let ratio = |prior: &Prior<'_>, z: &DVector<f64>| {
+                        self.left_out_ratio(&map, (&pieces.folds, &judged.folds, &total), prior, z)
                     };
+                    let own = ratio(&prior, &z);
                     ratios = match strength > WEAKEST {
-                        true => (ratio(strength, &z), ratio(WEAKEST, &weakest)),
-                        false => (ratio(strength, &z), ratio(strength, &z)),
+                        true => {
+                            let weakest =
+                                weakest.take().unwrap_or_else(|| self.minimum(&map, &total, &weak));
+                            (own, ratio(&weak, &weakest))
+                        }
+                        false => (own, own),
                     };
                 }
                 z
@@ -263,7 +263,8 @@ impl Problem<'_> {
                 }
             }
         }
-        self.described(&map, &shift, &periods, values, (strength, error), noise, &weights, ratios)
+        let prior = self.prior(&bodies, strength);
+        self.described(&map, &shift, &periods, values, (&prior, error), noise, &weights, ratios)
     }
 
     /// Computes an estimate with the prior strength of the estimate `before`, instead of choosing
@@ -307,7 +308,7 @@ impl Problem<'_> {
         &self,
         map: &Map,
         (pieces, judged, total): (&[Normal], &[Normal], &Normal),
-        strength: f64,
+        prior: &Prior<'_>,
         whole: &DVector<f64>,
     ) -> f64 {
         let folds = pieces.len().clamp(1, FOLDS);
@@ -321,7 +322,7 @@ impl Problem<'_> {
                 rest.add(piece, -1.0);
                 out.add(judged, 1.0);
             }
-            let z = self.minimum_near(map, &rest, strength, whole.clone());
+            let z = self.minimum_near(map, &rest, prior, whole.clone());
             sum += out.cost(&z).max(0.0) / out.rows.max(1.0);
             fitted.add(&out, 1.0);
         }
@@ -335,7 +336,7 @@ impl Problem<'_> {
         shift: &DVector<f64>,
         periods: &[Option<Period>],
         values: DVector<f64>,
-        (strength, error): (f64, f64),
+        (prior, error): (&Prior<'_>, f64),
         noise: Vec<f64>,
         weights: &[Vec<Vec<f64>>],
         (left_out_ratio, left_out_ratio_plain): (f64, f64),
@@ -344,19 +345,17 @@ impl Problem<'_> {
         let design = self.design(projection.as_ref());
         let pieces = pieces((&design, periods), map, shift, (&noise, weights));
         let total = self.total(map, shift, &noise, &pieces.folds);
-        let z = self.minimum(map, &total, strength);
-        let (priors, precision) = (self.priors(), self.precision(strength));
+        let z = self.minimum(map, &total, prior);
         let size = z.len();
-        let (gradient, hessian) =
-            self.objective(map, &total, strength, &priors, &precision, &z).map_or_else(
-                || (DVector::zeros(size), total.matrix.clone()),
-                |(_, gradient, hessian)| (gradient, hessian),
-            );
+        let (gradient, hessian) = self.objective(map, &total, prior, &z).map_or_else(
+            || (DVector::zeros(size), total.matrix.clone()),
+            |(_, gradient, hessian)| (gradient, hessian),
+        );
         let inverse = inverse_positive(&hessian).unwrap_or_else(|| DMatrix::zeros(size, size));
         let data = (&design[..], self.blocks, periods);
         let meat = covariance(data, map, &(&values - shift), &noise, total.rows);
-        let open = self.prior_errors(map, &values, (strength, error), &priors, &precision);
-        let slope = self.strength_slope(map, &values, strength, &priors, &precision);
+        let open = self.prior_errors(map, &values, prior, error);
+        let slope = self.strength_slope(map, &values, prior);
         let pull = &slope * slope.transpose();
         let free = &inverse * (meat + open + total.limit_errors(&z) + pull) * &inverse;
         let pull = map.changes(&(&inverse * slope * -1.0));
@@ -389,7 +388,7 @@ impl Problem<'_> {
             covariance: full,
             projection,
             inverse: [&inverse, &by_data].map(|free| map.spread(free)),
-            strength,
+            strength: prior.strength,
             prior_error: error,
             noise,
             left_out_ratio,

@@ -7,6 +7,7 @@
 use super::map::Map;
 use super::minimum::{PRIOR_ERROR, log_determinant};
 use super::{Normal, Problem};
+use crate::physical::BodyPrior;
 use nalgebra::DVector;
 
 /// Strengths of the prior that are compared, in decreasing order. Each is a starting point for the next.
@@ -33,8 +34,6 @@ pub(super) struct Choice {
     pub(super) z: DVector<f64>,
     /// Free coordinates of the estimate with the weakest prior.
     pub(super) weakest: DVector<f64>,
-    /// Noise of each actuator, as a multiple of that of the sums.
-    pub(super) noise: Vec<f64>,
 }
 
 /// The weakest strength that is compared.
@@ -44,28 +43,29 @@ impl Problem<'_> {
     /// Chooses the strength with the greatest posterior probability. For each strength, values and noise are estimated
     /// together, because a prior that is too strong would confirm itself by the noise that it causes. `channels` are
     /// the sums over the rows of each actuator, `least` the least noise in their unit, and `samples` rows count as one
-    /// independent row.
+    /// independent row. `bodies` are those of [`Self::priors`].
     pub(super) fn choice(
         &self,
         map: &Map,
         channels: &[Normal],
         least: &[f64],
         samples: f64,
+        bodies: &[BodyPrior],
     ) -> Choice {
-        let priors = self.priors();
         let expected = samples / (PRIOR_ERROR * PRIOR_ERROR);
         let empty = Normal::zero(map.size());
         let mut noise: Vec<f64> = vec![1.0; channels.len()];
-        let mut z = self.start(map);
+        let mut z = self.start(map, bodies);
         let mut best: Option<(f64, Choice)> = None;
         for strength in STRENGTHS {
+            let own = self.prior(bodies, strength);
             let mut total = empty.clone();
             for _ in 0..ALTERNATIONS {
                 total = empty.clone();
                 for (channel, noise) in channels.iter().zip(&noise) {
                     total.add(channel, 1.0 / (noise * noise));
                 }
-                z = self.minimum_near(map, &total, strength, z);
+                z = self.minimum_near(map, &total, &own, z);
                 let mut change: f64 = 0.0;
                 for ((channel, noise), least) in channels.iter().zip(&mut noise).zip(least) {
                     let square = channel.cost(&z).max(0.0) / channel.rows.max(1e-300);
@@ -80,10 +80,8 @@ impl Problem<'_> {
             if strength > STRONGEST * expected {
                 continue;
             }
-            let precision = self.precision(strength);
             let at = |data: &Normal| {
-                let (value, _, hessian) =
-                    self.objective(map, data, strength, &priors, &precision, &z)?;
+                let (value, _, hessian) = self.objective(map, data, &own, &z)?;
                 Some((value, log_determinant(&hessian)?))
             };
             let Some(((_, posterior), (prior, before))) = at(&total).zip(at(&empty)) else {
@@ -95,13 +93,12 @@ impl Problem<'_> {
             let score =
                 fit + prior + 0.5 * samples * (posterior - before + unexpected * unexpected);
             if best.as_ref().is_none_or(|(least, _)| score < *least) {
-                let noise = noise.clone();
-                let own = Choice { strength, z: z.clone(), weakest: DVector::zeros(0), noise };
+                let own = Choice { strength, z: z.clone(), weakest: DVector::zeros(0) };
                 best = Some((score, own));
             }
         }
         let mut own = best.map_or_else(
-            || Choice { strength: expected, z: z.clone(), weakest: z.clone(), noise },
+            || Choice { strength: expected, z: z.clone(), weakest: z.clone() },
             |(_, own)| own,
         );
         own.weakest = z;

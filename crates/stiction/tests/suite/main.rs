@@ -3,6 +3,7 @@
 mod compensation;
 mod control;
 mod filter;
+mod folder;
 mod forward;
 mod inverse;
 mod messages;
