@@ -271,13 +271,6 @@ pub fn identify(
         }
     }
     all.iter_mut().for_each(|log| log.set_constants(&estimate.values));
-    // The structure has no columns of terms, and no rows where no reactions can be computed.
-    let without_effect = &structure.free.without_effect;
-    let has_effect = |k: usize| {
-        matches!(parameters[k].kind, Kind::Term(_))
-            || without_effect.len() == parameters.len()
-            || !without_effect.contains(&k)
-    };
     let mut named: Vec<Named> = parameters
         .iter()
         .enumerate()
@@ -294,7 +287,7 @@ pub fn identify(
                     sigma: estimate.sigmas[k],
                     scale: p.scale,
                     is_alone: structure.free.is_alone(k),
-                    has_effect: has_effect(k),
+                    has_effect: structure.has_effect(&parameters, k),
                     pull: estimate.pull[k],
                     correlation: sanity::largest_correlation(&estimate, &options, k),
                 }),

@@ -20,6 +20,18 @@ pub(super) struct Structure {
     pub(super) free: BaseParameters,
 }
 
+impl Structure {
+    /// Returns `false` if the efforts do not depend on a parameter. The factor of an effort term
+    /// counts as effective, because the random motions contain no terms; so do all parameters if no
+    /// reactions can be computed for these motions.
+    pub(super) fn has_effect(&self, parameters: &[Parameter], k: usize) -> bool {
+        let without_effect = &self.free.without_effect;
+        matches!(parameters[k].kind, Kind::Term(_))
+            || without_effect.len() == parameters.len()
+            || !without_effect.contains(&k)
+    }
+}
+
 /// Computes the linear combinations of parameters that the efforts of the mechanism determine.
 /// `held` is true for each fixed parameter.
 pub(super) fn structure(all: &[Prepared], parameters: &[Parameter], held: &[bool]) -> Structure {
