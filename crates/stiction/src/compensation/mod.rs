@@ -252,7 +252,11 @@ impl Compensation {
             let plant = plant.clone().control_law(self.period, move |measured| {
                 own.lock().unwrap_or_else(PoisonError::into_inner).efforts(measured)
             })?;
-            let (run, reel) = plant.plan()?.film(runs)?;
+            let is_drawn = self.transitions.first() == Some(&transition);
+            let (run, reel) = match is_drawn {
+                true => plant.plan()?.film(runs)?,
+                false => (plant.run()?, None),
+            };
             let records =
                 std::mem::take(&mut shared.lock().unwrap_or_else(PoisonError::into_inner).records);
             let names = labels.actuators.iter().map(|(name, _)| name);
