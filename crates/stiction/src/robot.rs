@@ -7,6 +7,7 @@ pub use model_text::{Import, ModelParts, ModelText};
 use crate::error::Error;
 use crate::files::Files;
 use crate::names::Names;
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use stiction_core::mechanism::{
@@ -218,20 +219,25 @@ impl Robot {
 
     /// Reads a measured log.
     pub(crate) fn log_contents(&self, file: &str) -> Result<Contents, Error> {
-        let read = self.files.log(Path::new(file));
+        let read = self.files.log(&self.place(Path::new(file)));
         read.map_err(|reason| Error::input(format!("cannot read {file}: {reason}")))
     }
 
     /// Reads the text of a file that is short enough to be read as a whole.
     pub(crate) fn file_text(&self, path: &Path) -> Result<String, Error> {
-        let read = self.files.text(path);
+        let read = self.files.text(&self.place(path));
         read.map_err(|reason| Error::input(format!("cannot read {}: {reason}", path.display())))
     }
 
     fn contents(&self, file: &str) -> Result<Contents, String> {
+        self.files.contents(&self.place(Path::new(file)))
+    }
+
+    /// Returns the path of a file that an option names, in the folder of [`Self::in_folder`].
+    fn place<'a>(&self, file: &'a Path) -> Cow<'a, Path> {
         match &self.folder {
-            Some(folder) => self.files.contents(&folder.join(file)),
-            None => self.files.contents(Path::new(file)),
+            Some(folder) => folder.join(file).into(),
+            None => file.into(),
         }
     }
 

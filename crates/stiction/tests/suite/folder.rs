@@ -22,7 +22,7 @@ fn relative_paths_are_those_of_the_folder() {
     {
         fs::write(folder.join(name), text).unwrap();
     }
-    let robot = pendulum().in_folder(&folder).with("bodies.bar.mass = 2.5 kg").unwrap();
+    let robot = pendulum().in_folder(&folder).with("bodies.bob.mass = 2.5 kg").unwrap();
     robot.inverse().motion("motion.csv").unwrap();
     let settings = robot.identify_settings(Path::new("options.toml")).unwrap();
     robot.measured_log("log.csv", &settings).unwrap();
