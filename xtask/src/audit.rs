@@ -7,7 +7,7 @@
 
 use crate::dist::{has_target, host};
 use crate::python::Environment;
-use crate::{cargo, succeeds};
+use crate::{cargo, runs, succeeds};
 use serde_json::Value;
 use std::env;
 use std::fs;
@@ -112,12 +112,6 @@ fn coverage() -> Ended {
 
 fn ended(good: bool) -> Ended {
     if good { Ended::Passed } else { Ended::Failed }
-}
-
-/// Returns `true` if a program starts and exits with success.
-fn runs(command: &mut Command) -> bool {
-    let status = command.stdout(Stdio::null()).stderr(Stdio::null()).status();
-    status.is_ok_and(|status| status.success())
 }
 
 /// Creates a cargo command of another toolchain, without the environment variables that select the

@@ -5,7 +5,7 @@
 //! compiler and on the library functions of the processor. If the compiler differs from that of the stored
 //! counts, the comparison gives no verdict.
 
-use crate::cargo;
+use crate::{cargo, runs};
 use serde_json::{Map, Value, json};
 use std::process::{Command, ExitCode, Stdio};
 
@@ -24,8 +24,7 @@ pub(crate) fn counts(mut arguments: impl Iterator<Item = String>) -> ExitCode {
             return ExitCode::from(2);
         }
     };
-    let version = Command::new("valgrind").arg("--version").stdout(Stdio::null()).status();
-    if !version.is_ok_and(|status| status.success()) {
+    if !runs(Command::new("valgrind").arg("--version")) {
         eprintln!("counts: skipped: valgrind is not installed");
         return ExitCode::SUCCESS;
     }

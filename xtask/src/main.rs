@@ -15,7 +15,7 @@ mod validate;
 mod viewer;
 
 use std::env;
-use std::process::{Command, ExitCode};
+use std::process::{Command, ExitCode, Stdio};
 use std::time::{Duration, Instant};
 use validate::{Outcome, Program, validate};
 
@@ -179,6 +179,12 @@ fn cargo(arguments: &[&str]) -> Command {
     let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.args(arguments);
     command
+}
+
+/// Returns `true` if a program starts and exits with success; shows nothing of its output.
+fn runs(command: &mut Command) -> bool {
+    let status = command.stdout(Stdio::null()).stderr(Stdio::null()).status();
+    status.is_ok_and(|status| status.success())
 }
 
 fn succeeds(command: &mut Command) -> bool {

@@ -1,11 +1,11 @@
 //! `cargo xtask playground` builds the engine for browsers and its page, in `target/playground`.
 
 use crate::dist::has_target;
-use crate::{cargo, succeeds};
+use crate::{cargo, runs, succeeds};
 use std::env::consts::EXE_SUFFIX;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode, Stdio};
+use std::process::{Command, ExitCode};
 
 const TARGET: &str = "wasm32-unknown-unknown";
 const FOLDER: &str = "target/playground";
@@ -74,8 +74,7 @@ const FEATURES: [&str; 6] = [
 /// Shortens the module with `wasm-opt` of Binaryen, if that is installed and understands the module; returns the module to
 /// use.
 fn shortened(module: &Path) -> PathBuf {
-    let version = Command::new("wasm-opt").arg("--version").stdout(Stdio::null()).status();
-    if !version.is_ok_and(|status| status.success()) {
+    if !runs(Command::new("wasm-opt").arg("--version")) {
         eprintln!("   wasm-opt (Binaryen) is not installed: the module is a tenth larger");
         return module.to_owned();
     }

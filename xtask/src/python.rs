@@ -1,9 +1,9 @@
 //! Virtual environments of Python packages with pinned versions.
 
-use crate::succeeds;
+use crate::{runs, succeeds};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 /// Virtual environment that a step of the automation needs.
 pub(crate) struct Environment<'a> {
@@ -120,7 +120,5 @@ pub(crate) fn install(python: &Path, what: &[&Path]) -> Result<(), Missing> {
 /// Returns `true` if this interpreter runs and is at least the given version.
 fn is_recent(python: &Path, (major, minor): (u32, u32)) -> bool {
     let question = format!("import sys; sys.exit(sys.version_info < ({major}, {minor}))");
-    let mut command = Command::new(python);
-    command.args(["-c", &question]).stdout(Stdio::null()).stderr(Stdio::null());
-    command.status().is_ok_and(|status| status.success())
+    runs(Command::new(python).args(["-c", &question]))
 }

@@ -1,9 +1,10 @@
 //! Description of the machine without its host name.
 
 use super::build::Programs;
+use crate::runs;
 use serde_json::{Value, json};
 use std::fs;
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::thread::available_parallelism;
 
 /// Index of the last core, if programs can be pinned to it.
@@ -11,8 +12,7 @@ pub(crate) fn last_core() -> Option<usize> {
     let core = available_parallelism().ok()?.get() - 1;
     let mut command = Command::new("taskset");
     command.args(["--cpu-list", &core.to_string(), "true"]);
-    command.stdout(Stdio::null()).stderr(Stdio::null());
-    command.status().is_ok_and(|status| status.success()).then_some(core)
+    runs(&mut command).then_some(core)
 }
 
 pub(crate) fn machine(programs: &Programs) -> Value {
