@@ -112,6 +112,7 @@ fn simplex(points: &[Vec3<f64>]) -> Option<[usize; 4]> {
 mod tests {
     use super::*;
     use std::collections::HashMap;
+    use stiction_core::random::Random;
 
     /// Checks that triangles are a closed convex surface with all points on it or inside, and returns its volume.
     fn volume(points: &[Vec3<f64>]) -> f64 {
@@ -134,12 +135,6 @@ mod tests {
         volume
     }
 
-    fn random(seed: &mut u64) -> f64 {
-        *seed =
-            seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (*seed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-
     /// Many points of a lattice are in common planes and on common lines; some are given twice.
     #[test]
     fn a_lattice_has_the_hull_of_its_corners() {
@@ -156,12 +151,11 @@ mod tests {
 
     #[test]
     fn random_points_are_inside() {
-        let mut seed = 7;
+        let mut random = Random::new(7);
         for count in [4, 5, 8, 30, 300] {
             // In a cube, on a sphere, and rounded to a coarse lattice.
-            let cube: Vec<_> = (0..count)
-                .map(|_| Vec3::from(std::array::from_fn(|_| random(&mut seed))))
-                .collect();
+            let cube: Vec<_> =
+                (0..count).map(|_| Vec3::from(std::array::from_fn(|_| random.number()))).collect();
             let sphere: Vec<_> = cube.iter().filter_map(|point| point.direction()).collect();
             let coarse =
                 |point: &Vec3<f64>| Vec3::from(point.to_array().map(|x| (3.0 * x).round()));
@@ -174,7 +168,7 @@ mod tests {
             }
         }
         let ball: Vec<_> = (0..2000)
-            .filter_map(|_| Vec3::from(std::array::from_fn(|_| random(&mut seed))).direction())
+            .filter_map(|_| Vec3::from(std::array::from_fn(|_| random.number())).direction())
             .collect();
         let ideal = 4.0 / 3.0 * std::f64::consts::PI;
         assert!((0.99 * ideal..ideal).contains(&volume(&ball)), "{}", volume(&ball));
