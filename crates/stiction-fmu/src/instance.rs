@@ -54,8 +54,8 @@ pub(crate) struct StepEnd {
 }
 
 impl Instance {
-    /// Creates an instance from the folder `resources` of the FMU. `events` and `early` state
-    /// whether the importer supports event mode and accepts steps that end early.
+    /// Creates an instance from the folder `resources` of the FMU. `events` is true if the
+    /// importer supports event mode, and `early` if it accepts steps that end early.
     pub(crate) fn new(
         resources: &Path,
         token: &str,

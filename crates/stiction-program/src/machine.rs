@@ -35,7 +35,7 @@ pub(crate) struct Machine {
     common: usize,
 }
 
-/// Returns the best supported instruction set of this processor; `None` if there is none.
+/// Returns the best instruction set that this processor supports; `None` if it supports none of them.
 #[cfg(target_arch = "x86_64")]
 pub(crate) fn instructions() -> Option<Set> {
     let has_all = is_x86_feature_detected!("avx512f")

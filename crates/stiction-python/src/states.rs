@@ -137,8 +137,8 @@ fn codes<'py>(py: Python<'py>, status: &[Status]) -> Codes<'py> {
     status.iter().map(|status| code(*status)).collect::<Vec<_>>().into_pyarray(py)
 }
 
-/// Creates an array of shape (rows, `rest`…), or of shape `rest` for a single state. `q` states
-/// whether the caller gave a single state, and the number of rows.
+/// Creates an array of shape (rows, `rest`…), or of shape `rest` for a single state. `q` is true
+/// for a single state, with the number of rows.
 fn shaped<'py>(
     py: Python<'py>,
     values: Vec<f64>,

@@ -231,7 +231,7 @@ fn paths_of_inverse_dynamics_are_read() {
         folder.stiction(&["inverse", name, "-o", name]).succeeds();
         let Some(mut person) = open(&folder, name) else { return };
         read_path(&mut person, &folder.read(&format!("{name}/bodies.csv")), &[""]);
-        // Away from the path, nothing is told, and a click changes nothing.
+        // Away from the path, no text appears, and a click changes nothing.
         let panel = Panel::find(&mut person, "svg[data-plan]", 0);
         let before = time(&mut person);
         let corner = (panel.number("left") - 3.0, panel.number("bottom") + 3.0);

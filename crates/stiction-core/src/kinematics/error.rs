@@ -97,9 +97,9 @@ pub enum AssemblyError {
     Jump {
         /// Body with the largest displacement.
         body: String,
-        /// Displacement that the body's velocity does not explain, mm.
+        /// Displacement of the body minus that predicted from its velocity, mm.
         distance_mm: f64,
-        /// Rotation that the body's velocity does not explain, deg.
+        /// Rotation of the body minus that predicted from its velocity, deg.
         angle_deg: f64,
         /// Time between the two instants, s.
         step: f64,

@@ -169,7 +169,7 @@ pub(crate) fn read(
 }
 
 /// Compares the time column of a recording with the stated `rate` and `duration`; reports
-/// contradictions and returns true if there are none. A time column with another unit or clock
+/// contradictions and returns true if both agree. A time column with another unit or clock
 /// would scale all speeds.
 fn is_as_stated(record: &Record<'_>, motion: &Motion) -> bool {
     /// Relative difference of durations at which accelerations are wrong by two percent.

@@ -225,8 +225,8 @@ impl Profile {
         [s, v / self.duration, a / (self.duration * self.duration)]
     }
 
-    /// Returns the index of the phase at a time, s, after the beginning of the move. A phase ends
-    /// where the jerk may jump.
+    /// Returns the index of the phase at a time, s, after the beginning of the move. The jerk
+    /// may jump at the end of a phase.
     pub(crate) fn phase(&self, time: f64) -> usize {
         let x = time / self.duration;
         match &self.shape {

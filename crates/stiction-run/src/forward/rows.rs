@@ -152,7 +152,7 @@ impl Layout {
         self.dofs[..dof].iter().map(width).sum()
     }
 
-    /// Returns the end of a row of `forward.csv`, from the columns of the motors on.
+    /// Returns the part of a row of `forward.csv` that begins with the columns of the motors.
     pub(super) fn motors_in<'r>(&self, row: &'r [f64]) -> &'r [f64] {
         let begin = self.place(self.dofs.len()).min(row.len());
         &row[begin..]

@@ -34,9 +34,8 @@ pub enum Method {
     /// Steps of order eight; each stick or slip onset ends a step.
     EventDriven,
     /// Steps of first order at velocity level (Moreau 1988, Jean 1999); stick and slip onsets lie
-    /// within steps. Accelerations and reactions are means over the last step. Velocities jump
-    /// where no accelerations satisfy the friction laws; [`super::EventKind::Jump`] records each
-    /// jump.
+    /// within steps. Accelerations and reactions are means over the last step. If no accelerations
+    /// satisfy the friction laws, velocities jump; [`super::EventKind::Jump`] records each jump.
     TimeStepping,
 }
 

@@ -11,8 +11,8 @@ use nalgebra::{Matrix3, SymmetricEigen};
 use std::collections::HashMap;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// Meshes by name: the elements of the file, and for meshes that were read, the mesh or the reason
-/// why its mass is unknown.
+/// Meshes by name: the elements of the file, and the meshes read so far. A mesh of unknown mass is
+/// replaced by the reason.
 #[derive(Default)]
 pub(super) struct Meshes {
     pub(super) found: HashMap<String, Element>,
