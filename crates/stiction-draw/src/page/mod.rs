@@ -120,17 +120,51 @@ pub enum Column {
     Number,
 }
 
-/// Replaces the minus signs of numbers by true ones in the texts of a markup, not in its tags.
-fn minus_in_texts(markup: &str) -> String {
+/// Returns a text for people as HTML: escaped, with true minus signs, and with the parts between backticks as code.
+///
+/// The text may contain names from files of users. Since it is escaped before parts become code, and every part of code
+/// is closed, no name can add or hide markup; a name with backticks only changes which words look like code.
+pub fn prose(text: &str) -> String {
+    sentence(&escape(text))
+}
+
+/// Marks the parts between backticks of an escaped text as code, and replaces the minus signs of numbers in the other parts
+/// by true ones. Code keeps the hyphens, because readers copy it. A backtick without a partner, and two without a text
+/// between them, remain as they are.
+fn sentence(escaped: &str) -> String {
+    let mut markup = String::with_capacity(escaped.len());
+    let mut rest = escaped;
+    while let Some((before, after)) = rest.split_once('`') {
+        markup += &with_minus(before);
+        rest = match after.split_once('`') {
+            Some((code, after)) if !code.is_empty() => {
+                markup += &format!("<code>{code}</code>");
+                after
+            }
+            Some((_, after)) => {
+                markup += "``";
+                after
+            }
+            None => {
+                markup.push('`');
+                after
+            }
+        };
+    }
+    markup + &with_minus(rest)
+}
+
+/// Applies `change` to the texts of a markup, not to its tags.
+fn in_texts(markup: &str, change: impl Fn(&str) -> String) -> String {
     let parts = markup.split_inclusive('>').map(|part| {
         let (text, tag) = part.split_at(part.find('<').unwrap_or(part.len()));
-        with_minus(text) + tag
+        change(text) + tag
     });
     parts.collect()
 }
 
 /// Creates an HTML table; column names and cells are inserted as HTML, without escaping. Columns of numbers and
-/// sentences have true minus signs.
+/// sentences have true minus signs, and those of sentences the parts between backticks as code.
 pub fn table(head: &[(String, Column)], rows: &[Vec<String>]) -> String {
     let cell = |element: &str, column: Column, inner: &str| {
         let class = if column == Column::Number { " class=\"number\"" } else { "" };
@@ -146,9 +180,8 @@ pub fn table(head: &[(String, Column)], rows: &[Vec<String>]) -> String {
         inner += "<tr>";
         for ((_, column), text) in head.iter().zip(row) {
             match column {
-                Column::Number | Column::Prose => {
-                    inner += &cell("td", *column, &minus_in_texts(text));
-                }
+                Column::Number => inner += &cell("td", *column, &in_texts(text, with_minus)),
+                Column::Prose => inner += &cell("td", *column, &in_texts(text, sentence)),
                 Column::Text => inner += &cell("td", *column, text),
             }
         }
@@ -223,6 +256,33 @@ mod tests {
         let found = table(&head, &[row]);
         assert!(found.contains("<td>x -1</td>"), "{found}");
         assert!(found.contains("<a href=\"#t=-0.5\">−0.5</a> to −1e−3</td>"), "{found}");
+    }
+
+    /// Checks that parts between backticks become code, with the hyphens that a reader copies.
+    #[test]
+    fn backticks_mark_code() {
+        assert_eq!(prose("see `--set x=-1` at -1 s"), "see <code>--set x=-1</code> at −1 s");
+        assert_eq!(prose("`a` and `b`"), "<code>a</code> and <code>b</code>");
+        let head = [("what".to_owned(), Column::Prose), ("name".to_owned(), Column::Text)];
+        let found = table(&head, &[["joint `a`", "`a`"].map(str::to_owned).to_vec()]);
+        assert!(found.contains("<td>joint <code>a</code></td><td>`a`</td>"), "{found}");
+    }
+
+    /// Checks that names with backticks and tags neither add markup nor swallow text, whatever the number of backticks.
+    #[test]
+    fn hostile_names_are_no_markup() {
+        let names = ["`<script>alert(1)</script>", "a`b", "``", "```", "</code>`", "`&`<b>`", "`"];
+        for name in names {
+            for text in [format!("joint `{name}` is singular"), format!("{name}: -1 `x`")] {
+                let found = prose(&text);
+                let plain = found.replace("<code>", "").replace("</code>", "");
+                assert!(!plain.contains(['<', '>']), "{found}");
+                let parts: Vec<&str> = found.split("<code>").collect();
+                assert!(parts[1..].iter().all(|part| part.matches("</code>").count() == 1));
+                let letters = |text: &str| text.replace('`', "").replace('−', "-");
+                assert_eq!(letters(&plain), letters(&escape(&text)));
+            }
+        }
     }
 
     #[test]

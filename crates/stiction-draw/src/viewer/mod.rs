@@ -1,7 +1,7 @@
 //! Animated robot of a page: a canvas, drawn by a script of this crate, in which the reader can
 //! rotate the robot, play the motion and query values.
 
-use crate::xml::escape;
+use crate::page::prose;
 use base64::prelude::{BASE64_STANDARD, Engine};
 use flate2::Compression;
 use flate2::write::GzEncoder;
@@ -219,6 +219,6 @@ pub fn robot(run: &Shot, others: &[Shot], still: &str, caption: &str) -> String 
          <figcaption><span{class}>{}</span><span class=\"kept\"></span></figcaption>\n\
          <div class=\"readout\" aria-live=\"polite\"></div>\n\
          <script type=\"application/json\" class=\"film\">{data}</script>\n</figure>\n",
-        escape(&caption)
+        prose(&caption)
     )
 }

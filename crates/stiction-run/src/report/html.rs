@@ -2,22 +2,17 @@
 //! markup.
 
 use stiction_draw::figure::{Bars, Figure};
-use stiction_draw::numbers::{number, with_minus};
+use stiction_draw::numbers::number;
 use stiction_draw::page;
 use stiction_draw::xml::escape;
 
-pub(crate) use stiction_draw::page::Column;
+pub(crate) use stiction_draw::page::{Column, prose};
 
 const STYLE: &str = include_str!("style.css");
 
 /// Returns a section with its heading.
 pub(crate) fn section(title: &str, inner: &str) -> String {
     format!("<section>\n<h2>{}</h2>\n{inner}</section>\n", escape(title))
-}
-
-/// Returns the escaped text with true minus signs, for people to read.
-pub(crate) fn prose(text: &str) -> String {
-    escape(&with_minus(text))
 }
 
 /// Returns a paragraph.

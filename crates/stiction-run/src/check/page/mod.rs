@@ -16,7 +16,6 @@ use crate::{Error, Job};
 use serde_json::{Value, json};
 use stiction_draw::drawing::Surface;
 use stiction_draw::numbers::number;
-use stiction_draw::xml::escape;
 
 /// Result of [`draw_page`].
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -116,7 +115,7 @@ fn cards(findings: &Findings) -> String {
 }
 
 fn picture(job: &Job<'_>, portrait: &Portrait) -> String {
-    let caption = |text: &str| format!("<figcaption>{}</figcaption>", escape(text));
+    let caption = |text: &str| format!("<figcaption>{}</figcaption>", html::prose(text));
     let mut inner = portrait.moving(&job.motion.title).unwrap_or_else(|| {
         format!(
             "<figure class=\"picture\">{}{}</figure>\n",
