@@ -90,12 +90,8 @@ impl Portrait {
         if drawing.is_planar() {
             return Vec::new();
         }
-        let views = [
-            ("from the front, along y", View::front()),
-            ("from the right, against x", View::side()),
-            ("from above, against z", View::top()),
-        ];
-        let small = |view| drawing.svg(&view, Detail::Small, Surface::Inline);
-        views.into_iter().map(|(name, view)| (name, small(view))).collect()
+        let named =
+            |view: View| Some((view.words()?, drawing.svg(&view, Detail::Small, Surface::Inline)));
+        [View::front(), View::side(), View::top()].into_iter().filter_map(named).collect()
     }
 }

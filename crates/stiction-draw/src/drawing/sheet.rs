@@ -102,13 +102,18 @@ impl<'a> Sheet<'a> {
         drawn += &scale_and_axes(&self.pen.view, self.scale, &mut area);
         area.least = area.least.map(|x| (x - 8.0).floor());
         area.greatest = area.greatest.map(|x| (x + 8.0).ceil());
-        let sheet = match surface {
-            Surface::Inline => String::new(),
-            Surface::Paper => sheet(&area),
+        let name = match self.pen.view.words() {
+            Some(words) => format!("{}, {words}", self.drawing.placed.mechanism.name()),
+            None => self.drawing.placed.mechanism.name().to_owned(),
         };
-        let name = escape(self.drawing.placed.mechanism.name());
+        let name = escape(&name);
+        // In a page, the heading contains the name; a title would show it wherever the pointer rests.
+        let (sheet, title) = match surface {
+            Surface::Inline => (String::new(), String::new()),
+            Surface::Paper => (sheet(&area), format!("<title>{name}</title>")),
+        };
         format!(
-            r#"<svg xmlns="http://www.w3.org/2000/svg" class="mechanism" role="img" aria-label="{name}" viewBox="{}"><title>{name}</title><style>{}</style>{sheet}{drawn}</svg>"#,
+            r#"<svg xmlns="http://www.w3.org/2000/svg" class="mechanism" role="img" aria-label="{name}" viewBox="{}">{title}<style>{}</style>{sheet}{drawn}</svg>"#,
             view_box(&area),
             style(surface),
         )

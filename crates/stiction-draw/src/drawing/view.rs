@@ -44,6 +44,20 @@ impl View {
         Self::from(Vec3::unit(2), Vec3::unit(1))
     }
 
+    /// Returns the words for a view along a world axis; `None` for any other direction.
+    pub fn words(&self) -> Option<&'static str> {
+        let known = [
+            (-Vec3::unit(1), "from the front, along y"),
+            (Vec3::unit(1), "from behind, against y"),
+            (Vec3::unit(0), "from the right, against x"),
+            (-Vec3::unit(0), "from the left, along x"),
+            (Vec3::unit(2), "from above, against z"),
+            (-Vec3::unit(2), "from below, along z"),
+        ];
+        let is_along = |direction: &Vec3<f64>| (*direction - self.toward).norm() < NONE;
+        known.into_iter().find(|(direction, _)| is_along(direction)).map(|(_, words)| words)
+    }
+
     /// Projects a point; returns its coordinates to the right and downwards, as on a screen, m.
     pub(super) fn project(&self, point: Vec3<f64>) -> [f64; 2] {
         [self.right.dot(point), -self.up.dot(point)]
