@@ -9,9 +9,14 @@ pub(super) type Point = [f64; 2];
 /// Formats a length in px with one decimal; zero has no sign, and a value that is not finite
 /// becomes zero.
 pub(crate) fn px(x: f64) -> String {
-    let tenths = if x.is_finite() { (x * 10.0).round() + 0.0 } else { 0.0 };
-    let text = format!("{:.1}", tenths / 10.0);
-    text.strip_suffix(".0").map(str::to_owned).unwrap_or(text)
+    // Casts of values that are not finite would not give zero for infinities.
+    let tenths = if x.is_finite() { (x * 10.0).round() as i64 } else { 0 };
+    let (sign, size) = (if tenths < 0 { "-" } else { "" }, tenths.unsigned_abs());
+    // Integers are written several times faster than fixed decimals, and pictures consist of lengths.
+    match size % 10 {
+        0 => format!("{sign}{}", size / 10),
+        tenth => format!("{sign}{}.{tenth}", size / 10),
+    }
 }
 
 /// Draws a straight line.
@@ -93,6 +98,10 @@ mod tests {
         assert_eq!(px(-0.01), "0");
         assert_eq!(px(12.04), "12");
         assert_eq!(px(-3.26), "-3.3");
+        assert_eq!(
+            (px(-0.26), px(540.0), px(-100.0)),
+            ("-0.3".into(), "540".into(), "-100".into())
+        );
         assert_eq!(px(f64::NAN), "0");
         assert_eq!(px(f64::INFINITY), "0");
     }
