@@ -79,16 +79,17 @@ impl Job<'_> {
         *follower.solver.settings_mut() =
             Settings { friction: self.friction, rest_speed, ..Settings::default() };
         let start = &follower.solver;
-        let spins = start.constraints().spins().len();
+        let spins = start.constraints().spins();
         let actuators = start.mechanism().actuators().count();
         // Mobility for which the mechanism is designed: at most the number of actuated degrees of
         // freedom and local rotations.
-        let meant = extremes.mobility.min(actuators + spins);
+        let meant = extremes.mobility.min(actuators + spins.len());
         let verdict = Verdict {
             samples: count,
             assembly_notes: start.assembly_report().notes(),
             mobility: extremes.mobility,
             idle_spins: idle_spins(start),
+            idle_axes: spins.iter().map(|spin| (spin.body.0, spin.axis)).collect(),
             redundancy: 0,
             weighting: start.weighting(),
             rest_speed,

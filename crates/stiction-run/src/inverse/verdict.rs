@@ -3,6 +3,7 @@
 use super::certainty::{Margin, OtherSolutions};
 use super::uniqueness::Singular;
 use stiction_core::dynamics::{InverseDynamics, Weighting};
+use stiction_core::spatial::Vec3;
 
 /// Uniqueness, mobility and singularity of the results along a whole motion.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,6 +17,8 @@ pub struct Verdict {
     pub mobility: usize,
     /// Names of the bodies that can rotate freely about their own axes.
     pub idle_spins: Vec<String>,
+    /// Index of each of these bodies, and the unit vector along its axis in the axes of the body.
+    pub(crate) idle_axes: Vec<(usize, Vec3<f64>)>,
     /// Largest number of redundant constraints and actuators at any sample.
     pub redundancy: usize,
     /// Weighting that selects one of several solutions of the static equilibrium; `None` if the

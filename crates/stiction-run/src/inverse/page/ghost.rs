@@ -1,36 +1,35 @@
 //! Motion that the mechanism gains near a singular configuration, for the animation of the robot.
 
-use crate::instants::Instants;
-use crate::job::Job;
+use crate::inverse::animation::Nearest;
+use stiction_core::mechanism::Mechanism;
+use stiction_core::parameters::Parameters;
 use stiction_core::spatial::Vec3;
+use stiction_core::statics::Statics;
+use stiction_core::statics::newton_euler::NewtonEuler;
 use stiction_draw::viewer::Ghost;
 
-/// Number of samples that the mechanism advances in one step on the way to the requested time.
-const STRIDE: usize = 16;
-
-/// Determines the least-constrained motion of the mechanism with locked actuators at a time, s.
-/// `index` is the actuation singularity index at this time. `None` if the mechanism cannot follow
-/// the motion to that time, or has no such least-constrained motion.
-pub(super) fn least_constrained(job: &Job<'_>, time: f64, index: f64) -> Option<Ghost> {
-    let instants: Instants = job.instants().ok()?;
-    let mut follower = job.assemble(instants.at(0)).ok()?;
-    let between = instants.iter().skip(1).step_by(STRIDE).take_while(|at| *at < time);
-    for at in between.collect::<Vec<_>>() {
-        follower.go_to(at).ok()?;
-    }
-    if time > follower.time() {
-        follower.go_to(time).ok()?;
-    }
-    let solver = &follower.solver;
-    let gained = solver.statics().weakest_motion(&solver.idle_axes())?;
-    let twists = gained.twists.iter().zip(&solver.bodies().pose).map(|(twist, pose)| {
+/// Determines the least-constrained motion of the mechanism with locked actuators at a sample. `idle_axes` contains each
+/// body that can rotate freely about an axis, with this axis in the axes of the body. `None` if the mechanism has no such
+/// least-constrained motion.
+pub(super) fn least_constrained(
+    mechanism: &Mechanism,
+    idle_axes: &[(usize, Vec3<f64>)],
+    at: &Nearest,
+) -> Option<Ghost> {
+    let (bodies, pose) = (&at.bodies, &at.bodies.pose);
+    let balance = NewtonEuler::new(mechanism, &Parameters::new(mechanism), bodies);
+    let statics = Statics::new(mechanism, balance, bodies.frame_j.clone());
+    let idle: Vec<_> =
+        idle_axes.iter().map(|&(body, axis)| (body, pose[body].rotation * axis)).collect();
+    let gained = statics.weakest_motion(&idle)?;
+    let twists = gained.twists.iter().zip(pose).map(|(twist, pose)| {
         let velocity = twist.linear + twist.angular.cross(pose.position);
         [velocity, twist.angular].map(Vec3::to_array)
     });
     let twists: Vec<_> = twists.collect();
     twists.iter().flatten().flatten().all(|x| x.is_finite()).then_some(Ghost {
-        time,
-        index,
+        time: at.time,
+        index: at.index,
         twists,
     })
 }

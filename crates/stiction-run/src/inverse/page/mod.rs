@@ -2,7 +2,7 @@
 
 mod ghost;
 mod tables;
-mod verdicts;
+pub(super) mod verdicts;
 
 use super::animation::Animation;
 use super::summary::Summary;
@@ -37,14 +37,14 @@ pub fn draw_report(
         true => inner,
         false => section(title, &inner),
     };
-    let least = &summary.actuation;
-    let ghost = least.value.is_finite();
-    let ghost = ghost.then(|| ghost::least_constrained(job, least.time, least.value)).flatten();
+    let ghost = animation.nearest.as_ref().and_then(|nearest| {
+        ghost::least_constrained(&job.model.mechanism, &verdict.idle_axes, nearest)
+    });
     let inner = [
         header(job.model, &about(job, summary, verdict)),
         cards(job, summary, verdict),
         html::warnings(&summary.cautions(job)),
-        section("The robot", &animation.0.figure(caption(job), ghost)),
+        section("The robot", &animation.shared.figure(caption(job), ghost)),
         of("Actuator efforts", efforts),
         of("Motors", motors),
         of("Friction", friction),
