@@ -10,7 +10,7 @@ use crate::written::note_folder;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use stiction::Robot;
-use stiction_run::comparison::{Comparison, EffortCurves, Headline, Reel, overlay};
+use stiction_run::comparison::{ComparedRun, Comparison, EffortCurves, Reel, overlay};
 
 /// Combination of a motion and a load, as the user wrote them, with the name of the folder for the
 /// results.
@@ -23,7 +23,7 @@ pub(crate) struct Case<'a> {
 /// Results of the run for one [`Case`].
 pub(crate) struct Done {
     pub(crate) json: Value,
-    pub(crate) headlines: Vec<Headline>,
+    pub(crate) compared: ComparedRun,
     pub(crate) efforts: EffortCurves,
     /// Animation of the robot for the report on all cases, if this report is written.
     pub(crate) reel: Option<Reel>,
@@ -97,7 +97,7 @@ pub(crate) fn run_all(
     // The folder of the envelope, which is written last.
     let outputs = folder.map(|dir| Outputs::new(dir, robot.files_read())).transpose()?;
     outputs.as_ref().map_or(Ok(()), Outputs::refuse_interrupted)?;
-    let (mut runs, mut figures, mut files) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut runs, mut compared, mut files) = (Vec::new(), Vec::new(), Vec::new());
     let (mut curves, mut reels) = (Vec::new(), Vec::new());
     for (index, case) in cases.iter().enumerate() {
         let own = folder.map(|dir| dir.join(&case.name));
@@ -111,11 +111,11 @@ pub(crate) fn run_all(
         }
         files.extend(run.files);
         runs.push(json!({ "name": case.name, "summary": run.json }));
-        figures.push((case.name.clone(), run.headlines));
+        compared.push((case.name.clone(), run.compared));
         curves.push((case.name.clone(), run.efforts));
         reels.extend(run.reel.map(|reel| (case.name.clone(), reel)));
     }
-    let comparison = Comparison::new(figures);
+    let comparison = Comparison::of_cases(compared);
     let json = json!({ "cases": runs, "envelope": comparison.json() });
     if as_json {
         print(&format!("{json:#}\n"))?;

@@ -54,7 +54,7 @@ fn execute(options: &Compare) -> Result<(), Failure> {
         friction: options.friction,
         step: options.sampling.step,
         threads: options.threads.threads,
-        friction_margin: false,
+        friction_margin: options.friction_margin,
         filter: options.filter,
         formats: Formats { csv: true, npz: false, mcap: false },
         report: options.report,
@@ -71,34 +71,35 @@ fn execute(options: &Compare) -> Result<(), Failure> {
     let inputs = robots.iter().flat_map(Robot::files_read).collect();
     let outputs = folder.map(|dir| Outputs::new(dir, inputs)).transpose()?;
     outputs.as_ref().map_or(Ok(()), Outputs::refuse_interrupted)?;
-    let (mut runs, mut figures) = (Vec::new(), Vec::new());
+    let (mut runs, mut compared) = (Vec::new(), Vec::new());
     let (mut curves, mut reels) = (Vec::new(), Vec::new());
     let mut files = Vec::new();
-    let mut text = String::new();
+    let (mut text, mut about) = (String::new(), String::new());
     for (index, (robot, request)) in robots.iter().zip(&requests).enumerate() {
         let side = ["A", "B"][index];
         let folder = folder.map(|dir| dir.join(side));
         let run = along(robot, request, &choice, folder.as_deref(), &interrupted, |_| Ok(()))
             .map_err(of_side(index))?;
         let job = request.job()?;
-        text += &format!(
-            "{side}: {}\n   motion {}, load {}, friction {}\n",
-            heading(robot.name(), robot.title()),
+        let heading = heading(robot.name(), robot.title());
+        let conditions = format!(
+            "motion {}, load {}, friction {}",
             job.motion_name,
             job.load_name,
             run.json["options"]["friction"].as_str().unwrap_or_default(),
         );
+        text += &format!("{side}: {heading}\n   {conditions}\n");
+        about += &format!("{side}: {heading}; {conditions}\n");
         for caution in run.json["cautions"].as_array().into_iter().flatten() {
             text += &format!("   CAUTION: {}\n", caution.as_str().unwrap_or_default());
         }
         files.extend(run.files);
         runs.push(run.json);
-        figures.push((side.to_owned(), run.headlines));
+        compared.push((side.to_owned(), run.compared));
         curves.push((side.to_owned(), run.efforts));
         reels.extend(run.reel.map(|reel| (side.to_owned(), reel)));
     }
-    let about = text.replace("\n   ", "; ");
-    let comparison = Comparison::new(figures);
+    let comparison = Comparison::of_models(compared);
     let json = json!({ "comparison": comparison.json(), "A": runs[0], "B": runs[1] });
     if options.json {
         print(&format!("{json:#}\n"))?;
@@ -106,7 +107,10 @@ fn execute(options: &Compare) -> Result<(), Failure> {
         let mut table = String::new();
         // Writing to a string cannot fail.
         let _ = comparison.write_differences(&mut table);
-        print(&format!("{}\n{table}", folded(&text)))?;
+        let mut cautions = String::new();
+        let _ = comparison.write_cautions(&mut cautions);
+        let space = if cautions.is_empty() { "" } else { "\n" };
+        print(&format!("{}\n{table}{space}{}", folded(&text), folded(&cautions)))?;
         if !comparison.has_common_effort() {
             note!(
                 "\nnote: the models have no actuator name in common, so their efforts are not \

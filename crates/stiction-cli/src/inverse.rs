@@ -18,7 +18,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use stiction::{Error, FrictionMode, Robot};
 use stiction_run::Indices;
-use stiction_run::comparison::{EffortCurves, Headline, Reel};
+use stiction_run::comparison::{ComparedRun, EffortCurves, Reel};
 use stiction_run::inverse::{Animation, Curves, Summary, Tables, draw_report, write_summary};
 
 pub(crate) fn run(options: &Inverse) -> Result<(), Failure> {
@@ -86,8 +86,8 @@ fn several(
         let run = along(robot, &requests[index], choice, folder, interrupted, |run| {
             if options.json { Ok(()) } else { print(&folded(&run.text)) }
         })?;
-        let Run { json, headlines, efforts, reel, files, .. } = run;
-        Ok(Done { json, headlines, efforts, reel, files })
+        let Run { json, compared, efforts, reel, files, .. } = run;
+        Ok(Done { json, compared, efforts, reel, files })
     })
 }
 
@@ -138,7 +138,7 @@ pub(crate) struct Run {
     pub(crate) json: Value,
     /// Summary of the run for the terminal.
     pub(crate) text: String,
-    pub(crate) headlines: Vec<Headline>,
+    pub(crate) compared: ComparedRun,
     pub(crate) efforts: EffortCurves,
     /// Animation of the robot for the common report of several runs.
     pub(crate) reel: Option<Reel>,
@@ -210,8 +210,8 @@ pub(crate) fn along(
     let _ = write_summary(&mut text, &job, &summary, &verdict);
     let reel = animation.as_ref().filter(|_| choice.runs > 1);
     let reel = reel.and_then(|animation| animation.reel(choice.runs));
-    let headlines = summary.headlines();
-    let mut run = Run { json, text, headlines, efforts, reel, files: Vec::new() };
+    let compared = summary.compared(&job, &verdict);
+    let mut run = Run { json, text, compared, efforts, reel, files: Vec::new() };
     show(&run)?;
     if let (Some(mut outputs), Some(tables), Some(curves)) = (outputs, tables, curves) {
         let files = tables.finish().map_err(|error| outputs.trouble_with_tables(error))?;

@@ -1,6 +1,7 @@
 //! Comparison of runs: headline figures, which are single numbers such as the peak of an effort,
 //! side by side, and the efforts of all runs in one plot.
 
+pub use crate::compared_run::ComparedRun;
 use crate::motor_load::MotorLoad;
 use crate::names::{Names, legs_of_actuators};
 pub use crate::report::animation::Reel;
@@ -88,7 +89,18 @@ pub(crate) fn motor_headlines<'a>(
 pub struct Comparison {
     /// Labels of the compared runs.
     labels: Vec<String>,
+    runs: Vec<ComparedRun>,
     rows: Vec<Row>,
+    purpose: Purpose,
+}
+
+/// Subject of a comparison.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Purpose {
+    /// Models, under the same conditions if possible.
+    Models,
+    /// Motions and loads of one model.
+    Cases,
 }
 
 /// Headline figure with its values in several runs. The value is `None` for each run that does not
@@ -103,6 +115,17 @@ impl Row {
     /// Returns the headline figure of the first run that has this figure.
     pub(super) fn headline(&self) -> &Headline {
         &self.headline
+    }
+
+    /// Returns true for a figure of an actuator effort.
+    pub(super) fn is_effort(&self) -> bool {
+        self.headline.name.contains(" effort, ")
+    }
+
+    /// Returns the largest magnitude of a value, or of the terms of which the values are sums.
+    pub(super) fn scale(&self) -> f64 {
+        let known = self.values.iter().flatten();
+        known.fold(0.0, |max, x| max.max(x.value.abs()).max(x.scale))
     }
 
     /// Returns the values of all runs as shown to readers, with rounding errors replaced by zero.
@@ -124,9 +147,8 @@ impl Row {
         // Fraction of the largest term or value below which a value is a rounding error.
         const ROUNDING: f64 = 1e-9;
         let [Some(a), Some(b)] = self.values.as_slice() else { return None };
-        let scale = [a, b].iter().fold(0.0_f64, |max, x| max.max(x.value.abs()).max(x.scale));
         let difference = b.value - a.value;
-        let is_reference = a.value.abs() > ROUNDING * scale;
+        let is_reference = a.value.abs() > ROUNDING * self.scale();
         Some((difference, is_reference.then(|| difference / a.value.abs())))
     }
 }
@@ -142,15 +164,34 @@ impl Comparison {
         self.rows.iter()
     }
 
-    /// Arranges the headline figures of several runs side by side. The figures of the first run
+    /// Returns the compared runs, in the order of their labels.
+    pub(super) fn runs(&self) -> &[ComparedRun] {
+        &self.runs
+    }
+
+    /// Returns the subject of the comparison.
+    pub(super) fn purpose(&self) -> Purpose {
+        self.purpose
+    }
+
+    /// Arranges the headline figures of runs of several models side by side. The figures of the first run
     /// come first, followed by the figures of each further run that no earlier run has.
-    pub fn new(runs: Vec<(String, Vec<Headline>)>) -> Self {
+    pub fn of_models(runs: Vec<(String, ComparedRun)>) -> Self {
+        Self::new(runs, Purpose::Models)
+    }
+
+    /// Arranges the headline figures of runs of one model with several motions or loads side by side, in the order of
+    /// [`Self::of_models`].
+    pub fn of_cases(runs: Vec<(String, ComparedRun)>) -> Self {
+        Self::new(runs, Purpose::Cases)
+    }
+
+    fn new(runs: Vec<(String, ComparedRun)>, purpose: Purpose) -> Self {
         let mut rows: Vec<Row> = Vec::new();
         let count = runs.len();
-        let mut labels = Vec::new();
-        for (index, (label, headlines)) in runs.into_iter().enumerate() {
-            labels.push(label);
-            for headline in headlines {
+        let (labels, runs): (Vec<String>, Vec<ComparedRun>) = runs.into_iter().unzip();
+        for (index, run) in runs.iter().enumerate() {
+            for headline in run.headlines.iter().cloned() {
                 let same = |row: &Row| {
                     (&row.headline.name, row.headline.unit) == (&headline.name, headline.unit)
                 };
@@ -165,12 +206,12 @@ impl Comparison {
                 rows[place].values[index] = Some(headline);
             }
         }
-        Self { labels, rows }
+        Self { labels, runs, rows, purpose }
     }
 
     /// Returns true if all runs have at least one headline figure of an actuator effort in common.
     pub fn has_common_effort(&self) -> bool {
-        let mut efforts = self.rows.iter().filter(|row| row.headline.name.contains(" effort, "));
+        let mut efforts = self.rows.iter().filter(|row| row.is_effort());
         efforts.any(|row| row.values.iter().all(Option::is_some))
     }
 
@@ -220,9 +261,9 @@ impl Comparison {
         widths.max().unwrap_or(0)
     }
 
-    /// Returns all headline figures as a JSON object. `runs` lists the labels of the runs.
-    /// `figures` contains, for each figure, its values in the order of the runs, the worst value,
-    /// and for two runs the difference.
+    /// Returns the comparison as a JSON object. `runs` lists the labels of the runs.
+    /// `figures` contains, for each headline figure, its values in the order of the runs, the worst value,
+    /// and for two runs the difference. `verdicts` contains the verdicts with their meaning.
     pub fn json(&self) -> Value {
         let figures = self.rows.iter().map(|row| {
             let values: Vec<Option<f64>> =
@@ -242,7 +283,11 @@ impl Comparison {
             }
             figure
         });
-        json!({ "runs": self.labels, "figures": figures.collect::<Vec<_>>() })
+        json!({
+            "runs": self.labels,
+            "figures": figures.collect::<Vec<_>>(),
+            "verdicts": self.findings_json(),
+        })
     }
 
     /// Returns all headline figures as CSV, with a row for each figure and a column for each run.
@@ -334,6 +379,13 @@ mod tests {
         }
     }
 
+    /// Compares runs with the given headline figures.
+    fn comparison(runs: Vec<(&str, Vec<Headline>)>) -> Comparison {
+        let run = |headlines| ComparedRun { headlines, ..ComparedRun::default() };
+        let runs = runs.into_iter().map(|(label, headlines)| (label.to_owned(), run(headlines)));
+        Comparison::of_models(runs.collect())
+    }
+
     /// Checks that a value that is only a rounding error is shown as zero, and that no relative
     /// difference to it is computed.
     #[test]
@@ -342,11 +394,11 @@ mod tests {
             vec![Headline::new("work".to_owned(), "J", value, (None, scale))]
         };
         let relative = |a: f64, b: f64, scale: f64| {
-            let runs = vec![("A".to_owned(), work(a, scale)), ("B".to_owned(), work(b, scale))];
-            Comparison::new(runs).json()["figures"][0]["relative_difference"].clone()
+            let runs = vec![("A", work(a, scale)), ("B", work(b, scale))];
+            comparison(runs).json()["figures"][0]["relative_difference"].clone()
         };
         assert_eq!(relative(2e-15, -3e-15, 10.0), json!(null));
-        let shown = |value, scale| Comparison::new(vec![("A".to_owned(), work(value, scale))]);
+        let shown = |value, scale| comparison(vec![("A", work(value, scale))]);
         let shown = |value, scale| shown(value, scale).rows[0].shown_values().next().unwrap();
         assert_eq!((shown(2e-15, 10.0), shown(2e-9, 10.0)), (Some(0.0), Some(2e-9)));
         let half = |relative: serde_json::Value| (relative.as_f64().unwrap() - 0.5).abs() < 1e-12;
@@ -357,10 +409,10 @@ mod tests {
     #[test]
     fn figures_meet_by_name() {
         let runs = vec![
-            ("a".to_owned(), vec![headline("x", 2.0, false), headline("index", 0.5, true)]),
-            ("b".to_owned(), vec![headline("index", 0.2, true), headline("y", 1.0, false)]),
+            ("a", vec![headline("x", 2.0, false), headline("index", 0.5, true)]),
+            ("b", vec![headline("index", 0.2, true), headline("y", 1.0, false)]),
         ];
-        let comparison = Comparison::new(runs);
+        let comparison = comparison(runs);
         let json = comparison.json();
         assert_eq!(json["figures"][0]["values"], json!([2.0, null]));
         assert_eq!(json["figures"][1]["worst"]["run"], "b");

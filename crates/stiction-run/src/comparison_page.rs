@@ -3,16 +3,16 @@
 use crate::comparison::{Comparison, Reel};
 use crate::report::animation::{MOST_RUNS, together};
 use crate::report::html::{self, Column, note, section, text};
-use crate::report::version;
+use crate::report::{findings, version};
 use stiction_draw::figure::Figure;
 use stiction_draw::numbers::{number, percent};
 use stiction_draw::xml::escape;
 
 impl Comparison {
     /// Returns the HTML report that compares two runs, or that shows the worst values of several
-    /// runs. The report contains the headline figures of all runs, the moving robots of `reels`
-    /// drawn over each other, the efforts of all runs in one plot, and links to the reports of the
-    /// runs. The report of a run is in a folder with the label of the run.
+    /// runs. The report contains the cautions and the headline figures of all runs, the moving robots of
+    /// `reels` drawn over each other, the efforts of all runs in one plot, verdicts, and links to the
+    /// reports of the runs. The report of a run is in a folder with the label of the run.
     pub fn report(
         &self,
         (title, about): (&str, &str),
@@ -38,15 +38,21 @@ impl Comparison {
         });
         let about: String =
             about.lines().filter(|line| !line.trim().is_empty()).map(note).collect();
+        let each = self.labels().iter().zip(self.runs());
+        let cautions: Vec<String> = each
+            .flat_map(|(label, run)| run.cautions.iter().map(move |one| format!("{label}: {one}")))
+            .collect();
         let inner = [
             format!("<h1>{}</h1>\n", escape(title)),
             about,
+            html::warnings(&cautions),
             section("Figures side by side", &self.table()),
             match robots.as_str() {
                 "" => String::new(),
                 robots => section("The robots", robots),
             },
             section("Actuator efforts", &html::curves(figure)),
+            findings(&self.findings()),
             section("Reports of the runs", &format!("<p>{}</p>\n", links.join(" · "))),
             section("To repeat this run", &(command + &version())),
         ];

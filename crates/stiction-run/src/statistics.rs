@@ -133,6 +133,11 @@ impl Metrics {
 pub(crate) struct Range(Option<(f64, f64)>);
 
 impl Range {
+    /// Returns the least and the greatest value; `None` without values.
+    pub(crate) fn ends(&self) -> Option<(f64, f64)> {
+        self.0
+    }
+
     pub(crate) fn add(&mut self, value: f64) {
         let (least, greatest) = self.0.unwrap_or((value, value));
         self.0 = Some((least.min(value), greatest.max(value)));

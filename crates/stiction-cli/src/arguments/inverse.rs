@@ -89,6 +89,10 @@ pub(crate) struct Compare {
     pub(crate) friction: Option<Friction>,
     #[command(flatten)]
     pub(crate) sampling: Sampling,
+    /// Find the friction margin to jamming of both models: the factor by which all friction coefficients can grow before
+    /// friction locks the mechanism
+    #[arg(long)]
+    pub(crate) friction_margin: bool,
     #[command(flatten)]
     pub(crate) threads: Threads,
     #[command(flatten)]

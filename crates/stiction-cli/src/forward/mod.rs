@@ -310,18 +310,13 @@ fn single(
         note!("\nTables and plots: add -o DIR");
     }
     let lost = summary.energy_lost(&job.settings, &outcome.events);
+    let compared = summary.compared(&job, &outcome);
     if cut && limit.is_passed() {
         return Err(limit.failure(Some((outcome.last, kept))));
     }
     ended(outcome, kept)?;
     match lost {
-        None => Ok(Done {
-            json,
-            headlines: summary.headlines(),
-            efforts: efforts.curves,
-            reel,
-            files: written,
-        }),
+        None => Ok(Done { json, compared, efforts: efforts.curves, reel, files: written }),
         Some(part) => Err(stiction::energy_lost(part).into()),
     }
 }

@@ -39,6 +39,55 @@ fn two_variants_of_a_model() {
     assert!(said.succeeds().contains("B: slope: with bodies.block.mass=4 kg"));
 }
 
+/// The verdicts of a comparison state what differs and which model has a problem, in JSON, on the terminal and in the
+/// report.
+#[test]
+fn comparisons_have_verdicts() {
+    let folder = Folder::new("compare-verdicts");
+    folder.write("slope.toml", &slope(0.1));
+    let verdicts = |more: &[&str]| {
+        let options = [&["compare", "slope.toml", "--json", "-o", "out"], more].concat();
+        let value: Value = serde_json::from_str(folder.stiction(&options).succeeds()).unwrap();
+        let all = value["comparison"]["verdicts"].as_array().unwrap().clone();
+        all.into_iter()
+            .map(|one| {
+                ["class", "statement", "meaning"].map(|key| one[key].as_str().unwrap().to_owned())
+            })
+            .collect::<Vec<_>>()
+    };
+    let states = |all: &[[String; 3]], class: &str, words: &str| {
+        assert!(
+            all.iter().any(|one| one[0] == class && one[1].contains(words)),
+            "{words}: {all:#?}"
+        );
+    };
+    let all = verdicts(&["--set-b", "bodies.block.mass=4 kg", "--friction-margin"]);
+    states(&all, "good", "Largest relative change of an effort: slope effort, ");
+    states(&all, "good", "(+100.0 %)");
+    states(&all, "good", "Both runs: Statics determines all reactions and efforts");
+    states(&all, "good", "Both runs: Nothing locks with up to ");
+    let page = folder.read("out/report.html");
+    assert!(page.contains("<b>Both runs: Statics determines all reactions and efforts</b>"));
+    let all = verdicts(&["--set-b", "joints.slope.friction.mu=0.2", "--friction", "off"]);
+    states(&all, "note", "All figures of the runs are equal up to rounding");
+
+    // Only the second model has a redundant guide, whose share of the friction is unknown.
+    let guide = "[joints.guide]\ntype = \"P\"\nfrom = \"ground\"\nto = \"block\"\nat = [0, 1, 0]\nto_at = [0, 1, 0]\n\
+                 axis = [\"cos(30 deg)\", 0, \"sin(30 deg)\"]\nfriction = { mu = 0.3 }\n";
+    let text = slope(0.1);
+    let at = text.find("[motions.up]").unwrap();
+    folder.write("two.toml", &format!("{}{guide}{}", &text[..at], &text[at..]));
+    let all = verdicts(&["two.toml"]);
+    states(&all, "caution", "B: The actuator efforts are not unique");
+    states(&all, "good", "A: Statics determines all reactions and efforts");
+    let said = folder.stiction(&["compare", "slope.toml", "two.toml"]);
+    assert!(
+        said.succeeds().contains("\nCAUTION: B: The actuator efforts are not unique"),
+        "{}",
+        said.out
+    );
+}
+
 #[test]
 fn wrong_comparisons_are_refused() {
     let folder = Folder::new("compare-wrong");

@@ -1,16 +1,35 @@
 //! Headline figures of a simulation, for comparison with other runs.
 
 use super::job::Job;
+use super::outcome::Outcome;
+use super::page::verdicts;
 use super::rows::{Layout, Rows};
 use super::summary::Summary;
+use crate::compared_run::{ComparedRun, Conditions};
 use crate::comparison::{EffortCurves, Headline, motor_headlines};
 use crate::{Sink, SinkError};
 
 impl Summary {
+    /// Returns the results that a comparison with other runs uses.
+    pub fn compared(&self, job: &Job<'_>, outcome: &Outcome) -> ComparedRun {
+        ComparedRun {
+            conditions: Conditions {
+                motion: job.motion_name.clone(),
+                load: job.load_name.clone(),
+                friction: if job.friction { "on" } else { "off" },
+            },
+            mobility: None,
+            travel: Vec::new(),
+            headlines: self.headlines(),
+            cautions: self.cautions(job),
+            findings: verdicts::of(job, self, outcome),
+        }
+    }
+
     /// Returns the headline figures: peak magnitude and root mean square of each effort, peak
     /// tracking errors, work of actuators and friction, the largest joint reaction, and torque,
     /// speed, power and limits of each motor.
-    pub fn headlines(&self) -> Vec<Headline> {
+    fn headlines(&self) -> Vec<Headline> {
         let mut all = Vec::new();
         let mut add = |name: String, unit, value: f64, at| {
             all.push(Headline::new(name, unit, value, at));

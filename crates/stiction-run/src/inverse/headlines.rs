@@ -1,15 +1,44 @@
 //! Headline figures of an inverse dynamics run, for comparison with other runs.
 
+use super::page::verdicts;
 use super::sample::Sample;
 use super::summary::Summary;
+use super::verdict::Verdict;
+use crate::compared_run::{ComparedRun, Conditions, Travel};
 use crate::comparison::{EffortCurves, Headline, motor_headlines};
+use crate::job::{Job, friction_word};
 use crate::{Sink, SinkError};
 
 impl Summary {
+    /// Returns the results that a comparison with other runs uses.
+    pub fn compared(&self, job: &Job<'_>, verdict: &Verdict) -> ComparedRun {
+        ComparedRun {
+            conditions: Conditions {
+                motion: job.motion_name.clone(),
+                load: job.load_name.clone(),
+                friction: friction_word(job.friction),
+            },
+            mobility: Some(verdict.mobility.saturating_sub(verdict.idle_spins.len())),
+            travel: self.travel().collect(),
+            headlines: self.headlines(),
+            cautions: self.cautions(job),
+            findings: verdicts::of(job, self, verdict),
+        }
+    }
+
+    /// Returns the range of each actuator's coordinate.
+    fn travel(&self) -> impl Iterator<Item = Travel> {
+        let positions = self.names.drives.iter().zip(self.positions());
+        positions.filter_map(|((name, unit), range)| {
+            let unit = if *unit == "N" { "m" } else { "rad" };
+            Some(Travel { name: name.clone(), unit, ends: range.ends()? })
+        })
+    }
+
     /// Returns the headline figures: peak magnitude and root mean square of each effort; peak power
     /// of each actuator; torque, speed, power and limits of each motor; work; the largest joint
     /// reaction; and the least singularity indices.
-    pub fn headlines(&self) -> Vec<Headline> {
+    fn headlines(&self) -> Vec<Headline> {
         let mut all = Vec::new();
         let mut add = |name: String, unit, value: f64, at| {
             all.push(Headline::new(name, unit, value, at));

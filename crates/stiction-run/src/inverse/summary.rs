@@ -137,6 +137,11 @@ impl Summary {
         self.span.map_or(0.0, |(first, last)| last - first)
     }
 
+    /// Returns the range of the coordinate of each actuator, m or rad.
+    pub(super) fn positions(&self) -> impl Iterator<Item = &Range> {
+        self.motions.iter().map(|(position, _, _)| position)
+    }
+
     /// Returns the statistics of the power of each actuator, W.
     pub(super) fn powers(&self) -> impl Iterator<Item = &Size> {
         self.motions.iter().map(|(_, _, power)| power)

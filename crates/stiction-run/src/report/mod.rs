@@ -6,7 +6,7 @@ pub(crate) mod animation;
 mod finding;
 pub(crate) mod html;
 
-pub(crate) use finding::{Finding, findings};
+pub(crate) use finding::{Finding, findings, findings_json};
 
 use crate::statistics::{Reactions, Size};
 use html::{Column, note, paragraph, section, table, text};

@@ -1,7 +1,7 @@
 //! Report of a simulation as a self-contained HTML page that animates the robot.
 
 mod tables;
-mod verdicts;
+pub(super) mod verdicts;
 
 use super::animation::Animation;
 use super::job::Job;

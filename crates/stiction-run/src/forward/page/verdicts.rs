@@ -9,7 +9,7 @@ use crate::forward::terminal::COARSE;
 use crate::report::Finding;
 use stiction_draw::numbers::{number, order};
 
-pub(super) fn of(job: &Job<'_>, summary: &Summary, outcome: &Outcome) -> Vec<Finding> {
+pub(in crate::forward) fn of(job: &Job<'_>, summary: &Summary, outcome: &Outcome) -> Vec<Finding> {
     let mut all = Vec::new();
     ending(job, summary, outcome, &mut all);
     energy(job, summary, outcome, &mut all);

@@ -16,7 +16,7 @@ const CLOSED: f64 = 1e-6;
 /// Largest number of names that one sentence of a verdict lists.
 const NAMED: usize = 6;
 
-pub(super) fn of(job: &Job<'_>, summary: &Summary, verdict: &Verdict) -> Vec<Finding> {
+pub(in crate::inverse) fn of(job: &Job<'_>, summary: &Summary, verdict: &Verdict) -> Vec<Finding> {
     let mut all = Vec::new();
     singular(summary, verdict, &mut all);
     uniqueness(job, summary, verdict, &mut all);

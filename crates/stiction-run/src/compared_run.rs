@@ -1,0 +1,35 @@
+//! One run of a comparison: its conditions, headline figures, cautions and verdicts.
+
+use crate::comparison::Headline;
+use crate::report::Finding;
+
+/// Results of one run that a comparison of several runs uses.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ComparedRun {
+    pub(crate) conditions: Conditions,
+    /// Least number of degrees of freedom along the motion without passive rotations; `None` if it is not computed.
+    pub(crate) mobility: Option<usize>,
+    /// Coordinates of the actuators.
+    pub(crate) travel: Vec<Travel>,
+    pub(crate) headlines: Vec<Headline>,
+    /// Exceeded ranges and limits, and doubts about a recording.
+    pub(crate) cautions: Vec<String>,
+    pub(crate) findings: Vec<Finding>,
+}
+
+/// Conditions of a run that do not belong to the model.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Conditions {
+    pub(crate) motion: String,
+    pub(crate) load: String,
+    pub(crate) friction: &'static str,
+}
+
+/// Least and greatest coordinate of an actuator along a motion.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Travel {
+    pub(crate) name: String,
+    /// Unit of the coordinate, m or rad.
+    pub(crate) unit: &'static str,
+    pub(crate) ends: (f64, f64),
+}
