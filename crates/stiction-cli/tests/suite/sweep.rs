@@ -1,5 +1,6 @@
 //! `stiction sweep`: values, parts, threads, interruptions, invalid input.
 
+use crate::program::models::slope;
 use crate::program::{Folder, Said};
 use serde_json::Value;
 use std::fs;
@@ -129,6 +130,8 @@ fn threads_and_merged_parts_give_the_same_bytes() {
     );
     let words: Vec<&str> = rows.iter().map(|row| row[4].split(' ').next().unwrap()).collect();
     assert_eq!(words, ["ok", "no", "ok", "failed:", "ok", "ok", "ok"]);
+    let json = |path: &str| serde_json::from_str::<Value>(&folder.read(path)).unwrap();
+    assert_eq!(json("one/sweep.json")["verdicts"], json("all/sweep.json")["verdicts"]);
 
     let refused = |arguments: &[&str], words: &str| {
         let said = folder.stiction(arguments);
@@ -328,4 +331,104 @@ fn bad_arguments_are_explained() {
     }
     insta::assert_snapshot!(all);
     assert!(!folder.0.join("out").exists());
+}
+
+/// Verdicts of a study: class, statement and meaning.
+fn verdicts(folder: &Folder, arguments: &[&str]) -> Vec<[String; 3]> {
+    let said = folder.stiction(&[&["sweep"], arguments, &["--json", "-o", "verdicts"]].concat());
+    let value: Value = serde_json::from_str(&said.out).unwrap_or_else(|_| panic!("{}", said.err));
+    let text = |one: &Value, key: &str| one[key].as_str().unwrap().to_owned();
+    let all = value["verdicts"].as_array().unwrap();
+    all.iter().map(|one| ["class", "statement", "meaning"].map(|key| text(one, key))).collect()
+}
+
+/// Verdicts with the given words in the statement and in the meaning.
+fn states(all: &[[String; 3]], class: &str, statement: &str, meaning: &str) {
+    let is_it = |one: &[String; 3]| {
+        one[0] == class && one[1].contains(statement) && one[2].contains(meaning)
+    };
+    assert!(all.iter().any(is_it), "{class} {statement} {meaning}: {all:#?}");
+}
+
+/// A study states which designs fail and why, with advice for each reason, and the report shows the same verdicts.
+#[test]
+fn a_study_has_verdicts() {
+    let folder = Folder::new("sweep-verdicts");
+    folder
+        .write("designs.csv", "crank [mm],tool.mass\n190,0.5 kg\n1,0.5\n2,0.5\n210,heavy\n220,1\n");
+    let effort = ["--objective", "peak(left_motor.effort)"];
+    let all = verdicts(&folder, &[&["five-bar", "--table", "designs.csv"], &effort[..]].concat());
+    states(
+        &all,
+        "caution",
+        "2 of 5 designs have no results: rows 2, 3; row 2: ",
+        "cannot make the motion",
+    );
+    states(&all, "caution", "1 of 5 designs has no results: row 4: ", "The model cannot be read");
+    let ends = "least 5.707 in row 1; greatest 8.814 in row 5, at an end of `crank`, `tool.mass`";
+    states(&all, "good", ends, "One lies between the ends");
+    let page = folder.read("verdicts/report.html");
+    assert!(page.contains("2 of 5 designs have no results: rows 2, 3; row 2: "));
+    assert!(page.find("<h2>Verdicts</h2>") < page.find("<h2>Extremes</h2>"));
+
+    let vary = ["five-bar", "--vary", "crank = 180 mm..240 mm in 4"];
+    let index = ["--objective", "min(distance.actuation)"];
+    let all = verdicts(&folder, &[&vary[..], &index].concat());
+    states(&all, "good", "All designs have results without cautions", "no singular position");
+    let statement = "least 0.1664 in row 1, at an end of `crank`; greatest 0.2260 in row 3";
+    states(&all, "good", statement, "One lies between the ends");
+}
+
+/// Each kind of caution and failure of a design has its own advice.
+#[test]
+fn reasons_have_advice() {
+    let folder = Folder::new("sweep-advice");
+    folder.write("slope.toml", &slope(0.1).replace("actuated", "range = [0, 0.15]\nactuated"));
+    let effort = ["--objective", "peak(slope.effort)"];
+    let vary =
+        ["slope.toml", "--friction", "off", "--vary", "joints.slope.friction.mu = 0.1..0.3 in 3"];
+    let all = verdicts(&folder, &[&vary[..], &effort].concat());
+    states(
+        &all,
+        "caution",
+        "3 of 3 designs have cautions: rows 1, 2, 3; row 1: slope exceeds its range of",
+        "leaves its declared range",
+    );
+    states(&all, "note", "peak(slope.effort) [N] is 10.00 in all designs", "no effect");
+
+    let motor =
+        "[actuators.M]\njoint = \"slope\"\nlead = \"10 mm/rev\"\nlimits = { peak = \"10 mN m\" }\n";
+    folder.write("motor.toml", &format!("{}{motor}", slope(0.0)));
+    let mass = ["--vary", "bodies.block.mass = [0.2 kg, 2 kg, 4 kg]"];
+    let all = verdicts(&folder, &[&["motor.toml"], &mass[..], &effort].concat());
+    states(
+        &all,
+        "caution",
+        "2 of 3 designs have cautions: rows 2, 3; row 2: M: ",
+        "A limit of a motor is exceeded",
+    );
+    states(
+        &all,
+        "note",
+        "is greatest in row 3, which has cautions",
+        "Without them, the greatest value is 1.000 in row 1",
+    );
+
+    let all = verdicts(
+        &folder,
+        &[
+            "3upu-singular",
+            "--vary",
+            "bodies.platform.mass = [1 kg, 2 kg]",
+            "--objective",
+            "peak(leg1.P.effort)",
+        ],
+    );
+    states(
+        &all,
+        "caution",
+        "2 of 2 designs have cautions: rows 1, 2; row 1: singular at t = 0 s",
+        "cannot balance every load. ",
+    );
+    states(&all, "caution", "actuator efforts are not unique", "depend on an assumption");
 }

@@ -1,8 +1,10 @@
 //! Summary of a study: extremes of the objectives, failures and cautions.
 
+use super::remarks::Remarks;
 use super::row::{Row, Status};
 use crate::names::width;
 use crate::report::animation::MOST_RUNS;
+use crate::report::findings_json;
 use serde_json::{Map, Value, json};
 use std::fmt::{self, Write};
 use stiction_draw::numbers::number;
@@ -23,10 +25,19 @@ pub struct Findings {
     pub(super) doubtful: u64,
     /// True as long as every failure was caused by invalid values of the keys.
     are_all_bad_inputs: bool,
+    /// Least and greatest value of each objective.
     pub(super) extremes: Vec<Option<[Extreme; 2]>>,
+    /// Least and greatest value of each objective in rows without cautions.
+    pub(super) sound: Vec<Option<[Extreme; 2]>>,
+    /// For each objective, the number of rows with results in which it has no value.
+    pub(super) missing: Vec<u64>,
+    /// Least and greatest number of each varied key; `None` without numbers.
+    pub(super) spans: Vec<Option<(f64, f64)>>,
+    /// All cautions and failures.
+    pub(super) remarks: Remarks,
     /// First rows with cautions or failures: the number of the row, and the text of the caution or
     /// failure.
-    pub(super) remarks: Vec<(u64, String)>,
+    first_remarks: Vec<(u64, String)>,
     pub(super) first: Vec<(u64, Vec<Setting>, Row)>,
 }
 
@@ -49,7 +60,11 @@ impl Findings {
             doubtful: 0,
             are_all_bad_inputs: true,
             extremes: vec![None; objectives.len()],
-            remarks: Vec::new(),
+            sound: vec![None; objectives.len()],
+            missing: vec![0; objectives.len()],
+            spans: vec![None; keys.len()],
+            remarks: Remarks::default(),
+            first_remarks: Vec::new(),
             first: Vec::new(),
         }
     }
@@ -64,25 +79,27 @@ impl Findings {
             }
             Status::Computed { doubts } => self.doubtful += u64::from(!doubts.is_empty()),
         }
-        if !row.status.is_ok() && self.remarks.len() < KEPT {
-            self.remarks.push((number, row.status.to_string()));
+        self.remarks.add(number, &row.status);
+        if !row.status.is_ok() && self.first_remarks.len() < KEPT {
+            self.first_remarks.push((number, row.status.to_string()));
+        }
+        for (span, setting) in self.spans.iter_mut().zip(settings) {
+            let Setting::Number(value) = *setting else { continue };
+            let (low, high) = span.unwrap_or((value, value));
+            *span = Some((low.min(value), high.max(value)));
         }
         if self.first.len() <= LISTED {
             self.first.push((number, settings.to_vec(), row.clone()));
         }
-        for (extremes, value) in self.extremes.iter_mut().zip(&row.values) {
-            let Some(value) = *value else { continue };
+        for (k, value) in row.values.iter().enumerate() {
+            let Some(value) = *value else {
+                self.missing[k] += u64::from(!row.status.is_failed());
+                continue;
+            };
             let extreme = || Extreme { value, row: number, settings: settings.to_vec() };
-            match extremes {
-                None => *extremes = Some([extreme(), extreme()]),
-                Some([least, greatest]) => {
-                    if value < least.value {
-                        *least = extreme();
-                    }
-                    if value > greatest.value {
-                        *greatest = extreme();
-                    }
-                }
+            update(&mut self.extremes[k], value, extreme);
+            if row.status.is_ok() {
+                update(&mut self.sound[k], value, extreme);
             }
         }
     }
@@ -109,7 +126,7 @@ impl Findings {
     /// If no design has results, returns true if all failures were caused by invalid values of the
     /// keys, and the reason of the first failure. Returns `None` if any design has results.
     pub fn failure(&self) -> Option<(bool, String)> {
-        let (row, reason) = self.remarks.first()?;
+        let (row, reason) = self.first_remarks.first()?;
         (self.rows > 0 && self.failed == self.rows).then(|| {
             (self.are_all_bad_inputs, format!("no design has results; row {row}: {reason}"))
         })
@@ -126,7 +143,7 @@ impl Findings {
             objectives.insert(objective.clone(), value.unwrap_or(Value::Null));
         }
         let remarks =
-            self.remarks.iter().map(|(row, status)| json!({ "row": row, "status": status }));
+            self.first_remarks.iter().map(|(row, status)| json!({ "row": row, "status": status }));
         json!({
             "rows": self.rows,
             "ok": self.rows - self.failed - self.doubtful,
@@ -134,6 +151,7 @@ impl Findings {
             "failed": self.failed,
             "objectives": objectives,
             "first_remarks": remarks.collect::<Vec<_>>(),
+            "verdicts": findings_json(&self.verdicts()),
         })
     }
 
@@ -165,10 +183,10 @@ impl Findings {
             }
         }
         writeln!(out)?;
-        for (row, remark) in &self.remarks {
+        for (row, remark) in &self.first_remarks {
             writeln!(out, "row {row}: {remark}")?;
         }
-        let more = self.doubtful + self.failed - self.remarks.len() as u64;
+        let more = self.doubtful + self.failed - self.first_remarks.len() as u64;
         if more > 0 {
             writeln!(out, "and {more} more; the column `status` of sweep.csv shows all of them")?;
         }
@@ -222,6 +240,21 @@ impl Findings {
             }
         }
         Ok(())
+    }
+}
+
+/// Updates the least and the greatest value of an objective with the value of a row.
+fn update(extremes: &mut Option<[Extreme; 2]>, value: f64, extreme: impl Fn() -> Extreme) {
+    match extremes {
+        None => *extremes = Some([extreme(), extreme()]),
+        Some([least, greatest]) => {
+            if value < least.value {
+                *least = extreme();
+            }
+            if value > greatest.value {
+                *greatest = extreme();
+            }
+        }
     }
 }
 

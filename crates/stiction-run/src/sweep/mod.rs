@@ -14,10 +14,12 @@ mod findings;
 mod latin_hypercube;
 mod objective;
 mod page;
+mod remarks;
 mod row;
 mod sobol;
 mod statistic;
 mod table;
+mod verdicts;
 
 pub use crate::ordered::in_order;
 pub use design::{Design, DesignError};

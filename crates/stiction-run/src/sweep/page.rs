@@ -3,22 +3,18 @@
 use super::figures::{Picture, Pictures};
 use super::findings::{Findings, LISTED, cells};
 use crate::comparison::Reel;
-use crate::names::listed;
 use crate::report::animation::together;
-use crate::report::html::{self, Column, card, note, section, table, warnings};
-use crate::report::{heading, repeat};
+use crate::report::html::{self, Column, card, note, section, table};
+use crate::report::{findings as verdicts, heading, repeat};
 use serde_json::Value;
 use stiction_draw::xml::escape;
 
-/// Largest number of rows that a caution lists.
-const NAMED: usize = 12;
-
 /// Returns the report of a study as HTML: name and title of the robot, which may be empty, counts,
-/// extremes of the objectives, the animated robots of `reels` (each with its label) overlaid on each
+/// verdicts, extremes of the objectives, the animated robots of `reels` (each with its label) overlaid on each
 /// other, pictures, the first designs, and the options for repeating the study.
 pub fn draw_report(
     (name, title): (&str, &str),
-    (findings, pictures): (&Findings, &Pictures),
+    (found, pictures): (&Findings, &Pictures),
     reels: Vec<(String, Reel)>,
     command: Option<&str>,
     options: &Value,
@@ -35,15 +31,15 @@ pub fn draw_report(
     let robots = together(reels, caption);
     let inner = [
         heading(name, title, about),
-        cards(findings),
-        warnings(&remarks(findings)),
-        section("Extremes", &extremes(findings)),
+        cards(found),
+        verdicts(&found.verdicts()),
+        section("Extremes", &extremes(found)),
         match robots.as_str() {
             "" => String::new(),
             robots => section("The robots", robots),
         },
         drawn(pictures),
-        designs(findings),
+        designs(found),
         repeat(command, options),
     ];
     let (title, inner) = (format!("{name}: study"), inner.concat());
@@ -66,27 +62,6 @@ fn cards(findings: &Findings) -> String {
         }
     }
     html::cards(&all)
-}
-
-/// Lists the first cautions and failures, each with its rows, and the number of the remaining ones.
-fn remarks(findings: &Findings) -> Vec<String> {
-    let mut groups: Vec<(&str, Vec<u64>)> = Vec::new();
-    for (row, remark) in &findings.remarks {
-        match groups.iter_mut().find(|(known, _)| known == remark) {
-            Some((_, rows)) => rows.push(*row),
-            None => groups.push((remark, vec![*row])),
-        }
-    }
-    let line = |(remark, rows): &(&str, Vec<u64>)| match &rows[..] {
-        [row] => format!("row {row}: {remark}"),
-        rows => format!("rows {}: {remark}", listed(rows.iter().map(u64::to_string), NAMED)),
-    };
-    let mut all: Vec<String> = groups.iter().map(line).collect();
-    let more = findings.doubtful + findings.failed - findings.remarks.len() as u64;
-    if more > 0 {
-        all.push(format!("and {more} more; the column `status` of sweep.csv shows all of them"));
-    }
-    all
 }
 
 fn extremes(findings: &Findings) -> String {
