@@ -1,21 +1,23 @@
 //! Meshes of an MJCF file: their masses, and the simple shapes that MuJoCo fits to them.
 
-use super::super::hull::{NoHull, convex_hull};
+use super::super::context::Context;
+use super::super::hull::{Flat, convex_hull};
 use super::super::inertia::Mass;
 use super::super::mesh::{self, Content};
 use super::super::xml::Element;
 use super::Reader;
 use crate::diagnostic::quoted;
-use crate::triangles::{self, Triangle};
+use crate::triangles::{self, Surface, Triangle};
 use nalgebra::{Matrix3, SymmetricEigen};
 use std::collections::HashMap;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// Meshes by name: the elements of the file, and the meshes read so far. A mesh of unknown mass is
-/// replaced by the reason.
+/// Meshes by name: the elements of the file with the lists of vertices and faces in them, and the
+/// meshes read so far. A mesh of unknown mass is replaced by the reason.
 #[derive(Default)]
 pub(super) struct Meshes {
     pub(super) found: HashMap<String, Element>,
+    lists: HashMap<String, Surface>,
     read: HashMap<String, Result<Mesh, Lost>>,
 }
 
@@ -30,10 +32,11 @@ pub(super) struct Lost {
     pub(super) is_absent: bool,
 }
 
-/// Remedy for a mesh that has no triangles in the file, because MuJoCo generates it, or whose convex
-/// hull is too large.
+/// Remedy for a mesh whose triangles are not in the file, because MuJoCo generates it.
 const SAVE: &str = "list the triangles in `face`, or give the body an <inertial>: MuJoCo can compute and write it \
                     (<compiler saveinertial=\"true\"/>, mj_saveLastXML)";
+/// Remedy for a mesh without faces and without a convex hull.
+const ADD_FACES: &str = "list the triangles in `face`, or give the body an <inertial>";
 /// Remedy for a mesh that cannot be read.
 const REPLACE: &str = "provide a valid mesh file (its path is relative to the robot file and to `meshdir`), or give \
                        the body an <inertial>";
@@ -58,7 +61,7 @@ pub(super) struct Fitted {
 }
 
 impl Mesh {
-    fn new(triangles: &[Triangle], mass: Mass) -> Self {
+    fn new(vertices: impl Iterator<Item = Vec3<f64>>, mass: Mass) -> Self {
         let eigen = SymmetricEigen::new(Matrix3::from(mass.inertia));
         let mut order = [0, 1, 2];
         order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
@@ -72,8 +75,8 @@ impl Mesh {
         };
         let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
         let to_principal = principal.inverse();
-        for point in triangles.iter().flatten() {
-            for (k, x) in to_principal.apply(*point).to_array().into_iter().enumerate() {
+        for point in vertices {
+            for (k, x) in to_principal.apply(point).to_array().into_iter().enumerate() {
                 bounds[0][k] = bounds[0][k].min(x);
                 bounds[1][k] = bounds[1][k].max(x);
             }
@@ -109,8 +112,8 @@ impl Mesh {
 }
 
 impl Reader<'_, '_> {
-    /// Stores the `mesh` elements of the MJCF file. The mesh files are read later, when a mass
-    /// depends on them.
+    /// Stores the `mesh` elements of the MJCF file, with their lists of vertices and faces. The mesh
+    /// files are read later, when a mass depends on them.
     pub(super) fn read_meshes(&mut self, root: &Element) {
         for element in root.all("asset").flat_map(|asset| asset.all("mesh")) {
             let mesh = self.defaults.applied(self.context, element, None);
@@ -118,6 +121,12 @@ impl Reader<'_, '_> {
                 let name = file.rsplit(['/', '\\']).next().unwrap_or(file);
                 name.rsplit_once('.').map_or(name, |(stem, _)| stem).to_owned()
             });
+            if mesh.get("file").is_none()
+                && let Some(surface) = lists(self.context, &mesh)
+                && let Some(name) = mesh.get("name")
+            {
+                self.meshes.lists.insert(name.to_owned(), surface);
+            }
             let Some(name) = mesh.get("name").map(str::to_owned).or(file) else { continue };
             self.meshes.found.insert(name, mesh);
         }
@@ -140,43 +149,34 @@ impl Reader<'_, '_> {
             lost(format!("there is no mesh {}", quoted(name)), "correct the name in `mesh`")
         })?;
         let scale = mesh.numbers::<3>(context, "scale").unwrap_or([1.0; 3]);
-        let triangles = match (mesh.get("file"), mesh.list(context, "vertex")) {
-            (Some(file), _) => {
+        let surface = match mesh.get("file") {
+            Some(file) => {
                 let path = self.settings.mesh_path(file);
                 let failed = |why: String| {
                     lost(format!("the mesh {} cannot be read: {why}", quoted(&path)), REPLACE)
                 };
                 let bytes = (context.files)(&path)
                     .map_err(|why| Lost { is_absent: true, ..failed(why) })?;
-                triangles::read(&path, &bytes).map_err(failed)?
+                triangles::read_surface(&path, &bytes).map_err(failed)?
             }
-            (None, Some(vertices)) if mesh.get("face").is_none() => {
-                let points =
-                    vertices.chunks_exact(3).map(|at| single(Vec3::new(at[0], at[1], at[2])));
-                self.hull(mesh, points.collect())
-                    .map_err(|why| lost(format!("the mesh {} has {why}", quoted(name)), SAVE))?
-            }
-            (None, Some(vertices)) => {
-                let faces = mesh.list(context, "face").unwrap_or_default();
-                let count = vertices.len() / 3;
-                let point = |index: &f64| {
-                    let exists = index.fract() == 0.0 && *index >= 0.0 && *index < count as f64;
-                    let at = exists.then(|| 3 * (*index as usize))?;
-                    let point = vertices.get(at..at + 3)?;
-                    Some(Vec3::new(point[0], point[1], point[2]))
-                };
-                let triangle =
-                    |face: &[f64]| Some([point(&face[0])?, point(&face[1])?, point(&face[2])?]);
-                let triangles: Option<Vec<_>> = faces.chunks_exact(3).map(triangle).collect();
-                let triangles = triangles.filter(|triangles| !triangles.is_empty());
-                let why =
-                    || format!("the mesh {} has no faces, or faces without vertices", quoted(name));
-                triangles.ok_or_else(|| lost(why(), SAVE))?
-            }
-            _ => {
-                let why = format!("the mesh {} has neither file nor faces", quoted(name));
-                return Err(lost(why, SAVE));
-            }
+            None => self.meshes.lists.get(name).cloned().ok_or_else(|| {
+                lost(format!("the mesh {} has neither file nor vertices", quoted(name)), SAVE)
+            })?,
+        };
+        let triangles = match (surface.triangles.is_empty(), mesh.get("inertia")) {
+            (false, Some("convex")) => self.hull(mesh, &surface.vertices).unwrap_or_else(|why| {
+                let message = format!(
+                    "the mesh {} has {why}: the inertia is that of the mesh itself, not of its \
+                     convex hull",
+                    quoted(name)
+                );
+                context.note(message, Some(mesh.place()));
+                surface.triangles
+            }),
+            (false, _) => surface.triangles,
+            (true, _) => self
+                .hull(mesh, &surface.vertices)
+                .map_err(|why| lost(format!("the mesh {} has {why}", quoted(name)), ADD_FACES))?,
         };
         let position = Vec3::from(mesh.numbers::<3>(context, "refpos").unwrap_or([0.0; 3]));
         let turn = mesh.numbers::<4>(context, "refquat");
@@ -187,21 +187,6 @@ impl Reader<'_, '_> {
         };
         let triangles: Vec<Triangle> =
             triangles.iter().map(|corners| corners.map(placed)).collect();
-        let triangles = match mesh.get("inertia") {
-            Some("convex") => {
-                let corners = triangles.iter().flatten().copied().collect();
-                self.hull(mesh, corners).unwrap_or_else(|why| {
-                    let message = format!(
-                        "the mesh {} has {why}: the inertia is that of the mesh itself, not of its \
-                         convex hull",
-                        quoted(name)
-                    );
-                    context.note(message, Some(mesh.place()));
-                    triangles
-                })
-            }
-            _ => triangles,
-        };
         let content = match mesh.get("inertia") {
             Some("exact" | "convex") => Content::Solid,
             Some("legacy") => Content::Pyramids,
@@ -216,23 +201,21 @@ impl Reader<'_, '_> {
         if mass.mass == 0.0 {
             return Err(lost(format!("the mesh {} encloses no volume", quoted(name)), REPLACE));
         }
-        Ok(Mesh::new(&triangles, mass))
+        Ok(Mesh::new(surface.vertices.iter().copied().map(placed), mass))
     }
 
-    /// Returns the convex hull of points, by which MuJoCo replaces a mesh without faces, or the end
+    /// Returns the convex hull of vertices, by which MuJoCo replaces a mesh without faces, or the end
     /// of the sentence "the mesh has".
-    fn hull(&self, mesh: &Element, points: Vec<Vec3<f64>>) -> Result<Vec<Triangle>, &'static str> {
+    fn hull(&self, mesh: &Element, vertices: &[Vec3<f64>]) -> Result<Vec<Triangle>, &'static str> {
         if mesh.number(self.context, "maxhullvert").is_some_and(|most| most > 0.0) {
             let message = "maxhullvert is left out: the convex hull keeps all of its vertices";
             self.context.note(message, Some(mesh.place()));
         }
+        let points: Vec<Vec3<f64>> = vertices.iter().copied().map(single).collect();
         if !points.iter().all(|point| point.is_finite()) {
             return Err("vertices beyond single precision");
         }
-        convex_hull(&points).map_err(|error| match error {
-            NoHull::Flat => "no convex hull: all vertices are in a plane",
-            NoHull::TooLarge => "too large a convex hull: more than 20 000 faces",
-        })
+        convex_hull(&points).map_err(|Flat| "no convex hull: all vertices are in a plane")
     }
 
     /// Adds a remark if the mass of a mesh by MuJoCo's default rule differs from the mass of the
@@ -255,6 +238,54 @@ impl Reader<'_, '_> {
             self.context.note(message, Some(mesh.place()));
         }
     }
+}
+
+/// Reads the vertices and faces that a `mesh` element lists itself; `None` if it lists no vertices,
+/// or after an error.
+fn lists(context: &Context<'_>, mesh: &Element) -> Option<Surface> {
+    let vertices: Vec<_> = triples(context, mesh, "vertex")?.into_iter().map(Vec3::from).collect();
+    let faces = triples(context, mesh, "face").unwrap_or_default();
+    let vertex = |index: f64| {
+        let is_whole = index.fract() == 0.0 && index >= 0.0;
+        let vertex = is_whole.then(|| vertices.get(index as usize).copied()).flatten();
+        if vertex.is_none()
+            && let Some(attribute) = mesh.attribute("face")
+        {
+            let most = vertices.len().saturating_sub(1);
+            let message = format!(
+                "{index} in `face` of {} is not the number of a vertex, from 0 to {most}",
+                mesh.title()
+            );
+            let help = "give three numbers of vertices for each triangle; the first vertex is 0";
+            context.error("mesh", message, &attribute.place(), help);
+        }
+        vertex
+    };
+    let triangle = |[a, b, c]: [f64; 3]| Some([vertex(a)?, vertex(b)?, vertex(c)?]);
+    // One error for each mesh is enough.
+    let triangles: Option<Vec<Triangle>> = faces.into_iter().map(triangle).collect();
+    let triangles = triangles?;
+    Some(Surface { vertices, triangles })
+}
+
+/// Reads a list of points or triangles; reports a list that is not a multiple of three numbers.
+fn triples(context: &Context<'_>, mesh: &Element, key: &str) -> Option<Vec<[f64; 3]>> {
+    let attribute = mesh.attribute(key)?;
+    let numbers = mesh.list(context, key)?;
+    let (triples, []) = numbers.as_chunks::<3>() else {
+        let message = format!(
+            "`{key}` of {} has {} numbers, which is not a multiple of 3",
+            mesh.title(),
+            numbers.len()
+        );
+        let help = match key {
+            "vertex" => "give three coordinates for each vertex",
+            _ => "give three numbers of vertices for each triangle",
+        };
+        context.error("mesh", message, &attribute.place(), help);
+        return None;
+    };
+    Some(triples.to_vec())
 }
 
 /// Rounds a point to single precision, in which MuJoCo reads the vertices of all meshes.

@@ -72,6 +72,9 @@ pub(super) fn read(context: &Context<'_>, root: &Element) -> Option<Description>
         meshes: mesh::Meshes::default(),
     };
     reader.read_meshes(&root);
+    if context.has_errors() {
+        return None;
+    }
     reader.read_bodies(&root);
     if context.has_errors() {
         return None;

@@ -6,6 +6,8 @@ mod gearings;
 mod hostile;
 mod legs;
 mod meaning;
+mod meshes;
 mod mujoco;
+mod tilts;
 mod tree;
 mod truths;
