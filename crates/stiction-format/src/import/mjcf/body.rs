@@ -4,7 +4,7 @@ use super::super::description::{Body, GROUND};
 use super::super::inertia::{Mass, symmetric};
 use super::super::xml::Element;
 use super::Reader;
-use super::settings::FromGeoms;
+use super::settings::{FromGeoms, pose_of_ends};
 use crate::diagnostic::quoted;
 use nalgebra::{Matrix3, SymmetricEigen};
 use stiction_core::mechanism::GROUND_NAME;
@@ -78,12 +78,7 @@ impl Reader<'_, '_> {
         let site = self.defaults.applied(self.context, item.element, item.class);
         let Some(name) = site.get("name") else { return };
         let pose = match site.numbers::<6>(self.context, "fromto") {
-            Some([a, b, c, d, e, f]) => {
-                let (from, to) = (Vec3::new(a, b, c), Vec3::new(d, e, f));
-                let along = (to + -from).direction().unwrap_or(Vec3::unit(2));
-                let rotation = Mat3::between(Vec3::unit(2), along);
-                Pose { position: (from + to) * 0.5, rotation }
-            }
+            Some([a, b, c, d, e, f]) => pose_of_ends([Vec3::new(a, b, c), Vec3::new(d, e, f)]),
             None => self.settings.pose(self.context, &site),
         };
         self.sites.insert(name.to_owned(), (body, item.frame * pose));
@@ -170,16 +165,20 @@ impl Reader<'_, '_> {
             FromGeoms::Never => false,
             FromGeoms::Missing => inertial.is_none(),
         };
-        let mass = match inertial {
-            Some(item) if !from_geoms => self.read_inertial(item).placed(item.frame),
-            _ if from_geoms => {
+        let mass = match from_geoms {
+            true => {
                 let geoms = items.iter().filter(|item| item.element.tag == "geom");
                 geoms.fold(Mass::none(), |sum, item| {
                     let geom = self.defaults.applied(self.context, item.element, item.class);
                     sum.with(self.geom_mass(&geom, name, is_fixed).placed(item.frame))
                 })
             }
-            _ => Mass::none(),
+            false => Mass::none(),
+        };
+        // If no geom has mass, the body keeps its `inertial`.
+        let mass = match inertial.filter(|_| mass.mass == 0.0) {
+            Some(item) => self.read_inertial(item).placed(item.frame),
+            None => mass,
         };
         if mass.mass < 0.0 {
             let message = format!("the mass of body {} is negative", quoted(name));

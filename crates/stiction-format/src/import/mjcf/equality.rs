@@ -125,7 +125,12 @@ impl Reader<'_, '_> {
                     let rotation = rotation::quaternion([a, b, c, d])?;
                     Some(Pose { position: Vec3::new(x, y, z), rotation })
                 });
-                [given.unwrap_or_else(|| self.between(ends)), Pose::identity()]
+                // A given pose is that of the weld point of the second body.
+                let anchor = element.numbers::<3>(self.context, "anchor").unwrap_or([0.0; 3]);
+                match given {
+                    Some(given) => [given, Pose::at(Vec3::from(anchor))],
+                    None => [self.between(ends), Pose::identity()],
+                }
             }
         };
         let mut joint = Joint::new(name, JointType::Fixed, (ends[0], ends[1]));

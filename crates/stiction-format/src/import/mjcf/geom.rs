@@ -6,8 +6,9 @@ use super::super::xml::Element;
 use super::super::{shell, solid};
 use super::Reader;
 use super::mesh::{Fitted, Lost};
+use super::settings::pose_of_ends;
 use crate::diagnostic::quoted;
-use stiction_core::spatial::{Mat3, Pose, Vec3};
+use stiction_core::spatial::{Pose, Vec3};
 
 /// Default density of geoms, kg/m³.
 const DENSITY: f64 = 1000.0;
@@ -91,11 +92,7 @@ impl Reader<'_, '_> {
 
     fn pose_of(&self, geom: &Element) -> Pose<f64> {
         match self.ends_of(geom) {
-            Some([from, to]) => {
-                let along = (to + -from).direction().unwrap_or(Vec3::unit(2));
-                let rotation = Mat3::between(Vec3::unit(2), along);
-                Pose { position: (from + to) * 0.5, rotation }
-            }
+            Some(ends) => pose_of_ends(ends),
             None => self.settings.pose(self.context, geom),
         }
     }

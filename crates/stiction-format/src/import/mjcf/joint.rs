@@ -101,6 +101,7 @@ impl Reader<'_, '_> {
                 context.error("mjcf", message, &element.place(), help);
             }
             joint.start = Some(start);
+            self.note_left(element, "free", &["damping", "stiffness", "armature", "frictionloss"]);
             return Some(joint);
         }
         let position = element.numbers::<3>(context, "pos").unwrap_or([0.0; 3]);
@@ -112,6 +113,7 @@ impl Reader<'_, '_> {
                 let message = "range and stiffness of ball joints are left out";
                 context.note(message, Some(element.place()));
             }
+            self.note_left(element, "ball", &["armature", "frictionloss"]);
         } else {
             let axis = element.numbers::<3>(context, "axis").unwrap_or([0.0, 0.0, 1.0]);
             let Some(axis) = Vec3::from(axis).direction() else {
@@ -129,6 +131,14 @@ impl Reader<'_, '_> {
             joint.frame_k = own * reference;
         }
         Some(joint)
+    }
+
+    /// Adds a remark on properties of a joint of this kind that the model does not express.
+    fn note_left(&self, element: &Element, kind: &str, keys: &[&str]) {
+        for key in keys.iter().filter(|key| self.first(element, key) != 0.0) {
+            let message = format!("`{key}` of a {kind} joint is left out");
+            self.context.note(message, Some(element.place()));
+        }
     }
 
     /// Reads the first number of an attribute, which newer files may extend to the coefficients of

@@ -193,7 +193,7 @@ impl Settings {
         }
         if let Some(axis) = element.numbers::<3>(context, "zaxis") {
             return match Vec3::from(axis).direction() {
-                Some(axis) => Mat3::between(Vec3::unit(2), axis),
+                Some(axis) => z_to(axis),
                 None => zero("zaxis"),
             };
         }
@@ -220,6 +220,24 @@ impl Settings {
             false => format!("{}/{file}", self.mesh_folder),
         }
     }
+}
+
+/// Smallest rotation that maps the z axis to the unit vector `axis`; half a turn about the x axis if the two are opposite,
+/// as MuJoCo chooses among such rotations.
+fn z_to(axis: Vec3<f64>) -> Mat3<f64> {
+    // MuJoCo's limit for directions that count as parallel.
+    const PARALLEL: f64 = 1e-10;
+    let [x, y, z] = [0, 1, 2].map(Vec3::unit);
+    match axis.z < 0.0 && axis.cross(z).norm() < PARALLEL {
+        true => Mat3::from_columns(x, -y, -z),
+        false => Mat3::between(z, axis),
+    }
+}
+
+/// Pose of a geom or site whose ends are given by `fromto`: its z axis points from the second end to the first.
+pub(super) fn pose_of_ends([from, to]: [Vec3<f64>; 2]) -> Pose<f64> {
+    let along = (from + -to).direction().unwrap_or(Vec3::unit(2));
+    Pose { position: (from + to) * 0.5, rotation: z_to(along) }
 }
 
 /// Rotation by `angle`, rad, about the unit vector `axis`. Quarter turns about the coordinate axes

@@ -8,13 +8,13 @@ use stiction_core::kinematics::{Coordinate, Target};
 use stiction_core::mechanism::JointId;
 use stiction_format::{Imported, ModelFile};
 
-fn notes(imported: &Imported) -> String {
+pub(super) fn notes(imported: &Imported) -> String {
     imported.notes.iter().map(|note| note.line() + "\n").collect()
 }
 
 /// Text of a body on a hinge about the y axis, with further elements before, inside and after the
 /// body.
-fn hinged(before: &str, inside: &str, after: &str) -> String {
+pub(super) fn hinged(before: &str, inside: &str, after: &str) -> String {
     format!(
         "<mujoco>{before}<worldbody><site name='s0' pos='0 0 1'/><body name='a'><joint name='j' axis='0 1 0'/>\n{inside}\
          </body></worldbody>{after}<actuator><motor name='m' joint='j'/></actuator></mujoco>"
@@ -56,9 +56,14 @@ const MESH: &str =
     "<mesh name='q' vertex='0 0 0 .5 0 0 0 .7 0 0 0 1.1' face='0 2 1 0 1 3 0 3 2 1 2 3'/>";
 
 /// Mass, centre of mass, and moments xx, yy, zz of a body with one geom.
-fn properties(before: &str, geom: &str) -> [f64; 7] {
+pub(super) fn properties(before: &str, geom: &str) -> [f64; 7] {
+    properties_with(before, geom, &[])
+}
+
+/// Mass properties of a body with one geom, as [`properties`], with further files.
+pub(super) fn properties_with(before: &str, geom: &str, files: &[(&str, &str)]) -> [f64; 7] {
     let text = hinged(before, geom, "");
-    let mechanism = model(&convert("r.xml", &text)).mechanism;
+    let mechanism = model(&with_files("r.xml", &text, files, false)).mechanism;
     let body = mechanism.bodies().iter().find(|body| body.name == "a").unwrap();
     let [x, y, z] = body.com.to_array();
     let moment = |k: usize| body.inertia.at(k, k);
@@ -149,61 +154,12 @@ fn shells_have_the_mass_of_their_surface() {
     assert!((mass - 1_580.869_717_126_927_8).abs() < 1e-9, "{mass}");
 }
 
-/// Vertices without faces, some of them inside or on faces and edges, and the hull of a mesh that is not convex.
-#[test]
-fn meshes_without_faces_are_their_convex_hull() {
-    let points =
-        "0 0 0 0.5 0 0 0 0.7 0 0 0 1.1 0.4 0.5 0.6 0.1 0.1 0.1 0.25 0 0 0.3 0.3 0.3 0.5 0.7 0";
-    let place = "<geom type='mesh' mesh='q' pos='.1 .2 .3' euler='10 20 30'/>";
-    let expected = [
-        167.166_670_252_879_4,
-        0.243_513_293_071_610_88,
-        0.502_778_470_234_019_9,
-        0.635_164_936_339_497_3,
-        12.831_248_811_290_338,
-        9.999_159_711_396_477,
-        9.179_187_316_406_969,
-    ];
-    let l_shape = "0 0 0 .2 0 0 .2 .1 0 .1 .1 0 .1 .2 0 0 .2 0 0 0 .05 .2 0 .05 .2 .1 .05 .1 .1 .05 .1 .2 .05 0 .2 .05";
-    let faces = "0 2 1 6 7 8 0 3 2 6 8 9 0 5 3 6 9 11 3 5 4 9 10 11 0 1 7 0 7 6 1 2 8 1 8 7 2 3 9 2 9 8 3 4 10 3 10 9 \
-                 4 5 11 4 11 10 5 0 6 5 6 11";
-    let of_l = [
-        1.750_000_078_231_097_2,
-        0.090_476_191_824_390_79,
-        0.090_476_191_824_390_79,
-        0.025_000_000_372_529_037,
-        0.005_622_520_260_180_273,
-        0.005_622_520_260_180_273,
-        0.010_515_873_799_366_722,
-    ];
-    let free = "<geom type='mesh' mesh='q'/>";
-    for (mesh, geom, expected) in [
-        (format!("vertex='{points}'"), place, expected),
-        (format!("vertex='{points}' inertia='convex'"), place, expected),
-        (format!("vertex='{l_shape}' face='{faces}' inertia='convex'"), free, of_l),
-    ] {
-        let found = properties(&format!("<asset><mesh name='q' {mesh}/></asset>"), geom);
-        for (found, expected) in found.into_iter().zip(expected) {
-            assert!((found - expected).abs() < 1e-9 * expected.abs(), "{found} {expected}");
-        }
-    }
-    let limited = format!("<asset><mesh name='q' vertex='{points}' maxhullvert='5'/></asset>");
-    let said = notes(&convert("r.xml", &hinged(&limited, free, "")));
-    assert!(said.contains("maxhullvert is left out"), "{said}");
-    let asset = "<asset><mesh name='q' file='q.obj' inertia='convex'/></asset>";
-    let held = "<geom size='.1'/></body><body name='b'><geom type='mesh' mesh='q'/>";
-    let far = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1e300\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
-    let said = notes(&with_files("r.xml", &hinged(asset, held, ""), &[("q.obj", far)], false));
-    assert!(said.contains("the mesh `q` has vertices beyond single precision"), "{said}");
-}
-
 /// Meshes of unknown mass, on a moving body and on a body that is fixed to the world.
 #[test]
 fn bodies_do_not_lose_mass() {
     for (mesh, why) in [
         ("vertex='0 0 0 1 0 0 0 1 0 1 1 0'", "has no convex hull: all vertices are in a plane"),
-        ("vertex='0 0 0 1 0 0 0 1 0 0 0 1' face='0 1 4'", "has no faces, or faces without"),
-        ("builtin='sphere' params='2'", "has neither file nor faces"),
+        ("builtin='sphere' params='2'", "has neither file nor vertices"),
     ] {
         let asset = format!("<asset><mesh name='q' {mesh}/></asset>");
         for geom in ["<geom type='mesh' mesh='q'/>", "<geom type='box' mesh='q'/>"] {
@@ -264,6 +220,116 @@ fn a_coupling_of_one_joint_locks_it() {
     let two = "<equality><joint joint1='k' polycoef='.1 0 0 0 0'/><joint joint1='k' polycoef='.2 0 0 0 0'/></equality>";
     let said = refused("r.xml", &hinged("", body, two));
     assert!(said.contains("different values"), "{said}");
+}
+
+/// A z axis that is turned by 180 degrees, and the direction of `fromto`, which matters for boxes and ellipsoids.
+#[test]
+fn orientations_are_those_of_mujoco() {
+    let turned = "<geom type='box' size='.1 .2 .3' pos='.1 .2 .3' zaxis='0 0 -2'/>
+        <frame zaxis='0 0 -1'><geom type='sphere' size='.2' pos='.3 .2 .1'/></frame>";
+    let tilted = "<geom type='box' size='.1 .2' fromto='.1 .2 .3 .5 -.4 .7'/>
+        <geom type='ellipsoid' size='.3 .1' fromto='-.1 .2 .3 .2 .1 .1'/>";
+    // Centre of mass, moments xx, yy, zz, and products xy, xz, yz.
+    let of_turned = [
+        0.182_223_504_863_582_74,
+        0.035_552_990_272_834_48,
+        0.135_552_990_272_834_5,
+        8.930_930_319_735_847,
+        6.082_893_379_664_652,
+        5.282_893_379_664_652,
+        1.578_691_293_380_794_4,
+        1.578_691_293_380_794_8,
+        -3.157_382_586_761_59,
+    ];
+    let of_tilted = [
+        0.129_663_205_413_151_96,
+        0.070_336_794_586_848_05,
+        0.295_595_846_495_782_4,
+        7.254_420_542_664_638,
+        6.293_688_705_446_041,
+        6.359_305_373_295_365,
+        1.859_278_453_186_525_2,
+        -2.431_979_175_010_197,
+        2.417_281_656_470_657_4,
+    ];
+    let cases = [(turned, of_turned), (tilted, of_tilted)];
+    let mechanism = |geoms: &str| model(&convert("r.xml", &hinged("", geoms, ""))).mechanism;
+    for (geoms, expected) in cases {
+        let mechanism = mechanism(geoms);
+        let body = mechanism.bodies().iter().find(|body| body.name == "a").unwrap();
+        let com = body.com.to_array();
+        let inertia = |i, j| body.inertia.at(i, j);
+        let moments = [inertia(0, 0), inertia(1, 1), inertia(2, 2)];
+        let products = [inertia(0, 1), inertia(0, 2), inertia(1, 2)];
+        for (found, expected) in com.into_iter().chain(moments).chain(products).zip(expected) {
+            let error = (found - expected).abs() / expected.abs();
+            assert!(error < 1e-12, "{geoms}: {found} {expected}");
+        }
+    }
+}
+
+/// Without geoms of mass in the range of groups, a body keeps its `inertial`.
+#[test]
+fn inertias_from_geoms_need_geoms_with_mass() {
+    let settings = "<compiler inertiafromgeom='true' inertiagrouprange='1 4'/>";
+    let inertial = "<inertial pos='.1 0 0' mass='2' diaginertia='1 1 1'/>";
+    for (geoms, mass) in [
+        ("", 2.0),
+        ("<geom size='.1'/>", 2.0),
+        ("<geom size='.1' group='1' mass='0'/>", 2.0),
+        ("<geom size='.1'/><geom size='.1' group='1' mass='.5'/>", 0.5),
+    ] {
+        let found = properties(settings, &format!("{inertial}{geoms}"))[0];
+        assert_eq!(found, mass, "{geoms}");
+    }
+}
+
+/// Defaults of all joints apply to ball and free joints, but not to the element `freejoint`.
+#[test]
+fn properties_of_ball_and_free_joints_are_noted() {
+    let default =
+        "<default><joint armature='.1' damping='.2' frictionloss='.3' stiffness='4'/></default>";
+    let free = |joint: &str| {
+        let body = "<geom size='.1'/></body><body name='b'>JOINT<geom size='.1'/><body name='c'>\n\
+                    <joint type='ball'/><geom size='.1'/></body>";
+        notes(&convert("r.xml", &hinged(default, &body.replace("JOINT", joint), "")))
+    };
+    let said = free("<joint type='free'/>");
+    for (line, kind, keys) in [
+        (2, "free", &["damping", "stiffness", "armature", "frictionloss"][..]),
+        (3, "ball", &["armature", "frictionloss"]),
+    ] {
+        for key in keys {
+            let note = format!("r.xml:{line}: `{key}` of a {kind} joint is left out");
+            assert!(said.contains(&note), "{note}: {said}");
+        }
+    }
+    assert!(!free("<freejoint/>").contains("free joint is left out"));
+}
+
+/// The relative pose of a weld is that of its anchor in the second body; without it, the anchor does not matter.
+#[test]
+fn welds_have_an_anchor() {
+    let body =
+        "<geom size='.1'/></body><body name='b' pos='1 0 0'><joint name='k'/><geom size='.1'/>";
+    for (weld, expected) in [
+        // The axes x, y and z of the second body are y, z and x of the first.
+        (
+            "relpose='.1 .2 .3 .5 .5 .5 .5' anchor='.05 .06 .07'",
+            [0.1 - 0.07, 0.2 - 0.05, 0.3 - 0.06],
+        ),
+        ("relpose='.1 .2 .3 1 0 0 0'", [0.1, 0.2, 0.3]),
+        ("anchor='.05 .06 .07'", [1.0, 0.0, 0.0]),
+        ("relpose='.1 .2 .3 0 0 0 0' anchor='.05 .06 .07'", [1.0, 0.0, 0.0]),
+    ] {
+        let weld = format!("<equality><weld name='w' body1='a' body2='b' {weld}/></equality>");
+        let imported = with_files("r.xml", &hinged("", body, &weld), &[], true);
+        let mechanism = model(&imported).mechanism;
+        let joint = mechanism.joints().iter().find(|joint| joint.name == "w").unwrap();
+        let found = (joint.frame_j * joint.frame_k.inverse()).position.to_array();
+        let error = (0..3).map(|k| (found[k] - expected[k]).abs()).fold(0.0, f64::max);
+        assert!(error < 1e-15, "{weld}: {found:?}");
+    }
 }
 
 #[test]
