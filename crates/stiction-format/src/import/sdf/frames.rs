@@ -102,7 +102,16 @@ impl Frames {
                     return Some(*known * total);
                 }
             }
-            let frame = self.frames.get(&at)?;
+            let Some(frame) = self.frames.get(&at) else {
+                // The names of all other frames are known.
+                if let Some(model) = above.and_then(|above| self.frames.get(above)) {
+                    let message =
+                        format!("the placement frame {} is not a frame of its model", quoted(name));
+                    let help = "name a link, joint or frame of the model";
+                    context.error("frame", message, &model.place, help);
+                }
+                return None;
+            };
             let mut own = frame.pose;
             if let Some(placement) = &frame.placement
                 && above != Some(at.as_str())
@@ -157,12 +166,9 @@ impl Reader<'_, '_> {
         let context = self.context;
         let element = &model.element;
         let own = model.own_frame();
-        let outer = model.outer_frame();
-        let around = self.frames.contains(&outer).then_some(outer);
         let base = match relative_to(element) {
-            Some("world") => None,
-            Some(name) => Some(format!("{}{name}", model.outer)),
-            None => around,
+            Some(name) => model.outer_frame(name),
+            None => model.around.clone(),
         };
         let first = element.child("link").and_then(|link| link.get("name"));
         let carrier = element.get("canonical_link").or(first).map(|link| model.full(link));

@@ -87,15 +87,33 @@ impl Reader<'_, '_> {
         Mass { mass, com: Vec3::zero(), inertia }.placed(pose(context, inertial))
     }
 
-    /// Mass properties of a link, computed from its collision shapes.
+    /// Mass properties of a link, computed from its collision shapes. If the file gives the mass, the densities only
+    /// determine how it is distributed.
     fn mass_of_shapes(&self, link: &Element, inertial: &Element) -> Mass {
         let context = self.context;
         let density = inertial.child_number(context, "density");
-        link.all("collision").fold(Mass::none(), |sum, collision| {
+        let shapes = link.all("collision").fold(Mass::none(), |sum, collision| {
             let own = collision.child_number(context, "density").or(density).unwrap_or(DENSITY);
             let solid = self.shape(collision).unwrap_or(Mass::none());
             sum.with(solid.scaled(own).placed(pose(context, collision)))
-        })
+        });
+        for ignored in ["pose", "inertia"].iter().filter_map(|key| inertial.child(key)) {
+            let message = format!(
+                "<{}> of an <inertial auto=\"true\"> is ignored, as SDF defines",
+                ignored.tag
+            );
+            context.note(message, Some(ignored.place()));
+        }
+        if link.child("collision").is_none() {
+            let message =
+                format!("{} has <inertial auto=\"true\"> but no <collision>", link.title());
+            context.error("mass", message, &inertial.place(), WRITE_MASS);
+        }
+        let Some(given) = inertial.child_number(context, "mass") else { return shapes };
+        match shapes.mass > 0.0 {
+            true => shapes.scaled(given / shapes.mass),
+            false => Mass { mass: given, ..shapes },
+        }
     }
 
     fn shape(&self, collision: &Element) -> Option<Mass> {

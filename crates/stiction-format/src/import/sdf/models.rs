@@ -15,6 +15,8 @@ pub(super) struct Model {
     pub(super) prefix: String,
     /// Prefix of the names of the parts of the enclosing model or world.
     pub(super) outer: String,
+    /// Full name of the frame of the enclosing model; `None` for models that no model encloses.
+    pub(super) around: Option<String>,
     /// Version of the format: major and minor number.
     pub(super) version: (u32, u32),
     pub(super) is_static: bool,
@@ -44,9 +46,13 @@ impl Model {
         }
     }
 
-    /// Full name of the frame of the enclosing model.
-    pub(super) fn outer_frame(&self) -> String {
-        format!("{}{MODEL}", self.outer)
+    /// Full name of a frame, from its name within the enclosing model; `None` for the world.
+    pub(super) fn outer_frame(&self, name: &str) -> Option<String> {
+        match name {
+            "world" | "__root__" => None,
+            MODEL => self.around.clone(),
+            _ => Some(format!("{}{name}", self.outer)),
+        }
     }
 
     /// Full name of a frame, from its name within the model.
@@ -83,6 +89,7 @@ fn version_of(root: &Element) -> (u32, u32) {
 struct Pending {
     element: Element,
     outer: String,
+    around: Option<String>,
     version: (u32, u32),
     /// True for the only model of a file, whose name is omitted from the names of its parts.
     alone: bool,
@@ -116,7 +123,7 @@ pub(super) fn read(context: &Context<'_>, root: &Element) -> Option<Found> {
     let alone = top.len() == 1 && !has_own;
     let mut open: Vec<Pending> = Vec::new();
     for element in top {
-        let outer = (String::new(), version, alone, false);
+        let outer = (String::new(), None, version, alone, false);
         open.extend(pending(context, element, outer));
     }
     open.reverse();
@@ -128,6 +135,7 @@ pub(super) fn read(context: &Context<'_>, root: &Element) -> Option<Found> {
             element,
             prefix: String::new(),
             outer: String::new(),
+            around: None,
             version,
             is_static: false,
             merged: false,
@@ -147,7 +155,9 @@ pub(super) fn read(context: &Context<'_>, root: &Element) -> Option<Found> {
         }
         let model = model(context, pending)?;
         let inner = model.element.children.iter().filter(is_model);
-        let outer = || (model.prefix.clone(), model.version, false, model.is_static);
+        let around = Some(model.own_frame());
+        let outer =
+            || (model.prefix.clone(), around.clone(), model.version, false, model.is_static);
         let inner: Vec<Pending> =
             inner.filter_map(|element| self::pending(context, element, outer())).collect();
         open.extend(inner.into_iter().rev());
@@ -156,7 +166,7 @@ pub(super) fn read(context: &Context<'_>, root: &Element) -> Option<Found> {
     Some(Found { name, models })
 }
 
-type Outer = (String, (u32, u32), bool, bool);
+type Outer = (String, Option<String>, (u32, u32), bool, bool);
 
 /// Models of Gazebo's library that are in nearly every world and have no moving part.
 const SCENERY: [&str; 2] = ["model://sun", "model://ground_plane"];
@@ -175,10 +185,10 @@ fn is_scenery(context: &Context<'_>, element: &Element) -> bool {
 
 /// Creates the pending entry for a model of the file, or for the model of an included file.
 fn pending(context: &Context<'_>, element: &Element, outer: Outer) -> Option<Pending> {
-    let (outer, version, alone, held) = outer;
+    let (outer, around, version, alone, held) = outer;
     if element.tag == "model" {
         let element = element.clone();
-        return Some(Pending { element, outer, version, alone, held, merged: false });
+        return Some(Pending { element, outer, around, version, alone, held, merged: false });
     }
     let uri = element.child("uri").map(|uri| uri.text.clone()).unwrap_or_default();
     let path = uri.strip_prefix("file://").unwrap_or(&uri).trim_end_matches('/').to_owned();
@@ -218,7 +228,8 @@ fn pending(context: &Context<'_>, element: &Element, outer: Outer) -> Option<Pen
         attribute.value.clone_from(&name.text);
     }
     let merged = matches!(element.get("merge"), Some("true" | "1"));
-    Some(Pending { element: model, outer, version: version_of(&root), alone, held, merged })
+    let version = version_of(&root);
+    Some(Pending { element: model, outer, around, version, alone, held, merged })
 }
 
 fn last(path: &str) -> &str {
@@ -226,7 +237,7 @@ fn last(path: &str) -> &str {
 }
 
 fn model(context: &Context<'_>, pending: Pending) -> Option<Model> {
-    let Pending { element, outer, version, alone, held, merged } = pending;
+    let Pending { element, outer, around, version, alone, held, merged } = pending;
     let name = element.required(context, "name")?.to_owned();
     let is_true = |child: &Element| matches!(child.text.as_str(), "true" | "1");
     let is_static = held || element.child("static").is_some_and(is_true);
@@ -234,5 +245,5 @@ fn model(context: &Context<'_>, pending: Pending) -> Option<Model> {
         true => outer.clone(),
         false => format!("{outer}{name}::"),
     };
-    Some(Model { element, prefix, outer, version, is_static, merged, is_world: false })
+    Some(Model { element, prefix, outer, around, version, is_static, merged, is_world: false })
 }

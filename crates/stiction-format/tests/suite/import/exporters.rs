@@ -382,6 +382,36 @@ fn masses_of_meshes_in_sdf_are_those_of_the_solid() {
     }
 }
 
+/// A given mass scales the mass and inertia of the shapes, as in libsdformat from version 15.2.
+#[test]
+fn a_given_mass_is_distributed_over_the_shapes() {
+    let text = |inertial: &str, shapes: &str| {
+        format!(
+            "<sdf version='1.11'><model name='m'><link name='a'>{inertial}\n{shapes}</link>
+            <joint name='j' type='revolute'><parent>world</parent><child>a</child></joint></model></sdf>"
+        )
+    };
+    let cubes = "<collision name='c'><geometry><box><size>1 1 1</size></box></geometry></collision>
+        <collision name='d'><density>4</density><pose>1 0 0 0 0 0</pose>
+        <geometry><box><size>1 1 1</size></box></geometry></collision>";
+    let inertial = "<inertial auto='true'><mass>3</mass><density>2</density><pose>9 9 9 0 0 0</pose></inertial>";
+    let imported = convert("r.sdf", &text(inertial, cubes));
+    assert!(
+        notes(&imported).contains("r.sdf:1: <pose> of an <inertial auto"),
+        "{}",
+        notes(&imported)
+    );
+    let mechanism = model(&imported).mechanism;
+    let body = &mechanism.bodies()[1];
+    // Half of a cube of 2 kg and one of 4 kg, whose centres are 1 m apart.
+    assert!((body.mass - 3.0).abs() < 1e-15 && (body.com.x - 2.0 / 3.0).abs() < 1e-15, "{body:?}");
+    for (k, moment) in [(0, 1.0), (1, 1.0 + 8.0 / 6.0)] {
+        assert!((body.inertia.at(k, k) - 0.5 * moment).abs() < 1e-15, "{body:?}");
+    }
+    let said = refused("r.sdf", &text(inertial, ""));
+    assert!(said.contains("link `a` has <inertial auto=\"true\"> but no <collision>"), "{said}");
+}
+
 /// Exports to MJCF divide a body at a closure other than a ball joint; when read again, it is one
 /// body.
 #[test]

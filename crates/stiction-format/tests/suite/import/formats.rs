@@ -240,6 +240,38 @@ fn sdf_frames_models_and_types() {
     assert!(lines.iter().any(|line| line.contains("without <inertial>")), "{lines:#?}");
 }
 
+/// Models nested in a merged model are placed in the frame of that model, not in that of the model around it.
+#[test]
+fn models_nested_in_a_merged_model_are_placed_in_it() {
+    let part = "<sdf version='1.9'><model name='part' placement_frame='tip'><pose>5 6 7 0 0 0</pose>
+        <link name='a'/><frame name='tip'><pose>1 0 0 0 0 0</pose></frame>
+        <model name='m'><pose>0 2 0 0 0 0</pose><link name='b'/></model>
+        <model name='n'><pose relative_to='__model__'>0 3 0 0 0 0</pose><link name='c'/></model></model></sdf>";
+    let joint = |name: &str, kind: &str, from: &str, to: &str| {
+        format!(
+            "<joint name='{name}' type='{kind}'><parent>{from}</parent><child>{to}</child></joint>"
+        )
+    };
+    let text = format!(
+        "<sdf version='1.9'><model name='top'><pose>0 0 10 0 0 0</pose><include merge='true'><uri>part.sdf</uri>
+        <pose degrees='true'>0 0 1 0 0 90</pose></include>{}{}{}</model></sdf>",
+        joint("j", "revolute", "world", "a"),
+        joint("k", "fixed", "a", "m::b"),
+        joint("l", "fixed", "a", "n::c")
+    );
+    let imported = with_files("top.sdf", &text, &[("part.sdf", part)], true);
+    let mechanism = model(&imported).mechanism;
+    let tree = Tree::new(&mechanism, &["j"], &[0.0]);
+    // The pose of the include is that of the frame `tip`.
+    for (name, expected) in
+        [("a", [0.0, -1.0, 11.0]), ("b", [-2.0, -1.0, 11.0]), ("c", [-3.0, -1.0, 11.0])]
+    {
+        let body = mechanism.bodies().iter().position(|body| body.name.ends_with(name)).unwrap();
+        let error = (tree.poses[body].position + -Vec3::from(expected)).norm();
+        assert!(error < 1e-14, "{name}: {:?}", tree.poses[body].position);
+    }
+}
+
 #[test]
 fn what_floats_is_said() {
     let text = "<sdf version='1.11'><model name='m'><link name='a'><pose>0 0 1 0 0 0</pose></link></model></sdf>";

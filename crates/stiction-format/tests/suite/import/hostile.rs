@@ -58,6 +58,10 @@ fn hostile_files_are_refused_with_reasons() {
             "relative to itself",
         ),
         (
+            "<sdf version='1.9'><model name='m' placement_frame='nope'><link name='a'/></model></sdf>",
+            "the placement frame `nope` is not a frame of its model",
+        ),
+        (
             "<sdf version='1.9'><model name='m'><link name='a'/><joint name='j' type='revolute'/></model></sdf>",
             "has no <parent>",
         ),
