@@ -6,7 +6,7 @@ use crate::fold::folded;
 use crate::outputs::Outputs;
 use crate::print;
 use crate::report;
-use crate::sources::{self, note_frictionless, warn};
+use crate::sources::{self, note_friction, warn};
 use crate::written::note_files;
 use stiction_run::breakaway::draw_report;
 
@@ -18,7 +18,7 @@ fn execute(options: &Breakaway) -> Result<(), Failure> {
     let robot = sources::robot_or_default(&options.model)?;
     if !options.json {
         warn(robot.warnings());
-        note_frictionless(&robot);
+        note_friction(&robot, true);
     }
     let mut request = robot.breakaway();
     if let Some(motion) = &options.motion {

@@ -8,7 +8,7 @@ use crate::outputs::{Outputs, supported};
 use crate::print;
 use crate::progress::Progress;
 use crate::report;
-use crate::sources::{self, DEFAULT_MODEL, note_frictionless, warn};
+use crate::sources::{self, DEFAULT_MODEL, note_friction, warn};
 use crate::written::note_files;
 use serde_json::Value;
 use std::fs::File;
@@ -162,9 +162,7 @@ pub(crate) fn along(
     let job = request.job()?;
     sources::refuse_filter(&choice.filter, Some((&job.motion_name, job.motion)))?;
     let friction = job.friction;
-    if friction != FrictionMode::Off {
-        note_frictionless(robot);
-    }
+    note_friction(robot, friction != FrictionMode::Off);
 
     let count = job.instants().map_err(Error::from)?.count();
     let mut outputs = folder.map(|dir| Outputs::new(dir, robot.files_read())).transpose()?;

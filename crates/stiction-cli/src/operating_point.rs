@@ -6,7 +6,8 @@ use crate::failure::Failure;
 use crate::fold::folded;
 use crate::outputs::Outputs;
 use crate::print;
-use crate::sources::{self, note_frictionless, warn};
+use crate::sources::{self, note_friction, warn};
+use stiction::FrictionMode;
 
 pub(crate) fn run_equilibrium(options: &Equilibrium) -> Result<(), Failure> {
     equilibrium(options).map_err(|failure| failure.into_json(options.json))
@@ -51,9 +52,9 @@ fn linearize(options: &Linearize) -> Result<(), Failure> {
     let robot = sources::robot_or_default(&options.model)?;
     if !options.json {
         warn(robot.warnings());
-        if options.friction != Some(Switch::Off) {
-            note_frictionless(&robot);
-        }
+        let is_on = options.friction.map(|friction| friction == Switch::On);
+        let default = robot.model().default_friction != Some(FrictionMode::Off);
+        note_friction(&robot, is_on.unwrap_or(default));
     }
     let mut request = robot.linearize()?;
     if let Some(friction) = options.friction {

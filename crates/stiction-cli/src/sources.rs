@@ -104,10 +104,22 @@ pub(crate) fn warn(warnings: &Diagnostics) {
     }
 }
 
-/// Prints a note if no joint of the model has friction.
-pub(crate) fn note_frictionless(robot: &Robot) {
+/// Prints a note if a computation with friction is of a model without friction, or if values of friction were changed
+/// for a computation without friction.
+pub(crate) fn note_friction(robot: &Robot, is_on: bool) {
+    if !is_on {
+        let changed = robot.text().into_iter().flat_map(ModelText::changed_keys);
+        return note_without_effect(robot, changed);
+    }
     if robot.mechanism().joints().iter().all(|joint| joint.friction.is_empty()) {
         note!("note: the model declares no friction in any joint\n");
+    }
+}
+
+/// Prints a note for each of the changed keys that affects friction alone, for computations without friction.
+pub(crate) fn note_without_effect<'a>(robot: &Robot, keys: impl IntoIterator<Item = &'a str>) {
+    for key in keys.into_iter().filter(|key| robot.affects_only_friction(key)) {
+        note!("note: friction is off, so `{key}` has no effect; add --friction on\n");
     }
 }
 

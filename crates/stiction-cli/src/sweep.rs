@@ -20,7 +20,6 @@ use serde_json::{Value, json};
 use std::num::NonZeroUsize;
 use std::sync::atomic::Ordering;
 use stiction::{FrictionMode, Robot, Study};
-use stiction_format::Key;
 use stiction_run::comparison::Reel;
 use stiction_run::forward::checksum;
 use stiction_run::sweep::{Findings, Pictures, draw_report};
@@ -64,12 +63,9 @@ fn execute(options: &Sweep) -> Result<(), Failure> {
     let study = sweep.study(designs.keys())?;
     let mode = options.friction.map(Into::into).or(robot.model().default_friction);
     if mode == Some(FrictionMode::Off) {
-        let is_friction = |key: &Key| {
-            !key.path.starts_with("default.") && key.path.split('.').any(|part| part == "friction")
-        };
-        for key in designs.keys().iter().filter(|key| is_friction(key)) {
-            note!("note: friction is off, so `{}` has no effect; add --friction on", key.path);
-        }
+        let keys = designs.keys();
+        sources::note_friction(&robot, false);
+        sources::note_without_effect(&robot, keys.iter().map(|key| key.path.as_str()));
     }
     let about = description(options, &robot, &designs)?;
     // The units are checked before any file of this study is written.

@@ -82,6 +82,13 @@ impl Robot {
         Self { folder: Some(folder.into()), ..self.clone() }
     }
 
+    /// Tests if a value of the model has an influence on friction alone, so that it has no effect while friction is off.
+    /// `key` is the path of a key or the name of a parameter, as in [`Self::with`].
+    pub fn affects_only_friction(&self, key: &str) -> bool {
+        let draft = self.text.as_deref().and_then(|text| text.draft().ok());
+        draft.is_some_and(|draft| draft.affects_only_friction(key))
+    }
+
     /// Begins the description of a robot in code instead of a file.
     pub fn builder(name: impl Into<String>) -> RobotBuilder {
         RobotBuilder {

@@ -11,7 +11,7 @@ use crate::outputs::{CHECKPOINT, Outputs, supported};
 use crate::print;
 use crate::progress::Progress;
 use crate::report;
-use crate::sources::{self, DEFAULT_MODEL, note_frictionless, warn};
+use crate::sources::{self, DEFAULT_MODEL, note_friction, warn};
 use journal::{Journal, Kept, begin, partials};
 use std::cell::{Cell, RefCell};
 use std::io::IsTerminal;
@@ -161,8 +161,8 @@ fn single(
     let plan = request.clone().plan()?;
     let job = plan.job();
     sources::refuse_filter(&options.filter, job.motion.map(|motion| (&*job.motion_name, motion)))?;
-    if !options.json && job.friction {
-        note_frictionless(robot);
+    if !options.json {
+        note_friction(robot, job.friction);
     }
     let count = job.instants().map_err(Error::from)?.count();
     let mut outputs = folder.map(|dir| Outputs::new(dir, robot.files_read())).transpose()?;

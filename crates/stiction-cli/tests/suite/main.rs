@@ -12,6 +12,7 @@ mod excite;
 mod export;
 mod findings;
 mod forward;
+mod frictionless;
 mod hostile;
 mod identify;
 mod identify_report;

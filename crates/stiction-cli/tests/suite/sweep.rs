@@ -210,18 +210,6 @@ fn sampled_designs_can_be_repeated() {
     assert_eq!(plots.matches("<circle").count(), 20);
 }
 
-/// The default of this model is without friction.
-#[test]
-fn varied_friction_without_friction_is_noted() {
-    let folder = Folder::new("sweep-without-friction");
-    let sweep = ["sweep", "3rps", "--vary", "legs.P.friction.mu = [0.1, 0.2]", "--step", "0.5 s"];
-    let objective = ["--objective", "peak(leg1.P.effort)"];
-    let said = |more: &[&str]| run(&folder, &[&sweep[..], &objective[..], more].concat()).err;
-    let note = "note: friction is off, so `legs.P.friction.mu` has no effect; add --friction on";
-    assert!(said(&[]).contains(note), "{}", said(&[]));
-    assert!(!said(&["--friction", "on"]).contains("friction is off"));
-}
-
 /// A study that was killed twice and continued has files identical to those of an uninterrupted
 /// study.
 #[test]

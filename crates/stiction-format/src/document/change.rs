@@ -71,7 +71,7 @@ fn change(source: &Arc<Source>, root: &mut Table, line: &str, begin: usize) -> O
 }
 
 /// Splits a key path at its dots; a quoted component may contain dots.
-fn segments(path: &str) -> Vec<String> {
+pub(crate) fn segments(path: &str) -> Vec<String> {
     let mut parts = vec![String::new()];
     let mut quote = None;
     for letter in path.chars() {

@@ -7,7 +7,7 @@ mod repair;
 mod syntax;
 pub(crate) mod tree;
 
-pub(crate) use change::apply;
+pub(crate) use change::{apply, segments};
 pub(crate) use tree::{Key, Node, Table, Text, Value};
 
 use crate::diagnostic::{Diagnostic, Diagnostics};

@@ -14,7 +14,7 @@ mod sampling;
 mod state;
 #[cfg(test)]
 mod tests;
-mod token;
+pub(crate) mod token;
 pub(crate) mod unit;
 
 pub(crate) use check::{Quantity, TimeFormula, constant, in_time, of_one_kind};

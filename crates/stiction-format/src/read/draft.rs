@@ -1,6 +1,6 @@
 //! A parsed model text that can be read repeatedly with changed values.
 
-use super::{completed, read_document};
+use super::{completed, influence, read_document};
 use crate::contents::Contents;
 use crate::diagnostic::Diagnostics;
 use crate::document::{self, Document};
@@ -67,6 +67,13 @@ impl Draft {
         let mut out = Diagnostics::new();
         self.changed(changes, &mut out);
         if out.has_errors() { Err(out) } else { Ok(()) }
+    }
+
+    /// Tests if a value has an influence on friction alone, so that it has no effect while friction is off: the key is
+    /// in a table `friction`, or the parameter occurs in formulas of friction and nowhere else. `path` is the path of
+    /// the key or the name of the parameter, as in [`Source::with_changes`].
+    pub fn affects_only_friction(&self, path: &str) -> bool {
+        influence::is_only_on_friction(&self.document.root, path)
     }
 
     fn changed<S: AsRef<str>>(

@@ -16,6 +16,7 @@ mod friction;
 mod gearing;
 pub(crate) mod geometry;
 mod given;
+mod influence;
 mod joint;
 mod leg_springs;
 mod legs;

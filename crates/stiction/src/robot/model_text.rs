@@ -277,6 +277,11 @@ impl ModelText {
         self
     }
 
+    /// Keys and parameters whose values were changed by [`Self::with`], in the order of the changes.
+    pub fn changed_keys(&self) -> impl Iterator<Item = &str> {
+        self.changes.iter().filter_map(|change| Some(change.split_once('=')?.0.trim()))
+    }
+
     /// Makes the path of the folder in which files that the model names are searched absolute, so
     /// that later changes of the current folder have no effect.
     #[must_use]
