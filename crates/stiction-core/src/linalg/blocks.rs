@@ -27,6 +27,8 @@ const UNIT: Block = {
 pub(crate) struct BlockCholesky {
     /// Elimination step in which each block row is eliminated.
     place: Vec<usize>,
+    /// For each elimination step, the number of rows in use in its block row.
+    sizes: Vec<usize>,
     /// Index in `below` of the first block of each elimination step, followed by the total number
     /// of blocks in `below`.
     starts: Vec<usize>,
@@ -61,6 +63,14 @@ impl BlockCholesky {
     /// Prepares a matrix of `count` block rows. The blocks on the diagonal, at the index pairs in
     /// `pairs` and at the mirrored pairs may be nonzero.
     pub(crate) fn new(count: usize, pairs: impl Iterator<Item = (usize, usize)>) -> Self {
+        Self::with_sizes(&vec![BLOCK; count], pairs)
+    }
+
+    /// Prepares a matrix like [`Self::new`], in whose block rows only the first `sizes` rows and
+    /// columns are in use. All other entries, except on the diagonal, must be zero, and also those
+    /// of right-hand sides.
+    pub(crate) fn with_sizes(sizes: &[usize], pairs: impl Iterator<Item = (usize, usize)>) -> Self {
+        let count = sizes.len();
         let order = EliminationOrder::new(count, pairs);
         let mut place = vec![0; count];
         order.nodes.iter().enumerate().for_each(|(step, block)| place[*block] = step);
@@ -72,6 +82,7 @@ impl BlockCholesky {
             starts.push(rows.len());
         }
         let mut made = Self {
+            sizes: order.nodes.iter().map(|block| sizes[*block]).collect(),
             place,
             diagonal: vec![NOTHING; count],
             below: vec![NOTHING; rows.len()],
@@ -158,20 +169,40 @@ impl BlockCholesky {
     pub(crate) fn factor_above(&mut self, least: f64) -> bool {
         let mut next = 0;
         for step in 0..self.diagonal.len() {
-            let Some(inverse) = inverse_factor(&self.diagonal[step], least) else { return false };
-            self.diagonal[step] = inverse;
-            let own = self.starts[step]..self.starts[step + 1];
-            for k in own.clone() {
-                self.below[k] = lower_product(&inverse, &self.below[k]);
+            // Constant sizes are faster.
+            let eliminated = match self.sizes[step] {
+                BLOCK => self.eliminate(step, BLOCK, least, &mut next),
+                size => self.eliminate(step, size, least, &mut next),
+            };
+            if !eliminated {
+                return false;
             }
-            for k in own.clone() {
-                let block = self.below[k];
-                subtract_product(&mut self.diagonal[self.rows[k]], &block, &block);
-                for other in k + 1..own.end {
-                    let of_row = self.below[other];
-                    subtract_product(&mut self.below[self.updates[next]], &block, &of_row);
-                    next += 1;
-                }
+        }
+        true
+    }
+
+    /// Eliminates the block row of a step, of which `size` rows are in use. `next` is the index in
+    /// [`Self::updates`] of the first product of this step. Returns `false` at the first pivot that
+    /// does not exceed `least` or is not finite.
+    #[inline(always)]
+    fn eliminate(&mut self, step: usize, size: usize, least: f64, next: &mut usize) -> bool {
+        let inverse = inverse_factor(&self.diagonal[step], size, least);
+        let Some(inverse) = inverse else { return false };
+        self.diagonal[step] = inverse;
+        let own = self.starts[step]..self.starts[step + 1];
+        for k in own.clone() {
+            self.below[k] = lower_product(&inverse, &self.below[k], size);
+        }
+        for k in own.clone() {
+            let block = self.below[k];
+            let row = self.rows[k];
+            let columns = self.sizes[row];
+            subtract_product(&mut self.diagonal[row], columns, (&block, &block), size);
+            for other in k + 1..own.end {
+                let of_row = self.below[other];
+                let to = &mut self.below[self.updates[*next]];
+                subtract_product(to, columns, (&block, &of_row), size);
+                *next += 1;
             }
         }
         true
@@ -199,24 +230,29 @@ impl BlockCholesky {
             x[*place] = *part;
         }
         for step in 0..self.diagonal.len() {
-            let own = self.diagonal[step].map(|row| dot(&row, &x[step]));
+            let size = self.sizes[step];
+            let mut own = [0.0; BLOCK];
+            for (own, row) in own[..size].iter_mut().zip(&self.diagonal[step]) {
+                *own = dot(row, &x[step]);
+            }
             x[step] = own;
             for k in self.starts[step]..self.starts[step + 1] {
                 let other = &mut x[self.rows[k]];
-                for (entries, amount) in self.below[k].iter().zip(own) {
+                for (entries, amount) in self.below[k].iter().zip(&own[..size]) {
                     (0..BLOCK).for_each(|i| other[i] -= entries[i] * amount);
                 }
             }
         }
         for step in (0..self.diagonal.len()).rev() {
+            let size = self.sizes[step];
             let mut own = x[step];
             for k in self.starts[step]..self.starts[step + 1] {
                 let other = &x[self.rows[k]];
-                for (own, entries) in own.iter_mut().zip(&self.below[k]) {
+                for (own, entries) in own[..size].iter_mut().zip(&self.below[k]) {
                     *own -= dot(entries, other);
                 }
             }
-            x[step] = upper_times(&self.diagonal[step], &own);
+            x[step] = upper_times(&self.diagonal[step], &own[..size]);
         }
         for (part, place) in vector.iter_mut().zip(&self.place) {
             *part = x[*place];
@@ -224,11 +260,13 @@ impl BlockCholesky {
     }
 }
 
-/// Computes the inverse of the lower Cholesky factor of a block; `None` if a pivot does not exceed
-/// `least` or is not finite.
-fn inverse_factor(block: &Block, least: f64) -> Option<Block> {
+/// Computes the inverse of the lower Cholesky factor of the first `size` rows and columns of a block;
+/// `None` if a pivot does not exceed `least` or is not finite.
+#[inline(always)]
+fn inverse_factor(block: &Block, size: usize, least: f64) -> Option<Block> {
     let (mut left, mut inverse) = (*block, UNIT);
-    for j in 0..BLOCK {
+    let size = size.min(BLOCK);
+    for j in 0..size {
         let pivot = left[j][j];
         if !(pivot > least && pivot.is_finite()) {
             return None;
@@ -237,7 +275,7 @@ fn inverse_factor(block: &Block, least: f64) -> Option<Block> {
         // Column j of the factor, stored as a row, and row j of the inverse of the factor.
         let (column, row) = (left[j].map(|x| x * over), inverse[j].map(|x| x * over));
         inverse[j] = row;
-        for i in j + 1..BLOCK {
+        for i in j + 1..size {
             let amount = column[i];
             for k in 0..BLOCK {
                 left[i][k] -= amount * column[k];
@@ -261,10 +299,12 @@ pub(crate) fn dot(a: &Part, b: &Part) -> f64 {
     even + odd
 }
 
-/// Computes the product of a lower triangular block and a full block.
-fn lower_product(lower: &Block, block: &Block) -> Block {
+/// Computes the product of a lower triangular block and a full block, of which `size` rows are in
+/// use.
+#[inline(always)]
+fn lower_product(lower: &Block, block: &Block, size: usize) -> Block {
     let mut product = NOTHING;
-    for (i, row) in product.iter_mut().enumerate() {
+    for (i, row) in product.iter_mut().enumerate().take(size) {
         for k in 0..=i {
             let amount = lower[i][k];
             (0..BLOCK).for_each(|j| row[j] += amount * block[k][j]);
@@ -273,18 +313,21 @@ fn lower_product(lower: &Block, block: &Block) -> Block {
     product
 }
 
-/// Subtracts a product in place: `from -= transpose(a) * b`.
-fn subtract_product(from: &mut Block, a: &Block, b: &Block) {
-    for (i, row) in from.iter_mut().enumerate() {
-        for (a, b) in a.iter().zip(b) {
+/// Subtracts a product in place, of which the first `columns` rows are nonzero:
+/// `from -= transpose(a) * b`. The first `size` rows of `a` and `b` are in use.
+#[inline]
+fn subtract_product(from: &mut Block, columns: usize, (a, b): (&Block, &Block), size: usize) {
+    for (i, row) in from.iter_mut().enumerate().take(columns) {
+        for (a, b) in a.iter().zip(b).take(size) {
             let amount = a[i];
             (0..BLOCK).for_each(|j| row[j] -= amount * b[j]);
         }
     }
 }
 
-/// Computes the product of the transpose of a lower triangular block and a vector.
-fn upper_times(lower: &Block, x: &Part) -> Part {
+/// Computes the product of the transpose of a lower triangular block and a vector, of which the first
+/// components are given; the others are zero.
+fn upper_times(lower: &Block, x: &[f64]) -> Part {
     let mut product = [0.0; BLOCK];
     for (row, amount) in lower.iter().zip(x) {
         (0..BLOCK).for_each(|i| product[i] += row[i] * amount);

@@ -4,8 +4,9 @@
 use super::super::distance::Distances;
 use super::{SMALL, SingularityDistances, SingularityIndex};
 use crate::kinematics::Bodies;
-use crate::linalg::{BLOCK, Part};
+use crate::linalg::{Part, dot};
 use crate::parameters::Parameters;
+use core::ops::Range;
 
 /// Round-off of a Gram matrix and of its decomposition, relative to the square of the largest entry
 /// of the balance matrix, with a margin.
@@ -34,7 +35,7 @@ impl SingularityDistances {
                 &mut self.by_bodies
             }
             SingularityIndex::Constraint => {
-                self.multiply_between_joints(by);
+                self.multiply_between_joints();
                 &mut self.by_joints
             }
         };
@@ -45,46 +46,39 @@ impl SingularityDistances {
     /// Computes upper bounds on the magnitudes of the changes of both indices from the
     /// configuration of the preceding call (of any method) to that of `bodies`. By Weyl's
     /// inequality, a singular value changes by at most the norm of the change of the matrix. This
-    /// norm is at most the geometric mean of two numbers: the largest sum of magnitudes in a
-    /// column, and the largest such sum in a row.
+    /// norm is at most the geometric mean of two numbers: the largest sum of the Frobenius norms of
+    /// the blocks of a joint, and the largest such sum for a body.
     pub fn travel(&mut self, parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> Distances {
         std::mem::swap(&mut self.on, &mut self.passed);
         self.place(parameters, bodies);
-        let Self { row_sums, .. } = self;
-        row_sums.fill([[0.0; BLOCK]; 2]);
-        // Largest sums of magnitudes in a column: first over the columns of constraints, then over
-        // those of actuators.
-        let mut columns = [0.0_f64; 2];
+        let Self { body_sums, .. } = self;
+        body_sums.fill([0.0; 2]);
+        // Both arrays contain a sum for the constraints alone, then one for all unknowns.
+        let mut largest = [0.0_f64; 2];
         for ((joint, on), passed) in self.joints.iter().zip(&self.on).zip(&self.passed) {
-            let mut sums = [0.0; BLOCK];
+            let mut joint_sums = [0.0; 2];
             for end in 0..2 {
                 let Some(body) = joint.ends[end].checked_sub(1) else { continue };
-                let mut rows = [[0.0; BLOCK]; 2];
-                for unknown in 0..joint.unknowns {
-                    let kind = usize::from(unknown >= joint.constraints);
-                    let (now, before) = (&on[end][unknown], &passed[end][unknown]);
-                    let change: Part = core::array::from_fn(|i| (now[i] - before[i]).abs());
-                    (0..BLOCK).for_each(|i| rows[kind][i] += change[i]);
-                    sums[unknown] += change.iter().sum::<f64>();
-                }
-                for (kind, rows) in rows.iter().enumerate() {
-                    (0..BLOCK).for_each(|i| row_sums[body][kind][i] += rows[i]);
+                let square = |unknowns: Range<usize>| {
+                    let pairs = on[end][unknowns.clone()].iter().zip(&passed[end][unknowns]);
+                    pairs.fold(0.0, |sum, (now, before)| {
+                        let change: Part = core::array::from_fn(|i| now[i] - before[i]);
+                        sum + dot(&change, &change)
+                    })
+                };
+                let constraints = square(0..joint.constraints);
+                let all = constraints + square(joint.constraints..joint.unknowns);
+                for (k, norm) in [constraints.sqrt(), all.sqrt()].into_iter().enumerate() {
+                    joint_sums[k] += norm;
+                    body_sums[body][k] += norm;
                 }
             }
-            let (constraints, others) = sums.split_at(joint.constraints);
-            columns[0] = constraints.iter().fold(columns[0], |most, sum| most.max(*sum));
-            columns[1] = others.iter().fold(columns[1], |most, sum| most.max(*sum));
+            largest = core::array::from_fn(|k| largest[k].max(joint_sums[k]));
         }
-        let mut rows = [0.0_f64; 2];
-        for [constraints, drives] in row_sums {
-            for i in 0..BLOCK {
-                rows[0] = rows[0].max(constraints[i]);
-                rows[1] = rows[1].max(constraints[i] + drives[i]);
-            }
-        }
+        let of_bodies = |k: usize| body_sums.iter().fold(0.0_f64, |most, sums| most.max(sums[k]));
         Distances {
-            constraint: (columns[0] * rows[0]).sqrt(),
-            actuation: (columns[0].max(columns[1]) * rows[1]).sqrt(),
+            constraint: (largest[0] * of_bodies(0)).sqrt(),
+            actuation: (largest[1] * of_bodies(1)).sqrt(),
         }
     }
 }

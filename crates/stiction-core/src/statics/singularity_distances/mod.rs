@@ -53,10 +53,9 @@ pub struct SingularityDistances {
     on: Vec<[[Part; BLOCK]; 2]>,
     /// Scaled unit wrenches at the preceding configuration, for [`Self::travel`].
     passed: Vec<[[Part; BLOCK]; 2]>,
-    /// For each equation of each body, two sums of the magnitudes of the changes of its
-    /// coefficients, for [`Self::travel`]: over the columns of constraints, and over the columns of
-    /// actuators.
-    row_sums: Vec<[Part; 2]>,
+    /// For each body, two sums of the norms of the changes of its blocks, for [`Self::travel`]: of
+    /// the constraints alone, and of constraints and actuators.
+    body_sums: Vec<[f64; 2]>,
     /// Transposed constraint wrenches of each joint on its predecessor and successor: one value per
     /// constraint for each component of the wrench.
     across: Vec<[[Part; BLOCK]; 2]>,
@@ -149,7 +148,8 @@ impl SingularityDistances {
                 pairs.flat_map(move |(k, a)| at[k..].iter().map(move |b| (*a, *b)))
             })
         };
-        let by_joints = BlockCholesky::new(joints.len(), meetings().map(|(a, b)| (a.0, b.0)));
+        let sizes: Vec<usize> = joints.iter().map(|joint| joint.constraints).collect();
+        let by_joints = BlockCholesky::with_sizes(&sizes, meetings().map(|(a, b)| (a.0, b.0)));
         let joint_slots = meetings()
             .filter_map(|(a, b)| {
                 let slot = by_joints.slot(a.0, b.0)?;
@@ -166,7 +166,7 @@ impl SingularityDistances {
             joint_slots,
             on: vec![[[[0.0; BLOCK]; BLOCK]; 2]; count],
             passed: vec![[[[0.0; BLOCK]; BLOCK]; 2]; count],
-            row_sums: vec![[[0.0; BLOCK]; 2]; bodies],
+            body_sums: vec![[0.0; 2]; bodies],
             across: vec![[[[0.0; BLOCK]; BLOCK]; 2]; count],
             actuation: Prediction::default(),
             constraint: Prediction::default(),
@@ -384,9 +384,8 @@ impl SingularityDistances {
     }
 
     /// Computes the Gram matrix of the constraints with one block row for each joint, at the
-    /// configuration set by [`Self::place`]. Rows of a block that belong to no constraint get the
-    /// diagonal entry `1 + shift` and no other entries.
-    fn multiply_between_joints(&mut self, shift: f64) {
+    /// configuration set by [`Self::place`].
+    fn multiply_between_joints(&mut self) {
         for ((joint, on), across) in self.joints.iter().zip(&self.on).zip(&mut self.across) {
             for (on, across) in on.iter().zip(across) {
                 for (k, column) in on[..joint.constraints].iter().enumerate() {
@@ -402,19 +401,12 @@ impl SingularityDistances {
             let (rows, columns) = if transposed { (columns, rows) } else { (rows, columns) };
             rows.iter().zip(columns).for_each(|(row, column)| add_outer(block, row, column));
         }
-        for (index, joint) in self.joints.iter().enumerate() {
-            let Some(slot) = matrix.slot(index, index) else { continue };
-            let (block, _) = matrix.block(slot);
-            for i in joint.constraints..BLOCK {
-                block[i][i] = 1.0 + shift;
-            }
-        }
     }
 
     /// Computes the constraint index by inverse iteration: with the shifted matrix or, without a
     /// shift, with refined solutions.
     fn smallest_between_joints_at(&mut self, shift: Option<Shift>) -> Option<f64> {
-        self.multiply_between_joints(shift.map_or(0.0, |shift| shift.by));
+        self.multiply_between_joints();
         let matrix = &mut self.by_joints;
         let (joints, on, bodies) = (&self.joints, &self.on, self.bodies);
         let sizes = joints.iter().map(|joint| joint.constraints);
