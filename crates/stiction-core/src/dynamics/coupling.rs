@@ -87,6 +87,8 @@ pub(super) struct FrictionCoupling {
     is_current: bool,
     /// True if the responses contain joint wrenches.
     is_stored: bool,
+    /// True if `problem` contains the influence of the friction in the present motion.
+    is_present: bool,
     /// Joint wrenches without friction.
     wrenches: Vec<Wrench<f64>>,
     /// Actuator efforts without friction.
@@ -185,13 +187,13 @@ impl Influence for ComputedInfluence<'_> {
 impl FrictionCoupling {
     /// Marks the responses as invalid, after a change of the configuration.
     pub(super) fn leave(&mut self) {
-        self.is_current = false;
+        (self.is_current, self.is_present) = (false, false);
     }
 
     /// Copies joint wrenches and efforts from `inverse`, a frictionless solution at a new
     /// configuration, and marks the responses as invalid.
     pub(super) fn start_from(&mut self, inverse: &Inverse<f64>) {
-        self.is_current = false;
+        self.leave();
         self.wrenches.clear();
         self.wrenches.extend_from_slice(inverse.joint_wrenches());
         self.efforts.clear();
@@ -232,6 +234,7 @@ impl FrictionCoupling {
         if states.len() <= DENSE {
             self.responses(inverse, model, parameters, bodies, true);
             self.act(states.iter().map(|state| Acting::of(state, [0.0; 3])), at);
+            self.is_present = true;
             self.strength = self.coupling_bound(at);
             return self.strength;
         }
@@ -268,6 +271,13 @@ impl FrictionCoupling {
     /// Sets the friction that acts at each interface, and sets up the equations for the normal
     /// loads.
     pub(super) fn act(&mut self, acting: impl Iterator<Item = Acting>, at: Configuration<'_>) {
+        self.set_unknowns(acting, at);
+        self.set_influence(at);
+    }
+
+    /// Sets the friction that acts at each interface, and the unknown normal loads with the
+    /// wrenches that do not depend on them.
+    fn set_unknowns(&mut self, acting: impl Iterator<Item = Acting>, at: Configuration<'_>) {
         let Self { responses, wrenches, start, problem, unknowns, frictions, .. } = self;
         self.acting.clear();
         self.acting.extend(acting);
@@ -291,6 +301,12 @@ impl FrictionCoupling {
             let own = OwnFriction { coefficient, constant, direction: sense };
             problem.add(interface, own, start[at.joint(interface)]);
         }
+    }
+
+    /// Computes the influence of the unknown normal loads on the joint wrenches.
+    fn set_influence(&mut self, at: Configuration<'_>) {
+        self.is_present = false;
+        let Self { responses, problem, unknowns, .. } = self;
         let (acting, parameters) = (&*self.acting, at.parameters);
         if unknowns.len() == responses.len() {
             // All interfaces are coupled and have one component, so the blocks are the same as
@@ -453,8 +469,18 @@ impl FrictionCoupling {
             return None;
         }
         let interfaces = &at.parameters.interfaces;
-        let pairs = states.iter().zip(interfaces);
-        self.act(pairs.map(|(state, interface)| Acting::reversed(state, interface)), at);
+        let reversed = states.iter().zip(interfaces).map(|(s, i)| Acting::reversed(s, i));
+        let is_constant = |interface: &InterfaceParameters<f64>| {
+            interface.law.is_constant() && interface.backward.is_none()
+        };
+        if self.is_present && interfaces.iter().all(is_constant) {
+            // All friction coefficients are the same in both directions.
+            self.set_unknowns(reversed, at);
+            self.problem.reverse_influence();
+            self.is_present = false;
+        } else {
+            self.act(reversed, at);
+        }
         // With a separate friction law for backward sliding, the opposite motion has different
         // coefficients.
         let has_other_law = interfaces.iter().any(|interface| interface.backward.is_some());

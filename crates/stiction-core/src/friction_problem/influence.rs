@@ -1,8 +1,11 @@
 //! Influence operator: maps friction unknowns to the joint wrenches of all friction interfaces.
 
 use super::small_system::{Four, blocks_of, by_width};
-use crate::scalar::Scalar;
+use crate::scalar::{Lanes, Scalar};
 use crate::spatial::{Vec3, Wrench};
+
+/// Two numbers that are computed together in SIMD lanes.
+pub(super) type Two = Lanes<f64, 2>;
 
 /// Linear operator from friction unknowns, one or more per interface, to the wrenches at the joints
 /// of the interfaces.
@@ -60,11 +63,17 @@ impl InfluenceMatrix {
         self.count
     }
 
-    /// Wrench at the joint of an interface per unit of each of the four unknowns in a block.
-    pub(super) fn block(&self, interface: usize, block: usize) -> Wrench<Four> {
+    /// Wrench at the joint of an interface per unit of each of the unknowns `2 pair` and
+    /// `2 pair + 1`.
+    #[inline]
+    pub(super) fn pair(&self, interface: usize, pair: usize) -> Wrench<Two> {
         let width = blocks_of(self.count);
-        let rows = &self.blocks[6 * width * interface + block..];
-        let [a, b, c, d, e, f] = core::array::from_fn(|k| rows[k * width]);
+        let rows = &self.blocks[6 * width * interface + pair / 2..][..5 * width + 1];
+        let first = 2 * (pair % 2);
+        let [a, b, c, d, e, f] = core::array::from_fn(|k| {
+            let Lanes(row) = &rows[k * width];
+            Lanes([row[first], row[first + 1]])
+        });
         Wrench { force: Vec3::new(a, b, c), moment: Vec3::new(d, e, f) }
     }
 

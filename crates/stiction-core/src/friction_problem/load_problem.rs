@@ -34,6 +34,8 @@ impl Unknown {
 pub(crate) struct LoadProblem {
     pub(super) unknowns: Vec<Unknown>,
     pub(super) influence: InfluenceMatrix,
+    /// True if the influence has the opposite sign of [`Self::influence`].
+    is_reversed: bool,
 }
 
 /// Buffers of the solver, and its result: the normal loads [`Self::loads`], N.
@@ -62,6 +64,7 @@ impl LoadProblem {
     /// Stores the influence of each unknown normal load, through the friction that it causes, on
     /// the joint wrenches of all interfaces with unknown loads.
     pub(crate) fn set_influence(&mut self, operator: &mut impl Influence) {
+        self.is_reversed = false;
         self.influence.store(self.unknowns.len(), operator);
     }
 
@@ -69,7 +72,18 @@ impl LoadProblem {
     /// `of(row, block)` returns the wrench at the joint of unknown `row` per unit of each of the
     /// four unknowns of `block`; the wrench must be zero beyond the last unknown.
     pub(crate) fn set_influence_in_blocks(&mut self, of: impl Fn(usize, usize) -> Wrench<Four>) {
+        self.is_reversed = false;
         self.influence.store_blocks(self.unknowns.len(), of);
+    }
+
+    /// Reverses the sign of the influence, for friction forces in the opposite directions.
+    pub(crate) fn reverse_influence(&mut self) {
+        self.is_reversed = !self.is_reversed;
+    }
+
+    /// Returns the sign of the influence relative to [`Self::influence`].
+    pub(super) fn sense(&self) -> f64 {
+        if self.is_reversed { -1.0 } else { 1.0 }
     }
 
     /// Iterates over the indices of the interfaces whose normal loads are unknowns.

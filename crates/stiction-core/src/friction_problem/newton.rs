@@ -62,13 +62,14 @@ impl LoadProblem {
     ) -> Option<bool> {
         let width = blocks_of(loads.len());
         let NewtonWorkspace { blocks, change, gradients, matrix } = workspace;
+        let influenced = part * self.sense();
         let mut before = f64::INFINITY;
         for _ in 0..STEPS {
             pack(loads, blocks);
             change.clear();
             gradients.clear();
             for (k, unknown) in self.unknowns.iter().enumerate() {
-                let wrench = unknown.base + self.influence.apply(k, blocks) * part;
+                let wrench = unknown.base + self.influence.apply(k, blocks) * influenced;
                 let state = at.normal_load(unknown.interface, wrench, unknown.own_at(part));
                 change.push(loads[k] - state.value);
                 gradients.push(state.gradient);
@@ -83,7 +84,7 @@ impl LoadProblem {
             let rows = matrix.chunks_exact_mut(width).zip(&*gradients);
             for (k, (row, Twist { angular, linear })) in rows.enumerate() {
                 let slopes = [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z];
-                self.influence.combine(k, slopes.map(|slope| -part * slope), row);
+                self.influence.combine(k, slopes.map(|slope| -influenced * slope), row);
                 row[k / 4].0[k % 4] += 1.0;
             }
             let positive = solve_in_place(matrix, change)?;
@@ -121,11 +122,12 @@ impl LoadProblem {
         matrix.clear();
         matrix.resize(width * loads.len(), Four::zero());
         for (k, unknown) in self.unknowns.iter().enumerate() {
-            let wrench = unknown.base + self.influence.apply(k, blocks);
+            let wrench = unknown.base + self.influence.apply(k, blocks) * self.sense();
             let Twist { angular, linear } =
                 at.normal_load(unknown.interface, wrench, unknown.own_at(1.0)).gradient;
             gradients.push(Twist { angular, linear });
             let slopes = [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z];
+            let slopes = slopes.map(|slope| slope * self.sense());
             change.clear();
             change.resize(loads.len(), 0.0);
             for (slope, influence) in slopes.into_iter().zip(self.influence.rows(k)) {

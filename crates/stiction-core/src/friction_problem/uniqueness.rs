@@ -2,10 +2,10 @@
 //!
 //! Equations (F6) and (F7) of the book's theory.
 
-use super::influence::{Influence, InfluenceMatrix};
+use super::influence::{Influence, InfluenceMatrix, Two};
 use super::normal_load::Configuration;
 use super::small_system::{Four, blocks_of, solve_in_place};
-use crate::scalar::Scalar;
+use crate::scalar::{Lanes, Scalar};
 
 /// Largest number of undamped power iterations, which converge faster than damped ones. Every
 /// iterate yields a valid bound.
@@ -101,7 +101,8 @@ pub(crate) fn coupling_bound(
     radius_bound(matrix, count, vectors)
 }
 
-/// Computes [`coupling_bound`] from a stored influence matrix, four columns at a time.
+/// Computes [`coupling_bound`] from a stored influence matrix, two columns at a time: the wrenches of
+/// two columns fit into the registers of every processor, those of four do not.
 pub(crate) fn coupling_bound_in_blocks(
     at: Configuration<'_>,
     interfaces: impl Iterator<Item = (usize, f64)>,
@@ -112,10 +113,10 @@ pub(crate) fn coupling_bound_in_blocks(
     let count = influence.count();
     matrix.clear();
     for (row, (interface, own)) in interfaces.enumerate() {
-        let change = at.largest_load_changes::<Four>(interface, own);
-        for block in 0..blocks_of(count) {
-            let Four { 0: changes } = change(influence.block(row, block));
-            let left = (count - 4 * block).min(4);
+        let change = at.largest_load_changes::<Two>(interface, own);
+        for pair in 0..count.div_ceil(2) {
+            let Lanes(changes) = change(influence.pair(row, pair));
+            let left = (count - 2 * pair).min(2);
             matrix.extend_from_slice(&changes[..left]);
         }
     }
