@@ -79,6 +79,9 @@ pub(crate) struct BalanceStructure {
     pub(super) weighting: Weighting,
     /// Unactuated DOFs of the spanning tree, in the order of the balance equations.
     pub(super) passive: Vec<usize>,
+    /// For each DOF of the spanning tree, the index of its balance equation; `None` if it is
+    /// actuated.
+    pub(super) equation_of: Vec<Option<usize>>,
     /// Matrix columns of the wrench unknowns of each cut joint.
     pub(super) columns_of: Vec<Vec<usize>>,
     /// Number of columns for wrenches at cut joints. The columns of local degrees of freedom
@@ -102,6 +105,10 @@ impl BalanceStructure {
     ) -> Self {
         let passive: Vec<usize> =
             (0..topology.dofs()).filter(|&d| topology.tree_dofs[d].actuator.is_none()).collect();
+        let mut equation_of = vec![None; topology.dofs()];
+        for (equation, &tree_dof) in passive.iter().enumerate() {
+            equation_of[tree_dof] = Some(equation);
+        }
         let columns_of: Vec<Vec<usize>> =
             topology.cuts.iter().map(|cut| cut.columns(topology.constraints).collect()).collect();
         let spin_nodes = spin_bodies
@@ -118,8 +125,7 @@ impl BalanceStructure {
             .gearings
             .iter()
             .map(|own| {
-                let equation = |tree_dof: usize| passive.binary_search(&tree_dof).ok();
-                let dofs = own.dofs.iter().map(|&(tree_dof, _)| (tree_dof, equation(tree_dof)));
+                let dofs = own.dofs.iter().map(|&(tree_dof, _)| (tree_dof, equation_of[tree_dof]));
                 GearingColumn { gearing: own.gearing, dofs: dofs.collect() }
             })
             .collect();
@@ -127,6 +133,7 @@ impl BalanceStructure {
             weighting,
             gearings,
             passive,
+            equation_of,
             columns_of,
             wrench_columns: topology.columns(),
             spin_nodes,

@@ -154,7 +154,7 @@ impl Balance<f64> {
                 let first = topology.nodes[node].tree_dofs.start;
                 for (&against, dof) in unit.against.iter().zip(interface.shape.dofs()) {
                     constants[first + dof].0[lane] = against;
-                    if let Ok(equation) = structure.passive.binary_search(&(first + dof)) {
+                    if let Some(equation) = structure.equation_of[first + dof] {
                         right[structure.first_balance_row() + equation].0[lane] = -against;
                     }
                 }
@@ -168,7 +168,7 @@ impl Balance<f64> {
                 set_lane(&mut cut_wrenches[cut], lane, wrench);
                 for &(node, sign) in &topology.cuts[cut].path {
                     for tree_dof in topology.nodes[node].tree_dofs.clone() {
-                        if let Ok(equation) = structure.passive.binary_search(&tree_dof) {
+                        if let Some(equation) = structure.equation_of[tree_dof] {
                             let power = self.rows[tree_dof].power(wrench);
                             let row = structure.first_balance_row() + equation;
                             right[row].0[lane] -= if sign > 0.0 { power } else { -power };
