@@ -44,6 +44,12 @@ pub fn fixed(x: f64, decimals: usize) -> String {
 /// Appends a number with all its digits in the shortest form that reads back as the same number:
 /// plain between 1e-5 and 1e16, else with a power of ten.
 pub fn exact(out: &mut String, x: f64) {
+    // Flags and absent parts fill many columns.
+    match x {
+        1.0 => return out.push('1'),
+        0.0 if x.is_sign_positive() => return out.push('0'),
+        _ => {}
+    }
     let mut buffer = zmij::Buffer::new();
     let text = buffer.format(x);
     // Only powers of ten from 1e16 on have a plus sign, which is omitted. Smaller numbers are not

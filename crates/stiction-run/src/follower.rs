@@ -71,12 +71,17 @@ impl<'a> Follower<'a> {
         Ok(())
     }
 
-    /// Moves the mechanism to the instant `time`, s, from coordinates, rates and accelerations of
-    /// the spanning tree that are known from an earlier visit. Returns false and does not move the
-    /// mechanism if these values do not satisfy the constraints.
-    pub(crate) fn return_to(&mut self, time: f64, known: [&[f64]; 3]) -> bool {
-        let finite = self.read(time).is_ok();
-        let arrived = finite && self.solver.return_to(known, &self.ahead);
+    /// Moves the mechanism to the instant `time`, s, from prescribed coordinates, and from
+    /// coordinates, rates and accelerations of the spanning tree, that are known from an earlier
+    /// visit. Returns false and does not move the mechanism if these values do not satisfy the
+    /// constraints.
+    pub(crate) fn return_to(
+        &mut self,
+        time: f64,
+        known: [&[f64]; 3],
+        targets: &[Target<f64>],
+    ) -> bool {
+        let arrived = self.solver.return_to(known, targets);
         if arrived {
             self.time = time;
         }

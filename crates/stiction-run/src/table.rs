@@ -70,6 +70,8 @@ impl Table {
 /// Writer of the tables of a run as CSV. Each sample adds a row to every table.
 pub(crate) struct Tables<W: io::Write> {
     tables: Vec<W>,
+    /// Time of the present row, with which the row of every table begins.
+    time: String,
     line: String,
 }
 
@@ -91,7 +93,7 @@ impl<W: io::Write> Tables<W> {
 
     /// Creates a writer for tables that already contain their headers and rows.
     pub(crate) fn continued(files: impl IntoIterator<Item = W>) -> Self {
-        Self { tables: files.into_iter().collect(), line: String::new() }
+        Self { tables: files.into_iter().collect(), time: String::new(), line: String::new() }
     }
 
     /// Adds a row to each table: the time, s, followed by the values of the table with all digits.
@@ -100,11 +102,13 @@ impl<W: io::Write> Tables<W> {
         time: f64,
         rows: impl IntoIterator<Item = &'r [f64]>,
     ) -> io::Result<()> {
+        self.time.clear();
+        exact(&mut self.time, time);
         for (table, row) in self.tables.iter_mut().zip(rows) {
             // Numbers need no quotes; a CSV writer that searches for characters to quote would take
             // most of the time.
             self.line.clear();
-            exact(&mut self.line, time);
+            self.line.push_str(&self.time);
             for value in row {
                 self.line.push(',');
                 exact(&mut self.line, *value);

@@ -141,7 +141,7 @@ impl<'a, W: Work> Walk<'a, W> {
             }
             let next = self.instants.at(sample + 1);
             let known = self.track.at(sample + 1);
-            if !known.is_some_and(|known| follower.return_to(next, known.state)) {
+            if !known.is_some_and(|known| follower.return_to(next, known.state, known.targets)) {
                 follower.go_to(next)?;
             }
         }
@@ -239,7 +239,7 @@ impl<'a> Seeds<'a> {
         let mut scout = self.scout.take()?;
         if first > 0
             && let Some(known) = self.track.at(first)
-            && scout.return_to(self.instants.at(first), known.state)
+            && scout.return_to(self.instants.at(first), known.state, known.targets)
         {
             self.at = first;
         }

@@ -48,6 +48,12 @@ impl<'a> Turns<'a> {
             };
             now.value += TAU * ((expected - now.value) / TAU).round();
         }
-        self.last = Some((time, motion.to_vec()));
+        match &mut self.last {
+            Some((before, last)) => {
+                *before = time;
+                last.copy_from_slice(motion);
+            }
+            none => *none = Some((time, motion.to_vec())),
+        }
     }
 }

@@ -7,6 +7,8 @@
 //! which it may be least (Piyavskii 1972, Shubert 1972).
 
 use super::solving::SampleResult;
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
 use std::ops::Range;
 use stiction_core::mechanism::Mechanism;
 use stiction_core::parameters::Parameters;
@@ -141,17 +143,17 @@ fn least(
     let value = compute(middle, Question::Value(None));
     found[middle] = Some(value);
     *least = least.min(value);
-    let mut gaps = vec![
-        Gap { from: None, to: Some((middle, value)), inner: 0..middle },
-        Gap { from: Some((middle, value)), to: None, inner: middle + 1..passed.len() },
-    ];
-    gaps.retain(|gap| !gap.inner.is_empty());
-    let bound = |gap: &Gap| gap.bound(passed);
-    while let Some(lowest) =
-        (0..gaps.len()).min_by(|a, b| bound(&gaps[*a]).total_cmp(&bound(&gaps[*b])))
-    {
-        let gap = gaps.swap_remove(lowest);
-        if bound(&gap) > *least * (1.0 + CERTAIN) {
+    let mut gaps = BinaryHeap::new();
+    let push = |gaps: &mut BinaryHeap<Bounded>, gap: Gap| {
+        if !gap.inner.is_empty() {
+            gaps.push(Bounded { bound: gap.bound(passed), gap });
+        }
+    };
+    push(&mut gaps, Gap { from: None, to: Some((middle, value)), inner: 0..middle });
+    let behind = middle + 1..passed.len();
+    push(&mut gaps, Gap { from: Some((middle, value)), to: None, inner: behind });
+    while let Some(Bounded { bound, gap }) = gaps.pop() {
+        if bound > *least * (1.0 + CERTAIN) {
             break;
         }
         if let Some(value) = gap.constant(passed) {
@@ -172,11 +174,8 @@ fn least(
             *least = least.min(value);
         }
         let known = Some((k, value));
-        let parts = [
-            Gap { from: gap.from, to: known, inner: gap.inner.start..k },
-            Gap { from: known, to: gap.to, inner: k + 1..gap.inner.end },
-        ];
-        gaps.extend(parts.into_iter().filter(|gap| !gap.inner.is_empty()));
+        push(&mut gaps, Gap { from: gap.from, to: known, inner: gap.inner.start..k });
+        push(&mut gaps, Gap { from: known, to: gap.to, inner: k + 1..gap.inner.end });
     }
     found
 }
@@ -190,6 +189,34 @@ struct Gap {
     to: Option<(usize, f64)>,
     inner: Range<usize>,
 }
+
+/// Range without computed values, and a lower bound of these values. The greatest element in the
+/// order of this type has the least bound.
+#[derive(Clone, Debug)]
+struct Bounded {
+    bound: f64,
+    gap: Gap,
+}
+
+impl Ord for Bounded {
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.bound.total_cmp(&self.bound)
+    }
+}
+
+impl PartialOrd for Bounded {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Bounded {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Bounded {}
 
 impl Gap {
     /// Returns a lower bound of the values in the range.

@@ -69,8 +69,7 @@ impl Work for Following {
         };
         let fastest = fastest_interface(solver);
         extremes.add(MotionExtremes { fastest, actuators, mobility, ..MotionExtremes::none() });
-        let side = solver.side();
-        extremes.track.add(solver.state(), side);
+        extremes.track.add(solver);
         Ok(())
     }
 }

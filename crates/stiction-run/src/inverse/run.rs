@@ -101,7 +101,7 @@ impl Job<'_> {
         };
         let dofs = dofs_of(&self.model.mechanism);
         let uniqueness = Uniqueness::new(start, meant);
-        let solving = Solving { job: self, track: &extremes.track, uniqueness, dofs };
+        let solving = Solving { job: self, uniqueness, dofs };
         let calculator = solving.uniqueness.proximity.clone();
         let rest_rate = |actuator: usize| rest_rates.get(actuator).copied().unwrap_or_default();
         let motors = Motors::new(&self.model.mechanism, self.friction, rest_rate);

@@ -6,7 +6,6 @@ use super::efficiency::evaluate_back_driving;
 use super::joints::joint_motions;
 use super::least_indices::LeastIndices;
 use super::sample::Sample;
-use super::track::Track;
 use super::uniqueness::{Singular, Uniqueness};
 use crate::dofs::Dof;
 use crate::error::Error;
@@ -18,7 +17,6 @@ use stiction_format::Side;
 /// Evaluates the chunks of a motion; computes forces and their uniqueness at each sample.
 pub(super) struct Solving<'a> {
     pub(super) job: &'a Job<'a>,
-    pub(super) track: &'a Track,
     /// Initial state of the uniqueness analysis. Each chunk starts with a copy of this state.
     pub(super) uniqueness: Uniqueness,
     /// Degrees of freedom whose motion [`Sample::joints`] contains.
@@ -82,7 +80,7 @@ impl Work for Solving<'_> {
         &self,
         piece: &mut ChunkResults,
         solver: &mut InverseDynamics,
-        sample: usize,
+        _sample: usize,
         time: f64,
     ) -> Result<(), Error> {
         let postpones = self.job.indices == Indices::Least;
@@ -109,7 +107,7 @@ impl Work for Solving<'_> {
                 Ok(_) if piece.has_failed => {}
                 Ok(_) => {
                     piece.remember(solver, &loads);
-                    let found = self.find(piece, solver, loads, (sample, time));
+                    let found = self.find(piece, solver, loads, time);
                     piece.samples.push(SampleResult { time, found: Ok(Box::new(found)) });
                 }
             }
@@ -162,12 +160,9 @@ impl Solving<'_> {
         piece: &mut ChunkResults,
         solver: &mut InverseDynamics,
         loads: Vec<AppliedLoad<f64>>,
-        (sample, time): (usize, f64),
+        time: f64,
     ) -> Solved {
-        let side = match self.track.at(sample) {
-            Some(known) => known.side,
-            None => solver.side(),
-        };
+        let side = solver.side_of_solution();
         let mut backward = Vec::new();
         if self.job.friction != FrictionMode::Off && !solver.forces().interfaces.is_empty() {
             evaluate_back_driving(solver, &mut piece.mirror, &loads, &mut backward);

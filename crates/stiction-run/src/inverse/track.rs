@@ -1,18 +1,21 @@
 //! Configurations along a motion, which the scan of the motion stores for the computation of
 //! forces.
 
-use stiction_core::kinematics::State;
+use stiction_core::dynamics::InverseDynamics;
+use stiction_core::kinematics::{State, Target};
 
 /// Configurations at the first samples of a motion. The scan of the motion computes these
 /// configurations, and the computation of forces restores them.
 #[derive(Debug, Default)]
 pub(super) struct Track {
-    /// Values of each sample: coordinates, rates and accelerations of the spanning tree, followed
-    /// by the sign of the determinant of the loop constraints with locked actuators; NaN if the
-    /// sign is undetermined.
+    /// Values of each sample: coordinates, rates and accelerations of the spanning tree.
     numbers: Vec<f64>,
+    /// Prescribed coordinates of each sample.
+    targets: Vec<Target<f64>>,
     /// Number of coordinates and number of degrees of freedom of the spanning tree.
     widths: [usize; 2],
+    /// Number of prescribed coordinates.
+    prescribed: usize,
     is_full: bool,
 }
 
@@ -21,9 +24,8 @@ pub(super) struct Track {
 pub(super) struct Known<'a> {
     /// Coordinates, rates and accelerations of the spanning tree.
     pub(super) state: [&'a [f64]; 3],
-    /// Sign of the determinant of the loop constraints with locked actuators, see
-    /// [`InverseDynamics::side`](stiction_core::dynamics::InverseDynamics::side).
-    pub(super) side: Option<f64>,
+    /// Prescribed coordinates.
+    pub(super) targets: &'a [Target<f64>],
 }
 
 impl Track {
@@ -32,39 +34,44 @@ impl Track {
     const MOST: usize = 1 << 21;
 
     fn width(&self) -> usize {
-        self.widths[0] + 2 * self.widths[1] + 1
+        self.widths[0] + 2 * self.widths[1]
     }
 
-    /// Appends the configuration of the next sample.
-    pub(super) fn add(&mut self, state: &State<f64>, side: Option<f64>) {
-        let State { coordinates, rates, accelerations } = state;
+    /// Appends the present configuration of `solver` as that of the next sample.
+    pub(super) fn add(&mut self, solver: &InverseDynamics) {
+        let State { coordinates, rates, accelerations } = solver.state();
         self.widths = [coordinates.len(), rates.len()];
+        self.prescribed = solver.targets().len();
         for part in [coordinates, rates, accelerations] {
             self.numbers.extend_from_slice(part);
         }
-        self.numbers.push(side.unwrap_or(f64::NAN));
+        self.targets.extend_from_slice(solver.targets());
     }
 
     /// Appends the configurations of the samples in `other`, which follow those already stored.
     /// Discards these and all later configurations once the storage is full.
     pub(super) fn append(&mut self, other: &Self) {
         if !other.numbers.is_empty() {
-            self.widths = other.widths;
+            (self.widths, self.prescribed) = (other.widths, other.prescribed);
         }
-        self.is_full |= self.numbers.len() + other.numbers.len() > Self::MOST;
+        let count = |track: &Self| track.numbers.len() + 3 * track.targets.len();
+        self.is_full |= count(self) + count(other) > Self::MOST;
         if !self.is_full {
             self.numbers.extend_from_slice(&other.numbers);
+            self.targets.extend_from_slice(&other.targets);
         }
     }
 
     /// Returns the configuration of the sample with this index, if the configuration is stored.
     pub(super) fn at(&self, sample: usize) -> Option<Known<'_>> {
-        let width = self.width();
+        let (width, prescribed) = (self.width(), self.prescribed);
+        if width == 0 {
+            return None;
+        }
         let numbers = self.numbers.get(sample * width..(sample + 1) * width)?;
+        let targets = self.targets.get(sample * prescribed..(sample + 1) * prescribed)?;
         let (coordinates, rest) = numbers.split_at(self.widths[0]);
-        let (rates, rest) = rest.split_at(self.widths[1]);
-        let (accelerations, side) = rest.split_at(self.widths[1]);
-        let side = side.first().copied().filter(|side| !side.is_nan());
-        Some(Known { state: [coordinates, rates, accelerations], side })
+        let (rates, accelerations) = rest.split_at(self.widths[1]);
+        Some(Known { state: [coordinates, rates, accelerations], targets })
     }
 }

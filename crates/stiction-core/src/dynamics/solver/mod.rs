@@ -79,6 +79,9 @@ pub struct InverseDynamics {
     plans: u64,
     /// Coordinates of the spanning tree at which the balance was compiled.
     compiled_at: Vec<f64>,
+    /// Product of [`Self::side`] and the sign of the determinant of the frictionless balance, and
+    /// the number of compilations for which it is valid.
+    side_factor: Option<(u64, f64)>,
 }
 
 /// Copy of a solver in reversed motion that is updated at successive configurations; see
@@ -187,6 +190,7 @@ impl InverseDynamics {
             shares,
             plans: 0,
             compiled_at: Vec::new(),
+            side_factor: None,
         };
         solver.replan();
         Ok(solver)
@@ -220,6 +224,11 @@ impl InverseDynamics {
     /// Returns coordinates, rates and accelerations of the spanning tree at the present instant.
     pub fn state(&self) -> &State<f64> {
         self.assembly.state()
+    }
+
+    /// Returns the targets of the prescribed coordinates at the present instant.
+    pub fn targets(&self) -> &[Target<f64>] {
+        self.assembly.targets()
     }
 
     /// Returns the motion constraints: loop closures, prescribed coordinates and local degrees of
@@ -320,6 +329,31 @@ impl InverseDynamics {
         // determinant of closures and coordinates.
         let determinant = matrix.determinant() * own;
         determinant.is_finite().then(|| determinant.signum())
+    }
+
+    /// Returns [`Self::side`] at the configuration of the last [`Self::solve`], which must be the
+    /// present one. The balance without friction, factorised by this solution, has the same
+    /// determinant up to a factor that is constant until the balance is compiled again.
+    pub fn side_of_solution(&mut self) -> Option<f64> {
+        let sign = match &self.compiled {
+            Ok(Compiled { model, inverse })
+                if self.forces_by_kernel
+                    && model.balance.structure.weighting == Weighting::Determined
+                    && model.constraints().spins().is_empty() =>
+            {
+                inverse.sign_without_friction()
+            }
+            _ => return self.side(),
+        };
+        if let Some((plans, factor)) = self.side_factor
+            && plans == self.plans
+        {
+            return Some(factor * sign);
+        }
+        // The balance is regular here, otherwise the dense fallback would have computed the forces.
+        let side = self.side()?;
+        self.side_factor = Some((self.plans, side * sign));
+        Some(side)
     }
 
     /// Returns the local degrees of freedom: for each, the index of the body and the axis of the

@@ -201,6 +201,11 @@ impl Assembly {
         &self.state
     }
 
+    /// Targets of the prescribed coordinates at the present instant.
+    pub(crate) fn targets(&self) -> &[Target<f64>] {
+        &self.targets
+    }
+
     /// Resets the accelerations of all bodies to those without the spin accelerations that the
     /// dynamics added.
     pub(crate) fn forget_spins(&mut self) {
