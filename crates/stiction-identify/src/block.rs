@@ -1,5 +1,6 @@
 //! Rows of the regression, grouped by log and by actuator.
 
+use crate::period::Period;
 use nalgebra::{DMatrix, DVector};
 
 /// Rows of the regression for one actuator in one log, in the order of time.
@@ -45,6 +46,23 @@ pub struct Block {
     /// of the filter, because such rows partly repeat each other, and one for rows without order in
     /// time.
     pub independence: f64,
+    /// Period of the motion if it is repeated.
+    period: Option<Period>,
+}
+
+impl Block {
+    /// Creates the block of a log without bounds at rest, and finds the period of its motion. For
+    /// `independence` see [`Self::independence`].
+    pub fn new(channels: Vec<Rows>, independence: f64) -> Self {
+        // Rows of steady motions are independent and have no order in time.
+        let period = if independence < 1.0 { Period::of(&channels) } else { None };
+        Self { channels, dwells: Vec::new(), independence, period }
+    }
+
+    /// Period of the motion; `None` for a motion that is not repeated.
+    pub(crate) fn period(&self) -> Option<Period> {
+        self.period
+    }
 }
 
 impl Dwells {

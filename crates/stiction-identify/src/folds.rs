@@ -14,12 +14,12 @@ pub(crate) struct Folds {
 }
 
 impl Folds {
-    /// Divides a block into `count` pieces of equal length. If the motion has a `period`, each piece
+    /// Divides a block into `count` pieces of equal length. If the motion is repeated, each piece
     /// consists of the same part of all repetitions, because each repetition predicts the others.
-    pub(crate) fn new(block: &Block, count: usize, period: Option<Period>) -> Self {
+    pub(crate) fn new(block: &Block, count: usize) -> Self {
         let last = block.channels.iter().filter_map(|rows| rows.steps.last()).max();
         let length = last.map_or(1, |last| last + 1).div_ceil(count).max(1);
-        Self { count, length, period }
+        Self { count, length, period: block.period() }
     }
 
     /// Returns the index of the piece that contains the instant `step`.

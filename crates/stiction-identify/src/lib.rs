@@ -25,7 +25,9 @@ mod verdict;
 pub use apply::applied;
 pub use base::{BaseParameters, Combination};
 pub use block::{Block, Dwells, Rows};
-pub use estimate::{Candidate, Estimate, Extension, Options, Problem, Residuals};
+pub use estimate::{
+    Candidate, Estimate, Extension, Inequality, LeftOut, Options, Problem, Residuals,
+};
 pub use load_slopes::{DIRECTIONS, LoadSlopes};
 pub use parameter::{Choice, INERTIA_ENTRIES, Kind, Parameter, catalogue};
 pub use regressor::{Columns, Regressor, Unsuitable};

@@ -5,7 +5,7 @@
 //! repetitions. Both the choice of the prior and the standard deviations hence treat the repetitions of a motion as
 //! one.
 
-use crate::block::{Block, Rows};
+use crate::block::Rows;
 
 /// A motion repeats itself if the mean squared change of the columns over one period is less than this fraction of
 /// that of unrelated instants. Rows are a quarter of the period of the filter apart, so a period that is no whole number
@@ -37,15 +37,12 @@ impl Period {
         (self.0.round() as usize).max(1)
     }
 
-    /// Finds the period of the motion of a block; `None` unless at least two repetitions are contained.
-    pub(crate) fn of(block: &Block) -> Option<Self> {
-        // Rows of steady motions are independent and have no order in time.
-        if block.independence >= 1.0 {
-            return None;
-        }
-        let length = 1 + block.channels.iter().filter_map(|rows| rows.steps.last()).max()?;
+    /// Finds the period of the motion of a log from the rows of its actuators; `None` unless at least two repetitions
+    /// are contained.
+    pub(crate) fn of(channels: &[Rows]) -> Option<Self> {
+        let length = 1 + channels.iter().filter_map(|rows| rows.steps.last()).max()?;
         let signals: Vec<Signal> =
-            block.channels.iter().filter_map(|rows| Signal::of(rows, length)).collect();
+            channels.iter().filter_map(|rows| Signal::of(rows, length)).collect();
         if signals.is_empty() {
             return None;
         }
@@ -135,8 +132,8 @@ mod tests {
     use super::*;
     use nalgebra::{DMatrix, DVector};
 
-    fn block(length: usize, motion: impl Fn(f64) -> f64) -> Block {
-        let rows = Rows {
+    fn rows(length: usize, motion: impl Fn(f64) -> f64) -> [Rows; 1] {
+        [Rows {
             matrix: DMatrix::from_fn(length, 2, |row, k| match k {
                 0 => motion(row as f64),
                 _ => motion(row as f64).powi(2),
@@ -145,8 +142,7 @@ mod tests {
             measured: DVector::zeros(length),
             instruments: None,
             steps: (0..length).collect(),
-        };
-        Block { channels: vec![rows], dwells: Vec::new(), independence: 0.5 }
+        }]
     }
 
     #[test]
@@ -155,17 +151,17 @@ mod tests {
         for (period, length) in [(123.4, 1000), (123.4, 20_000), (400.0, 801)] {
             let motion =
                 |t: f64| (tau * t / period).sin() + 0.6 * (3.0 * tau * t / period + 1.0).cos();
-            let Period(found) = Period::of(&block(length, motion)).unwrap();
+            let Period(found) = Period::of(&rows(length, motion)).unwrap();
             let error = (found - period).abs() * length as f64 / period;
             assert!(error < 1.0, "{found} instead of {period}: off by {error} at the end");
         }
         // Frequencies without a common multiple, a single ramp, and less than two periods.
-        assert_eq!(Period::of(&block(1000, |t| (0.05 * t).sin() + (0.0811 * t).cos())), None);
-        assert_eq!(Period::of(&block(1000, |t| t)), None);
-        assert_eq!(Period::of(&block(1000, |t| (tau * t / 600.0).sin())), None);
-        assert_eq!(Period::of(&block(1000, |_| 1.0)), None);
+        assert_eq!(Period::of(&rows(1000, |t| (0.05 * t).sin() + (0.0811 * t).cos())), None);
+        assert_eq!(Period::of(&rows(1000, |t| t)), None);
+        assert_eq!(Period::of(&rows(1000, |t| (tau * t / 600.0).sin())), None);
+        assert_eq!(Period::of(&rows(1000, |_| 1.0)), None);
         // Steady motions forth and back in turn.
         let turns = |t: f64| if t % 2.0 == 0.0 { 1.0 } else { -1.0 };
-        assert_eq!(Period::of(&block(60, |t| turns(t) * (1.0 + (0.1 * t).floor()))), None);
+        assert_eq!(Period::of(&rows(60, |t| turns(t) * (1.0 + (0.1 * t).floor()))), None);
     }
 }

@@ -22,7 +22,7 @@ const INDEPENDENT: f64 = 0.05;
 /// uncorrelated. Weights are `1/noise^2` and the independence of each block. `M_t` is the row of
 /// `design` at the instant `t`; the residuals are those of `blocks`.
 pub(crate) fn covariance(
-    (design, blocks, periods): (&[Block], &[Block], &[Option<Period>]),
+    (design, blocks): (&[Block], &[Block]),
     map: &Map,
     values: &DVector<f64>,
     noise: &[f64],
@@ -36,7 +36,7 @@ pub(crate) fn covariance(
     for (channel, noise) in noise.iter().enumerate() {
         let residuals: Vec<DVector<f64>> =
             blocks.iter().map(|block| block.channels[channel].residuals(values)).collect();
-        let autocovariance = autocovariance(&series(blocks, channel, periods, &residuals));
+        let autocovariance = autocovariance(&series(blocks, channel, &residuals));
         let lags = autocovariance.len();
         for block in design {
             let rows = &block.channels[channel];
@@ -66,19 +66,23 @@ pub(crate) fn covariance(
 /// Number of samples of the residuals that together count as one independent sample, as the mean
 /// over all efforts. For each effort, it is the sum of the autocorrelation of the residuals,
 /// divided by the same sum for white noise after the filter; at least one.
-pub(super) fn colour(blocks: &[Block], periods: &[Option<Period>], values: &DVector<f64>) -> f64 {
+pub(super) fn colour(blocks: &[Block], values: &DVector<f64>) -> f64 {
     let channels = blocks.first().map_or(0, |block| block.channels.len());
     let each = (0..channels).map(|channel| {
         let residuals: Vec<DVector<f64>> =
             blocks.iter().map(|block| block.channels[channel].residuals(values)).collect();
-        let all = autocovariance(&series(blocks, channel, periods, &residuals));
-        let (squares, count) = residuals
-            .iter()
-            .fold((0.0, 0), |(sum, count), own| (sum + own.norm_squared(), count + own.len()));
+        let all = autocovariance(&series(blocks, channel, &residuals));
+        let (mut squares, mut count, mut white) = (0.0, 0.0, 0.0);
+        for (block, own) in blocks.iter().zip(&residuals) {
+            squares += own.norm_squared();
+            count += own.len() as f64;
+            // White noise after the filter has this sum of autocorrelations in each row.
+            white += own.len() as f64 / block.independence;
+        }
         let taper = |lag: usize| 1.0 - lag as f64 / all.len() as f64;
         let later: f64 = (1..all.len()).map(|lag| taper(lag) * all[lag]).sum();
-        let variance = squares / f64::max(count as f64, 1.0);
-        (all[0] + 2.0 * later) / variance * blocks[0].independence
+        let variance = squares / f64::max(count, 1.0);
+        (all[0] + 2.0 * later) / variance * count / white
     });
     let finite = each.map(|samples| if samples > 1.0 { samples } else { 1.0 });
     finite.sum::<f64>() / channels.max(1) as f64
@@ -96,11 +100,12 @@ pub(super) struct Series<'a> {
 pub(super) fn series<'a>(
     blocks: &'a [Block],
     channel: usize,
-    periods: &[Option<Period>],
     residuals: &'a [DVector<f64>],
 ) -> Vec<Series<'a>> {
-    let each = blocks.iter().zip(periods).zip(residuals).map(|((block, period), residuals)| {
-        Series { steps: &block.channels[channel].steps, residuals, period: *period }
+    let each = blocks.iter().zip(residuals).map(|(block, residuals)| Series {
+        steps: &block.channels[channel].steps,
+        residuals,
+        period: block.period(),
     });
     each.collect()
 }
@@ -160,24 +165,24 @@ pub(super) fn autocovariance(all: &[Series<'_>]) -> Vec<f64> {
 }
 
 /// Computes the covariance of the errors if some values lie at their bounds, from a normal
-/// distribution that is truncated at the bounds. `at_bounds` lists the coordinates at their bounds,
-/// each with the distance by which the coordinate would exceed its bound if the bound did not
-/// exist.
+/// distribution that is truncated at the bounds. `at_bounds` lists the directions along which
+/// values lie at their bounds, each with the distance by which the values would exceed the bound if
+/// it did not exist.
 ///
-/// The bounds are applied one after the other; the variance along a bounded coordinate becomes the
+/// The bounds are applied one after the other; the variance along a bounded direction becomes the
 /// second moment about its bound.
-pub(super) fn bounded(
+pub(super) fn bounded<'a>(
     mut covariance: DMatrix<f64>,
-    at_bounds: impl IntoIterator<Item = (usize, f64)>,
+    at_bounds: impl IntoIterator<Item = (&'a DVector<f64>, f64)>,
 ) -> DMatrix<f64> {
-    for (k, distance) in at_bounds {
-        let variance = covariance[(k, k)];
+    for (direction, distance) in at_bounds {
+        let column = &covariance * direction;
+        let variance = direction.dot(&column);
         if variance <= 0.0 {
             continue;
         }
         let beyond = distance / variance.sqrt();
         let left = 1.0 - beyond * (inverse_mills(beyond) - beyond);
-        let column = covariance.column(k).into_owned();
         covariance.ger((left.clamp(0.0, 1.0) - 1.0) / variance, &column, &column, 1.0);
     }
     covariance
@@ -232,7 +237,7 @@ mod tests {
                 }
             }
             let full = DMatrix::from_row_slice(2, 2, &[1.0, 0.8, 0.8, 1.0]);
-            let found = bounded(full, [(0, beyond)]);
+            let found = bounded(full, [(&DVector::from_column_slice(&[1.0, 0.0]), beyond)]);
             for k in 0..2 {
                 let expected = sums[k] / count;
                 assert!(

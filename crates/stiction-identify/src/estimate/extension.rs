@@ -7,7 +7,6 @@ use super::covariance::{autocovariance, each_pair, series};
 use super::{Estimate, FOLDS, HUBER, Problem};
 use crate::block::Block;
 use crate::folds::Folds;
-use crate::period::Period;
 use nalgebra::{DMatrix, DVector};
 use std::borrow::Cow;
 
@@ -53,8 +52,6 @@ pub struct Residuals<'a> {
     /// Factor by which the residuals underestimate the variance of the errors, because the fit uses
     /// up degrees of freedom.
     inflation: f64,
-    /// Period of the motion of each block.
-    periods: Vec<Option<Period>>,
 }
 
 impl Problem<'_> {
@@ -77,7 +74,6 @@ impl Problem<'_> {
             design: self.design(estimate.projection.as_ref()),
             inverse: &estimate.inverse[0],
             rows: rows.collect(),
-            periods: self.periods(),
             inflation: estimate.samples / (estimate.samples - used).max(1.0),
         }
     }
@@ -138,9 +134,8 @@ impl Residuals<'_> {
     fn gain(&self, own: usize, left: &[Vec<DVector<f64>>]) -> (f64, f64) {
         let mut sums = [[0.0; 2]; FOLDS];
         let mut size = 0.0;
-        let blocks = self.problem.blocks.iter().zip(&self.periods);
-        for (((block, period), rows), left) in blocks.zip(&self.rows).zip(left) {
-            let folds = Folds::new(block, FOLDS, *period);
+        for ((block, rows), left) in self.problem.blocks.iter().zip(&self.rows).zip(left) {
+            let folds = Folds::new(block, FOLDS);
             for (channel, ([residuals, weights], left)) in rows.iter().zip(left).enumerate() {
                 for (row, step) in block.channels[channel].steps.iter().enumerate() {
                     let fold = folds.of(*step);
@@ -176,8 +171,7 @@ impl Residuals<'_> {
             let pairs = || self.rows.iter().zip(left);
             let residuals: Vec<DVector<f64>> =
                 pairs().map(|(rows, left)| &rows[channel][0] - &left[channel] * value).collect();
-            let autocovariance =
-                autocovariance(&series(blocks, channel, &self.periods, &residuals));
+            let autocovariance = autocovariance(&series(blocks, channel, &residuals));
             let lags = autocovariance.len();
             for (((rows, left), block), own) in pairs().zip(blocks).zip(&residuals) {
                 let steps = &block.channels[channel].steps;

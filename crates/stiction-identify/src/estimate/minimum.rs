@@ -4,15 +4,16 @@
 //! Equation (I3) of the book's theory.
 
 use super::map::Map;
+use super::wall::{Held, Wall, reached};
 use super::{Normal, Problem};
 use crate::parameter::Kind;
 use crate::physical::{self, BodyPrior};
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
 
-/// Relative error of the model's inertias that the confidence intervals take into account.
-pub(super) const PRIOR_ERROR: f64 = 0.3;
 /// Error of the factor of an effort term that the confidence intervals take into account.
 const TERM_ERROR: f64 = 0.5;
+/// Least strength of the prior on the inertia of a rotor. No physical region bounds this inertia from above.
+const ROTOR_FLOOR: f64 = 1e-2;
 /// Strength of the prior with which the minimisation begins, and the factor by which it becomes weaker.
 const STRONGEST: f64 = 1e8;
 const WEAKENING: f64 = 30.0;
@@ -50,7 +51,7 @@ impl Problem<'_> {
     pub(super) fn prior<'b>(&self, bodies: &'b [BodyPrior], strength: f64) -> Prior<'b> {
         let precision = self.parameters.iter().map(|p| match p.kind {
             Kind::Mass(_) | Kind::Moment(..) | Kind::Inertia(..) => 0.0,
-            Kind::Rotor(_) => strength.max(1e-2) / (p.scale * p.scale),
+            Kind::Rotor(_) => strength.max(ROTOR_FLOOR) / (p.scale * p.scale),
             Kind::Term(_) => 1.0 / (TERM_ERROR * TERM_ERROR),
             // Declared friction coefficients are guesses. The prior trusts only their order of
             // magnitude: its standard deviation is ten times the scale.
@@ -60,16 +61,18 @@ impl Problem<'_> {
     }
 
     /// Minimises data term and prior, in free coordinates. A value beyond its bound is set to the
-    /// bound and held there. Zero is a bound for parameters that must not be negative.
+    /// bound and held there. Zero is a bound for parameters that must not be negative. The
+    /// parameters of bodies also satisfy the inequalities of the options.
     ///
     /// Begins with a strong prior, which becomes weaker step by step: with a weak prior, Newton's method would stall at
     /// the edge of the physical region.
     pub(super) fn minimum(&self, map: &Map, data: &Normal, prior: &Prior<'_>) -> DVector<f64> {
         let mut z = self.start(map, prior.bodies);
         let free = vec![false; map.size()];
+        let walls = self.walls(map);
         let mut own = STRONGEST;
         while own > WEAKENING * prior.strength {
-            z = self.newton(map, data, &self.prior(prior.bodies, own), &free, z);
+            z = self.newton(map, data, &self.prior(prior.bodies, own), (&free, &walls), z);
             own /= WEAKENING;
         }
         self.bounded_minimum(map, data, prior, free, z)
@@ -104,12 +107,13 @@ impl Problem<'_> {
         mut z: DVector<f64>,
     ) -> DVector<f64> {
         let size = map.size();
+        let walls = self.walls(map);
         let intervals: Vec<[f64; 2]> = (0..size).map(|k| self.interval(map, k)).collect();
         let within = |k: usize, z: f64| z.max(intervals[k][0]).min(intervals[k][1]);
         // In each pass only the value farthest beyond its bound is held, because others may then
         // return inside their bounds.
         for _ in 0..=size {
-            z = self.newton(map, data, prior, &at_bound, z);
+            z = self.newton(map, data, prior, (&at_bound, &walls), z);
             let beyond = |k: usize| self.parts(map, k, z[k] - within(k, z[k]));
             let most = (0..size)
                 .filter(|&k| !at_bound[k] && within(k, z[k]) != z[k])
@@ -177,18 +181,20 @@ impl Problem<'_> {
         priors.iter().all(|body| is_held(body) || body.divergence(thick.as_slice()).is_some())
     }
 
+    /// Minimises with the coordinates `at_bound` held, within `walls`.
     fn newton(
         &self,
         map: &Map,
         data: &Normal,
         prior: &Prior<'_>,
-        at_bound: &[bool],
+        (at_bound, walls): (&[bool], &[Wall]),
         start: DVector<f64>,
     ) -> DVector<f64> {
         let mut z = start;
         let mut now = self.objective(map, data, prior, &z);
+        let mut holds = vec![false; walls.len()];
         for _ in 0..NEWTON_STEPS {
-            let Some((value, mut gradient, mut hessian)) = now.take() else { break };
+            let Some((value, mut gradient, mut hessian)) = now.clone() else { break };
             for (k, held) in at_bound.iter().enumerate() {
                 if *held {
                     gradient[k] = 0.0;
@@ -197,14 +203,26 @@ impl Problem<'_> {
                     hessian[(k, k)] = 1.0;
                 }
             }
-            let Some(step) = solve_positive(&hessian, &gradient) else { break };
-            let decrement = gradient.dot(&step);
+            let Some(factor) = Factor::of(&hessian) else { break };
+            let held: Vec<usize> = (0..walls.len()).filter(|&k| holds[k]).collect();
+            let directions: Vec<&DVector<f64>> =
+                held.iter().map(|&k| &walls[k].direction).collect();
+            let along = Held::of(factor.solve(&gradient), &directions, |own| factor.solve(own));
+            let Some(along) = along else { break };
+            let step = &along.step;
+            let decrement = gradient.dot(step);
             // Changes of the value below its rounding decide nothing.
             let rounding = 1e-14 * (data.square.abs() + value.abs());
-            let mut length = 1.0;
+            let wall = reached(walls, &holds, &z, step).filter(|(_, length)| *length < 1.0);
+            let mut length = wall.map_or(1.0, |(_, length)| length);
+            if let Some((k, 0.0)) = wall {
+                holds[k] = true;
+                continue;
+            }
+            let longest = length;
             let mut best = None;
-            while length > 1e-10 {
-                let next = &z - &step * length;
+            while length > 1e-10 * longest {
+                let next = &z - step * length;
                 if let Some(found) = self.objective(map, data, prior, &next)
                     && found.0 <= value - 1e-4 * length * decrement + rounding
                 {
@@ -216,8 +234,14 @@ impl Problem<'_> {
             let Some((next, found)) = best else { break };
             z = next;
             now = Some(found);
-            if decrement < CONVERGED * prior.strength.min(1.0) || decrement < 0.01 * rounding {
-                break;
+            if let Some((k, _)) = wall.filter(|_| length == longest) {
+                holds[k] = true;
+                continue;
+            }
+            let least = f64::max(CONVERGED * prior.strength.min(1.0), 0.01 * rounding);
+            if decrement < least {
+                let Some(k) = along.released(least) else { break };
+                holds[held[k]] = false;
             }
         }
         z
@@ -282,8 +306,9 @@ impl Problem<'_> {
             }
         }
         for (k, (precision, p)) in prior.precision.iter().zip(self.parameters).enumerate() {
-            // Of the quadratic terms, only those of rotors grow with the strength.
-            if matches!(p.kind, Kind::Rotor(_)) {
+            // Of the quadratic terms, only those of rotors grow with the strength, above its least
+            // value.
+            if matches!(p.kind, Kind::Rotor(_)) && prior.strength > ROTOR_FLOOR {
                 map.add_slope(&mut slope, k, precision * (values[k] - p.prior));
             }
         }
@@ -326,51 +351,60 @@ impl Problem<'_> {
     }
 }
 
-/// Solves a linear system whose matrix is positive definite up to rounding; returns `None` if the
-/// solution fails.
-fn solve_positive(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
-    let (scales, factor) = factored(matrix)?;
-    Some(factor.solve(&right.component_mul(&scales)).component_mul(&scales))
+/// Cholesky factor of a matrix that is positive definite up to rounding, with the scale factors of its rows and
+/// columns.
+struct Factor(DVector<f64>, Cholesky<f64, Dyn>);
+
+impl Factor {
+    /// Scales a matrix and factors it after adding the least of a few multiples of the identity that makes it positive
+    /// definite; `None` if no multiple suffices.
+    fn of(matrix: &DMatrix<f64>) -> Option<Self> {
+        let (scales, scaled) = equilibrated(matrix);
+        let mut shift = 0.0;
+        for _ in 0..8 {
+            let mut shifted = scaled.clone();
+            (0..shifted.nrows()).for_each(|k| shifted[(k, k)] += shift);
+            if let Some(factor) = shifted.cholesky() {
+                return Some(Self(scales, factor));
+            }
+            shift = if shift == 0.0 { 1e-14 } else { 30.0 * shift };
+        }
+        None
+    }
+
+    fn solve(&self, right: &DVector<f64>) -> DVector<f64> {
+        self.1.solve(&right.component_mul(&self.0)).component_mul(&self.0)
+    }
 }
 
 /// Inverts a matrix that is positive definite up to rounding; returns `None` if this fails.
 pub(super) fn inverse_positive(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let (scales, factor) = factored(matrix)?;
+    let Factor(scales, factor) = Factor::of(matrix)?;
     let inverse = factor.inverse();
     Some(DMatrix::from_fn(inverse.nrows(), inverse.ncols(), |i, k| {
         inverse[(i, k)] * scales[i] * scales[k]
     }))
 }
 
-/// Scales a matrix that is positive definite up to rounding, and factors it after adding the least
-/// of a few multiples of the identity that makes it positive definite. Returns the scale factors
-/// and the factor; `None` if no multiple suffices.
-fn factored(matrix: &DMatrix<f64>) -> Option<(DVector<f64>, Cholesky<f64, Dyn>)> {
-    let (scales, scaled) = equilibrated(matrix);
-    let mut shift = 0.0;
-    for _ in 0..8 {
-        let mut shifted = scaled.clone();
-        (0..shifted.nrows()).for_each(|k| shifted[(k, k)] += shift);
-        if let Some(factor) = shifted.cholesky() {
-            return Some((scales, factor));
-        }
-        shift = if shift == 0.0 { 1e-14 } else { 30.0 * shift };
+/// Computes `ln det(prior + data) - ln det prior` for a positive definite Hessian of the prior and a positive
+/// semidefinite one of the data; `None` if the prior is singular.
+///
+/// Nearly exact data exceed the prior by more than the rounding of a common sum, whose determinant would be that of
+/// the rounding errors. The eigenvalues of the data relative to the prior are therefore computed first; those below
+/// the rounding of the largest one count as zero.
+pub(super) fn log_growth(prior: &DMatrix<f64>, data: &DMatrix<f64>) -> Option<f64> {
+    let (scales, scaled) = equilibrated(prior);
+    let lower = scaled.cholesky()?.unpack();
+    let size = data.nrows();
+    let data = DMatrix::from_fn(size, size, |i, k| data[(i, k)] * scales[i] * scales[k]);
+    let half = lower.solve_lower_triangular(&data)?;
+    let whole = lower.solve_lower_triangular(&half.transpose())?;
+    if !whole.iter().all(|x| x.is_finite()) {
+        return None;
     }
-    None
-}
-
-/// Logarithm of the determinant of a positive definite matrix; `None` if it is singular.
-pub(super) fn log_determinant(matrix: &DMatrix<f64>) -> Option<f64> {
-    let (scales, scaled) = equilibrated(matrix);
-    let factor = scaled.cholesky()?;
-    let halves = factor
-        .l_dirty()
-        .diagonal()
-        .iter()
-        .zip(scales.iter())
-        .map(|(l, s)| (l / s).ln())
-        .sum::<f64>();
-    Some(2.0 * halves)
+    let eigenvalues = SymmetricEigen::new((&whole + whole.transpose()) * 0.5).eigenvalues;
+    let rounding = size as f64 * f64::EPSILON * eigenvalues.amax();
+    Some(eigenvalues.iter().filter(|own| **own > rounding).map(|own| own.ln_1p()).sum())
 }
 
 /// Scale factors that make the diagonal one, and the scaled matrix.
@@ -380,4 +414,27 @@ fn equilibrated(matrix: &DMatrix<f64>) -> (DVector<f64>, DMatrix<f64>) {
         matrix[(i, k)] * scales[i] * scales[k]
     });
     (scales, scaled)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Data that exceed the prior by up to twenty-six orders of magnitude, along two of three directions.
+    #[test]
+    fn growth_of_nearly_exact_data() {
+        let prior: DMatrix<f64> =
+            DMatrix::from_diagonal(&DVector::from_column_slice(&[1e-4, 2.0, 30.0]));
+        let rows = DMatrix::from_row_slice(2, 3, &[1.0, 0.3, -0.2, 0.5, -0.7, 0.1]);
+        for size in [1.0, 1e6, 1e22] {
+            let data = rows.transpose() * &rows * size;
+            // By Sylvester's theorem, the determinant is that of the smaller matrix 1 + rows prior^-1 rows^T.
+            let inverse = prior.map(|x| if x > 0.0 { x.recip() } else { 0.0 });
+            let small = DMatrix::identity(2, 2) + &rows * inverse * rows.transpose() * size;
+            let expected = small.determinant().ln();
+            let found = log_growth(&prior, &data).unwrap();
+            assert!((found / expected - 1.0).abs() < 1e-6, "{size:e}: {found} {expected}");
+        }
+        assert_eq!(log_growth(&DMatrix::zeros(3, 3), &prior), None);
+    }
 }

@@ -5,23 +5,26 @@
 mod covariance;
 mod extension;
 mod instruments;
+mod left_out;
 mod limit;
 mod map;
 mod minimum;
 mod strength;
+mod wall;
 
-use crate::block::Block;
+use crate::block::{Block, Rows};
 use crate::folds::Folds;
 use crate::parameter::Parameter;
-use crate::period::Period;
 use covariance::{bounded, colour, covariance};
 pub use extension::{Candidate, Extension, Residuals};
+pub use left_out::LeftOut;
 use limit::HalfSpace;
 use map::{Map, transposed_product};
-use minimum::{PRIOR_ERROR, Prior, inverse_positive};
+use minimum::{Prior, inverse_positive};
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeSet;
-use strength::WEAKEST;
+use wall::Held;
+pub use wall::Inequality;
 
 /// Settings of the estimation.
 #[derive(Clone, Debug)]
@@ -29,6 +32,9 @@ pub struct Options {
     /// Strength of the prior on inertias, in equivalent independent samples; `None` to choose the most probable one for
     /// the data.
     pub strength: Option<f64>,
+    /// Relative error of the model's inertias that is expected before the data are seen; positive. It sets the
+    /// expected strength of the prior, and the standard deviations allow for at least this error.
+    pub prior_error: f64,
     /// Radius of gyration that is added to the priors of thin bodies, so that their pseudo-inertias are positive
     /// definite, m.
     pub radius: f64,
@@ -37,8 +43,10 @@ pub struct Options {
     /// Groups of indices of parameters that have one common value.
     pub tied: Vec<Vec<usize>>,
     /// Indices of parameters with bounds, each with the least and the greatest permitted value, SI
-    /// units. Parameters of bodies have no bounds.
+    /// units. Bounds of parameters of bodies are inequalities.
     pub bounds: Vec<(usize, [f64; 2])>,
+    /// Inequalities for parameters of bodies. [`Problem::initial`] must satisfy them.
+    pub inequalities: Vec<Inequality>,
 }
 
 /// Regression problem: parameters with their priors, rows of all fitted logs, and settings.
@@ -79,12 +87,6 @@ pub struct Estimate {
     prior_error: f64,
     /// Standard deviation of the residuals of each actuator, N or N m.
     pub noise: Vec<f64>,
-    /// Mean squared weighted residual of left-out pieces of the data, relative to the mean squared
-    /// weighted residual of the fit; one if no data were left out.
-    pub left_out_ratio: f64,
-    /// Ratio `left_out_ratio` for an estimate with the weakest prior that was compared; infinite if
-    /// no data were left out.
-    pub left_out_ratio_plain: f64,
     /// Number of independent samples in all rows.
     pub samples: f64,
 }
@@ -153,14 +155,13 @@ impl Estimate {
 impl Problem<'_> {
     /// Estimates all parameters.
     pub fn solve(&self) -> Estimate {
-        self.solve_with(true, PRIOR_ERROR)
+        self.solve_with(self.options.prior_error)
     }
 
-    fn solve_with(&self, compares: bool, mut error: f64) -> Estimate {
+    fn solve_with(&self, mut error: f64) -> Estimate {
         let map = self.map();
         let bodies = self.priors();
         let shift = self.shift();
-        let periods = self.periods();
         let channels = self.blocks.first().map_or(0, |block| block.channels.len());
         let mut noise = vec![1.0; channels];
         let mut weights: Vec<Vec<Vec<f64>>> = self
@@ -186,54 +187,30 @@ impl Problem<'_> {
         let mut strength = self.options.strength.map_or(WEAK, |own| own.min(WEAK));
         let mut values =
             DVector::from_iterator(self.parameters.len(), self.parameters.iter().map(|p| p.prior));
-        let mut ratios = (1.0, f64::INFINITY);
-        let mut weakest = None;
         const ROUNDS: usize = 5;
         for round in 0..ROUNDS {
             let projection = self.projection(&noise, &weights);
             let design = self.design(projection.as_ref());
-            let pieces_of = |blocks| pieces((blocks, &periods), &map, &shift, (&noise, &weights));
-            let pieces = pieces_of(&design);
+            let pieces = pieces(&design, &map, &shift, (&noise, &weights));
             let is_last = round + 1 == ROUNDS;
             let z = if self.options.strength.is_none() && !is_last {
                 // The first round knows no residuals yet.
                 let samples = match round {
                     0 => 1.0,
-                    _ => colour(self.blocks, &periods, &(&values - &shift)),
+                    _ => colour(self.blocks, &(&values - &shift)),
                 };
                 let least: Vec<f64> = noise.iter().zip(&least).map(|(s, l)| l / s).collect();
                 let choice = self.choice(&map, &pieces.channels, &least, samples, &bodies);
                 strength = choice.strength;
-                error = (samples / strength).sqrt().clamp(PRIOR_ERROR, 1.0);
-                weakest = Some(choice.weakest);
+                let least = self.options.prior_error;
+                error = (samples / strength).sqrt().clamp(least, least.max(1.0));
                 choice.z
             } else {
                 let total = self.total(&map, &shift, &noise, &pieces.folds);
                 if round + 2 >= ROUNDS {
                     strength = self.options.strength.unwrap_or(strength);
                 }
-                let prior = self.prior(&bodies, strength);
-                let z = self.minimum(&map, &total, &prior);
-                if compares && is_last {
-                    // The fit uses the columns that the instruments explain; predictions use the
-                    // complete columns.
-                    let judged = projection.as_ref().map(|_| pieces_of(self.blocks));
-                    let judged = judged.as_ref().unwrap_or(&pieces);
-                    let weak = self.prior(&bodies, WEAKEST);
-                    let ratio = |prior: &Prior<'_>, z: &DVector<f64>| {
-                        self.left_out_ratio(&map, (&pieces.folds, &judged.folds, &total), prior, z)
-                    };
-                    let own = ratio(&prior, &z);
-                    ratios = match strength > WEAKEST {
-                        true => {
-                            let weakest =
-                                weakest.take().unwrap_or_else(|| self.minimum(&map, &total, &weak));
-                            (own, ratio(&weak, &weakest))
-                        }
-                        false => (own, own),
-                    };
-                }
-                z
+                self.minimum(&map, &total, &self.prior(&bodies, strength))
             };
             values = map.values(&z);
             let at = &values - &shift;
@@ -254,31 +231,24 @@ impl Problem<'_> {
                     (squares.iter().map(|r| r * r).sum::<f64>() / squares.len() as f64).sqrt();
                 *noise = median.max(0.05 * rms).max(least[channel]);
             }
-            for (block, weights) in self.blocks.iter().zip(&mut weights) {
-                for ((rows, weights), noise) in block.channels.iter().zip(weights).zip(&noise) {
-                    let residuals = rows.residuals(&at);
-                    for (weight, residual) in weights.iter_mut().zip(residuals.iter()) {
-                        *weight = (HUBER * noise / residual.abs()).min(1.0);
-                    }
-                }
-            }
+            weights = self.weights(&at, &noise);
         }
         let prior = self.prior(&bodies, strength);
-        self.described(&map, &shift, &periods, values, (&prior, error), noise, &weights, ratios)
+        self.described(&map, &shift, values, (&prior, error), noise, &weights)
     }
 
     /// Computes an estimate with the prior strength of the estimate `before`, instead of choosing
     /// the strength anew.
     pub fn solve_fixed(&self, before: &Estimate) -> Estimate {
         let options = Options { strength: Some(before.strength), ..self.options.clone() };
-        Problem { options: &options, ..self.clone() }.solve_with(false, before.prior_error)
+        Problem { options: &options, ..self.clone() }.solve_with(before.prior_error)
     }
 
     /// Estimates with a weak prior, so that the residuals contain no error of the prior.
     pub fn solve_weakly(&self) -> Estimate {
         let strength = Some(self.options.strength.map_or(WEAK, |own| own.min(WEAK)));
         let options = Options { strength, ..self.options.clone() };
-        Problem { options: &options, ..self.clone() }.solve_with(false, PRIOR_ERROR)
+        Problem { options: &options, ..self.clone() }.solve_with(self.options.prior_error)
     }
 
     /// Returns the reference values of all parameters; the unknowns of the fit are differences from
@@ -289,9 +259,17 @@ impl Problem<'_> {
         DVector::from_iterator(self.parameters.len(), each)
     }
 
-    /// Period of the motion of each block; `None` for a motion that is not repeated.
-    fn periods(&self) -> Vec<Option<Period>> {
-        self.blocks.iter().map(Period::of).collect()
+    /// Weights of all rows of each block and actuator: one, or less for residuals that are large compared with
+    /// `noise` (Huber). `at` are differences from [`Self::shift`].
+    fn weights(&self, at: &DVector<f64>, noise: &[f64]) -> Vec<Vec<Vec<f64>>> {
+        let of_rows = |rows: &Rows, noise: &f64| {
+            let residuals = rows.residuals(at);
+            residuals.iter().map(|residual| (HUBER * noise / residual.abs()).min(1.0)).collect()
+        };
+        let of_block = |block: &Block| {
+            block.channels.iter().zip(noise).map(|(rows, noise)| of_rows(rows, noise)).collect()
+        };
+        self.blocks.iter().map(of_block).collect()
     }
 
     /// Sums over all pieces, with the bounds of efforts at rest.
@@ -302,48 +280,18 @@ impl Problem<'_> {
         total
     }
 
-    /// Computes the mean square of left-out residuals relative to that of the fit for a strength of the prior. `whole`
-    /// is the estimate from all data.
-    fn left_out_ratio(
-        &self,
-        map: &Map,
-        (pieces, judged, total): (&[Normal], &[Normal], &Normal),
-        prior: &Prior<'_>,
-        whole: &DVector<f64>,
-    ) -> f64 {
-        let folds = pieces.len().clamp(1, FOLDS);
-        let mut fitted = Normal::zero(map.size());
-        let mut sum = 0.0;
-        for fold in 0..folds {
-            let mut rest = total.clone();
-            let mut out = Normal::zero(map.size());
-            // Pieces at the same place in all logs are left out together.
-            for (piece, judged) in pieces.iter().zip(judged).skip(fold).step_by(folds) {
-                rest.add(piece, -1.0);
-                out.add(judged, 1.0);
-            }
-            let z = self.minimum_near(map, &rest, prior, whole.clone());
-            sum += out.cost(&z).max(0.0) / out.rows.max(1.0);
-            fitted.add(&out, 1.0);
-        }
-        sum / folds as f64 * fitted.rows.max(1.0) / fitted.cost(whole).max(1e-30)
-    }
-
-    #[expect(clippy::too_many_arguments, reason = "results of the last round")]
     fn described(
         &self,
         map: &Map,
         shift: &DVector<f64>,
-        periods: &[Option<Period>],
         values: DVector<f64>,
         (prior, error): (&Prior<'_>, f64),
         noise: Vec<f64>,
         weights: &[Vec<Vec<f64>>],
-        (left_out_ratio, left_out_ratio_plain): (f64, f64),
     ) -> Estimate {
         let projection = self.projection(&noise, weights);
         let design = self.design(projection.as_ref());
-        let pieces = pieces((&design, periods), map, shift, (&noise, weights));
+        let pieces = pieces(&design, map, shift, (&noise, weights));
         let total = self.total(map, shift, &noise, &pieces.folds);
         let z = self.minimum(map, &total, prior);
         let size = z.len();
@@ -352,19 +300,28 @@ impl Problem<'_> {
             |(_, gradient, hessian)| (gradient, hessian),
         );
         let inverse = inverse_positive(&hessian).unwrap_or_else(|| DMatrix::zeros(size, size));
-        let data = (&design[..], self.blocks, periods);
+        let data = (&design[..], self.blocks);
         let meat = covariance(data, map, &(&values - shift), &noise, total.rows);
         let open = self.prior_errors(map, &values, prior, error);
         let slope = self.strength_slope(map, &values, prior);
-        let pull = &slope * slope.transpose();
-        let free = &inverse * (meat + open + total.limit_errors(&z) + pull) * &inverse;
-        let pull = map.changes(&(&inverse * slope * -1.0));
-        let unbounded = &z - &inverse * gradient;
-        let beyond = (0..size).filter_map(|k| {
-            let is_at = self.interval(map, k).contains(&z[k]);
-            is_at.then(|| (k, (unbounded[k] - z[k]).abs()))
-        });
+        let free = &inverse
+            * (meat + open + total.limit_errors(&z) + &slope * slope.transpose())
+            * &inverse;
+        let unbounded = &inverse * gradient;
+        let unit = |k: usize| DVector::from_fn(size, |i, _| f64::from(u8::from(i == k)));
+        let at_bounds: Vec<DVector<f64>> = (0..size)
+            .filter(|&k| self.interval(map, k).contains(&z[k]))
+            .map(unit)
+            .chain(
+                self.walls(map).into_iter().filter(|own| own.touches(&z)).map(|own| own.direction),
+            )
+            .collect();
+        let beyond = at_bounds.iter().map(|own| (own, own.dot(&unbounded).abs()));
         let free = bounded(free, beyond);
+        // Values at their bounds stay there if the strength changes.
+        let bounds: Vec<&DVector<f64>> = at_bounds.iter().collect();
+        let pull = Held::of(&inverse * &slope, &bounds, |own| &inverse * own);
+        let pull = map.changes(&pull.map_or_else(|| &inverse * &slope, |own| own.step)) * -1.0;
         let by_data = &inverse * &total.matrix * &inverse;
         let full = map.spread(&free);
         let count = self.parameters.len();
@@ -391,8 +348,6 @@ impl Problem<'_> {
             strength: prior.strength,
             prior_error: error,
             noise,
-            left_out_ratio,
-            left_out_ratio_plain,
             samples: total.rows,
         }
     }
@@ -400,7 +355,8 @@ impl Problem<'_> {
 
 /// Sums over the rows.
 struct Pieces {
-    /// Sums over each piece of each log, over all actuators.
+    /// Sums over each piece of each log, over all actuators: [`FOLDS`] pieces for each log, of which some may have no
+    /// rows.
     folds: Vec<Normal>,
     /// Sums for each actuator, over all logs.
     channels: Vec<Normal>,
@@ -409,7 +365,7 @@ struct Pieces {
 /// Computes the sums over each piece of all logs, and those for each actuator, in free coordinates. The right-hand side is that
 /// of the differences from `shift`. Rows without instruments do not count.
 fn pieces(
-    (blocks, periods): (&[Block], &[Option<Period>]),
+    blocks: &[Block],
     map: &Map,
     shift: &DVector<f64>,
     (noise, weights): (&[f64], &[Vec<Vec<f64>>]),
@@ -417,8 +373,8 @@ fn pieces(
     let size = map.size();
     let offset = &map.base - shift;
     let mut pieces = Pieces { folds: Vec::new(), channels: vec![Normal::zero(size); noise.len()] };
-    for ((block, period), weights) in blocks.iter().zip(periods).zip(weights) {
-        let folds = Folds::new(block, FOLDS, *period);
+    for (block, weights) in blocks.iter().zip(weights) {
+        let folds = Folds::new(block, FOLDS);
         let mut own = vec![Normal::zero(size); FOLDS];
         let channels = block.channels.iter().zip(&mut pieces.channels);
         for (((rows, channel), weights), noise) in channels.zip(weights).zip(noise) {
@@ -451,7 +407,7 @@ fn pieces(
                 from = until;
             }
         }
-        pieces.folds.extend(own.into_iter().filter(|piece| piece.rows > 0.0));
+        pieces.folds.extend(own);
     }
     pieces
 }

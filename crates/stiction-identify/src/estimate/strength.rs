@@ -5,7 +5,7 @@
 //! models*, JASA 84 (1989).
 
 use super::map::Map;
-use super::minimum::{PRIOR_ERROR, log_determinant};
+use super::minimum::log_growth;
 use super::{Normal, Problem};
 use crate::physical::BodyPrior;
 use nalgebra::DVector;
@@ -18,8 +18,8 @@ const STRENGTHS: [f64; 17] = [
 /// model's inertias are known to a factor of about three, strengths to the square of it.
 const WIDTH: f64 = 2.3;
 /// Strengths above this multiple of the expected one only serve as starting points: the standard
-/// deviations allow for errors of the model by [`PRIOR_ERROR`], which a stronger prior would not
-/// let the data reduce.
+/// deviations allow for the expected errors of the model, which a stronger prior would not let the
+/// data reduce.
 const STRONGEST: f64 = 1.8;
 /// Largest number of alternations between values and noise.
 const ALTERNATIONS: usize = 10;
@@ -32,8 +32,6 @@ pub(super) struct Choice {
     pub(super) strength: f64,
     /// Free coordinates of the estimate.
     pub(super) z: DVector<f64>,
-    /// Free coordinates of the estimate with the weakest prior.
-    pub(super) weakest: DVector<f64>,
 }
 
 /// The weakest strength that is compared.
@@ -52,7 +50,7 @@ impl Problem<'_> {
         samples: f64,
         bodies: &[BodyPrior],
     ) -> Choice {
-        let expected = samples / (PRIOR_ERROR * PRIOR_ERROR);
+        let expected = samples / self.options.prior_error.powi(2);
         let empty = Normal::zero(map.size());
         let mut noise: Vec<f64> = vec![1.0; channels.len()];
         let mut z = self.start(map, bodies);
@@ -80,28 +78,16 @@ impl Problem<'_> {
             if strength > STRONGEST * expected {
                 continue;
             }
-            let at = |data: &Normal| {
-                let (value, _, hessian) = self.objective(map, data, &own, &z)?;
-                Some((value, log_determinant(&hessian)?))
-            };
-            let Some(((_, posterior), (prior, before))) = at(&total).zip(at(&empty)) else {
-                continue;
-            };
+            let Some((prior, _, before)) = self.objective(map, &empty, &own, &z) else { continue };
+            let Some(growth) = log_growth(&before, &total.matrix) else { continue };
             let fit: f64 = channels.iter().zip(&noise).map(|(own, s)| own.rows * s.ln()).sum();
             let unexpected = (strength / expected).ln() / WIDTH;
             // All terms are multiplied by the number of rows that count as one.
-            let score =
-                fit + prior + 0.5 * samples * (posterior - before + unexpected * unexpected);
+            let score = fit + prior + 0.5 * samples * (growth + unexpected * unexpected);
             if best.as_ref().is_none_or(|(least, _)| score < *least) {
-                let own = Choice { strength, z: z.clone(), weakest: DVector::zeros(0) };
-                best = Some((score, own));
+                best = Some((score, Choice { strength, z: z.clone() }));
             }
         }
-        let mut own = best.map_or_else(
-            || Choice { strength: expected, z: z.clone(), weakest: z.clone() },
-            |(_, own)| own,
-        );
-        own.weakest = z;
-        own
+        best.map_or(Choice { strength: expected, z }, |(_, own)| own)
     }
 }

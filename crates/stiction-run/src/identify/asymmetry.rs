@@ -74,8 +74,7 @@ fn constant_part(
         });
         let steps = log.block.channels[channel].steps.clone();
         let rows = Rows { matrix, measured: right.clone(), right, instruments: None, steps };
-        let independence = log.block.independence;
-        blocks.push(Block { channels: vec![rows], dwells: Vec::new(), independence });
+        blocks.push(Block::new(vec![rows], log.block.independence));
     }
     let rows = || blocks.iter().map(|block| &block.channels[0]);
     let count = rows().map(Rows::len).sum::<usize>() as f64;
@@ -101,10 +100,12 @@ fn constant_part(
         .collect();
     let options = Options {
         strength: Some(1.0),
+        prior_error: 1.0,
         radius: 1.0,
         held: vec![false; 3],
         tied: Vec::new(),
         bounds: Vec::new(),
+        inequalities: Vec::new(),
     };
     let found = Problem { parameters: &parameters, blocks: &blocks, options: &options }.solve();
     Some((found.values[2], found.sigmas[2]))

@@ -21,6 +21,10 @@ estimate = "all"
 # the most probable one for these logs.
 prior = "auto"
 
+# Relative error of the inertias of the model that is expected without logs; no standard deviation of an inertia that
+# only the model determines is smaller.
+prior_error = "30 %"
+
 # "least-squares", or "instrumental-variables": the motion commanded in columns such as `axis1.reference [deg]`
 # replaces the measured one where errors of measured rates and accelerations would bias the estimate.
 estimator = "least-squares"
@@ -42,10 +46,11 @@ tie = []                       # [["leg*.P.mu"], ["leg*.P.viscous"]]
 # header = ["t", "q1", "i1"]
 # step = "1 ms"
 
-# Least and greatest values of parameters, in SI units. Masses, first moments and inertias of bodies cannot
-# have bounds.
+# Least and greatest values of parameters, in SI units. Those of a body must contain the values of the model.
 [bounds]
 # "leg*.P.mu" = [0.05, 0.3]
+# "platform.mass" = [4.5, 7]
+# "platform.com.z" = [-0.01, 0.05]
 
 # Columns whose header does not say what they are: the header they should have, or a table with a
 # factor and an offset in that unit; "" for columns that are not used, in whose names * stands for any text.
@@ -103,13 +108,15 @@ impl LogSettings {
 }
 
 /// Options of identification.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct IdentifySettings {
     /// Cut-off frequency of the filter, Hz; chosen automatically if absent.
     pub filter: Option<f64>,
     /// Strength of the prior on the inertias, as a number of equivalent samples; chosen
     /// automatically if absent.
     pub strength: Option<f64>,
+    /// Relative error of the inertias of the model that is expected without logs.
+    pub prior_error: f64,
     /// True to estimate by instrumental variables from the commanded motions; false to estimate by
     /// least squares.
     pub instruments: bool,
@@ -140,10 +147,11 @@ pub struct IdentifySettings {
     pub logs: Vec<LogSettings>,
 }
 
-const KEYS: [&str; 14] = [
+const KEYS: [&str; 15] = [
     "filter",
     "estimate",
     "prior",
+    "prior_error",
     "estimator",
     "offsets",
     "delay",
@@ -166,6 +174,36 @@ fn with_help(key: &str, what: impl std::fmt::Display, help: impl Into<String>) -
     Error { message: format!("options: `{key}` {what}"), help: help.into() }
 }
 
+/// Relative error of the inertias of a model that is expected unless the options state it. This is an assumption about
+/// models from drawings, which lack cables, grease and fasteners or have another density; it is not measured.
+const PRIOR_ERROR: f64 = 0.3;
+/// Least and greatest relative error of the inertias that the options may state. The compared strengths of the prior
+/// suffice for this range.
+const PRIOR_ERRORS: [f64; 2] = [0.01, 1.0];
+
+impl Default for IdentifySettings {
+    fn default() -> Self {
+        Self {
+            filter: None,
+            strength: None,
+            prior_error: PRIOR_ERROR,
+            instruments: false,
+            offsets: false,
+            delay: None,
+            hold_inertia: false,
+            hold_friction: false,
+            hold: Vec::new(),
+            tie: Vec::new(),
+            bounds: Vec::new(),
+            columns: Vec::new(),
+            header: Vec::new(),
+            step: None,
+            terms: Vec::new(),
+            logs: Vec::new(),
+        }
+    }
+}
+
 impl IdentifySettings {
     /// Parses the text of an options file; `name` identifies the file in messages.
     ///
@@ -181,6 +219,7 @@ impl IdentifySettings {
             match key.as_str() {
                 "filter" => settings.filter = Some(quantity(key, value, hertz)?),
                 "prior" => settings.strength = strength(key, value)?,
+                "prior_error" => settings.prior_error = prior_error(key, value)?,
                 "offsets" => {
                     settings.offsets =
                         value.as_bool().ok_or_else(|| bad(key, "should be true or false"))?;
@@ -290,6 +329,28 @@ fn strength(key: &str, value: &Value) -> Result<Option<f64>, Error> {
         true => Ok(Some(number)),
         false => Err(bad(key, "should be \"auto\" or a positive number of samples")),
     }
+}
+
+fn prior_error(key: &str, value: &Value) -> Result<f64, Error> {
+    let read = |text: &str| -> Option<f64> {
+        Some(text.trim().strip_suffix('%')?.trim().parse::<f64>().ok()? / 100.0)
+    };
+    let error = match value {
+        Value::String(text) => read(text),
+        other => number(other),
+    };
+    let [least, most] = PRIOR_ERRORS;
+    error.filter(|own| (least..=most).contains(own)).ok_or_else(|| {
+        with_help(
+            key,
+            format!(
+                "should be a relative error from {:.0} to {:.0} %",
+                100.0 * least,
+                100.0 * most
+            ),
+            "for example \"10 %\" or 0.1",
+        )
+    })
 }
 
 fn texts(key: &str, value: &Value) -> Result<Vec<String>, Error> {

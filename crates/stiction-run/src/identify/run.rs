@@ -9,7 +9,7 @@ use super::missing::{self, Missing};
 use super::options::IdentifySettings;
 use super::prepare::{MeasuredLog, Prepared};
 use super::sanity;
-use super::selection::{choice, enough, free_groups, options, scale_by_data};
+use super::selection::{BodyBound, choice, enough, free_groups, options, scale_by_data};
 use super::structure::{combinations, structure};
 use super::torque_constants;
 use nalgebra::DVector;
@@ -180,7 +180,7 @@ pub fn identify(
     let given = settings.delay.map(|delay| vec![delay; actuators.len()]);
     let mut all = prepare(given.as_deref())?;
     let mut parameters = parameters_of(&all[0], settings);
-    let options = options(mechanism, &parameters, settings)?;
+    let (options, body_bounds) = options(mechanism, &parameters, settings)?;
     let mut cautions: Vec<String> = all.iter().flat_map(|log| log.cautions.clone()).collect();
     cautions.extend(gear_losses(mechanism, at_motors));
     let groups = free_groups(&parameters, &options);
@@ -201,6 +201,7 @@ pub fn identify(
             "tie only parameters of equal bodies, or give equal values in the model",
         ));
     }
+    BodyBound::check(&body_bounds, &problem.initial())?;
     let spinning = all[0].regressor.spinning_bodies();
     if !spinning.is_empty() {
         cautions.push(format!(
@@ -213,7 +214,7 @@ pub fn identify(
     let prior_errors: Vec<Vec<Option<f64>>> =
         all.iter().map(|log| errors(&log.block, &prior).1).collect();
     let held = &options.held.clone();
-    let structure = structure(&all, &parameters, held);
+    let structure = structure(&all, &terms, &parameters, held);
     let by_prior = torque_constants::by_prior(&parameters, &structure, settings)?;
 
     let mut delays = vec![[settings.delay.unwrap_or(0.0), 0.0]; actuators.len()];
@@ -256,10 +257,13 @@ pub fn identify(
     let fit = fitted(&mut all, &parameters, (&options, &groups), &mut said);
     cautions.extend(said);
     let (estimate, is_settled) = fit;
-    let (left_out, plain) = (estimate.left_out_ratio, estimate.left_out_ratio_plain);
-    let (mut estimate, said) = at_rest::bounded(&mut all, &parameters, &options, estimate);
-    (estimate.left_out_ratio, estimate.left_out_ratio_plain) = (left_out, plain);
+    let (estimate, said) = at_rest::bounded(&mut all, &parameters, &options, estimate);
     cautions.extend(said);
+    let left_out = {
+        let blocks = fitted_blocks(&all);
+        let problem = Problem { parameters: &parameters, blocks: &blocks, options: &options };
+        problem.left_out(&estimate)
+    };
     for log in &mut all {
         if log.predict
             && let Err(why) = log.linearise(&estimate.values, &groups)
@@ -287,7 +291,7 @@ pub fn identify(
                     sigma: estimate.sigmas[k],
                     scale: p.scale,
                     is_alone: structure.free.is_alone(k),
-                    has_effect: structure.has_effect(&parameters, k),
+                    has_effect: structure.has_effect(k),
                     pull: estimate.pull[k],
                     correlation: sanity::largest_correlation(&estimate, &options, k),
                 }),
@@ -306,7 +310,7 @@ pub fn identify(
             },
         })
         .collect();
-    cautions.extend(judge_bounds(&mut named, &options));
+    cautions.extend(judge_bounds(&mut named, &options, &body_bounds));
     cautions.extend(torque_constants::judge(&mut named, &by_prior, estimate.strength));
     let at = differences(&parameters, &estimate.values);
     let predictions: Vec<Prediction> = all
@@ -384,7 +388,7 @@ pub fn identify(
     cautions.extend(found.missing.iter().map(Missing::caution));
     let mut verdict = sanity::fit_verdict(
         (&named, &combinations, &predictions),
-        &estimate,
+        (&estimate, left_out),
         &sanity::Residuals {
             noise: noise.as_deref(),
             reference: &references(&all),
@@ -416,8 +420,8 @@ pub fn identify(
         mechanism: identified,
         has_instruments: settings.instruments,
         strength: estimate.strength,
-        left_out: estimate.left_out_ratio,
-        left_out_plain: estimate.left_out_ratio_plain,
+        left_out: left_out.ratio,
+        left_out_plain: left_out.plain,
         cutoffs: all.iter().map(|log| log.cutoff).collect(),
         residuals: estimate.noise,
     })
@@ -469,13 +473,9 @@ fn fitted(
         }
         blocks = fitted_blocks(all);
         let problem = Problem { parameters, blocks: &blocks, options };
-        estimate = if sweep < CHOICES {
-            problem.solve()
-        } else {
-            let (left_out, plain) = (estimate.left_out_ratio, estimate.left_out_ratio_plain);
-            let mut next = problem.solve_fixed(&estimate);
-            (next.left_out_ratio, next.left_out_ratio_plain) = (left_out, plain);
-            next
+        estimate = match sweep < CHOICES {
+            true => problem.solve(),
+            false => problem.solve_fixed(&estimate),
         };
         let change = (0..parameters.len())
             .filter(|&k| estimate.sigmas[k] > 0.0)
@@ -505,11 +505,20 @@ fn fitted(
 
 /// Downgrades the verdicts of parameters whose values lie at the bounds that the options set, and
 /// returns cautions that name these parameters.
-fn judge_bounds(named: &mut [Named], options: &Options) -> Vec<String> {
+fn judge_bounds(named: &mut [Named], options: &Options, bodies: &[BodyBound]) -> Vec<String> {
     let mut cautions = Vec::new();
-    for &(k, bounds) in &options.bounds {
+    let values: Vec<f64> = named.iter().map(|p| p.value).collect();
+    let parameters = options.bounds.iter().map(|&(k, bounds)| {
+        let p = &named[k];
+        (k, (p.name.clone(), p.unit), p.value, 0.0, bounds)
+    });
+    let bodies = bodies.iter().map(|own| {
+        let name = (own.name.clone(), own.unit);
+        (own.leader(), name, own.value(&values), own.scale, own.range)
+    });
+    for (k, (name, unit), value, scale, bounds) in parameters.chain(bodies).collect::<Vec<_>>() {
+        let near = |bound: f64| (value - bound).abs() <= 1e-9 * bound.abs().max(scale);
         let p = &mut named[k];
-        let near = |bound: f64| (p.value - bound).abs() <= 1e-9 * bound.abs();
         if p.verdict == Verdict::Held || !bounds.into_iter().any(near) {
             continue;
         }
@@ -517,10 +526,9 @@ fn judge_bounds(named: &mut [Named], options: &Options) -> Vec<String> {
             p.verdict = Verdict::FitsOnly;
         }
         let caution = format!(
-            "{} lies at its bound {}: without `bounds` in the options, its estimate would lie \
+            "{name} lies at its bound {}: without `bounds` in the options, its estimate would lie \
              beyond this value",
-            p.name,
-            format!("{} {}", p.value, p.unit).trim_end()
+            format!("{value} {unit}").trim_end()
         );
         if !cautions.contains(&caution) {
             cautions.push(caution);

@@ -3,7 +3,9 @@
 use super::prepare::Prepared;
 use super::run::{Combined, Named, Prediction, differences};
 use nalgebra::DVector;
-use stiction_identify::{BaseParameters, Estimate, FitVerdict, Kind, Options, Parameter, Verdict};
+use stiction_identify::{
+    BaseParameters, Estimate, FitVerdict, Kind, LeftOut, Options, Parameter, Verdict,
+};
 
 /// Magnitude of the correlation between the errors of two parameters above which the parameters
 /// count as confounded.
@@ -326,7 +328,7 @@ pub(super) fn judge_filter(
 /// efforts have a wrong sign.
 pub(super) fn fit_verdict(
     (named, combinations, predictions): (&[Named], &[Combined], &[Prediction]),
-    estimate: &Estimate,
+    (estimate, left_out): (&Estimate, LeftOut),
     residuals: &Residuals<'_>,
     wrong: bool,
     cautions: &mut Vec<String>,
@@ -339,19 +341,19 @@ pub(super) fn fit_verdict(
     let errors: Vec<f64> = fits.iter().filter_map(|p| mean(p)).collect();
     let error = errors.iter().sum::<f64>() / errors.len().max(1) as f64;
     let mut verdict = FitVerdict::Identified;
-    if estimate.left_out_ratio_plain > 1.3 * estimate.left_out_ratio {
+    if left_out.plain > 1.3 * left_out.ratio {
         cautions.push(format!(
             "plain least squares is refused: in cross-validation, without the prior, the squared \
              residuals of left-out blocks of the logs are {:.1} times those of the fit ({:.1} \
              times with the prior of {} equivalent samples)",
-            estimate.left_out_ratio_plain, estimate.left_out_ratio, estimate.strength
+            left_out.plain, left_out.ratio, estimate.strength
         ));
     }
-    if estimate.left_out_ratio > 2.0 {
+    if left_out.ratio > 2.0 {
         cautions.push(format!(
             "in cross-validation, the squared residuals of left-out blocks of the logs are {:.1} \
              times those of the fit: the fit may not hold for other motions",
-            estimate.left_out_ratio
+            left_out.ratio
         ));
         verdict = FitVerdict::FitsOnly;
     }

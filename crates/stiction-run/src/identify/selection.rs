@@ -1,11 +1,15 @@
 //! Selection of the parameters to estimate: their scales, which of them are fixed, bounded or tied
 //! to each other, and a check that the logs contain enough independent samples.
 
+mod body_bounds;
+
 use super::IdentifyError;
 use super::chosen::{chosen_efforts, refuse};
 use super::options::IdentifySettings;
 use super::prepare::{MeasuredLog, Prepared};
 use super::torque_constants;
+pub(super) use body_bounds::BodyBound;
+use body_bounds::{body_bounds, centres};
 use stiction_core::mechanism::Mechanism;
 use stiction_format::fits;
 use stiction_identify::{Choice, Kind, Options, Parameter};
@@ -72,7 +76,7 @@ pub(super) fn options(
     mechanism: &Mechanism,
     parameters: &[Parameter],
     settings: &IdentifySettings,
-) -> Result<Options, IdentifyError> {
+) -> Result<(Options, Vec<BodyBound>), IdentifyError> {
     let unknown = |key: &str, pattern: &str| {
         let near = stiction_format::did_you_mean(
             pattern,
@@ -97,7 +101,8 @@ pub(super) fn options(
         }
     }
     for (pattern, _) in &settings.bounds {
-        if !parameters.iter().any(|p| fits(pattern, &p.name)) {
+        let is_centre = centres(parameters).any(|own| fits(pattern, &own.name));
+        if !is_centre && !parameters.iter().any(|p| fits(pattern, &p.name)) {
             return Err(unknown("bounds", pattern));
         }
     }
@@ -142,13 +147,17 @@ pub(super) fn options(
         tied.push(members);
     }
     let held = held_of(parameters, settings);
-    Ok(Options {
+    let bodies = body_bounds(parameters, settings, &held)?;
+    let options = Options {
         strength: settings.strength,
+        prior_error: settings.prior_error,
         radius: 0.02 * mechanism.characteristic_length(),
         bounds: bounds_of(parameters, settings, &held)?,
+        inequalities: bodies.iter().flat_map(BodyBound::inequalities).collect(),
         held,
         tied,
-    })
+    };
+    Ok((options, bodies))
 }
 
 /// Returns the index of each bounded parameter with its lower and upper bound, in the unit of the
@@ -163,13 +172,7 @@ fn bounds_of(
         for k in (0..parameters.len()).filter(|&k| fits(pattern, &parameters[k].name)) {
             let p = &parameters[k];
             if p.body().is_some() {
-                return Err(refuse(
-                    format!(
-                        "options: `bounds` names `{}`, which belongs to the mass of a body",
-                        p.name
-                    ),
-                    "keep it fixed with `hold`, or set the weight of the model's inertias with `prior`",
-                ));
+                continue;
             }
             if held[k] && !(own[0]..=own[1]).contains(&p.prior) {
                 return Err(refuse(
@@ -287,10 +290,12 @@ mod tests {
         let parameters: Vec<Parameter> = ["a", "b", "c", "d"].map(parameter).into();
         let options = Options {
             strength: None,
+            prior_error: 0.3,
             radius: 0.1,
             held: vec![false, false, true, false],
             tied: vec![vec![0, 2, 3]],
             bounds: Vec::new(),
+            inequalities: Vec::new(),
         };
         assert_eq!(free_groups(&parameters, &options), [vec![0, 3], vec![1]]);
         assert_ne!(class(Kind::Mu(0)), class(Kind::Term(0)));

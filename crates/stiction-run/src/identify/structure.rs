@@ -1,10 +1,12 @@
 //! Structure of the regression: the linear combinations of parameters on which the efforts depend.
 
-use super::prepare::Prepared;
+use super::prepare::{Prepared, write_terms};
 use super::run::{Combined, differences};
 use super::torque_constants;
 use nalgebra::DMatrix;
+use stiction_core::kinematics::Target;
 use stiction_core::random::Random;
+use stiction_format::Drives;
 use stiction_identify::{BaseParameters, Estimate, Evidence, Kind, Parameter, Verdict};
 
 /// Approximate number of instants, in all fitted logs together, at which the structure of the
@@ -21,20 +23,22 @@ pub(super) struct Structure {
 }
 
 impl Structure {
-    /// Returns `false` if the efforts do not depend on a parameter. The factor of an effort term
-    /// counts as effective, because the random motions contain no terms; so do all parameters if no
-    /// reactions can be computed for these motions.
-    pub(super) fn has_effect(&self, parameters: &[Parameter], k: usize) -> bool {
+    /// Returns `false` if the efforts do not depend on a parameter. All parameters count as effective
+    /// if no reactions can be computed for the random motions.
+    pub(super) fn has_effect(&self, k: usize) -> bool {
         let without_effect = &self.free.without_effect;
-        matches!(parameters[k].kind, Kind::Term(_))
-            || without_effect.len() == parameters.len()
-            || !without_effect.contains(&k)
+        self.free.combinations.is_empty() || !without_effect.contains(&k)
     }
 }
 
 /// Computes the linear combinations of parameters that the efforts of the mechanism determine.
-/// `held` is true for each fixed parameter.
-pub(super) fn structure(all: &[Prepared], parameters: &[Parameter], held: &[bool]) -> Structure {
+/// `held` is true for each fixed parameter; `terms` are the effort terms of the options.
+pub(super) fn structure(
+    all: &[Prepared],
+    terms: &[Drives],
+    parameters: &[Parameter],
+    held: &[bool],
+) -> Structure {
     let priors: Vec<f64> = parameters.iter().map(|p| p.prior).collect();
     let at = differences(parameters, &priors);
     let mut random = Random::new(1);
@@ -54,11 +58,21 @@ pub(super) fn structure(all: &[Prepared], parameters: &[Parameter], held: &[bool
         };
         let (fastest, most) = (size(|m| &m[1]), size(|m| &m[2]));
         let stride = (log.instants.len() / per_log).max(1);
-        for (_, [q, ..]) in log.instants.iter().step_by(stride) {
+        for (time, [q, ..]) in log.instants.iter().step_by(stride) {
             let v: Vec<f64> = q.iter().map(|_| fastest * random.number()).collect();
             let a: Vec<f64> = q.iter().map(|_| most * random.number()).collect();
-            let Ok(columns) = regressor.at(q, &v, &a) else { continue };
+            let Ok(mut columns) = regressor.at(q, &v, &a) else { continue };
             let Ok(solved) = regressor.loads(&nominal, &mut engine, [q, &v, &a]) else { continue };
+            let motion = q.iter().zip(&v).zip(&a);
+            let targets: Vec<Target<f64>> = motion
+                .map(|((&value, &rate), &acceleration)| Target { value, rate, acceleration })
+                .collect();
+            let coordinates = regressor.model().constraints().coordinates();
+            write_terms(terms, *time, (coordinates, &targets), parameters, &mut columns.matrix);
+            if columns.matrix.iter().any(|x| !x.is_finite()) {
+                // A formula may have no value at rates that the log does not contain.
+                continue;
+            }
             for channel in 0..columns.matrix.nrows() {
                 let mut row = columns.matrix.row(channel).into_owned();
                 for (k, p) in parameters.iter().enumerate() {

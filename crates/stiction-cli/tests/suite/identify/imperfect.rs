@@ -159,6 +159,61 @@ fn a_wrong_model_does_not_hold_the_values() {
     }
 }
 
+/// Bounds of a mass and of a centre of mass hold; a value at its bound is no longer identified and is named. Bounds
+/// without the value of the model, of several kinds or with a single value are refused.
+#[test]
+fn bounds_of_a_body_hold() {
+    let folder = Folder::new("identify-body-bounds");
+    folder.write("log.csv", &pendulum_log(&folder, 1.0));
+    let run = |bounds: &str| {
+        folder.write("options.toml", &format!("[bounds]\n{bounds}\n"));
+        let options = ["--filter", "8 Hz", "--json", "--options", "options.toml"];
+        // The centre of mass of the model is at -0.15 m, the true one at -0.2 m.
+        let set = ["--set", "bodies.bar.com=[-0.15, 0, 0]"];
+        folder.stiction(&[&["identify", "true.toml", "log.csv"][..], &options, &set].concat())
+    };
+    let free = json(run("\"bar.com.x\" = [-0.5, 0]").succeeds());
+    let found = parameter(&free, "bar.mx");
+    let [value, sigma] = ["value", "sigma"].map(|key| found[key].as_f64().unwrap());
+    assert!((value + 0.4).abs() < 4.0 * sigma && found["verdict"] == "identified", "{found:#}");
+    let held = json(run("\"bar.com.x\" = [-0.16, 0]\n\"bar.mass\" = [1.9, 2.1]").succeeds());
+    let value = |name: &str| parameter(&held, name)["value"].as_f64().unwrap();
+    let (mass, com) = (value("bar.mass"), value("bar.mx") / value("bar.mass"));
+    assert!((mass - 2.1).abs() < 1e-9 && (com + 0.16).abs() < 1e-9, "{mass} {com}");
+    assert_eq!(parameter(&held, "bar.mx")["verdict"], "fits only");
+    let cautions = held["cautions"].to_string();
+    for part in ["bar.com.x lies at its bound -0.16", "bar.mass lies at its bound 2.1"] {
+        assert!(cautions.contains(part), "{part}: {cautions}");
+    }
+    run("\"bar.mass\" = [3, 4]").fails(2, &["bar.mass", "3 to 4 kg", "value of the model, 2 kg"]);
+    run("\"bar.*\" = [0, 4]").fails(2, &["bar.mass", "bar.mx", "different kinds"]);
+    run("\"bar.mass\" = [2, 2]").fails(2, &["only one value for `bar.mass`", "hold"]);
+    run("\"bar.com\" = [0, 1]").fails(2, &["no parameter matches `bar.com`"]);
+}
+
+/// The stated error of the model's inertias is that of values which only the model determines.
+#[test]
+fn the_error_of_the_model_is_stated() {
+    let folder = Folder::new("identify-prior-error");
+    folder.write("log.csv", &pendulum_log(&folder, 1.0));
+    let run = |options: &str| {
+        folder.write("options.toml", options);
+        let arguments = ["identify", "true.toml", "log.csv", "--filter", "8 Hz", "--json"];
+        folder.stiction(&[&arguments[..], &["--options", "options.toml"]].concat())
+    };
+    let sigma = |options: &str| {
+        let result = json(run(options).succeeds());
+        let found = parameter(&result, "bar.mass");
+        assert_eq!(found["verdict"], "not excited");
+        found["sigma"].as_f64().unwrap() / found["value"].as_f64().unwrap()
+    };
+    let [usual, known] =
+        ["prior = 10", "prior = 10\nprior_error = \"5 %\""].map(|text| sigma(&format!("{text}\n")));
+    assert!((usual / known - 6.0).abs() < 0.1, "{usual} {known}");
+    run("prior_error = 0\n").fails(2, &["`prior_error`", "from 1 to 100 %"]);
+    run("prior_error = \"0.3\"\n").fails(2, &["`prior_error`", "10 %"]);
+}
+
 /// Efforts in mN m that are declared as N m are reported.
 #[test]
 fn a_wrong_unit_of_efforts_is_named() {

@@ -110,6 +110,31 @@ fn a_constant_error_of_the_effort_is_named() {
     assert_eq!(parameter(&mended, "bar.mx")["verdict"], "identified");
 }
 
+/// Factors of formulas take part in the structure of the regression: one that differs from all other columns is
+/// determined alone, one that equals the constant friction only in combination with it, and one without any effort
+/// has no effect and is not excited.
+#[test]
+fn the_structure_contains_factors_of_formulas() {
+    let folder = Folder::new("identify-terms");
+    let log = log(1, |t| effort(t) + 0.5 * (2.0 * motion(t)[0]).sin());
+    let result = identified(
+        &folder,
+        &log,
+        "[terms]\nspring = \"hinge = 1 N m*sin(2*hinge)\"\ndry = \"hinge = 1 N m*sign(d(hinge))\"\n\
+         nothing = \"hinge = 0 N m*hinge\"\n",
+    );
+    let structure = |name: &str| parameter(&result, name)["structure"].clone();
+    assert_eq!(structure("spring"), "alone");
+    for name in ["dry", "hinge.coulomb"] {
+        assert_eq!(structure(name), "combination", "{name}");
+    }
+    assert_eq!(structure("nothing"), "none");
+    assert_eq!(parameter(&result, "nothing")["verdict"], "not excited");
+    assert_eq!(parameter(&result, "spring")["verdict"], "identified");
+    let (off, sigma) = error(&result, "spring", 0.5);
+    assert!(off.abs() < 3.5 && sigma < 0.05, "{off} {sigma}");
+}
+
 /// Delays of several samples and of fractions of a sample are found, reported and corrected. Delays
 /// that an option leaves uncorrected are reported.
 #[test]

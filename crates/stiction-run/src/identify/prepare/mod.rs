@@ -25,6 +25,7 @@ use efforts::Efforts;
 use loads::MuColumns;
 use motion::{Motion, Used};
 use nalgebra::DVector;
+pub(super) use rows::write_terms;
 use stiction_core::kinematics::{Coordinate, State};
 use stiction_core::spatial::Pose;
 use stiction_format::{Drives, Log, ModelFile};

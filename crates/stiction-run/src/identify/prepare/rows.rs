@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector};
 use stiction_core::kinematics::{Coordinate, State as MechanismState, Target};
 use stiction_core::spatial::{Pose, Vec3};
 use stiction_format::{Drives, ModelFile};
-use stiction_identify::{Block, Kind, Regressor, Rest, Rows};
+use stiction_identify::{Block, Kind, Parameter, Regressor, Rest, Rows};
 
 /// Limit on the fraction of a filtered row that comes from instants with friction at rest, and on
 /// the fraction that comes from saturated samples. The regression uses only rows below both limits.
@@ -115,20 +115,15 @@ pub(super) fn computed(
                 continue;
             }
         };
-        for (index, drives) in terms.iter().enumerate() {
-            let place = parameters.iter().position(|p| p.kind == Kind::Term(index));
-            if let Some(column) = place {
-                write_term(drives, time, (coordinates, targets), &mut columns.matrix, column);
-                if columns.matrix.column(column).iter().any(|x| !x.is_finite()) {
-                    return Err(refuse(
-                        format!(
-                            "{name}: the term `{}` cannot be evaluated at {time:.4} s",
-                            parameters[column].name
-                        ),
-                        "a formula can contain only the independent coordinates of the log: those \
-                         of the actuators, or those that are logged in their place",
-                    ));
-                }
+        write_terms(terms, time, (coordinates, targets), &parameters, &mut columns.matrix);
+        for (k, p) in parameters.iter().enumerate() {
+            let is_term = matches!(p.kind, Kind::Term(_));
+            if is_term && columns.matrix.column(k).iter().any(|x| !x.is_finite()) {
+                return Err(refuse(
+                    format!("{name}: the term `{}` cannot be evaluated at {time:.4} s", p.name),
+                    "a formula can contain only the independent coordinates of the log: those \
+                     of the actuators, or those that are logged in their place",
+                ));
             }
         }
         let friction =
@@ -354,18 +349,17 @@ pub(super) fn assembled(
         channels.push(Rows { matrix, right, measured: total, instruments: None, steps: used });
     }
     let independence = if is_filtered { 2.0 / ROWS_PER_PERIOD } else { 1.0 };
-    let block = Block { channels, dwells: Vec::new(), independence };
+    let block = Block::new(channels, independence);
     Assembled { block, directions, known, effects, at, standstills }
 }
 
-/// Writes the regression column of an effort term, which the options define by a formula, at one
-/// instant.
-fn write_term(
-    drives: &Drives,
+/// Writes the regression columns of the effort terms, which the options define by formulas, at one instant.
+pub(in crate::identify) fn write_terms(
+    terms: &[Drives],
     time: f64,
     (coordinates, targets): (&[Coordinate], &[Target<f64>]),
+    parameters: &[Parameter],
     matrix: &mut DMatrix<f64>,
-    column: usize,
 ) {
     let measure = |wanted: Coordinate| {
         let place = coordinates.iter().position(|own| *own == wanted);
@@ -373,11 +367,15 @@ fn write_term(
             targets[k]
         })
     };
-    for (actuator, law) in &drives.laws {
-        matrix[(*actuator, column)] = law.at(time, measure, &[]);
-    }
-    for (actuator, signal) in &drives.efforts {
-        matrix[(*actuator, column)] = signal.at(time).value;
+    for (column, parameter) in parameters.iter().enumerate() {
+        let Kind::Term(index) = parameter.kind else { continue };
+        let drives = &terms[index];
+        for (actuator, law) in &drives.laws {
+            matrix[(*actuator, column)] = law.at(time, measure, &[]);
+        }
+        for (actuator, signal) in &drives.efforts {
+            matrix[(*actuator, column)] = signal.at(time).value;
+        }
     }
 }
 
