@@ -55,6 +55,15 @@ pub(crate) fn set_viscous(law: &mut Law, backward: Option<&mut Law>, viscous: f6
     }
 }
 
+/// Sets the static coefficient of a law with Stribeck's curve to `1 + excess` times the sliding
+/// coefficient.
+pub(crate) fn set_static_excess(law: &mut Law, excess: f64) {
+    let mu = law.mu;
+    if let Curve::Stribeck { mu_static, .. } = &mut law.curve {
+        *mu_static = mu * (1.0 + excess);
+    }
+}
+
 /// Returns the mechanism with identified `values`, one for each of `parameters`. Offsets and effort terms describe the
 /// logs and are left out. Friction of an actuator becomes motor friction if efforts were measured `at_motors`,
 /// otherwise joint friction.
@@ -129,6 +138,12 @@ pub fn applied(
             let force = value / arm(friction, pitch);
             friction.load.preload =
                 carried_preload(&mut friction.law, friction.backward.as_mut(), force);
+        }
+        for (parameter, &value) in parameters.iter().zip(values) {
+            if let Kind::StaticExcess(i) = parameter.kind {
+                let (joint, k) = interfaces[i];
+                set_static_excess(&mut joints[joint].friction[k].law, value);
+            }
         }
     })
 }

@@ -26,6 +26,8 @@ pub struct LoadSlopes<'a> {
     groups: &'a [Vec<usize>],
     parameters: Parameters<D>,
     data: Data<D>,
+    /// Coefficient of sliding friction and preload, N, of each interface.
+    sliding: Vec<[f64; 2]>,
 }
 
 impl<'a> LoadSlopes<'a> {
@@ -72,7 +74,8 @@ impl<'a> LoadSlopes<'a> {
         }
         let model = regressor.model();
         let data = model.data(regressor.state(), Settings::default());
-        Self { regressor, groups, parameters, data }
+        let sliding = engine.interfaces.iter().map(|own| [own.law.mu, own.load.preload]).collect();
+        Self { regressor, groups, parameters, data, sliding }
     }
 
     /// Computes the derivative of the normal load of each friction interface with respect to each
@@ -122,6 +125,10 @@ impl<'a> LoadSlopes<'a> {
                     let load = match kind {
                         Kind::Mu(own) if own == i => solved.loads[i],
                         Kind::Coulomb(own) | Kind::Viscous(own) if own == i => 1.0,
+                        Kind::StaticExcess(own) if own == i => {
+                            let [mu, preload] = self.sliding[i];
+                            mu * (solved.loads[i] + preload)
+                        }
                         _ => continue,
                     };
                     if speed > Settings::default().rest_speed {

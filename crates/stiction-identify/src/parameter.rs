@@ -1,5 +1,6 @@
 //! Parameters on which the efforts depend linearly, and their list for a mechanism.
 
+use stiction_core::friction::Curve;
 use stiction_core::mechanism::{Body, Mechanism};
 use stiction_core::parameters::Parameters;
 use stiction_core::spatial::{Mat3, Vec3};
@@ -19,6 +20,9 @@ pub enum Kind {
     Rotor(usize),
     /// Friction coefficient of an interface: friction per normal load.
     Mu(usize),
+    /// Excess of the static friction coefficient of an interface with Stribeck's curve over the
+    /// sliding one, as a fraction of the latter: `mu_static/mu - 1`.
+    StaticExcess(usize),
     /// Load-independent friction of an interface, as an effort of its joint, N or N m.
     Coulomb(usize),
     /// Viscous friction of an interface, as an effort of its joint per rate, N s/m or N m s/rad.
@@ -37,10 +41,11 @@ pub enum Kind {
 
 impl Kind {
     /// Returns whether the parameter describes friction: a friction coefficient, load-independent
-    /// friction or viscous friction.
+    /// friction, viscous friction, or the excess of static friction.
     pub fn is_friction(self) -> bool {
         match self {
             Self::Mu(_)
+            | Self::StaticExcess(_)
             | Self::Coulomb(_)
             | Self::Viscous(_)
             | Self::DriveCoulomb(_)
@@ -104,6 +109,8 @@ pub struct Choice {
     pub inertia: bool,
     /// True to include friction.
     pub friction: bool,
+    /// True to include the excess of static friction of interfaces with Stribeck's curve.
+    pub static_excess: bool,
     /// Drive trains whose currents are measured and whose torque constants are unknown.
     pub torque_constants: Vec<usize>,
 }
@@ -116,6 +123,7 @@ impl Choice {
         terms: 0,
         inertia: true,
         friction: true,
+        static_excess: false,
         torque_constants: Vec::new(),
     };
 }
@@ -148,7 +156,7 @@ pub fn catalogue(mechanism: &Mechanism, choice: &Choice) -> Vec<Parameter> {
         }
     }
     if choice.friction {
-        friction(mechanism, &mut all);
+        friction(mechanism, choice.static_excess, &mut all);
     }
     let joints = mechanism.joints();
     for (index, (id, dof)) in mechanism.actuators().enumerate() {
@@ -233,7 +241,7 @@ fn bodies(mechanism: &Mechanism, length: f64, all: &mut Vec<Parameter>) {
     }
 }
 
-fn friction(mechanism: &Mechanism, all: &mut Vec<Parameter>) {
+fn friction(mechanism: &Mechanism, has_excess: bool, all: &mut Vec<Parameter>) {
     let parameters: Parameters<f64> = Parameters::new(mechanism);
     let names = mechanism.joints().iter().flat_map(|joint| joint.interface_names());
     for (index, (interface, name)) in parameters.interfaces.iter().zip(names).enumerate() {
@@ -247,6 +255,12 @@ fn friction(mechanism: &Mechanism, all: &mut Vec<Parameter>) {
         };
         if law.mu > 0.0 {
             push("mu", "", Kind::Mu(index), law.mu);
+            if let (true, Curve::Stribeck { mu_static, .. }, None, None) =
+                (has_excess, &law.curve, &interface.backward, law.regularisation)
+            {
+                let excess = (mu_static / law.mu - 1.0).max(0.0);
+                push("static_excess", "", Kind::StaticExcess(index), excess);
+            }
         }
         let unit = if linear { "N" } else { "N m" };
         push("coulomb", unit, Kind::Coulomb(index), law.mu * interface.load.preload * arm);

@@ -3,7 +3,7 @@
 //!
 //! Equation (I1) of the book's theory.
 
-use crate::apply::{carried_preload, scale_laws, set_viscous};
+use crate::apply::{carried_preload, scale_laws, set_static_excess, set_viscous};
 use crate::parameter::{Choice, INERTIA_ENTRIES, Kind, Parameter, catalogue};
 use crate::slip::{Rest, Slip, sign};
 use crate::solved::Solved;
@@ -43,7 +43,8 @@ pub enum Unsuitable {
 #[derive(Clone, Debug)]
 pub struct Columns {
     /// Effort of each actuator (rows) per unit of each parameter (columns). For a friction coefficient it is the effort
-    /// per unit of friction force and must be multiplied by the normal load.
+    /// per unit of friction force and must be multiplied by the normal load; for an excess of static friction, the
+    /// factor is the sliding friction at high speed.
     pub matrix: DMatrix<f64>,
     /// Efforts of the model without friction, N or N m.
     pub known: DVector<f64>,
@@ -291,7 +292,7 @@ impl Regressor {
                         target[k] = self.virtual_power(body, unit, k);
                     }
                 }
-                Kind::Mu(i) | Kind::Coulomb(i) | Kind::Viscous(i) => {
+                Kind::Mu(i) | Kind::StaticExcess(i) | Kind::Coulomb(i) | Kind::Viscous(i) => {
                     let slip = &slips[i];
                     let factor = self.friction_per_unit(parameter.kind, i, slip.velocity);
                     for k in 0..count {
@@ -379,10 +380,21 @@ impl Regressor {
         Slip { direction, velocity: speed.copysign(surface[0]), rest }
     }
 
+    /// Sets the excess of static friction of all interfaces with Stribeck's curve, on which other
+    /// columns of these interfaces depend, to its value in `values`.
+    pub fn set_static_excess(&mut self, values: &[f64]) {
+        for (parameter, &value) in self.parameters.iter().zip(values) {
+            if let Kind::StaticExcess(i) = parameter.kind {
+                set_static_excess(&mut self.nominal.interfaces[i].law, value);
+            }
+        }
+    }
+
     /// Returns the friction at the surface of an interface, N, per unit of one of the interface's
-    /// parameters. For a friction coefficient, the normal load is one newton. `velocity`, m/s, is
-    /// the speed with the sign of the velocity's first component.
-    pub(crate) fn friction_per_unit(&self, kind: Kind, index: usize, velocity: f64) -> f64 {
+    /// parameters. For a friction coefficient, the normal load is one newton; for the excess of
+    /// static friction, the sliding friction is. `velocity`, m/s, is the speed with the sign of the
+    /// velocity's first component.
+    pub fn friction_per_unit(&self, kind: Kind, index: usize, velocity: f64) -> f64 {
         let interface = &self.nominal.interfaces[index];
         let over_arm = 1.0 / interface.arms(self.nominal.pitch[interface.joint])[0].abs();
         let speed = velocity.abs();
@@ -394,6 +406,11 @@ impl Regressor {
             if interface.law.mu > 0.0 { law.coefficient(speed) / interface.law.mu } else { 1.0 };
         match kind {
             Kind::Mu(_) => shape,
+            Kind::StaticExcess(_) => {
+                let mut excess = law.clone();
+                set_static_excess(&mut excess, 1.0);
+                excess.coefficient(speed) / law.mu - 1.0
+            }
             Kind::Coulomb(_) => shape * over_arm,
             Kind::Viscous(_) => speed * over_arm * over_arm,
             _ => 0.0,
@@ -556,6 +573,11 @@ impl Regressor {
             let arm = interface.arms(engine.pitch[interface.joint])[0].abs();
             let (law, backward) = (&mut interface.law, interface.backward.as_mut());
             interface.load.preload = carried_preload(law, backward, value / arm);
+        }
+        for (parameter, &value) in self.parameters.iter().zip(values) {
+            if let Kind::StaticExcess(i) = parameter.kind {
+                set_static_excess(&mut engine.interfaces[i].law, value);
+            }
         }
         engine
     }

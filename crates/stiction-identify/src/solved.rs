@@ -10,8 +10,8 @@ pub struct Solved {
     /// Normal load of each friction interface minus its preload, which represents load-independent
     /// friction, N.
     pub loads: Vec<f64>,
-    /// Velocity of each friction interface, m/s.
-    pub(crate) velocities: Vec<f64>,
+    /// Speed of each friction interface, m/s, with the sign of the velocity's first component.
+    pub velocities: Vec<f64>,
     /// State of the mechanism at this instant.
     pub(crate) state: State<f64>,
     /// Number of friction iterations until convergence.

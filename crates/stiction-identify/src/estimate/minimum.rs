@@ -12,6 +12,9 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
 
 /// Error of the factor of an effort term that the confidence intervals take into account.
 const TERM_ERROR: f64 = 0.5;
+/// Error of the excess of static friction that the confidence intervals take into account: static coefficients are up to
+/// about twice the sliding ones.
+const EXCESS_ERROR: f64 = 1.0;
 /// Least strength of the prior on the inertia of a rotor. No physical region bounds this inertia from above.
 const ROTOR_FLOOR: f64 = 1e-2;
 /// Strength of the prior with which the minimisation begins, and the factor by which it becomes weaker.
@@ -53,6 +56,7 @@ impl Problem<'_> {
             Kind::Mass(_) | Kind::Moment(..) | Kind::Inertia(..) => 0.0,
             Kind::Rotor(_) => strength.max(ROTOR_FLOOR) / (p.scale * p.scale),
             Kind::Term(_) => 1.0 / (TERM_ERROR * TERM_ERROR),
+            Kind::StaticExcess(_) => 1.0 / (EXCESS_ERROR * EXCESS_ERROR),
             // Declared friction coefficients are guesses. The prior trusts only their order of
             // magnitude: its standard deviation is ten times the scale.
             _ => 1e-2 / (p.scale * p.scale),

@@ -45,11 +45,12 @@ pub(super) fn wrong_efforts(
     actuators: &[String],
 ) -> Vec<Doubt> {
     let identified = differences(parameters, values);
-    let frictionless =
-        DVector::from_fn(identified.len(), |k, _| match parameters[k].kind.is_friction() {
-            true => 0.0,
-            false => identified[k],
-        });
+    let frictionless = DVector::from_fn(identified.len(), |k, _| match parameters[k].kind {
+        // The right-hand side contains the column of the excess at its latest value.
+        Kind::StaticExcess(_) => identified[k],
+        kind if kind.is_friction() => 0.0,
+        _ => identified[k],
+    });
     let mut found = Vec::new();
     for (channel, name) in actuators.iter().enumerate() {
         let (mut mm, mut pp, mut mp, mut left) = (0.0, 0.0, 0.0, 0.0);
@@ -255,6 +256,7 @@ pub(super) fn uncertain(named: &[Named], confounded: &[(String, String, String)]
 fn cure(a: &Parameter, b: &Parameter) -> String {
     let mu = |p: &Parameter| matches!(p.kind, Kind::Mu(_));
     let constant = |p: &Parameter| matches!(p.kind, Kind::Coulomb(_) | Kind::DriveCoulomb(_));
+    let excess = |p: &Parameter| matches!(p.kind, Kind::StaticExcess(_));
     let viscous = |p: &Parameter| matches!(p.kind, Kind::Viscous(_) | Kind::DriveViscous(_));
     let text = match (a, b) {
         (a, b) if (mu(a) && constant(b)) || (mu(b) && constant(a)) => {
@@ -265,6 +267,7 @@ fn cure(a: &Parameter, b: &Parameter) -> String {
             "the loads of these joints rise and fall together: log another payload or a motion in another part \
              of the workspace, or tie their coefficients"
         }
+        (a, b) if excess(a) || excess(b) => "log slow motions and more reversals",
         (a, b) if (constant(a) || mu(a)) && viscous(b) || (constant(b) || mu(b)) && viscous(a) => {
             "log slow and fast motions"
         }

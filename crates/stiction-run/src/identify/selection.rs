@@ -32,7 +32,14 @@ pub(super) fn choice(
         None => false,
     };
     let torque_constants = torque_constants::unknown(mechanism, logs)?;
-    Ok(Choice { at_motors, offsets: settings.offsets, terms, torque_constants, ..Choice::ALL })
+    Ok(Choice {
+        at_motors,
+        offsets: settings.offsets,
+        terms,
+        static_excess: true,
+        torque_constants,
+        ..Choice::ALL
+    })
 }
 
 /// Sets the scale of each parameter that is zero in the model and does not belong to a body, such
@@ -215,6 +222,7 @@ fn class(kind: Kind) -> u8 {
         Kind::Offset(_) => 7,
         Kind::Term(_) => 8,
         Kind::TorqueConstant(_) => 9,
+        Kind::StaticExcess(_) => 10,
     }
 }
 

@@ -40,7 +40,13 @@ pub(super) fn structure(
     held: &[bool],
 ) -> Structure {
     let priors: Vec<f64> = parameters.iter().map(|p| p.prior).collect();
-    let at = differences(parameters, &priors);
+    let mut at = differences(parameters, &priors);
+    for (value, p) in at.iter_mut().zip(parameters) {
+        if matches!(p.kind, Kind::StaticExcess(_)) {
+            // The columns of sliding friction contain the excess.
+            *value = 0.0;
+        }
+    }
     let mut random = Random::new(1);
     let mut rows: Vec<nalgebra::RowDVector<f64>> = Vec::new();
     // Logs that only check the prediction, and the payloads in these logs, determine no parameters.
@@ -76,8 +82,13 @@ pub(super) fn structure(
             for channel in 0..columns.matrix.nrows() {
                 let mut row = columns.matrix.row(channel).into_owned();
                 for (k, p) in parameters.iter().enumerate() {
-                    if let Kind::Mu(i) = p.kind {
-                        row[k] *= solved.loads[i];
+                    match p.kind {
+                        Kind::Mu(i) => row[k] *= solved.loads[i],
+                        Kind::StaticExcess(i) => {
+                            let interface = &nominal.interfaces[i];
+                            row[k] *= interface.law.mu * (solved.loads[i] + interface.load.preload);
+                        }
+                        _ => {}
                     }
                 }
                 let unknown = (columns.known[channel], constants[channel]);

@@ -191,6 +191,70 @@ fn bounds_of_a_body_hold() {
     run("\"bar.com\" = [0, 1]").fails(2, &["no parameter matches `bar.com`"]);
 }
 
+/// The static coefficient of a joint with Stribeck's curve is found from the friction at low speed, and written to the
+/// identified model. Held at the value of the model, it is not changed.
+#[test]
+fn a_static_coefficient_is_found_from_slow_motion() {
+    let folder = Folder::new("identify-stribeck");
+    let model = |mu_static: f64| {
+        let text = pendulum(-0.2);
+        let (before, after) = text.split_once("[actuators.M]").unwrap();
+        let after = after.split_once("[motions.swing]").unwrap().1;
+        format!(
+            "{before}friction = {{ mu = 0.1, radius = \"20 mm\", preload = \"300 N\", viscous = \"300 N s/m\", \
+             mu_static = {mu_static}, stribeck_velocity = \"10 mm/s\" }}\n\
+             [actuators.M]\njoint = \"hinge\"\n[motions.swing]{after}"
+        )
+    };
+    folder.write("true.toml", &model(0.18));
+    let options = ["--motion", "swing", "--step", "5 ms", "--report", "off", "-o", "out"];
+    let said =
+        folder.stiction(&[&["inverse", "true.toml", "--friction", "on"], &options[..]].concat());
+    said.succeeds();
+    let rows =
+        columns(&folder.read("out/inverse.csv"), ["time", "hinge.position", "hinge.drive ["]);
+    let mut noise = normal(3);
+    let mut text = "time [s],hinge [rad],hinge.effort [N m]\n".to_owned();
+    for [t, q, effort] in rows {
+        writeln!(text, "{t},{q},{}", effort + 0.01 * noise()).unwrap();
+    }
+    folder.write("log.csv", &text);
+    folder.write("model.toml", &model(0.13));
+    let run = |options: &str, more: &[&str]| {
+        folder.write("options.toml", options);
+        let arguments = ["identify", "model.toml", "log.csv", "--filter", "8 Hz", "--json"];
+        let options = ["--options", "options.toml"];
+        json(folder.stiction(&[&arguments[..], &options, more].concat()).succeeds())
+    };
+    // One payload cannot separate the load-dependent from the constant friction.
+    let result = run("hold = [\"hinge.mu\"]\n", &["-o", "found"]);
+    let found = parameter(&result, "hinge.static_excess");
+    let [value, sigma, prior] = ["value", "sigma", "prior"].map(|key| found[key].as_f64().unwrap());
+    assert!((value - 0.8).abs() < 4.0 * sigma && sigma < 0.05, "{value} +- {sigma}");
+    assert!((prior - 0.3).abs() < 1e-12 && found["verdict"] == "identified", "{found:#}");
+    let coulomb = parameter(&result, "hinge.coulomb");
+    let [value, sigma] = ["value", "sigma"].map(|key| coulomb[key].as_f64().unwrap());
+    assert!((value - 0.6).abs() < 4.0 * sigma && sigma < 0.02, "{value} +- {sigma}");
+    assert_eq!(result["verdict"], "identified", "{:#}", result["cautions"]);
+    // The efforts of the identified model are those of the true one.
+    let again =
+        ["inverse", "found/identified.toml", "--motion", "hinge = 0.05*sin(4*t); duration = 2"];
+    let efforts = |model: &str| {
+        let options = ["--friction", "on", "--step", "10 ms", "--report", "off", "-o", "again"];
+        folder.stiction(&[&["inverse", model], &again[2..], &options].concat()).succeeds();
+        columns(&folder.read("again/inverse.csv"), ["hinge.drive ["])
+    };
+    let [own, truth] = ["found/identified.toml", "true.toml"].map(efforts);
+    for ([own], [truth]) in own.iter().zip(&truth) {
+        assert!((own - truth).abs() < 0.05, "{own} {truth}");
+    }
+    // With the wrong static coefficient held, friction at low speed is missing.
+    let held = run("hold = [\"hinge.mu\", \"hinge.static_excess\"]\n", &[]);
+    let value = parameter(&held, "hinge.static_excess")["value"].as_f64().unwrap();
+    assert!((value - 0.3).abs() < 1e-12, "{value}");
+    assert!(held["missing"].to_string().contains("Stribeck"), "{:#}", held["missing"]);
+}
+
 /// The stated error of the model's inertias is that of values which only the model determines.
 #[test]
 fn the_error_of_the_model_is_stated() {

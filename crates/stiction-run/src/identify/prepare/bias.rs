@@ -31,6 +31,7 @@ impl Prepared {
             _ => at[k],
         });
         let mut regressor = self.regressor.clone();
+        regressor.set_static_excess(values);
         let engine = regressor.engine_parameters(values);
         let mut data = regressor.engine_data();
         let has_loads = parameters.iter().any(|p| matches!(p.kind, Kind::Mu(_)));
@@ -53,8 +54,13 @@ impl Prepared {
                     if has_loads {
                         let solved = regressor.loads(&engine, &mut data, [&q, &v, &a])?;
                         for (k, p) in parameters.iter().enumerate() {
-                            if let Kind::Mu(i) = p.kind {
-                                columns.matrix.column_mut(k).scale_mut(solved.loads[i]);
+                            match p.kind {
+                                Kind::Mu(i) => {
+                                    columns.matrix.column_mut(k).scale_mut(solved.loads[i]);
+                                }
+                                // The columns of sliding friction contain the excess.
+                                Kind::StaticExcess(_) => columns.matrix.column_mut(k).fill(0.0),
+                                _ => {}
                             }
                         }
                     }

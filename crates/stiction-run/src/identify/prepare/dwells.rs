@@ -102,6 +102,7 @@ impl Prepared {
         let parameters = self.regressor.parameters().to_vec();
         let mut rows = vec![Vec::new(); count];
         let mut regressor = self.regressor.clone();
+        regressor.set_static_excess(values);
         for dwell in &self.standstills {
             let rest = vec![0.0; dwell.position.len()];
             let motion: [&[f64]; 3] = [&dwell.position, &rest, &rest];
