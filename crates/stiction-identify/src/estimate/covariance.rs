@@ -20,19 +20,16 @@ const INDEPENDENT: f64 = 0.05;
 /// Computes `sum over lags k of r(k) M_t^T M_(t+k)` over all efforts, in free coordinates. `r` is
 /// the autocovariance of the residuals, tapered to zero at twice the lag at which they become
 /// uncorrelated. Weights are `1/noise^2` and the independence of each block. `M_t` is the row of
-/// `design` at the instant `t`; the residuals are those of `blocks`.
+/// `design` at the instant `t`; the residuals are those of `blocks`. `inflation` is that of [`inflation`].
 pub(crate) fn covariance(
     (design, blocks): (&[Block], &[Block]),
     map: &Map,
     values: &DVector<f64>,
     noise: &[f64],
-    samples: f64,
+    inflation: f64,
 ) -> DMatrix<f64> {
     let size = map.size();
     let mut sum = DMatrix::zeros(size, size);
-    // The fit uses up degrees of freedom, which makes the residuals smaller than the errors.
-    let used = (size as f64).min(0.5 * samples);
-    let inflation = samples / (samples - used).max(1.0);
     for (channel, noise) in noise.iter().enumerate() {
         let residuals: Vec<DVector<f64>> =
             blocks.iter().map(|block| block.channels[channel].residuals(values)).collect();
@@ -61,6 +58,18 @@ pub(crate) fn covariance(
     }
     // The sum is symmetric up to rounding errors.
     (&sum + sum.transpose()) * 0.5
+}
+
+/// Factor by which residuals underestimate the variance of the errors, because the fit uses up degrees of freedom:
+/// `n/(n - tr(2 S - S^2))` for `n` independent samples and the matrix `S` that turns measured into predicted efforts.
+/// Parameters that only the prior determines use none. `data` is the part of the Hessian that the data contribute and
+/// `inverse` the inverse Hessian.
+///
+/// Source: Hastie, Tibshirani, *Generalized additive models*, Chapman and Hall (1990), section 3.5.
+pub(super) fn inflation(samples: f64, data: &DMatrix<f64>, inverse: &DMatrix<f64>) -> f64 {
+    let share = inverse * data;
+    let used = 2.0 * share.trace() - share.dot(&share.transpose());
+    samples / (samples - used.clamp(0.0, 0.5 * samples)).max(1.0)
 }
 
 /// Number of samples of the residuals that together count as one independent sample, as the mean

@@ -68,13 +68,12 @@ impl Problem<'_> {
             });
             channels.collect()
         });
-        let used = (self.map().size() as f64).min(0.5 * estimate.samples);
         Residuals {
             problem: self,
             design: self.design(estimate.projection.as_ref()),
             inverse: &estimate.inverse[0],
             rows: rows.collect(),
-            inflation: estimate.samples / (estimate.samples - used).max(1.0),
+            inflation: estimate.inflation,
         }
     }
 }

@@ -15,7 +15,7 @@ mod wall;
 use crate::block::{Block, Rows};
 use crate::folds::Folds;
 use crate::parameter::Parameter;
-use covariance::{bounded, colour, covariance};
+use covariance::{bounded, colour, covariance, inflation};
 pub use extension::{Candidate, Extension, Residuals};
 pub use left_out::LeftOut;
 use limit::HalfSpace;
@@ -81,6 +81,8 @@ pub struct Estimate {
     /// Inverse Hessian `H^-1` of the objective, and `H^-1 D H^-1`, where `D` is the part of the
     /// Hessian that the data contribute; both for all parameters.
     inverse: [DMatrix<f64>; 2],
+    /// Factor by which the residuals underestimate the variance of the errors.
+    inflation: f64,
     /// Strength of the prior, in equivalent independent samples.
     pub strength: f64,
     /// Relative error of the model's inertias for which the standard deviations allow.
@@ -301,7 +303,8 @@ impl Problem<'_> {
         );
         let inverse = inverse_positive(&hessian).unwrap_or_else(|| DMatrix::zeros(size, size));
         let data = (&design[..], self.blocks);
-        let meat = covariance(data, map, &(&values - shift), &noise, total.rows);
+        let inflation = inflation(total.rows, &total.matrix, &inverse);
+        let meat = covariance(data, map, &(&values - shift), &noise, inflation);
         let open = self.prior_errors(map, &values, prior, error);
         let slope = self.strength_slope(map, &values, prior);
         let free = &inverse
@@ -345,6 +348,7 @@ impl Problem<'_> {
             covariance: full,
             projection,
             inverse: [&inverse, &by_data].map(|free| map.spread(free)),
+            inflation,
             strength: prior.strength,
             prior_error: error,
             noise,

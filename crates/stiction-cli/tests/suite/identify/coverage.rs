@@ -166,14 +166,16 @@ impl Errors {
         inside as f64 / self.errors.len() as f64
     }
 
-    /// Ratio of the median standard deviation to the scatter of the errors.
+    /// Ratio of the median standard deviation to the scatter of the errors. The inverse of the scatter of few errors is
+    /// too large on average: by the factor sqrt(m/2) Γ((m - 1)/2)/Γ(m/2) for m = count - 1, which is 1.09 for ten errors
+    /// and is close to sqrt(m/(m - 1.5)).
     fn ratio(&self) -> f64 {
         let count = self.errors.len() as f64;
         let mean = self.errors.iter().sum::<f64>() / count;
         let square = self.errors.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / (count - 1.0);
         let mut sorted = self.sigmas.clone();
         sorted.sort_by(f64::total_cmp);
-        sorted[sorted.len() / 2] / square.sqrt()
+        sorted[sorted.len() / 2] / square.sqrt() * ((count - 2.5) / (count - 1.0)).sqrt()
     }
 }
 

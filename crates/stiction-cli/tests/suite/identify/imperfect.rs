@@ -273,7 +273,8 @@ fn the_error_of_the_model_is_stated() {
     };
     let [usual, known] =
         ["prior = 10", "prior = 10\nprior_error = \"5 %\""].map(|text| sigma(&format!("{text}\n")));
-    assert!((usual / known - 6.0).abs() < 0.1, "{usual} {known}");
+    // The data add little to this value.
+    assert!((usual / known - 6.0).abs() < 0.5, "{usual} {known}");
     run("prior_error = 0\n").fails(2, &["`prior_error`", "from 1 to 100 %"]);
     run("prior_error = \"0.3\"\n").fails(2, &["`prior_error`", "10 %"]);
 }
