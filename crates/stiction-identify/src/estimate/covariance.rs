@@ -223,6 +223,7 @@ pub(super) fn each_pair(steps: &[usize], lags: usize, mut take: impl FnMut(usize
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::block::Rows;
     use stiction_core::random::Random;
 
     /// Checks the errors of a value at its bound, and of a second value correlated with the first
@@ -254,6 +255,28 @@ mod tests {
                     "{beyond} {k}: {found} {sums:?}"
                 );
             }
+        }
+    }
+
+    /// Noise that is white before the filter has the colour one in logs with different filters, whatever their order.
+    #[test]
+    fn filters_of_all_logs_count() {
+        let mut random = Random::new(4);
+        let mut rows = |is_filtered: bool| {
+            let white: Vec<f64> = (0..8000).map(|_| random.number()).collect();
+            let right = DVector::from_fn(white.len(), |k, _| match is_filtered {
+                true if k > 0 => 0.5_f64.sqrt() * (white[k] + white[k - 1]),
+                _ => white[k],
+            });
+            let (matrix, steps) = (DMatrix::zeros(right.len(), 1), (0..right.len()).collect());
+            Rows { matrix, measured: right.clone(), right, instruments: None, steps }
+        };
+        let table = Block::new(vec![rows(false)], 1.0);
+        // Two neighbouring rows share half of their noise, so two rows count as one sample.
+        let recorded = Block::new(vec![rows(true)], 0.5);
+        for blocks in [[table.clone(), recorded.clone()], [recorded, table]] {
+            let found = colour(&blocks, &DVector::zeros(1));
+            assert!((1.0..1.15).contains(&found), "{found}");
         }
     }
 

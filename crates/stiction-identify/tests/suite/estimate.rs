@@ -447,6 +447,36 @@ fn bounds_hold() {
     assert!((above.values[k] - 1.0).abs() < 1e-12, "{}", above.values[k]);
     assert!((below.values[k] - 0.6).abs() < 1e-12, "{}", below.values[k]);
     assert!(above.sigmas[k] < free.sigmas[k], "{} {}", above.sigmas[k], free.sigmas[k]);
+    // A value at its bound stays there, whatever the strength of the prior.
+    assert!(free.pull[k] != 0.0 && above.pull[k] == 0.0, "{:e} {:e}", free.pull[k], above.pull[k]);
+}
+
+/// The inertia of a rotor does not depend on the strength of the prior below the least strength for rotors.
+#[test]
+fn a_rotor_at_the_least_strength_is_not_pulled() {
+    let parameters = [Parameter {
+        name: "rotor".to_owned(),
+        unit: "kg m^2",
+        kind: Kind::Rotor(0),
+        prior: 1.0,
+        scale: 1.0,
+    }];
+    let mut noise = normal(2);
+    let right = DVector::from_fn(200, |_, _| 0.5 + noise());
+    let rows = Rows {
+        matrix: DMatrix::from_element(200, 1, 1.0),
+        measured: right.clone(),
+        right,
+        instruments: None,
+        steps: (0..200).collect(),
+    };
+    let blocks = [Block::new(vec![rows], 1.0)];
+    let pull = |strength: f64| {
+        let options = Options { strength: Some(strength), ..options(1) };
+        Problem { parameters: &parameters, blocks: &blocks, options: &options }.solve().pull[0]
+    };
+    assert_eq!(pull(1e-3), 0.0);
+    assert!(pull(1.0) > 0.0);
 }
 
 /// Rows in which the motion of the instruments rests do not count as samples.
