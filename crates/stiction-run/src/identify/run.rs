@@ -519,7 +519,8 @@ fn judge_bounds(named: &mut [Named], options: &Options, bodies: &[BodyBound]) ->
     for (k, (name, unit), value, scale, bounds) in parameters.chain(bodies).collect::<Vec<_>>() {
         let near = |bound: f64| (value - bound).abs() <= 1e-9 * bound.abs().max(scale);
         let p = &mut named[k];
-        if p.verdict == Verdict::Held || !bounds.into_iter().any(near) {
+        let Some(bound) = bounds.into_iter().find(|bound| near(*bound)) else { continue };
+        if p.verdict == Verdict::Held {
             continue;
         }
         if p.verdict == Verdict::Identified {
@@ -528,7 +529,7 @@ fn judge_bounds(named: &mut [Named], options: &Options, bodies: &[BodyBound]) ->
         let caution = format!(
             "{name} lies at its bound {}: without `bounds` in the options, its estimate would lie \
              beyond this value",
-            format!("{value} {unit}").trim_end()
+            format!("{bound} {unit}").trim_end()
         );
         if !cautions.contains(&caution) {
             cautions.push(caution);

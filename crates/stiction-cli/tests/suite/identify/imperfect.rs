@@ -238,7 +238,7 @@ fn a_static_coefficient_is_found_from_slow_motion() {
     assert_eq!(result["verdict"], "identified", "{:#}", result["cautions"]);
     // The efforts of the identified model are those of the true one.
     let again =
-        ["inverse", "found/identified.toml", "--motion", "hinge = 0.05*sin(4*t); duration = 2"];
+        ["inverse", "found/identified.toml", "--motion", "hinge = 0.05*sin(4*t); duration = 2 s"];
     let efforts = |model: &str| {
         let options = ["--friction", "on", "--step", "10 ms", "--report", "off", "-o", "again"];
         folder.stiction(&[&["inverse", model], &again[2..], &options].concat()).succeeds();
