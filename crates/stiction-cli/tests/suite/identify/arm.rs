@@ -161,7 +161,7 @@ fn bounds_hold_and_are_named() {
         ("\"axis.coulomb\" = [4, 2.5]", "two numbers, the least and the greatest value"),
         ("\"axis.coulomb\" = [-4, -2.5]", "leave no value for `axis.coulomb`"),
         ("\"axis.columb\" = [0, 1]", "no parameter matches `axis.columb` of `bounds`"),
-        ("\"arm.mass\" = [0, 1]", "belongs to the mass of a body"),
+        ("\"arm.mass\" = [2, 3]", "the fit begins at the value of the model, 1 kg"),
     ] {
         options(text);
         folder.stiction(&run).fails(2, &[expected]);

@@ -165,18 +165,20 @@ fn a_wrong_model_does_not_hold_the_values() {
 fn bounds_of_a_body_hold() {
     let folder = Folder::new("identify-body-bounds");
     folder.write("log.csv", &pendulum_log(&folder, 1.0));
-    let run = |bounds: &str| {
+    let run = |bounds: &str, format: &[&str]| {
         folder.write("options.toml", &format!("[bounds]\n{bounds}\n"));
-        let options = ["--filter", "8 Hz", "--json", "--options", "options.toml"];
+        let options = ["--filter", "8 Hz", "--options", "options.toml"];
         // The centre of mass of the model is at -0.15 m, the true one at -0.2 m.
         let set = ["--set", "bodies.bar.com=[-0.15, 0, 0]"];
-        folder.stiction(&[&["identify", "true.toml", "log.csv"][..], &options, &set].concat())
+        folder
+            .stiction(&[&["identify", "true.toml", "log.csv"][..], &options, &set, format].concat())
     };
-    let free = json(run("\"bar.com.x\" = [-0.5, 0]").succeeds());
+    let free = json(run("\"bar.com.x\" = [-0.5, 0]", &["--json"]).succeeds());
     let found = parameter(&free, "bar.mx");
     let [value, sigma] = ["value", "sigma"].map(|key| found[key].as_f64().unwrap());
     assert!((value + 0.4).abs() < 4.0 * sigma && found["verdict"] == "identified", "{found:#}");
-    let held = json(run("\"bar.com.x\" = [-0.16, 0]\n\"bar.mass\" = [1.9, 2.1]").succeeds());
+    let held =
+        json(run("\"bar.com.x\" = [-0.16, 0]\n\"bar.mass\" = [1.9, 2.1]", &["--json"]).succeeds());
     let value = |name: &str| parameter(&held, name)["value"].as_f64().unwrap();
     let (mass, com) = (value("bar.mass"), value("bar.mx") / value("bar.mass"));
     assert!((mass - 2.1).abs() < 1e-9 && (com + 0.16).abs() < 1e-9, "{mass} {com}");
@@ -185,10 +187,11 @@ fn bounds_of_a_body_hold() {
     for part in ["bar.com.x lies at its bound -0.16", "bar.mass lies at its bound 2.1"] {
         assert!(cautions.contains(part), "{part}: {cautions}");
     }
-    run("\"bar.mass\" = [3, 4]").fails(2, &["bar.mass", "3 to 4 kg", "value of the model, 2 kg"]);
-    run("\"bar.*\" = [0, 4]").fails(2, &["bar.mass", "bar.mx", "different kinds"]);
-    run("\"bar.mass\" = [2, 2]").fails(2, &["only one value for `bar.mass`", "hold"]);
-    run("\"bar.com\" = [0, 1]").fails(2, &["no parameter matches `bar.com`"]);
+    run("\"bar.mass\" = [3, 4]", &[])
+        .fails(2, &["bar.mass", "3 to 4 kg", "value of the model, 2 kg"]);
+    run("\"bar.*\" = [0, 4]", &[]).fails(2, &["bar.mass", "bar.mx", "different kinds"]);
+    run("\"bar.mass\" = [2, 2]", &[]).fails(2, &["only one value for `bar.mass`", "hold"]);
+    run("\"bar.com\" = [0, 1]", &[]).fails(2, &["no parameter matches `bar.com`"]);
 }
 
 /// The static coefficient of a joint with Stribeck's curve is found from the friction at low speed, and written to the
@@ -260,13 +263,13 @@ fn a_static_coefficient_is_found_from_slow_motion() {
 fn the_error_of_the_model_is_stated() {
     let folder = Folder::new("identify-prior-error");
     folder.write("log.csv", &pendulum_log(&folder, 1.0));
-    let run = |options: &str| {
+    let run = |options: &str, format: &[&str]| {
         folder.write("options.toml", options);
-        let arguments = ["identify", "true.toml", "log.csv", "--filter", "8 Hz", "--json"];
-        folder.stiction(&[&arguments[..], &["--options", "options.toml"]].concat())
+        let arguments = ["identify", "true.toml", "log.csv", "--filter", "8 Hz"];
+        folder.stiction(&[&arguments[..], &["--options", "options.toml"], format].concat())
     };
     let sigma = |options: &str| {
-        let result = json(run(options).succeeds());
+        let result = json(run(options, &["--json"]).succeeds());
         let found = parameter(&result, "bar.mass");
         assert_eq!(found["verdict"], "not excited");
         found["sigma"].as_f64().unwrap() / found["value"].as_f64().unwrap()
@@ -275,8 +278,8 @@ fn the_error_of_the_model_is_stated() {
         ["prior = 10", "prior = 10\nprior_error = \"5 %\""].map(|text| sigma(&format!("{text}\n")));
     // The data add little to this value.
     assert!((usual / known - 6.0).abs() < 0.5, "{usual} {known}");
-    run("prior_error = 0\n").fails(2, &["`prior_error`", "from 1 to 100 %"]);
-    run("prior_error = \"0.3\"\n").fails(2, &["`prior_error`", "10 %"]);
+    run("prior_error = 0\n", &[]).fails(2, &["`prior_error`", "from 1 to 100 %"]);
+    run("prior_error = \"0.3\"\n", &[]).fails(2, &["`prior_error`", "10 %"]);
 }
 
 /// Efforts in mN m that are declared as N m are reported.
