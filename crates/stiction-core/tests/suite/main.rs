@@ -41,6 +41,7 @@ mod proximity;
 mod reference_3rps;
 mod reference_planar;
 mod reference_twin;
+mod sides;
 mod singular;
 mod sparse;
 mod springs;
