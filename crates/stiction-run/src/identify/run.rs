@@ -517,7 +517,9 @@ fn judge_bounds(named: &mut [Named], options: &Options, bodies: &[BodyBound]) ->
         (own.leader(), name, own.value(&values), own.scale, own.range)
     });
     for (k, (name, unit), value, scale, bounds) in parameters.chain(bodies).collect::<Vec<_>>() {
-        let near = |bound: f64| (value - bound).abs() <= 1e-9 * bound.abs().max(scale);
+        let near = |bound: f64| {
+            bound.is_finite() && (value - bound).abs() <= 1e-9 * bound.abs().max(scale)
+        };
         let p = &mut named[k];
         let Some(bound) = bounds.into_iter().find(|bound| near(*bound)) else { continue };
         if p.verdict == Verdict::Held {

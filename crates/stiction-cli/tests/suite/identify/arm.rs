@@ -156,9 +156,15 @@ fn bounds_hold_and_are_named() {
     assert_eq!(found["verdict"], "fits only");
     let cautions = result["cautions"].to_string();
     assert!(cautions.contains("axis.coulomb lies at its bound 2.5 N m"), "{cautions}");
+    // A value does not lie at a bound that is infinite.
+    options("\"*.coulomb\" = [0, inf]\n\"arm.mass\" = [0, inf]");
+    let result = identified(&folder, &["log.csv"], &["--options", "options.toml"]);
+    let cautions = result["cautions"].to_string();
+    assert!(!cautions.contains("lies at its bound"), "{cautions}");
     let run = ["identify", "arm.toml", "log.csv", "--filter", "10 Hz", "--options", "options.toml"];
     for (text, expected) in [
         ("\"axis.coulomb\" = [4, 2.5]", "two numbers, the least and the greatest value"),
+        ("\"axis.coulomb\" = [inf, inf]", "two numbers, the least and the greatest value"),
         ("\"axis.coulomb\" = [-4, -2.5]", "leave no value for `axis.coulomb`"),
         ("\"axis.columb\" = [0, 1]", "no parameter matches `axis.columb` of `bounds`"),
         ("\"arm.mass\" = [2, 3]", "the fit begins at the value of the model, 1 kg"),
