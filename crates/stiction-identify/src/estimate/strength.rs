@@ -11,9 +11,12 @@ use crate::physical::BodyPrior;
 use nalgebra::DVector;
 
 /// Strengths of the prior that are compared, in decreasing order. Each is a starting point for the next.
-const STRENGTHS: [f64; 17] = [
-    1e4, 3e3, 1e3, 300.0, 100.0, 30.0, 10.0, 3.0, 1.0, 0.3, 0.1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4,
+const STRENGTHS: [f64; 23] = [
+    1e7, 3e6, 1e6, 3e5, 1e5, 3e4, 1e4, 3e3, 1e3, 300.0, 100.0, 30.0, 10.0, 3.0, 1.0, 0.3, 0.1,
+    3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4,
 ];
+/// The comparison begins with this strength unless the expected one is greater, as for a model with small errors.
+const FIRST: f64 = 1e4;
 /// Standard deviation of the logarithm of the strength before the data are seen: errors of the
 /// model's inertias are known to a factor of about three, strengths to the square of it.
 const WIDTH: f64 = 2.3;
@@ -55,7 +58,8 @@ impl Problem<'_> {
         let mut noise: Vec<f64> = vec![1.0; channels.len()];
         let mut z = self.start(map, bodies);
         let mut best: Option<(f64, Choice)> = None;
-        for strength in STRENGTHS {
+        let first = f64::max(FIRST, STRONGEST * expected);
+        for strength in STRENGTHS.into_iter().filter(|own| *own <= first) {
             let own = self.prior(bodies, strength);
             let mut total = empty.clone();
             for _ in 0..ALTERNATIONS {

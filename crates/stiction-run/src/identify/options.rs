@@ -178,7 +178,7 @@ fn with_help(key: &str, what: impl std::fmt::Display, help: impl Into<String>) -
 /// models from drawings, which lack cables, grease and fasteners or have another density; it is not measured.
 const PRIOR_ERROR: f64 = 0.3;
 /// Least and greatest relative error of the inertias that the options may state. The compared strengths of the prior
-/// suffice for this range.
+/// suffice for this range if up to a thousand rows count as one.
 const PRIOR_ERRORS: [f64; 2] = [0.01, 1.0];
 
 impl Default for IdentifySettings {
@@ -370,7 +370,11 @@ fn bounds(key: &str, value: &Value) -> Result<Vec<(String, [f64; 2])>, Error> {
     let each = table.iter().map(|(pattern, value)| {
         let pair = value.as_array().map(|list| list.iter().map(number).collect::<Vec<_>>());
         match pair.as_deref() {
-            Some([Some(low), Some(high)]) if low <= high => Ok((pattern.clone(), [*low, *high])),
+            Some([Some(low), Some(high)])
+                if low <= high && *low < f64::INFINITY && *high > f64::NEG_INFINITY =>
+            {
+                Ok((pattern.clone(), [*low, *high]))
+            }
             _ => Err(with_help(
                 key,
                 format!("of `{pattern}` should be two numbers, the least and the greatest value"),
