@@ -18,8 +18,10 @@ pub struct Inequality {
 }
 
 /// Distance from a wall, in free coordinates, up to which a point lies on it. Free coordinates are parts of the
-/// parameters' scales.
-const TOUCHES: f64 = 1e-12;
+/// parameters' scales. Rounding errors of many steps along the wall are smaller.
+const TOUCHES: f64 = 1e-9;
+/// Distance between the unit directions of two walls up to which the walls are parallel.
+const PARALLEL: f64 = 1e-12;
 
 /// Inequality `direction . z >= least` in free coordinates, with a direction of unit length.
 #[derive(Clone, Debug)]
@@ -41,9 +43,12 @@ impl Wall {
 }
 
 impl Problem<'_> {
-    /// Returns the inequalities of the options in free coordinates, without those whose parameters are all held.
+    /// Returns the inequalities of the options in free coordinates, without those whose parameters are all held. Of
+    /// inequalities with the same direction, such as those of tied parameters, only the narrowest one remains: the
+    /// walls that hold a step must be independent, and each bound reduces the covariance once.
     pub(super) fn walls(&self, map: &Map) -> Vec<Wall> {
-        let each = self.options.inequalities.iter().filter_map(|own| {
+        let mut walls: Vec<Wall> = Vec::new();
+        for own in &self.options.inequalities {
             let mut direction = DVector::zeros(map.size());
             let mut least = own.least;
             for &(k, coefficient) in &own.terms {
@@ -51,9 +56,16 @@ impl Problem<'_> {
                 map.add_slope(&mut direction, k, coefficient);
             }
             let size = direction.norm();
-            (size > 0.0).then(|| Wall { direction: direction / size, least: least / size })
-        });
-        each.collect()
+            if size == 0.0 {
+                continue;
+            }
+            let (direction, least) = (direction / size, least / size);
+            match walls.iter_mut().find(|wall| (&wall.direction - &direction).norm() <= PARALLEL) {
+                Some(wall) => wall.least = wall.least.max(least),
+                None => walls.push(Wall { direction, least }),
+            }
+        }
+        walls
     }
 
     /// Returns the values with which the minimisation begins: those of the model, with some thickness for thin bodies.

@@ -484,6 +484,27 @@ fn a_rotor_at_the_least_strength_is_not_pulled() {
     assert!(pull(1.0) > 0.0);
 }
 
+/// If the model is stated to be nearly exact, and is, its prior is as strong as this error states, also if residuals are
+/// correlated over several rows.
+#[test]
+fn a_stated_error_of_one_percent_is_expected() {
+    let (parameters, columns) = arm();
+    let exact: Vec<f64> = parameters.iter().map(|p| p.prior).collect();
+    let mut normal = normal(6);
+    let mut error = 0.0;
+    let mut noise = || {
+        error = 0.8 * error + 0.1 * normal();
+        error
+    };
+    let blocks = [block(&parameters, &columns, &exact, &mut noise)];
+    let strength = |prior_error: f64| {
+        let options = Options { prior_error, ..options(parameters.len()) };
+        Problem { parameters: &parameters, blocks: &blocks, options: &options }.solve().strength
+    };
+    let [usual, small] = [0.3, 0.01].map(strength);
+    assert!(usual <= 1e4 && small > 1e4, "{usual} {small}");
+}
+
 /// Rows in which the motion of the instruments rests do not count as samples.
 #[test]
 fn rows_without_instruments_are_no_samples() {
@@ -553,6 +574,13 @@ fn bounds_of_bodies_hold() {
         "{:e}",
         held.pull[moment]
     );
+    // A bound that is given twice, once wider, counts once.
+    let twice = found(vec![
+        single(moment, sign, sign * bound),
+        single(moment, sign, sign * bound),
+        single(moment, sign, sign * bound - 1.0),
+    ]);
+    assert_eq!((&twice.values, &twice.sigmas), (&held.values, &held.sigmas));
     // A bound of the centre of mass together with one of the mass.
     let com = |values: &[f64]| values[moment] / values[mass];
     let limit = 0.5 * (prior / parameters[mass].prior + com(&free.values));
