@@ -47,6 +47,7 @@ pub(super) fn structure(
             *value = 0.0;
         }
     }
+    let has_excess = parameters.iter().any(|p| matches!(p.kind, Kind::StaticExcess(_)));
     let mut random = Random::new(1);
     let mut rows: Vec<nalgebra::RowDVector<f64>> = Vec::new();
     // Logs that only check the prediction, and the payloads in these logs, determine no parameters.
@@ -65,7 +66,9 @@ pub(super) fn structure(
         let (fastest, most) = (size(|m| &m[1]), size(|m| &m[2]));
         let stride = (log.instants.len() / per_log).max(1);
         for (time, [q, ..]) in log.instants.iter().step_by(stride) {
-            let v: Vec<f64> = q.iter().map(|_| fastest * random.number()).collect();
+            // Static friction has an effect at low speed only, so the rates then cover four orders of magnitude.
+            let slowed = if has_excess { 10_f64.powf(2.0 * random.number() - 2.0) } else { 1.0 };
+            let v: Vec<f64> = q.iter().map(|_| slowed * fastest * random.number()).collect();
             let a: Vec<f64> = q.iter().map(|_| most * random.number()).collect();
             let Ok(mut columns) = regressor.at(q, &v, &a) else { continue };
             let Ok(solved) = regressor.loads(&nominal, &mut engine, [q, &v, &a]) else { continue };
