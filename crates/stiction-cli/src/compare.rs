@@ -113,7 +113,7 @@ fn execute(options: &Compare) -> Result<(), Failure> {
         print(&format!("{}\n{table}{space}{}", folded(&text), folded(&cautions)))?;
         if !comparison.has_common_effort() {
             note!(
-                "\nnote: the models have no actuator name in common, so their efforts are not \
+                "\nnote: no actuator has the same name and unit in both models, so no efforts are \
                 compared"
             );
         }

@@ -2,6 +2,7 @@
 
 use crate::comparison::Headline;
 use crate::report::Finding;
+use std::f64::consts::TAU;
 
 /// Results of one run that a comparison of several runs uses.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -32,4 +33,23 @@ pub(crate) struct Travel {
     /// Unit of the coordinate, m or rad.
     pub(crate) unit: &'static str,
     pub(crate) ends: (f64, f64),
+}
+
+/// Distance between two ranges, relative to their greatest value, up to which they are apart by rounding errors only.
+const ROUNDING: f64 = 1e-9;
+
+impl Travel {
+    /// Returns true if the range has no position in common with that of the same actuator in another run. Angles that
+    /// differ by whole turns are the same position.
+    pub(crate) fn is_apart(&self, other: &Self) -> bool {
+        let ((low, high), (least, greatest)) = (self.ends, other.ends);
+        let turns = match self.unit {
+            "rad" => ((low + high - least - greatest) / (2.0 * TAU)).round(),
+            _ => 0.0,
+        };
+        let (low, high) = (low - turns * TAU, high - turns * TAU);
+        let size =
+            [low, high, least, greatest].into_iter().fold(0.0, |max: f64, x| max.max(x.abs()));
+        (least - high).max(low - greatest) > ROUNDING * size
+    }
 }

@@ -84,8 +84,9 @@ impl Comparison {
         if !self.has_common_effort() {
             all.push(Finding::open(
                 "The efforts of the runs are not compared",
-                "The models have no actuator name in common, and efforts are compared by name. Give corresponding \
-                 joints the same name in both models.",
+                "Efforts are compared by the name and the unit of the actuator, and no actuator of one model agrees in \
+                 both with one of the other. Give corresponding joints the same name in both models; a force is not \
+                 compared with a torque.",
             ));
         }
     }
@@ -101,14 +102,18 @@ impl Comparison {
         }
         let is_equal = |(row, by, _): &(&Row, f64, Option<f64>)| by.abs() <= ROUNDING * row.scale();
         if both.iter().all(is_equal) {
+            let which = match both.len() == self.rows().count() {
+                true => "All figures of the runs",
+                false => "All figures that both runs have",
+            };
             all.push(Finding::open(
-                "All figures of the runs are equal up to rounding",
-                "What differs between the models has no effect along this motion with this load. Check whether the \
-                 changed values are used: friction is off in some models unless `--friction on` is given.",
+                format!("{which} are equal up to rounding"),
+                "What differs between the models has no effect on them along this motion with this load. Check whether \
+                 the changed values are used: friction is off in some models unless `--friction on` is given.",
             ));
             return;
         }
-        let efforts = both.iter().filter(|(row, ..)| row.is_effort());
+        let efforts = both.iter().filter(|&one| one.0.is_effort() && !is_equal(one));
         let largest = efforts
             .filter_map(|(row, by, part)| Some((row, by, (*part)?)))
             .max_by(|a, b| a.2.abs().total_cmp(&b.2.abs()));
@@ -142,16 +147,19 @@ impl Comparison {
         }
     }
 
-    /// Adds the actuators whose coordinates have no value in common in two runs.
+    /// Adds the actuators whose coordinates have no value in common in two runs with motions of the same name.
     fn travels(&self, all: &mut Vec<Finding>) {
         let mut runs = self.runs_with_labels();
         let Some((first, reference)) = runs.next() else { return };
         let mut apart: Vec<String> = Vec::new();
         for (label, run) in runs {
+            if run.conditions.motion != reference.conditions.motion {
+                continue;
+            }
             for own in &run.travel {
                 let same = |one: &&Travel| (&one.name, one.unit) == (&own.name, own.unit);
                 let Some(other) = reference.travel.iter().find(same) else { continue };
-                if own.ends.1 < other.ends.0 || own.ends.0 > other.ends.1 {
+                if own.is_apart(other) {
                     apart.push(format!(
                         "{} ({first}: {}, {label}: {} {})",
                         own.name,
@@ -165,8 +173,9 @@ impl Comparison {
         if !apart.is_empty() {
             all.push(Finding::open(
                 format!("Actuators travel through different ranges: {}", listed(apart, NAMED)),
-                "These ranges have no position in common, so the runs may be in different assembly modes. Compare the \
-                 robots above; `start` values in the model select the assembly mode.",
+                "These ranges have no position in common: the dimensions of the models differ, or the runs are in \
+                 different assembly modes. Compare the robots in the report; `start` values in the model select the \
+                 assembly mode.",
             ));
         }
     }
@@ -235,6 +244,8 @@ impl<'a> Shared<'a> {
 
     fn add(&mut self, label: &'a str, text: &'a str) {
         match self.0.iter_mut().find(|(known, _)| *known == text) {
+            // A run may have several verdicts with the same text.
+            Some((_, labels)) if labels.contains(&label) => {}
             Some((_, labels)) => labels.push(label),
             None => self.0.push((text, vec![label])),
         }
@@ -301,6 +312,24 @@ mod tests {
         assert!(apart.iter().any(|one| one.contains(stated)), "{apart:?}");
         let overlap = models([of((0.1, 0.5)), of((0.4, 0.6))]);
         assert!(!overlap.iter().any(|one| one.contains("ranges")), "{overlap:?}");
+        // Rounding errors of a resting actuator, and angles that differ by a whole turn.
+        for (a, b) in [((0.3, 0.3), (0.3 + 1e-15, 0.3 + 1e-15)), ((3.1, 3.3), (-3.2, -3.0))] {
+            let same = models([of(a), of(b)]);
+            assert!(!same.iter().any(|one| one.contains("ranges")), "{same:?}");
+        }
+        // Another motion may move an actuator elsewhere.
+        let elsewhere =
+            ComparedRun { travel: vec![travel((-2.0, -1.5))], ..run("circle", 2.0, vec![]) };
+        let moved = models([of((0.1, 0.5)), elsewhere]);
+        assert!(!moved.iter().any(|one| one.contains("ranges")), "{moved:?}");
+        let more = ComparedRun {
+            headlines: ["J effort, peak", "K effort, peak"]
+                .map(|name| Headline::new(name.to_owned(), "N", 2.0, (None, 2.0)))
+                .to_vec(),
+            ..run("line", 2.0, vec![])
+        };
+        let partly = models([run("line", 2.0, vec![]), more]);
+        assert_eq!(partly, ["All figures that both runs have are equal up to rounding"]);
         let mobile = |count| ComparedRun { mobility: Some(count), ..run("line", 2.0, vec![]) };
         let mobile = models([mobile(2), mobile(3)]);
         assert!(
@@ -318,6 +347,21 @@ mod tests {
         ];
         let statements = models([run("line", 2.0, a), run("line", 3.0, b)]);
         assert_eq!(statements[1..], ["Both runs: unique", "A: index 1\nB: index 2", "B: jams"]);
+    }
+
+    /// Checks that two verdicts of one run with the same text do not count as those of both runs.
+    #[test]
+    fn a_run_counts_once() {
+        let a = ["J leaves", "K leaves"].map(|text| Finding::bad(text, "a range"));
+        let b = vec![Finding::bad("K leaves", "another range")];
+        let labels = ["A", "B"].map(str::to_owned);
+        let runs = labels.into_iter().zip([run("line", 2.0, a.to_vec()), run("line", 2.0, b)]);
+        let found = Comparison::of_models(runs.collect()).findings();
+        let last = found.last().unwrap();
+        assert_eq!(
+            (last.statement.as_str(), last.meaning.as_str()),
+            ("A: J leaves\nBoth runs: K leaves", "A: a range B: another range")
+        );
     }
 
     /// Checks that equal statements with different meanings become one, with the meaning for each run.
