@@ -117,7 +117,7 @@ const AMBIGUOUS: &str = "Objectives of such efforts and reactions depend on an a
      them. Declare compliances, or remove redundant actuators or constraints.";
 
 /// Words of failures and cautions, with their meaning and advice.
-const MEANINGS: [(&str, &str); 15] = [
+const MEANINGS: [(&str, &str); 17] = [
     (
         "friction locks the mechanism",
         "The mechanism jams: no effort of the actuators maintains the motion. Use longer guides, shorter lever arms or \
@@ -143,12 +143,12 @@ const MEANINGS: [(&str, &str); 15] = [
     ),
     (" its range of ", OUT_OF_RANGE),
     (" its stroke of ", OUT_OF_RANGE),
-    (
-        " % of ",
-        "A limit of a motor is exceeded. Choose a larger motor, another transmission or a slower motion for these \
-         designs.",
-    ),
+    (" % of rated rms torque (", MOTOR),
+    (" % of peak torque (", MOTOR),
+    (" % of speed limit (", MOTOR),
 ];
+const MOTOR: &str = "A limit of a motor is exceeded. Choose a larger motor, another transmission or a slower motion for \
+     these designs.";
 const OUT_OF_RANGE: &str = "A joint leaves its declared range, so these designs cannot be built with this joint. Choose \
      a smaller motion, or a joint with a larger range.";
 
@@ -198,12 +198,14 @@ mod tests {
             (locked(1e-9), "unlimited efforts"),
             (InverseError::Unsettled, SINGULAR),
             (InverseError::NotFinite { body: "tool".to_owned() }, OTHERWISE),
+            (InverseError::Inaccurate { residual: 1e-3 }, OTHERWISE),
         ];
         for (error, meaning) in cases {
             let mut remarks = Remarks::default();
             remarks.add(1, &Row::failed(1, false, &error.to_string()).status);
             let found = remarks.findings(1);
             assert!(found[0].meaning.contains(meaning), "{error}: {found:?}");
+            assert!(!found[0].meaning.contains(MOTOR), "{error}: {found:?}");
         }
     }
 

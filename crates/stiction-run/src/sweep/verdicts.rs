@@ -45,13 +45,18 @@ impl Findings {
 
     fn extremes(&self, index: usize, objective: &str, all: &mut Vec<Finding>) {
         let Some([least, greatest]) = &self.extremes[index] else { return };
-        let computed = self.rows - self.failed;
-        if computed < 2 {
+        let valueless = self.failed + self.missing[index];
+        if self.rows - valueless < 2 {
             return;
         }
-        if greatest.value - least.value <= ROUNDING * greatest.value.abs().max(least.value.abs()) {
+        let size = greatest.value.abs().max(least.value.abs());
+        // An infinite value equals only itself.
+        let is_constant = greatest.value == least.value
+            || size.is_finite() && greatest.value - least.value <= ROUNDING * size;
+        if is_constant {
+            let which = if valueless > 0 { "all designs that have it" } else { "all designs" };
             all.push(Finding::open(
-                format!("{objective} is {} in all designs", number(least.value)),
+                format!("{objective} is {} in {which}", number(least.value)),
                 "The varied keys have no effect on it. Check that the motion and the load use them, and that friction is \
                  on if they describe friction (`--friction on`).",
             ));
@@ -64,7 +69,7 @@ impl Findings {
             let best = sound.map(|both| &both[place]);
             if best.is_none_or(|best| best.row != extreme.row && best.value != extreme.value) {
                 let without = match best {
-                    None => "No design is without cautions.".to_owned(),
+                    None => "No design without cautions has a value of it.".to_owned(),
                     Some(best) => format!(
                         "Without them, the {what} value is {} in row {} ({}).",
                         number(best.value),
@@ -91,11 +96,22 @@ impl Findings {
         });
         let statement = format!("{objective}: {}", statements.collect::<Vec<_>>().join("; "));
         let at_ends = each.iter().filter(|(_, _, ends)| !ends.is_empty()).count();
+        let has_ends = self.spans.iter().flatten().any(|(low, high)| low < high);
         all.push(match at_ends {
-            0 => Finding::good(statement, "Both lie between the ends of the varied values."),
+            0 if !has_ends => Finding::good(
+                statement,
+                "No key is varied over plain numbers, so the study has no ends beyond which a value may be better.",
+            ),
+            0 => Finding::good(
+                statement,
+                format!("Both lie between the ends of the varied values.{}", self.beside_failures()),
+            ),
             1 => Finding::good(
                 statement,
-                "One lies between the ends of the varied values; the other one may continue beyond the end.",
+                format!(
+                    "One lies between the ends of the varied values; the other one may continue beyond the end.{}",
+                    self.beside_failures()
+                ),
             ),
             _ => Finding::open(
                 statement,
@@ -103,6 +119,16 @@ impl Findings {
                  of these keys if such designs can be built.",
             ),
         });
+    }
+
+    /// Returns the reservation that an extreme may lie where designs begin to fail; empty without failures.
+    fn beside_failures(&self) -> &'static str {
+        match self.failed {
+            0 => "",
+            _ => {
+                " Some designs have no results: an extreme next to them may lie at the edge of what is possible."
+            }
+        }
     }
 
     /// Returns the names of the varied keys that have their least or greatest number of the study in a design.
@@ -113,5 +139,42 @@ impl Findings {
             (low < high && (*value == low || *value == high)).then(|| format!("`{}`", key.path))
         })
         .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::sweep::{Findings, Row, Status};
+    use stiction_format::Setting;
+
+    /// Returns statements and meanings for designs whose variant is a text.
+    fn verdicts(values: &[Option<f64>]) -> Vec<(String, String)> {
+        let mut findings = Findings::new(&[], &["peak(J.effort) [N]".to_owned()]);
+        for (k, value) in values.iter().enumerate() {
+            let status = Status::parse("ok").unwrap();
+            let row = Row { values: vec![*value], status };
+            findings.add(k as u64 + 1, &[Setting::Text("light".to_owned())], &row);
+        }
+        findings.verdicts().into_iter().map(|one| (one.statement, one.meaning)).collect()
+    }
+
+    /// A single value, and a finite beside an infinite one, are not the value of all designs.
+    #[test]
+    fn few_or_infinite_values_are_not_constant() {
+        for values in [[Some(5.0), None, None], [Some(5.0), Some(f64::INFINITY), Some(5.0)]] {
+            let found = verdicts(&values);
+            assert!(!found.iter().any(|(own, _)| own.contains("is 5.000 in")), "{found:?}");
+        }
+        let found = verdicts(&[Some(5.0), Some(5.0), None]);
+        let stated = "peak(J.effort) [N] is 5.000 in all designs that have it";
+        assert!(found.iter().any(|(own, _)| own == stated), "{found:?}");
+    }
+
+    /// Values that are not numbers have no ends.
+    #[test]
+    fn texts_have_no_ends() {
+        let found = verdicts(&[Some(5.0), Some(6.0)]);
+        let (_, meaning) = found.last().unwrap();
+        assert!(meaning.contains("has no ends"), "{found:?}");
     }
 }
