@@ -47,7 +47,9 @@ pub(super) fn choice(
 /// mean square) of the measured effort of an actuator.
 pub(super) fn scale_by_data(parameters: &mut [Parameter], all: &[Prepared]) {
     for (k, parameter) in parameters.iter_mut().enumerate() {
-        if parameter.prior != 0.0 || parameter.body().is_some() {
+        // The excess of static friction is a fraction, whose magnitude does not depend on the efforts.
+        let is_fraction = matches!(parameter.kind, Kind::StaticExcess(_));
+        if parameter.prior != 0.0 || parameter.body().is_some() || is_fraction {
             continue;
         }
         let mut scale = f64::INFINITY;
