@@ -138,20 +138,22 @@ impl BodyBound {
         bounds: &[Self],
         initial: &[f64],
     ) -> Result<(), IdentifyError> {
-        match bounds.iter().find(|own| !own.contains(initial)) {
-            None => Ok(()),
-            Some(own) => Err(refuse(
-                format!(
-                    "options: the bounds of `{}` are {} to {} {}, but the fit begins at the value of the model, {} {}",
-                    own.name,
-                    own.range[0],
-                    own.range[1],
-                    own.unit,
-                    own.value(initial),
-                    own.unit
-                ),
-                "change the bounds, or give a value between them in the model (`--set`)",
-            )),
-        }
+        let Some(own) = bounds.iter().find(|own| !own.contains(initial)) else { return Ok(()) };
+        let ([low, high], value) = (own.range, own.value(initial));
+        let thickness = match own.unit {
+            "kg m^2" => "; a thin body counts with some thickness, which raises its inertia",
+            _ => "",
+        };
+        Err(refuse(
+            format!(
+                "options: the bounds of `{}` are {low} to {high} {unit}, but the fit begins at the value of the model, \
+                 {value} {unit}",
+                own.name,
+                unit = own.unit
+            ),
+            format!(
+                "change the bounds, or give a value between them in the model (`--set`){thickness}"
+            ),
+        ))
     }
 }
