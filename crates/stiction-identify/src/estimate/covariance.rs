@@ -258,6 +258,17 @@ mod tests {
         }
     }
 
+    /// A value that the data determine uses one degree of freedom, one that the prior determines uses none, and one that
+    /// both determine alike uses three quarters.
+    #[test]
+    fn data_use_degrees_of_freedom() {
+        let data = DMatrix::from_diagonal(&DVector::from_column_slice(&[1e9, 1e-9, 1.0]));
+        // The Hessian of the prior is the identity.
+        let inverse = DMatrix::from_diagonal(&data.diagonal().map(|own| (own + 1.0).recip()));
+        let found = inflation(10.0, &data, &inverse);
+        assert!((found - 10.0 / 8.25).abs() < 1e-6, "{found}");
+    }
+
     /// Noise that is white before the filter has the colour one in logs with different filters, whatever their order.
     #[test]
     fn filters_of_all_logs_count() {
