@@ -3,8 +3,8 @@
 //!
 //! Equation (I3) of the book's theory.
 
+use super::constraint::{Constraint, Held, reached};
 use super::map::Map;
-use super::wall::{Held, Wall, reached};
 use super::{Normal, Problem};
 use crate::parameter::Kind;
 use crate::physical::{self, BodyPrior};
@@ -73,10 +73,10 @@ impl Problem<'_> {
     pub(super) fn minimum(&self, map: &Map, data: &Normal, prior: &Prior<'_>) -> DVector<f64> {
         let mut z = self.start(map, prior.bodies);
         let free = vec![false; map.size()];
-        let walls = self.walls(map);
+        let constraints = self.constraints(map);
         let mut own = STRONGEST;
         while own > WEAKENING * prior.strength {
-            z = self.newton(map, data, &self.prior(prior.bodies, own), (&free, &walls), z);
+            z = self.newton(map, data, &self.prior(prior.bodies, own), (&free, &constraints), z);
             own /= WEAKENING;
         }
         self.bounded_minimum(map, data, prior, free, z)
@@ -111,13 +111,13 @@ impl Problem<'_> {
         mut z: DVector<f64>,
     ) -> DVector<f64> {
         let size = map.size();
-        let walls = self.walls(map);
+        let constraints = self.constraints(map);
         let intervals: Vec<[f64; 2]> = (0..size).map(|k| self.interval(map, k)).collect();
         let within = |k: usize, z: f64| z.max(intervals[k][0]).min(intervals[k][1]);
         // In each pass only the value farthest beyond its bound is held, because others may then
         // return inside their bounds.
         for _ in 0..=size {
-            z = self.newton(map, data, prior, (&at_bound, &walls), z);
+            z = self.newton(map, data, prior, (&at_bound, &constraints), z);
             let beyond = |k: usize| self.parts(map, k, z[k] - within(k, z[k]));
             let most = (0..size)
                 .filter(|&k| !at_bound[k] && within(k, z[k]) != z[k])
@@ -185,18 +185,18 @@ impl Problem<'_> {
         priors.iter().all(|body| is_held(body) || body.divergence(thick.as_slice()).is_some())
     }
 
-    /// Minimises with the coordinates `at_bound` held, within `walls`.
+    /// Minimises with the coordinates `at_bound` held, within `constraints`.
     fn newton(
         &self,
         map: &Map,
         data: &Normal,
         prior: &Prior<'_>,
-        (at_bound, walls): (&[bool], &[Wall]),
+        (at_bound, constraints): (&[bool], &[Constraint]),
         start: DVector<f64>,
     ) -> DVector<f64> {
         let mut z = start;
         let mut now = self.objective(map, data, prior, &z);
-        let mut holds = vec![false; walls.len()];
+        let mut holds = vec![false; constraints.len()];
         for _ in 0..NEWTON_STEPS {
             let Some((value, mut gradient, mut hessian)) = now.clone() else { break };
             for (k, held) in at_bound.iter().enumerate() {
@@ -208,18 +208,18 @@ impl Problem<'_> {
                 }
             }
             let Some(factor) = Factor::of(&hessian) else { break };
-            let held: Vec<usize> = (0..walls.len()).filter(|&k| holds[k]).collect();
+            let held: Vec<usize> = (0..constraints.len()).filter(|&k| holds[k]).collect();
             let directions: Vec<&DVector<f64>> =
-                held.iter().map(|&k| &walls[k].direction).collect();
+                held.iter().map(|&k| &constraints[k].direction).collect();
             let along = Held::of(factor.solve(&gradient), &directions, |own| factor.solve(own));
             let Some(along) = along else { break };
             let step = &along.step;
             let decrement = gradient.dot(step);
             // Changes of the value below its rounding decide nothing.
             let rounding = 1e-14 * (data.square.abs() + value.abs());
-            let wall = reached(walls, &holds, &z, step).filter(|(_, length)| *length < 1.0);
-            let mut length = wall.map_or(1.0, |(_, length)| length);
-            if let Some((k, 0.0)) = wall {
+            let first = reached(constraints, &holds, &z, step).filter(|(_, length)| *length < 1.0);
+            let mut length = first.map_or(1.0, |(_, length)| length);
+            if let Some((k, 0.0)) = first {
                 holds[k] = true;
                 continue;
             }
@@ -238,7 +238,7 @@ impl Problem<'_> {
             let Some((next, found)) = best else { break };
             z = next;
             now = Some(found);
-            if let Some((k, _)) = wall.filter(|_| length == longest) {
+            if let Some((k, _)) = first.filter(|_| length == longest) {
                 holds[k] = true;
                 continue;
             }

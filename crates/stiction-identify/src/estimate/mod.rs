@@ -2,6 +2,7 @@
 //!
 //! Equations (I3) and (I4) of the book's theory.
 
+mod constraint;
 mod covariance;
 mod extension;
 mod instruments;
@@ -10,11 +11,12 @@ mod limit;
 mod map;
 mod minimum;
 mod strength;
-mod wall;
 
 use crate::block::{Block, Rows};
 use crate::folds::Folds;
 use crate::parameter::Parameter;
+use constraint::Held;
+pub use constraint::Inequality;
 use covariance::{bounded, colour, covariance, inflation};
 pub use extension::{Candidate, Extension, Residuals};
 pub use left_out::LeftOut;
@@ -23,8 +25,6 @@ use map::{Map, transposed_product};
 use minimum::{Prior, inverse_positive};
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeSet;
-use wall::Held;
-pub use wall::Inequality;
 
 /// Settings of the estimation.
 #[derive(Clone, Debug)]
@@ -316,7 +316,10 @@ impl Problem<'_> {
             .filter(|&k| self.interval(map, k).contains(&z[k]))
             .map(unit)
             .chain(
-                self.walls(map).into_iter().filter(|own| own.touches(&z)).map(|own| own.direction),
+                self.constraints(map)
+                    .into_iter()
+                    .filter(|own| own.is_active(&z))
+                    .map(|own| own.direction),
             )
             .collect();
         let beyond = at_bounds.iter().map(|own| (own, own.dot(&unbounded).abs()));

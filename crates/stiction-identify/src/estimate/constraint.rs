@@ -17,37 +17,37 @@ pub struct Inequality {
     pub least: f64,
 }
 
-/// Distance from a wall, in free coordinates, up to which a point lies on it. Free coordinates are parts of the
-/// parameters' scales. Rounding errors of many steps along the wall are smaller.
-const TOUCHES: f64 = 1e-9;
-/// Distance between the unit directions of two walls up to which the walls are parallel.
+/// Slack of a constraint, in free coordinates, up to which it is active. Free coordinates are parts of the parameters'
+/// scales. Rounding errors of many steps along the constraint are smaller.
+const ACTIVE: f64 = 1e-9;
+/// Distance between the unit directions of two constraints up to which the constraints are parallel.
 const PARALLEL: f64 = 1e-12;
 
 /// Inequality `direction . z >= least` in free coordinates, with a direction of unit length.
 #[derive(Clone, Debug)]
-pub(super) struct Wall {
+pub(super) struct Constraint {
     pub(super) direction: DVector<f64>,
     least: f64,
 }
 
-impl Wall {
-    /// Returns the distance from the wall; negative beyond it.
-    pub(super) fn distance(&self, z: &DVector<f64>) -> f64 {
+impl Constraint {
+    /// Returns the slack of the constraint at a point; negative beyond the constraint.
+    fn slack(&self, z: &DVector<f64>) -> f64 {
         self.direction.dot(z) - self.least
     }
 
-    /// Returns whether a point lies on the wall.
-    pub(super) fn touches(&self, z: &DVector<f64>) -> bool {
-        self.distance(z) <= TOUCHES * (1.0 + self.least.abs())
+    /// Returns whether the constraint is active at a point.
+    pub(super) fn is_active(&self, z: &DVector<f64>) -> bool {
+        self.slack(z) <= ACTIVE * (1.0 + self.least.abs())
     }
 }
 
 impl Problem<'_> {
     /// Returns the inequalities of the options in free coordinates, without those whose parameters are all held. Of
     /// inequalities with the same direction, such as those of tied parameters, only the narrowest one remains: the
-    /// walls that hold a step must be independent, and each bound reduces the covariance once.
-    pub(super) fn walls(&self, map: &Map) -> Vec<Wall> {
-        let mut walls: Vec<Wall> = Vec::new();
+    /// constraints that hold a step must be independent, and each bound reduces the covariance once.
+    pub(super) fn constraints(&self, map: &Map) -> Vec<Constraint> {
+        let mut constraints: Vec<Constraint> = Vec::new();
         for own in &self.options.inequalities {
             let mut direction = DVector::zeros(map.size());
             let mut least = own.least;
@@ -60,12 +60,14 @@ impl Problem<'_> {
                 continue;
             }
             let (direction, least) = (direction / size, least / size);
-            match walls.iter_mut().find(|wall| (&wall.direction - &direction).norm() <= PARALLEL) {
-                Some(wall) => wall.least = wall.least.max(least),
-                None => walls.push(Wall { direction, least }),
+            let is_parallel =
+                |known: &&mut Constraint| (&known.direction - &direction).norm() <= PARALLEL;
+            match constraints.iter_mut().find(is_parallel) {
+                Some(known) => known.least = known.least.max(least),
+                None => constraints.push(Constraint { direction, least }),
             }
         }
-        walls
+        constraints
     }
 
     /// Returns the values with which the minimisation begins: those of the model, with some thickness for thin bodies.
@@ -75,28 +77,29 @@ impl Problem<'_> {
     }
 }
 
-/// Step of Newton's method along the walls that hold it.
+/// Step of Newton's method along the active constraints, and their multipliers.
 pub(super) struct Held {
     /// Change of the coordinates; the step subtracts it.
     pub(super) step: DVector<f64>,
-    /// Multiplier of each wall; the objective falls beyond the wall if it is positive.
+    /// Multiplier of each constraint; the objective falls beyond the constraint if it is positive.
     multipliers: DVector<f64>,
-    /// Squared lengths of the walls' directions in the metric of the inverse Hessian.
+    /// Squared lengths of the constraints' directions in the metric of the inverse Hessian.
     squares: DVector<f64>,
 }
 
 impl Held {
-    /// Projects `free`, the step without walls, onto the `walls`. `solve` multiplies by the inverse Hessian. `None` if
-    /// the walls depend on each other.
+    /// Projects `free`, the step without constraints, onto the `constraints`, each given by its direction. `solve`
+    /// multiplies by the inverse Hessian. `None` if the constraints depend on each other.
     pub(super) fn of(
         free: DVector<f64>,
-        walls: &[&DVector<f64>],
+        constraints: &[&DVector<f64>],
         solve: impl Fn(&DVector<f64>) -> DVector<f64>,
     ) -> Option<Self> {
-        let turned: Vec<DVector<f64>> = walls.iter().map(|wall| solve(wall)).collect();
-        let count = walls.len();
-        let matrix = DMatrix::from_fn(count, count, |i, k| walls[i].dot(&turned[k]));
-        let along = DVector::from_fn(count, |i, _| walls[i].dot(&free));
+        let turned: Vec<DVector<f64>> =
+            constraints.iter().map(|constraint| solve(constraint)).collect();
+        let count = constraints.len();
+        let matrix = DMatrix::from_fn(count, count, |i, k| constraints[i].dot(&turned[k]));
+        let along = DVector::from_fn(count, |i, _| constraints[i].dot(&free));
         let squares = matrix.diagonal();
         let multipliers = match count {
             0 => along,
@@ -109,8 +112,8 @@ impl Held {
         Some(Self { step, multipliers, squares })
     }
 
-    /// Returns the index of the wall without which the objective falls most inside it, if the objective falls by more
-    /// than half of `least`.
+    /// Returns the index of the constraint without which the objective falls most inside it, if the objective falls by
+    /// more than half of `least`.
     pub(super) fn released(&self, least: f64) -> Option<usize> {
         let falls = |k: usize| self.multipliers[k].powi(2) * self.squares[k];
         let each = (0..self.squares.len()).filter(|&k| self.multipliers[k] < 0.0);
@@ -119,17 +122,18 @@ impl Held {
     }
 }
 
-/// Returns the first of the `walls` that `z - length * step` reaches and the length there; `held` walls do not count.
+/// Returns the first of the `constraints` that `z - length * step` reaches and the length there; `held` constraints do
+/// not count.
 pub(super) fn reached(
-    walls: &[Wall],
+    constraints: &[Constraint],
     held: &[bool],
     z: &DVector<f64>,
     step: &DVector<f64>,
 ) -> Option<(usize, f64)> {
     let size = step.norm();
-    let each = walls.iter().zip(held).enumerate().filter_map(|(k, (wall, held))| {
-        let speed = wall.direction.dot(step);
-        (!held && speed > 1e-13 * size).then(|| (k, wall.distance(z).max(0.0) / speed))
+    let each = constraints.iter().zip(held).enumerate().filter_map(|(k, (constraint, held))| {
+        let speed = constraint.direction.dot(step);
+        (!held && speed > 1e-13 * size).then(|| (k, constraint.slack(z).max(0.0) / speed))
     });
     each.min_by(|a, b| a.1.total_cmp(&b.1))
 }
