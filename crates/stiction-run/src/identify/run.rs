@@ -310,7 +310,7 @@ pub fn identify(
             },
         })
         .collect();
-    cautions.extend(judge_bounds(&mut named, &options, &body_bounds));
+    cautions.extend(judge_bounds(&mut named, &parameters, &options, &body_bounds));
     cautions.extend(torque_constants::judge(&mut named, &by_prior, estimate.strength));
     let at = differences(&parameters, &estimate.values);
     let predictions: Vec<Prediction> = all
@@ -505,18 +505,26 @@ fn fitted(
 
 /// Downgrades the verdicts of parameters whose values lie at the bounds that the options set, and
 /// returns cautions that name these parameters.
-fn judge_bounds(named: &mut [Named], options: &Options, bodies: &[BodyBound]) -> Vec<String> {
+fn judge_bounds(
+    named: &mut [Named],
+    parameters: &[Parameter],
+    options: &Options,
+    bodies: &[BodyBound],
+) -> Vec<String> {
     let mut cautions = Vec::new();
     let values: Vec<f64> = named.iter().map(|p| p.value).collect();
-    let parameters = options.bounds.iter().map(|&(k, bounds)| {
+    let own = options.bounds.iter().map(|&(k, [low, high])| {
         let p = &named[k];
-        (k, (p.name.clone(), p.unit), p.value, 0.0, bounds)
+        // Zero bounds such a parameter without options, too.
+        let is_natural = parameters[k].is_nonnegative() && low <= 0.0;
+        let low = if is_natural { f64::NEG_INFINITY } else { low };
+        (k, (p.name.clone(), p.unit), p.value, 0.0, [low, high])
     });
     let bodies = bodies.iter().map(|own| {
         let name = (own.name.clone(), own.unit);
         (own.leader(), name, own.value(&values), own.scale, own.range)
     });
-    for (k, (name, unit), value, scale, bounds) in parameters.chain(bodies).collect::<Vec<_>>() {
+    for (k, (name, unit), value, scale, bounds) in own.chain(bodies).collect::<Vec<_>>() {
         let near = |bound: f64| {
             bound.is_finite() && (value - bound).abs() <= 1e-9 * bound.abs().max(scale)
         };
