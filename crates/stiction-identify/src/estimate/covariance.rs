@@ -264,7 +264,7 @@ mod tests {
     fn data_use_degrees_of_freedom() {
         let data = DMatrix::from_diagonal(&DVector::from_column_slice(&[1e9, 1e-9, 1.0]));
         // The Hessian of the prior is the identity.
-        let inverse = DMatrix::from_diagonal(&data.diagonal().map(|own| (own + 1.0).recip()));
+        let inverse = DMatrix::from_diagonal(&data.diagonal().map(|own| 1.0 / (own + 1.0)));
         let found = inflation(10.0, &data, &inverse);
         assert!((found - 10.0 / 8.25).abs() < 1e-6, "{found}");
     }
