@@ -110,10 +110,20 @@ impl Reader<'_, '_> {
             context.error("mass", message, &inertial.place(), WRITE_MASS);
         }
         let Some(given) = inertial.child_number(context, "mass") else { return shapes };
-        match shapes.mass > 0.0 {
-            true => shapes.scaled(given / shapes.mass),
-            false => Mass { mass: given, ..shapes },
+        if shapes.mass > 0.0 {
+            return shapes.scaled(given / shapes.mass);
         }
+        // The reason may be an error that has been reported.
+        if !context.has_errors() {
+            let message = format!(
+                "the mass of {}, {given} kg, cannot be distributed over its collision shapes: their sizes and densities \
+                 give {} kg",
+                link.title(),
+                shapes.mass
+            );
+            context.error("mass", message, &inertial.place(), WRITE_MASS);
+        }
+        shapes
     }
 
     fn shape(&self, collision: &Element) -> Option<Mass> {

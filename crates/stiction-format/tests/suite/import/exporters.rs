@@ -410,6 +410,21 @@ fn a_given_mass_is_distributed_over_the_shapes() {
     }
     let said = refused("r.sdf", &text(inertial, ""));
     assert!(said.contains("link `a` has <inertial auto=\"true\"> but no <collision>"), "{said}");
+    assert_eq!(said.matches("error").count(), 1, "{said}");
+    // Without a mass of the shapes, the distribution of the given mass is unknown.
+    let hollow = |density: &str| {
+        format!(
+            "<collision name='c'><density>{density}</density><geometry><box><size>1 1 1</size></box></geometry></collision>"
+        )
+    };
+    for density in ["0", "-1"] {
+        let said = refused("r.sdf", &text(inertial, &hollow(density)));
+        let why = format!(
+            "the mass of link `a`, 3 kg, cannot be distributed over its collision shapes: their sizes and densities give \
+             {density} kg"
+        );
+        assert!(said.contains(&why) && said.contains("write the numbers in <inertial>"), "{said}");
+    }
 }
 
 /// Exports to MJCF divide a body at a closure other than a ball joint; when read again, it is one
