@@ -2,7 +2,8 @@
 
 use crate::program::Folder;
 
-/// A pendulum whose parameters affect friction alone, friction through another parameter, and friction and geometry.
+/// A pendulum whose parameters affect friction alone, friction through another parameter, and friction and geometry. Its
+/// body has the name of the tables of friction.
 const PENDULUM: &str = r#"
 gravity = [0, -9.81, 0]
 [parameters]
@@ -11,14 +12,14 @@ factor = 2
 lubricated = "coefficient*factor/2"
 radius = "40 mm"
 unused = 3
-[bodies.bob]
+[bodies.friction]
 mass = 2
 com = [0, "-10*radius", 0]
 inertia = [0.01, 0.01, 0.01]
 [joints.pivot]
 type = "R"
 from = "ground"
-to = "bob"
+to = "friction"
 axis = "z"
 actuated = true
 friction = { mu = "lubricated", radius = "radius" }
@@ -48,7 +49,9 @@ fn values_of_friction_without_effect_are_noted() {
             assert_eq!(said.code, 0, "{command:?} {change}: {}", said.err);
             said.err
         };
-        for change in [path, "coefficient=0.2", "factor=3", "parameters.factor=3"] {
+        for change in
+            [path, "pivot.friction.mu=0.2", "coefficient=0.2", "factor=3", "parameters.factor=3"]
+        {
             let key = change.split('=').next().unwrap();
             let note =
                 format!("note: friction is off, so `{key}` has no effect; add --friction on");
@@ -56,7 +59,13 @@ fn values_of_friction_without_effect_are_noted() {
             assert_eq!(off.matches(&note).count(), 1, "{command:?} {change}: {off}");
             assert!(!said(change, "on").contains("has no effect"), "{command:?} {change}");
         }
-        for change in ["radius=50 mm", "bodies.bob.mass=3", "unused=4", "default.friction=on"] {
+        for change in [
+            "radius=50 mm",
+            "bodies.friction.mass=3",
+            "friction.mass=3",
+            "unused=4",
+            "default.friction=on",
+        ] {
             let off = said(change, "off");
             assert!(!off.contains("has no effect"), "{command:?} {change}: {off}");
         }

@@ -2,10 +2,20 @@
 
 use crate::document::{Node, Table, Value, segments};
 use crate::expression::token::{TokenKind, tokens};
+use crate::fields::tables::MODEL;
 
 /// Key of the tables that describe friction.
 const FRICTION: &str = "friction";
 const PARAMETERS: &str = "parameters";
+/// Keys of the model whose tables contain joints. Only joints have tables of friction.
+const WITH_JOINTS: [&str; 2] = ["joints", "legs"];
+/// Keys of tables of named parts, one of which may have the name `friction`.
+const NAMED: [&str; 5] = ["joints", "legs", "bodies", "springs", "actuators"];
+
+/// Tests if `key`, in a table with the key `parent` within a table of [`WITH_JOINTS`], is the key of a table of friction.
+fn is_friction(parent: &str, key: &str) -> bool {
+    key == FRICTION && !NAMED.contains(&parent)
+}
 
 /// Tests if the key or parameter at a path, as in changes, has an influence on friction alone. The default of friction
 /// (`default.friction`), which switches it on or off, does not count.
@@ -14,13 +24,24 @@ pub(super) fn is_only_on_friction(root: &Table, path: &str) -> bool {
     let parameters = root.get(PARAMETERS).and_then(Value::as_table);
     let is_parameter = |name: &str| parameters.is_some_and(|table| table.get(name).is_some());
     match names.as_slice() {
-        [first, ..] if first == "default" => false,
         [name] | [_, name]
             if (names.len() == 1 || names[0] == PARAMETERS) && is_parameter(name) =>
         {
             is_used_only_by_friction(root, name)
         }
-        names => names.iter().any(|name| name == FRICTION),
+        [first, ..] => {
+            let has = |table: &str| {
+                let parts = root.get(table).and_then(Value::as_table);
+                parts.is_some_and(|parts| parts.get(first).is_some())
+            };
+            // The path may omit the key of the table of a part.
+            let may_be_joint = match MODEL.iter().any(|field| field.key == first) {
+                true => WITH_JOINTS.contains(&first.as_str()),
+                false => has("joints") || !has("motions"),
+            };
+            may_be_joint && names.windows(2).any(|pair| is_friction(&pair[0], &pair[1]))
+        }
+        [] => false,
     }
 }
 
@@ -31,7 +52,7 @@ fn is_used_only_by_friction(root: &Table, parameter: &str) -> bool {
         next += 1;
         for (key, value) in &root.entries {
             if key.name != PARAMETERS {
-                match use_of(&name, value, false) {
+                match use_of(&name, (&key.name, value), Place::of_root(&key.name)) {
                     Use::Elsewhere => return false,
                     Use::Friction => is_used = true,
                     Use::None => {}
@@ -39,7 +60,8 @@ fn is_used_only_by_friction(root: &Table, parameter: &str) -> bool {
                 continue;
             }
             for (own, value) in value.as_table().into_iter().flat_map(|table| &table.entries) {
-                if use_of(&name, value, false) != Use::None && !names.contains(&own.name) {
+                let use_of_name = use_of(&name, (&own.name, value), Place::Elsewhere);
+                if use_of_name != Use::None && !names.contains(&own.name) {
                     names.push(own.name.clone());
                 }
             }
@@ -56,26 +78,53 @@ enum Use {
     Elsewhere,
 }
 
-/// Searches the formulas in a value for a parameter.
-fn use_of(name: &str, value: &Value, in_friction: bool) -> Use {
+/// Part of the model to which a value belongs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Place {
+    /// Friction of a joint.
+    Friction,
+    /// A table that contains joints, outside their friction.
+    WithJoints,
+    Elsewhere,
+}
+
+impl Place {
+    /// Place of the value of a key of the model.
+    fn of_root(key: &str) -> Self {
+        if WITH_JOINTS.contains(&key) { Self::WithJoints } else { Self::Elsewhere }
+    }
+
+    /// Place of the value of `key` in a table with the key `parent` at this place.
+    fn within(self, parent: &str, key: &str) -> Self {
+        match self {
+            Self::WithJoints if is_friction(parent, key) => Self::Friction,
+            _ => self,
+        }
+    }
+}
+
+/// Searches the formulas in a value for a parameter. `own` is the key of the value.
+fn use_of(name: &str, (own, value): (&str, &Value), place: Place) -> Use {
     match &value.node {
         Node::Text(text) => {
             let content = text.content.as_str();
             let tokens = tokens(content).unwrap_or_default();
             let is_name = |kind, span| kind == TokenKind::Name && content.get(span) == Some(name);
             match tokens.into_iter().any(|token| is_name(token.kind, token.span)) {
-                true if in_friction => Use::Friction,
+                true if place == Place::Friction => Use::Friction,
                 true => Use::Elsewhere,
                 false => Use::None,
             }
         }
         Node::List(list) => {
-            list.iter().map(|item| use_of(name, item, in_friction)).max().unwrap_or(Use::None)
+            let uses = list.iter().map(|item| use_of(name, (own, item), place));
+            uses.max().unwrap_or(Use::None)
         }
         Node::Table(table) => {
-            let entries = table.entries.iter();
-            let uses = entries
-                .map(|(key, value)| use_of(name, value, in_friction || key.name == FRICTION));
+            let uses = table
+                .entries
+                .iter()
+                .map(|(key, value)| use_of(name, (&key.name, value), place.within(own, &key.name)));
             uses.max().unwrap_or(Use::None)
         }
         Node::Number(_) | Node::Flag(_) | Node::Other => Use::None,
