@@ -7,6 +7,7 @@ use super::Reader;
 use super::models::Model;
 use crate::diagnostic::{did_you_mean, quoted};
 use crate::source::Place;
+use std::cell::RefCell;
 use std::collections::HashMap;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
@@ -28,6 +29,9 @@ struct Frame {
 pub(super) struct Frames {
     frames: HashMap<String, Frame>,
     resolved: HashMap<String, Pose<f64>>,
+    /// Poses of placement frames in their models, by the names of the models' own frames. Without them, the time to resolve
+    /// placement frames of nested models would double with each level.
+    placements: RefCell<HashMap<String, Pose<f64>>>,
 }
 
 /// Reads the child element `pose`; returns the identity if it is absent.
@@ -117,7 +121,13 @@ impl Frames {
                 && above != Some(at.as_str())
             {
                 // The pose applies to the placement frame of the model.
-                own = own * self.chain(context, placement, Some(&at))?.inverse();
+                let known = self.placements.borrow().get(&at).copied();
+                let placed = match known {
+                    Some(placed) => placed,
+                    None => self.chain(context, placement, Some(&at))?,
+                };
+                self.placements.borrow_mut().insert(at.clone(), placed);
+                own = own * placed.inverse();
             }
             total = own * total;
             let base = frame.base.clone().unwrap_or_else(|| "world".to_owned());

@@ -272,6 +272,32 @@ fn models_nested_in_a_merged_model_are_placed_in_it() {
     }
 }
 
+/// The time does not double with each level of nested models with placement frames.
+#[test]
+fn placement_frames_may_be_nested() {
+    const DEPTH: usize = 40;
+    let below = |level: usize| -> String {
+        (level + 1..DEPTH).map(|level| format!("m{level}::")).collect()
+    };
+    let mut text = "<link name='a'/><frame name='tip'><pose>1 0 0 0 0 0</pose></frame>".to_owned();
+    for level in (0..DEPTH).rev() {
+        if level == 0 {
+            text += &format!(
+                "<joint name='j' type='revolute'><parent>world</parent><child>{}a</child></joint>",
+                below(level)
+            );
+        }
+        let frame = below(level) + "tip";
+        text = format!("<model name='m{level}' placement_frame='{frame}'>{text}</model>");
+    }
+    let imported = convert("m.sdf", &format!("<sdf version='1.11'>{text}</sdf>"));
+    let mechanism = model(&imported).mechanism;
+    // All models place the same frame at the origin.
+    let tree = Tree::new(&mechanism, &["j"], &[0.0]);
+    let error = (tree.poses[1].position + Vec3::new(1.0, 0.0, 0.0)).norm();
+    assert!(error < 1e-12, "{:?}", tree.poses[1].position);
+}
+
 #[test]
 fn what_floats_is_said() {
     let text = "<sdf version='1.11'><model name='m'><link name='a'><pose>0 0 1 0 0 0</pose></link></model></sdf>";
