@@ -163,6 +163,10 @@ impl Reader<'_, '_> {
                 lost(format!("the mesh {} has neither file nor vertices", quoted(name)), SAVE)
             })?,
         };
+        if !surface.vertices.iter().all(|point| single(*point).is_finite()) {
+            let why = format!("the mesh {} has vertices beyond single precision", quoted(name));
+            return Err(lost(why, REPLACE));
+        }
         let triangles = match (surface.triangles.is_empty(), mesh.get("inertia")) {
             (false, Some("convex")) => self.hull(mesh, &surface.vertices).unwrap_or_else(|why| {
                 let message = format!(
@@ -212,9 +216,6 @@ impl Reader<'_, '_> {
             self.context.note(message, Some(mesh.place()));
         }
         let points: Vec<Vec3<f64>> = vertices.iter().copied().map(single).collect();
-        if !points.iter().all(|point| point.is_finite()) {
-            return Err("vertices beyond single precision");
-        }
         convex_hull(&points).map_err(|Flat| "no convex hull: all vertices are in a plane")
     }
 
