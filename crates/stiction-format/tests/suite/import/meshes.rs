@@ -200,6 +200,11 @@ fn defective_files_are_refused() {
         ("q.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 nan", "not a finite number"),
         ("q.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0", "all vertices are in a plane"),
         ("q.obj", "# empty", "it has no vertices"),
+        (
+            "q.obj",
+            "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 1e39 0 0\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3",
+            "vertices beyond single precision",
+        ),
     ] {
         // A mesh of unknown mass on a fixed body is a note instead of an error.
         let held = "<geom size='.1'/></body><body name='b'><geom type='mesh' mesh='q'/>";
