@@ -41,7 +41,6 @@ mod proximity;
 mod reference_3rps;
 mod reference_planar;
 mod reference_twin;
-mod sides;
 mod singular;
 mod sparse;
 mod springs;

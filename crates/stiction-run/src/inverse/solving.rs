@@ -162,7 +162,7 @@ impl Solving<'_> {
         loads: Vec<AppliedLoad<f64>>,
         time: f64,
     ) -> Solved {
-        let side = solver.side_of_solution();
+        let side = solver.side();
         let mut backward = Vec::new();
         if self.job.friction != FrictionMode::Off && !solver.forces().interfaces.is_empty() {
             evaluate_back_driving(solver, &mut piece.mirror, &loads, &mut backward);

@@ -53,12 +53,6 @@ impl<T: Scalar> Inverse<T> {
         residual.is_finite() && residual <= 1e-9 * carried && carried <= GROWTH * demanded
     }
 
-    /// Returns the sign of the determinant of the balance without friction, 1 or -1. It is
-    /// comparable until the balance is compiled again.
-    pub(in crate::dynamics) fn sign_without_friction(&self) -> T {
-        self.sign_without
-    }
-
     /// Returns the relative sign of the determinants of the balance with and without friction: 1 if
     /// both signs are equal, -1 otherwise. The sign changes where friction locks the mechanism.
     pub fn orientation(&self) -> T {

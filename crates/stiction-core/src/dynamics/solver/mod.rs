@@ -79,19 +79,6 @@ pub struct InverseDynamics {
     plans: u64,
     /// Coordinates of the spanning tree at which the balance was compiled.
     compiled_at: Vec<f64>,
-    /// Constant factor for [`Self::side_of_solution`].
-    side_factor: Option<SideFactor>,
-}
-
-/// Sign of the constant ratio of two determinants, see [`InverseDynamics::side_of_solution`].
-#[derive(Clone, Copy, Debug)]
-struct SideFactor {
-    /// Number of compilations of the balance for which the factor is valid.
-    plans: u64,
-    /// Sign of the ratio, 1 or -1.
-    sign: f64,
-    /// True if two successive configurations gave the same sign.
-    is_confirmed: bool,
 }
 
 /// Copy of a solver in reversed motion that is updated at successive configurations; see
@@ -200,7 +187,6 @@ impl InverseDynamics {
             shares,
             plans: 0,
             compiled_at: Vec::new(),
-            side_factor: None,
         };
         solver.replan();
         Ok(solver)
@@ -339,33 +325,6 @@ impl InverseDynamics {
         // determinant of closures and coordinates.
         let determinant = matrix.determinant() * own;
         determinant.is_finite().then(|| determinant.signum())
-    }
-
-    /// Returns [`Self::side`] at the configuration of the last [`Self::solve`], which must be the
-    /// present one. The balance without friction, factorised by this solution, has the same
-    /// determinant up to a factor that is constant until the balance is compiled again. The sign of
-    /// this factor is used once it was the same in two successive calls, because at a singular
-    /// position only rounding determines it.
-    pub fn side_of_solution(&mut self) -> Option<f64> {
-        let sign = match &self.compiled {
-            Ok(Compiled { model, inverse })
-                if self.forces_by_kernel
-                    && model.balance.structure.weighting == Weighting::Determined
-                    && model.constraints().spins().is_empty() =>
-            {
-                inverse.sign_without_friction()
-            }
-            _ => return self.side(),
-        };
-        let known = self.side_factor.filter(|known| known.plans == self.plans);
-        if let Some(SideFactor { sign: factor, is_confirmed: true, .. }) = known {
-            return Some(factor * sign);
-        }
-        let side = self.side()?;
-        let factor = side * sign;
-        let is_confirmed = known.is_some_and(|known| known.sign == factor);
-        self.side_factor = Some(SideFactor { plans: self.plans, sign: factor, is_confirmed });
-        Some(side)
     }
 
     /// Returns the local degrees of freedom: for each, the index of the body and the axis of the
