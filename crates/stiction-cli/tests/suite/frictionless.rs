@@ -39,7 +39,7 @@ fn values_of_friction_without_effect_are_noted() {
     let path = "joints.pivot.friction.mu=0.2";
     let commands: [&[&str]; 4] = [
         &["inverse", "pendulum.toml", "--set"],
-        &["forward", "pendulum.toml", "--controller", "pd", "--duration", "10 ms", "--set"],
+        &["forward", "pendulum.toml", "--controller", "pd", "--until", "0.01", "--set"],
         &["linearize", "pendulum.toml", "--set"],
         &["compare", "pendulum.toml", "--set-b"],
     ];

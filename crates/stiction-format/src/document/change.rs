@@ -1,7 +1,7 @@
 //! Changes of single values of a document, written as `platform.mass = 2 kg`.
 
 use super::{Document, Key, Node, Table, Text, Value, change_leg, convert};
-use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean, quoted};
+use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean, or, quoted};
 use crate::fields::tables::{LEGS, MODEL};
 use crate::source::{Place, Source, Span};
 use std::sync::Arc;
@@ -53,6 +53,10 @@ fn change(source: &Arc<Source>, root: &mut Table, line: &str, begin: usize) -> O
     let names = segments(path.trim());
     let target = Target { path: &names, span: &span, value: &value };
     let outcome = target.in_model(root);
+    let mut deeper = Vec::new();
+    if let (Outcome::Unknown { .. }, [name]) = (&outcome, names.as_slice()) {
+        paths_to(name, root, "", &mut deeper);
+    }
     let (name, known, error) = match outcome {
         Outcome::Unknown { name, known } => {
             let message = format!("the model has no {}", quoted(&name));
@@ -66,8 +70,58 @@ fn change(source: &Arc<Source>, root: &mut Table, line: &str, begin: usize) -> O
         }
         Outcome::Set => return None,
     };
-    let known = known.iter().map(String::as_str);
-    Some(error.maybe_help(did_you_mean(&name, "known keys", known)))
+    if !deeper.is_empty() {
+        return Some(error.help(deeper_keys(&name, &deeper)));
+    }
+    let mut distinct: Vec<&str> = Vec::new();
+    for key in &known {
+        if !distinct.contains(&key.as_str()) {
+            distinct.push(key);
+        }
+    }
+    Some(error.maybe_help(did_you_mean(&name, "known keys", distinct)))
+}
+
+/// Collects the paths of all keys `name` in tables below `table`, whose own path is `above`. A path
+/// through a list has no number and means all its entries.
+fn paths_to(name: &str, table: &Table, above: &str, paths: &mut Vec<String>) {
+    for (key, value) in &table.entries {
+        let own = match key.name.contains('.') {
+            true => format!("\"{}\"", key.name),
+            false => key.name.clone(),
+        };
+        let path = if above.is_empty() { own } else { format!("{above}.{own}") };
+        match &value.node {
+            Node::Table(inner) => paths_to(name, inner, &path, paths),
+            Node::List(list) => {
+                for item in list {
+                    if let Node::Table(inner) = &item.node {
+                        paths_to(name, inner, &path, paths);
+                    }
+                }
+            }
+            _ => {}
+        }
+        if key.name == name && !above.is_empty() && !paths.contains(&path) {
+            paths.push(path);
+        }
+    }
+}
+
+/// Returns advice for a change of a key without the tables that contain it.
+fn deeper_keys(name: &str, paths: &[String]) -> String {
+    const MOST: usize = 3;
+    let shown: Vec<String> = paths.iter().take(MOST).map(|path| quoted(path)).collect();
+    match paths {
+        [_] => format!("write the whole path: {}", or(&shown)),
+        _ => format!(
+            "{} tables have a key {}; write a whole path, for example {}, or let these keys use a \
+             parameter and change the parameter",
+            paths.len(),
+            quoted(name),
+            or(&shown)
+        ),
+    }
 }
 
 /// Splits a key path at its dots; a quoted component may contain dots.

@@ -70,6 +70,24 @@ fn a_defective_change_is_shown() {
     }
 }
 
+/// A key without the tables that contain it is refused with whole paths, which can be changed.
+#[test]
+fn the_tables_of_a_key_are_shown() {
+    for (model, path, count) in [
+        ("3rps", "legs.joints.R.friction.mu", 3),
+        ("delta", "legs.joints.R.friction.mu", 3),
+        ("five-bar", "joints.left_motor.friction.mu", 5),
+    ] {
+        let message = changed(model, &["mu=0.2"]).unwrap_err();
+        assert!(message.contains("the model has no `mu`"), "{message}");
+        assert!(message.contains(&format!("{count} tables have a key `mu`")), "{message}");
+        assert!(message.contains(&format!("`{path}`")), "{message}");
+        changed(model, &[&format!("{path}=0.2")]).unwrap();
+    }
+    let message = changed("3rps", &["angles=[0, 90, 180]"]).unwrap_err();
+    assert!(message.contains("write the whole path: `legs.angles`"), "{message}");
+}
+
 /// A part of the legs is addressed by its name in the chain, with or without `legs`. Other names
 /// are refused, with a list of the existing names.
 #[test]
