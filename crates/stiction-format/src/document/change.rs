@@ -82,8 +82,7 @@ fn change(source: &Arc<Source>, root: &mut Table, line: &str, begin: usize) -> O
     Some(error.maybe_help(did_you_mean(&name, "known keys", distinct)))
 }
 
-/// Collects the paths of all keys `name` in tables below `table`, whose own path is `above`. A path
-/// through a list has no number and means all its entries.
+/// Collects the paths of all keys `name` in tables below `table`, whose own path is `above`.
 fn paths_to(name: &str, table: &Table, above: &str, paths: &mut Vec<String>) {
     for (key, value) in &table.entries {
         let own = match key.name.contains('.') {
@@ -94,15 +93,15 @@ fn paths_to(name: &str, table: &Table, above: &str, paths: &mut Vec<String>) {
         match &value.node {
             Node::Table(inner) => paths_to(name, inner, &path, paths),
             Node::List(list) => {
-                for item in list {
+                for (index, item) in list.iter().enumerate() {
                     if let Node::Table(inner) = &item.node {
-                        paths_to(name, inner, &path, paths);
+                        paths_to(name, inner, &format!("{path}.{}", index + 1), paths);
                     }
                 }
             }
             _ => {}
         }
-        if key.name == name && !above.is_empty() && !paths.contains(&path) {
+        if key.name == name && !above.is_empty() {
             paths.push(path);
         }
     }

@@ -75,7 +75,7 @@ fn a_defective_change_is_shown() {
 fn the_tables_of_a_key_are_shown() {
     for (model, path, count) in [
         ("3rps", "legs.joints.R.friction.mu", 3),
-        ("delta", "legs.joints.R.friction.mu", 3),
+        ("delta", "legs.1.joints.R.friction.mu", 9),
         ("five-bar", "joints.left_motor.friction.mu", 5),
     ] {
         let message = changed(model, &["mu=0.2"]).unwrap_err();
