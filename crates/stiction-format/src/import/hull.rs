@@ -3,7 +3,9 @@
 //! Randomised incremental construction with lists of the points outside each face (Clarkson and Shor): the points are added
 //! in a random order (always the same one). The expected time is of order n log n for n points if each point of the hull has
 //! few neighbours. A point with k neighbours, such as the tip of a cone with k points along its rim, may add a time of order
-//! k n, because its faces are searched one after the other. The predicate for the side of a plane is exact, so coplanar, collinear and equal points are no special cases: a point is
+//! k n, because its faces are searched one after the other.
+//!
+//! The predicate for the side of a plane is exact, so coplanar, collinear and equal points are no special cases: a point is
 //! added only if it is strictly above some face. The faces below it are then connected, their border is a single closed
 //! line, and points of their lists that are above no new face are inside.
 
