@@ -111,6 +111,9 @@ pub(super) struct Row {
     values: Vec<Option<Headline>>,
 }
 
+/// Fraction of the largest term or value below which a value or a difference is a rounding error.
+const ROUNDING: f64 = 1e-9;
+
 impl Row {
     /// Returns the headline figure of the first run that has this figure.
     pub(super) fn headline(&self) -> &Headline {
@@ -123,9 +126,14 @@ impl Row {
     }
 
     /// Returns the largest magnitude of a value, or of the terms of which the values are sums.
-    pub(super) fn scale(&self) -> f64 {
+    fn scale(&self) -> f64 {
         let known = self.values.iter().flatten();
         known.fold(0.0, |max, x| max.max(x.value.abs()).max(x.scale))
+    }
+
+    /// Returns true if a value of this figure, or a difference between its values, is a rounding error.
+    pub(super) fn is_rounding(&self, difference: f64) -> bool {
+        difference.abs() <= ROUNDING * self.scale()
     }
 
     /// Returns the values of all runs as shown to readers, with rounding errors replaced by zero.
@@ -144,11 +152,9 @@ impl Row {
     /// the difference relative to the first run. `None` if there are not exactly two runs with this
     /// figure. The relative difference is `None` if the value of the first run is a rounding error.
     pub(crate) fn difference(&self) -> Option<(f64, Option<f64>)> {
-        // Fraction of the largest term or value below which a value is a rounding error.
-        const ROUNDING: f64 = 1e-9;
         let [Some(a), Some(b)] = self.values.as_slice() else { return None };
         let difference = b.value - a.value;
-        let is_reference = a.value.abs() > ROUNDING * self.scale();
+        let is_reference = !self.is_rounding(a.value);
         Some((difference, is_reference.then(|| difference / a.value.abs())))
     }
 }

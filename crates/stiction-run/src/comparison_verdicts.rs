@@ -11,8 +11,6 @@ use stiction_draw::numbers::{number, percent};
 
 /// Largest number of names, runs or figures that one sentence lists.
 const NAMED: usize = 6;
-/// Relative difference of a figure below which two runs are equal up to rounding errors.
-const ROUNDING: f64 = 1e-9;
 
 impl Comparison {
     /// Returns the verdicts on the comparison, and those of all runs. Runs with the same verdict share one.
@@ -100,7 +98,7 @@ impl Comparison {
         if both.is_empty() {
             return;
         }
-        let is_equal = |(row, by, _): &(&Row, f64, Option<f64>)| by.abs() <= ROUNDING * row.scale();
+        let is_equal = |(row, by, _): &(&Row, f64, Option<f64>)| row.is_rounding(*by);
         if both.iter().all(is_equal) {
             let which = match both.len() == self.rows().count() {
                 true => "All figures of the runs",
