@@ -1,7 +1,7 @@
 //! Animated robot of a page: a canvas, drawn by a script of this crate, in which the reader can
 //! rotate the robot, play the motion and query values.
 
-use crate::page::prose;
+use crate::xml::prose;
 use base64::prelude::{BASE64_STANDARD, Engine};
 use flate2::Compression;
 use flate2::write::GzEncoder;

@@ -6,7 +6,8 @@ use stiction_draw::numbers::number;
 use stiction_draw::page;
 use stiction_draw::xml::escape;
 
-pub(crate) use stiction_draw::page::{Column, prose};
+pub(crate) use stiction_draw::page::Column;
+pub(crate) use stiction_draw::xml::prose;
 
 const STYLE: &str = include_str!("style.css");
 
