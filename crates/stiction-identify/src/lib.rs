@@ -18,19 +18,21 @@ mod parameter;
 mod period;
 pub mod physical;
 mod regressor;
+mod rows;
 mod slip;
 mod solved;
 mod verdict;
 
 pub use apply::applied;
 pub use base::{BaseParameters, Combination};
-pub use block::{Block, Dwells, Rows};
+pub use block::{Block, Dwells};
 pub use estimate::{
     Candidate, Estimate, Extension, Inequality, LeftOut, Options, Problem, Residuals,
 };
 pub use load_slopes::{DIRECTIONS, LoadSlopes};
 pub use parameter::{Choice, INERTIA_ENTRIES, Kind, Parameter, catalogue};
 pub use regressor::{Columns, Regressor, Unsuitable};
+pub use rows::Rows;
 pub use slip::Rest;
 pub use solved::Solved;
 pub use verdict::{Evidence, FitVerdict, Verdict};

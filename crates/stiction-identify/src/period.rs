@@ -5,7 +5,7 @@
 //! repetitions. Both the choice of the prior and the standard deviations hence treat the repetitions of a motion as
 //! one.
 
-use crate::block::Rows;
+use crate::rows::Rows;
 
 /// A motion repeats itself if the mean squared change of the columns over one period is less than this fraction of
 /// that of unrelated instants. Rows are a quarter of the period of the filter apart, so a period that is no whole number

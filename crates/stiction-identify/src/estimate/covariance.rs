@@ -223,7 +223,7 @@ pub(super) fn each_pair(steps: &[usize], lags: usize, mut take: impl FnMut(usize
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::block::Rows;
+    use crate::rows::Rows;
     use stiction_core::random::Random;
 
     /// Checks the errors of a value at its bound, and of a second value correlated with the first

@@ -7,7 +7,8 @@
 
 use super::Problem;
 use super::map::transposed_product;
-use crate::block::{Block, Rows};
+use crate::block::Block;
+use crate::rows::Rows;
 use nalgebra::{DMatrix, SymmetricEigen};
 use std::borrow::Cow;
 

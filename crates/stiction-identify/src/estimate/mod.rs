@@ -12,9 +12,10 @@ mod map;
 mod minimum;
 mod strength;
 
-use crate::block::{Block, Rows};
+use crate::block::Block;
 use crate::folds::Folds;
 use crate::parameter::Parameter;
+use crate::rows::Rows;
 use constraint::Held;
 pub use constraint::Inequality;
 use covariance::{bounded, colour, covariance, inflation};

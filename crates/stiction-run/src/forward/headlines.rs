@@ -5,8 +5,7 @@ use super::outcome::Outcome;
 use super::page::verdicts;
 use super::rows::{Layout, Rows};
 use super::summary::Summary;
-use crate::compared_run::{ComparedRun, Conditions};
-use crate::comparison::{EffortCurves, Headline, motor_headlines};
+use crate::comparison::{ComparedRun, Conditions, EffortCurves, Headline, motor_headlines};
 use crate::{Sink, SinkError};
 
 impl Summary {

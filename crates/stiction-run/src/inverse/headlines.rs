@@ -4,8 +4,7 @@ use super::page::verdicts;
 use super::sample::Sample;
 use super::summary::Summary;
 use super::verdict::Verdict;
-use crate::compared_run::{ComparedRun, Conditions, Travel};
-use crate::comparison::{EffortCurves, Headline, motor_headlines};
+use crate::comparison::{ComparedRun, Conditions, EffortCurves, Headline, Travel, motor_headlines};
 use crate::job::{Job, friction_word};
 use crate::{Sink, SinkError};
 

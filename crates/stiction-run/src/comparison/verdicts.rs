@@ -1,8 +1,7 @@
 //! Verdicts on a comparison of runs: differences of their conditions, of the mechanisms and of the figures, and the
 //! verdicts of the runs.
 
-use crate::compared_run::{ComparedRun, Travel};
-use crate::comparison::{Comparison, Purpose, Row};
+use super::{ComparedRun, Comparison, Purpose, Row, Travel};
 use crate::names::listed;
 use crate::report::{Finding, findings_json};
 use serde_json::Value;
@@ -272,8 +271,7 @@ fn between((least, greatest): (f64, f64)) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compared_run::Conditions;
-    use crate::comparison::Headline;
+    use crate::comparison::{Conditions, Headline};
 
     fn run(motion: &str, effort: f64, findings: Vec<Finding>) -> ComparedRun {
         let headline = Headline::new("J effort, peak".to_owned(), "N", effort, (None, effort));

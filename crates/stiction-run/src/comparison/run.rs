@@ -1,6 +1,6 @@
 //! One run of a comparison: its conditions, headline figures, cautions and verdicts.
 
-use crate::comparison::Headline;
+use super::Headline;
 use crate::report::Finding;
 use std::f64::consts::TAU;
 

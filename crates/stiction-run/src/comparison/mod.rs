@@ -1,88 +1,22 @@
 //! Comparison of runs: headline figures, which are single numbers such as the peak of an effort,
 //! side by side, and the efforts of all runs in one plot.
 
-pub use crate::compared_run::ComparedRun;
-use crate::motor_load::MotorLoad;
-use crate::names::{Names, legs_of_actuators};
+mod curves;
+mod headline;
+mod page;
+mod run;
+mod verdicts;
+
 pub use crate::report::animation::Reel;
-use crate::statistics::Size;
+pub use curves::{EffortCurves, overlay};
+pub use headline::Headline;
+pub(crate) use headline::motor_headlines;
+pub use run::ComparedRun;
+pub(crate) use run::{Conditions, Travel};
+
 use serde_json::{Value, json};
 use std::fmt::{self, Write};
-use stiction_core::mechanism::{DriveTrain, Mechanism};
-use stiction_draw::figure::meaning::{OF_LEG, REFERENCE};
-use stiction_draw::figure::{Figure, Panel, Trace};
 use stiction_draw::numbers::{exact, number, percent};
-
-/// Headline figure of a run: a single number, such as the peak of an effort.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Headline {
-    /// Name of the headline figure. Figures of different runs are compared if their names and units
-    /// are the same.
-    pub name: String,
-    /// SI unit of the figure.
-    pub unit: &'static str,
-    /// Value of the figure in SI units.
-    pub value: f64,
-    /// Time at which the value occurs, s; `None` for a value that belongs to the whole run.
-    pub time: Option<f64>,
-    /// Magnitude of the terms whose sum is `value`. A value far smaller than `scale` is a rounding
-    /// error.
-    pub scale: f64,
-    /// True if the least value is the worst, as for singularity indices; false if the greatest
-    /// value is the worst.
-    pub least_is_worst: bool,
-}
-
-impl Headline {
-    /// Creates a headline figure whose greatest value is the worst. The last argument contains the
-    /// time at which the value occurs, s, and the magnitude of the terms whose sum is the value.
-    pub(crate) fn new(
-        name: String,
-        unit: &'static str,
-        value: f64,
-        (time, scale): (Option<f64>, f64),
-    ) -> Self {
-        Self { name, unit, value, time, scale, least_is_worst: false }
-    }
-
-    /// Returns the value as shown to readers: zero if the value is smaller than its rounding error.
-    fn shown(&self) -> f64 {
-        // Relative error of a sum after several thousand roundings of its terms.
-        const ROUNDING: f64 = 1e-12;
-        if self.value.abs() < ROUNDING * self.scale { 0.0 } else { self.value }
-    }
-}
-
-/// Returns the headline figures of each motor: torque, speed and power, and how much of each of its
-/// limits the motor uses, in percent.
-pub(crate) fn motor_headlines<'a>(
-    motors: impl Iterator<Item = (&'a DriveTrain, &'a MotorLoad)>,
-) -> impl Iterator<Item = Headline> {
-    motors.flat_map(|(train, load)| {
-        let name = &train.name;
-        let (torque, speed, power) = (&load.torque, &load.speed, &load.power);
-        let peak = |what: &str, unit, size: &Size| {
-            let at = (Some(size.peak_time), size.peak.abs());
-            Headline::new(format!("{name} {what}, peak"), unit, size.peak.abs(), at)
-        };
-        let rms = load.rms();
-        let mut all = vec![
-            peak("motor torque", "N m", torque),
-            Headline::new(
-                format!("{name} motor torque, rms"),
-                "N m",
-                rms,
-                (None, torque.peak.abs()),
-            ),
-            peak("motor speed", "rad/s", speed),
-            peak("motor power", "W", power),
-        ];
-        all.extend(load.percents(train).map(|(words, percent)| {
-            Headline::new(format!("{name} of {words}"), "%", percent, (None, 100.0))
-        }));
-        all
-    })
-}
 
 /// Headline figures of several runs side by side.
 #[derive(Clone, Debug, PartialEq)]
@@ -96,7 +30,7 @@ pub struct Comparison {
 
 /// Subject of a comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Purpose {
+enum Purpose {
     /// Models, under the same conditions if possible.
     Models,
     /// Motions and loads of one model.
@@ -106,7 +40,7 @@ pub(crate) enum Purpose {
 /// Headline figure with its values in several runs. The value is `None` for each run that does not
 /// have this figure.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Row {
+struct Row {
     headline: Headline,
     values: Vec<Option<Headline>>,
 }
@@ -116,12 +50,12 @@ const ROUNDING: f64 = 1e-9;
 
 impl Row {
     /// Returns the headline figure of the first run that has this figure.
-    pub(super) fn headline(&self) -> &Headline {
+    fn headline(&self) -> &Headline {
         &self.headline
     }
 
     /// Returns true for a figure of an actuator effort.
-    pub(super) fn is_effort(&self) -> bool {
+    fn is_effort(&self) -> bool {
         self.headline.name.contains(" effort, ")
     }
 
@@ -132,17 +66,17 @@ impl Row {
     }
 
     /// Returns true if a value of this figure, or a difference between its values, is a rounding error.
-    pub(super) fn is_rounding(&self, difference: f64) -> bool {
+    fn is_rounding(&self, difference: f64) -> bool {
         difference.abs() <= ROUNDING * self.scale()
     }
 
     /// Returns the values of all runs as shown to readers, with rounding errors replaced by zero.
-    pub(super) fn shown_values(&self) -> impl Iterator<Item = Option<f64>> {
+    fn shown_values(&self) -> impl Iterator<Item = Option<f64>> {
         self.values.iter().map(|value| Some(value.as_ref()?.shown()))
     }
 
     /// Returns the worst value of all runs and the index of the run in which it occurs.
-    pub(super) fn worst(&self) -> Option<(usize, &Headline)> {
+    fn worst(&self) -> Option<(usize, &Headline)> {
         let known = self.values.iter().enumerate().filter_map(|(k, v)| Some((k, v.as_ref()?)));
         let sign = if self.headline.least_is_worst { -1.0 } else { 1.0 };
         known.reduce(|a, b| if sign * b.1.value > sign * a.1.value { b } else { a })
@@ -151,7 +85,7 @@ impl Row {
     /// Returns the value of the second run minus that of the first: the absolute difference, and
     /// the difference relative to the first run. `None` if there are not exactly two runs with this
     /// figure. The relative difference is `None` if the value of the first run is a rounding error.
-    pub(crate) fn difference(&self) -> Option<(f64, Option<f64>)> {
+    fn difference(&self) -> Option<(f64, Option<f64>)> {
         let [Some(a), Some(b)] = self.values.as_slice() else { return None };
         let difference = b.value - a.value;
         let is_reference = !self.is_rounding(a.value);
@@ -161,22 +95,22 @@ impl Row {
 
 impl Comparison {
     /// Returns the labels of the compared runs.
-    pub(super) fn labels(&self) -> &[String] {
+    fn labels(&self) -> &[String] {
         &self.labels
     }
 
     /// Returns the headline figures with their values in all runs.
-    pub(super) fn rows(&self) -> impl Iterator<Item = &Row> {
+    fn rows(&self) -> impl Iterator<Item = &Row> {
         self.rows.iter()
     }
 
     /// Returns the compared runs, in the order of their labels.
-    pub(super) fn runs(&self) -> &[ComparedRun] {
+    fn runs(&self) -> &[ComparedRun] {
         &self.runs
     }
 
     /// Returns the subject of the comparison.
-    pub(super) fn purpose(&self) -> Purpose {
+    fn purpose(&self) -> Purpose {
         self.purpose
     }
 
@@ -315,59 +249,6 @@ impl Comparison {
         }
         table.into_inner().unwrap_or_default()
     }
-}
-
-/// Curves of the efforts of one run, for a plot of several runs.
-#[derive(Clone, Debug)]
-pub struct EffortCurves {
-    names: Vec<(String, &'static str)>,
-    legs: Vec<Option<usize>>,
-    traces: Vec<Trace>,
-}
-
-impl EffortCurves {
-    /// Creates empty curves for `count` samples of a mechanism.
-    pub fn new(mechanism: &Mechanism, count: usize) -> Self {
-        let names = Names::new(mechanism).drives;
-        Self {
-            traces: vec![Trace::new(count); names.len()],
-            legs: legs_of_actuators(mechanism),
-            names,
-        }
-    }
-
-    /// Adds the efforts of all actuators at `time`, s.
-    pub(crate) fn push(&mut self, time: f64, efforts: impl Iterator<Item = f64>) {
-        for (trace, effort) in self.traces.iter_mut().zip(efforts) {
-            trace.push(time, effort);
-        }
-    }
-}
-
-/// Draws the efforts of several runs in one figure, with a panel for each actuator. Of two runs,
-/// the first is drawn in the colours of the legs, and the second in grey and dashed. If there are
-/// more than two runs, each run has one colour in all panels.
-pub fn overlay(title: String, runs: Vec<(String, EffortCurves)>) -> Figure {
-    let mut panels: Vec<Panel> = Vec::new();
-    let is_pair = runs.len() <= 2;
-    for (run, (label, curves)) in runs.into_iter().enumerate() {
-        let colour = match run {
-            0 if is_pair => OF_LEG,
-            1 if is_pair => REFERENCE,
-            run => run,
-        };
-        for (((name, unit), leg), trace) in curves.names.iter().zip(curves.legs).zip(curves.traces)
-        {
-            let y_label = format!("{name} [{unit}]");
-            let line = trace.line(&label, colour, run % 2 == 1);
-            let leg = leg.filter(|_| is_pair);
-            match panels.iter_mut().find(|panel| panel.y_label == y_label) {
-                Some(panel) => panel.lines.push(line),
-                None => panels.push(Panel { y_label, lines: vec![line], leg, ..Panel::default() }),
-            }
-        }
-    }
-    Figure { title, x_label: "time [s]".to_owned(), panels }
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! HTML report that compares several runs.
 
-use crate::comparison::{Comparison, Reel};
+use super::{Comparison, Reel};
 use crate::report::animation::{MOST_RUNS, together};
 use crate::report::html::{self, Column, note, section, text};
 use crate::report::{findings, version};
