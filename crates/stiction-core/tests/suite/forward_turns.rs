@@ -34,7 +34,7 @@ fn a_wheel_in_two_bearings_counts_its_turns() {
         .unwrap();
     let left = mechanism.joint_id("left").unwrap();
     let mut cut = 0;
-    for (seed, method) in (0..8).flat_map(|s| [(s, Method::EventDriven), (s, Method::TimeStepping)])
+    for (seed, method) in (0..4).flat_map(|s| [(s, Method::EventDriven), (s, Method::TimeStepping)])
     {
         let model = Forward::with_tree(mechanism.clone(), TreeRule::Random(seed), &[]);
         let coordinate = Coordinate::Joint { joint: left, dof: 0 };
@@ -60,5 +60,5 @@ fn a_wheel_in_two_bearings_counts_its_turns() {
         assert!((angle - 1.5 * OMEGA).abs() < 1.5 * far, "{method:?}: {angle}");
     }
     // About half of the random trees are cut at this bearing.
-    assert!(cut > 0 && cut < 16, "{cut}");
+    assert!(cut > 0 && cut < 8, "{cut}");
 }

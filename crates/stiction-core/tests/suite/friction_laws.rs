@@ -120,7 +120,7 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
 #[test]
 fn friction_dissipates_and_both_methods_agree() {
     let (mut compared, mut dissipating) = (0, 0);
-    for_each_case(0.15, 250, |case, solver| {
+    for_each_case(0.15, 80, |case, solver| {
         let Ok(forces) = solver.solve(&case.loads) else { return };
         let forces = forces.clone();
         for interface in &forces.interfaces {

@@ -189,7 +189,7 @@ fn verdicts_on_friction_swept_past_the_limit() {
     let classes = [Class::Tree, Class::Loop, Class::Parallel, Class::Constrained, Class::Nested];
     let (mut mechanisms, mut solved, mut locked, mut differ) = (0, 0, 0, 0);
     for class in classes {
-        for seed in 0..150 {
+        for seed in 0..60 {
             let (_, case) = case(class, seed, 1.0);
             let settings = Settings { rest_speed: 1e-12, ..Settings::default() };
             let made = InverseDynamics::new(
@@ -247,5 +247,5 @@ fn verdicts_on_friction_swept_past_the_limit() {
         }
     }
     println!("{mechanisms} mechanisms: {solved} solved, {locked} locked, {differ} differ");
-    assert!(mechanisms >= 200 && locked > 100 && solved > 500, "{mechanisms} {solved} {locked}");
+    assert!(mechanisms >= 80 && locked > 40 && solved > 200, "{mechanisms} {solved} {locked}");
 }

@@ -42,7 +42,7 @@ pub(crate) fn verdict(identity: Identity, specimen: &Specimen) -> Verdict {
 fn cases() -> u64 {
     match std::env::var("STICTION_CASES") {
         Ok(text) => text.parse().expect("STICTION_CASES is a number"),
-        Err(_) => 50,
+        Err(_) => 20,
     }
 }
 
