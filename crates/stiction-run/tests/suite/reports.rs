@@ -214,6 +214,22 @@ fn a_person_uses_a_report() {
     assert!(person.noise.is_empty(), "{:?}", person.noise);
 }
 
+/// Tests that every figure of a printed report fits on a page of letter paper, which has 25.9 cm between its margins, so that
+/// none is divided. The friction forces of this robot have six panels.
+#[cfg(unix)]
+#[test]
+fn printed_figures_fit_on_a_page() {
+    let Some(browser) = Browser::find() else { return };
+    let mut person = browser.open("print", &report_of("delta").html, 700);
+    person.call("Emulation.setEmulatedMedia", json!({ "media": "print" }));
+    let tallest =
+        "Math.max(...[...document.querySelectorAll('.plot')].map(plot => plot.offsetHeight))";
+    let pixels_per_cm = 96.0 / 2.54;
+    let tallest = person.value(tallest).as_f64().unwrap() / pixels_per_cm;
+    assert!((20.0..25.9).contains(&tallest), "{tallest} cm");
+    assert!(person.noise.is_empty(), "{:?}", person.noise);
+}
+
 /// Simulates a user who points at a plot to read its curve, enlarges the plot by a key, and
 /// restores it.
 #[cfg(unix)]
