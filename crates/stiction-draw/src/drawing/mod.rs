@@ -21,7 +21,7 @@ pub use layout::{legs_of_joints, outputs};
 pub use moving::moving_picture;
 pub(crate) use style::tones;
 pub use style::{BRANCHES, BRANCHES_ON_DARK, Surface};
-pub(crate) use svg::px;
+pub(crate) use svg::{Px, px};
 pub use trail::Trail;
 pub use view::View;
 

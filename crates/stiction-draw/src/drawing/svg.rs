@@ -1,21 +1,45 @@
 //! Elements of SVG as text; lengths in px.
 
 use crate::xml::escape;
-use std::fmt::Write;
+use std::fmt::{self, Write};
 
 /// Point in the picture, px.
 pub(super) type Point = [f64; 2];
 
-/// Formats a length in px with one decimal; zero has no sign, and a value that is not finite
-/// becomes zero.
-pub(crate) fn px(x: f64) -> String {
+/// Length in a picture, rounded to a tenth of a px. As text it has at most one decimal; zero has no sign.
+///
+/// Pictures consist of such lengths, and integers are written several times faster than fixed decimals.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Px {
+    tenths: i64,
+}
+
+/// Rounds a length in px; a value that is not finite becomes zero.
+pub(crate) fn px(x: f64) -> Px {
     // Casts of values that are not finite would not give zero for infinities.
-    let tenths = if x.is_finite() { (x * 10.0).round() as i64 } else { 0 };
-    let (sign, size) = (if tenths < 0 { "-" } else { "" }, tenths.unsigned_abs());
-    // Integers are written several times faster than fixed decimals, and pictures consist of lengths.
-    match size % 10 {
-        0 => format!("{sign}{}", size / 10),
-        tenth => format!("{sign}{}.{tenth}", size / 10),
+    Px { tenths: if x.is_finite() { (x * 10.0).round() as i64 } else { 0 } }
+}
+
+impl Px {
+    /// Writes the length as text.
+    pub(crate) fn write_to(self, out: &mut impl Write) -> fmt::Result {
+        let mut digits = itoa::Buffer::new();
+        if self.tenths < 0 {
+            out.write_char('-')?;
+        }
+        let size = self.tenths.unsigned_abs();
+        out.write_str(digits.format(size / 10))?;
+        if size % 10 != 0 {
+            out.write_char('.')?;
+            out.write_str(digits.format(size % 10))?;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for Px {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.write_to(f)
     }
 }
 
@@ -95,14 +119,18 @@ mod tests {
 
     #[test]
     fn lengths_are_short_numbers() {
-        assert_eq!(px(-0.01), "0");
-        assert_eq!(px(12.04), "12");
-        assert_eq!(px(-3.26), "-3.3");
-        assert_eq!(
-            (px(-0.26), px(540.0), px(-100.0)),
-            ("-0.3".into(), "540".into(), "-100".into())
-        );
-        assert_eq!(px(f64::NAN), "0");
-        assert_eq!(px(f64::INFINITY), "0");
+        let known = [
+            (-0.01, "0"),
+            (12.04, "12"),
+            (-3.26, "-3.3"),
+            (-0.26, "-0.3"),
+            (540.0, "540"),
+            (-100.0, "-100"),
+            (f64::NAN, "0"),
+            (f64::INFINITY, "0"),
+        ];
+        for (length, text) in known {
+            assert_eq!(px(length).to_string(), text);
+        }
     }
 }

@@ -3,7 +3,7 @@
 use super::axis::Axis;
 use super::meaning::OF_LEG;
 use super::{Band, Figure, Form, Line, Panel, colour_name, on_paper};
-use crate::drawing::px;
+use crate::drawing::{Px, px};
 use crate::xml::escape;
 use std::fmt::Write;
 
@@ -335,7 +335,7 @@ impl<'a> Renderer<'a> {
     pub(super) fn line(&mut self, line: &Line, leg: Option<usize>, y: &Axis, bottom: f64) {
         let name = colour_name(line.colour, leg);
         let mut path = String::new();
-        let mut runs: Vec<Vec<(String, String)>> = vec![Vec::new()];
+        let mut runs: Vec<Vec<(Px, Px)>> = vec![Vec::new()];
         for &(x, value) in &line.points {
             if !(x.is_finite() && value.is_finite()) {
                 runs.push(Vec::new());
@@ -370,7 +370,11 @@ impl<'a> Renderer<'a> {
                 continue;
             }
             for (k, (x, y)) in run.iter().enumerate() {
-                let _ = write!(path, "{}{x} {y}", if k == 0 { "M" } else { "L" });
+                path.push(if k == 0 { 'M' } else { 'L' });
+                // Formatting through `write!` takes longer than the digits.
+                let _ = x.write_to(&mut path);
+                path.push(' ');
+                let _ = y.write_to(&mut path);
             }
         }
         if !path.is_empty() {
@@ -391,7 +395,7 @@ impl<'a> Renderer<'a> {
         let mut drawn = String::new();
         let runs = band.points.split(|(_, low, high)| low.is_nan() || high.is_nan());
         for run in runs.filter(|run| !run.is_empty()) {
-            let ends: Vec<[String; 3]> = run
+            let ends: Vec<[Px; 3]> = run
                 .iter()
                 .map(|(x, low, high)| [px(self.x_at(*x)), px(at(*low)), px(at(*high))])
                 .collect();
