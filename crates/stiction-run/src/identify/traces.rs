@@ -12,7 +12,7 @@ use nalgebra::DVector;
 use std::fmt::Write as _;
 use stiction_draw::numbers::exact;
 use stiction_format::ModelFile;
-use stiction_identify::{Kind, Parameter, Rows};
+use stiction_identify::{Kind, Parameter, Regressor, Rows};
 
 /// An instant appears in the plot of friction over speed only if the effect of friction on the
 /// effort is at least this fraction of the largest effect in the log.
@@ -177,9 +177,9 @@ fn log_trace(
 }
 
 /// Adds points to the plots of friction over speed. The magnitude of the joint rate is the ratio of
-/// the regressor column of viscous friction to the column of load-independent friction. The
-/// friction derived from the measured effort is the residual plus the identified friction, divided
-/// by the column of load-independent friction.
+/// the regressor column of viscous friction to the effort per unit of friction, which is the column
+/// of load-independent friction without Stribeck's curve. The friction derived from the measured
+/// effort is the residual plus the identified friction, divided by the effort per unit of friction.
 fn add_friction(
     prepared: &Prepared,
     parameters: &[Parameter],
@@ -216,14 +216,44 @@ fn add_friction(
             all.push(FrictionTrace { name, unit: p.unit, rate_unit, points });
             all.len() - 1
         });
+        let curve = parameters.iter().find_map(|other| match (p.kind, other.kind) {
+            (Kind::Coulomb(i), Kind::StaticExcess(k)) if i == k => Some(i),
+            _ => None,
+        });
         for row in 0..rows.len() {
-            let unit = rows.matrix[(row, constant)];
-            if unit.abs() < EFFECT * greatest {
+            let column = rows.matrix[(row, constant)];
+            if column.abs() < EFFECT * greatest {
                 continue;
             }
+            let ratio = rows.matrix[(row, viscous)] / column;
+            let factor = curve.map_or(1.0, |i| curve_at(&prepared.regressor, i, ratio));
+            let (unit, rate) = (column / factor, ratio * factor);
             let law: f64 = own.iter().map(|&k| rows.matrix[(row, k)] * at[k]).sum();
-            let rate = rows.matrix[(row, viscous)] / unit;
             all[index].points.push([rate, (law + residuals[row]) / unit, law / unit]);
         }
     }
+}
+
+/// Returns the factor of Stribeck's curve of an interface at the speed at which `ratio` is the ratio
+/// of the column of viscous friction to that of load-independent friction, rad/s or m/s. The second
+/// column contains the factor, so the ratio is the joint rate divided by the factor; it grows with
+/// the speed, because the factor falls.
+fn curve_at(regressor: &Regressor, interface: usize, ratio: f64) -> f64 {
+    let per_unit = |kind, speed| regressor.friction_per_unit(kind, interface, speed);
+    let ratio_at = |speed| {
+        per_unit(Kind::Viscous(interface), speed) / per_unit(Kind::Coulomb(interface), speed)
+    };
+    let (mut low, mut high) = (0.0, f64::MIN_POSITIVE.sqrt());
+    while ratio_at(high) < ratio {
+        (low, high) = (high, 2.0 * high);
+    }
+    // Slower motion has the factor at rest.
+    while low > 0.0 && high - low > 1e-12 * high {
+        let middle = 0.5 * (low + high);
+        match ratio_at(middle) < ratio {
+            true => low = middle,
+            false => high = middle,
+        }
+    }
+    per_unit(Kind::Mu(interface), high)
 }

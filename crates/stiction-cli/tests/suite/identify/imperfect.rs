@@ -251,6 +251,25 @@ fn a_static_coefficient_is_found_from_slow_motion() {
     for ([own], [truth]) in own.iter().zip(&truth) {
         assert!((own - truth).abs() < 0.05, "{own} {truth}");
     }
+    // The plot of friction over speed shows the curve.
+    let robot = stiction::Robot::load(folder.0.join("model.toml")).unwrap();
+    let mut settings = robot.identify_settings(&folder.0.join("options.toml")).unwrap();
+    settings.filter = Some(8.0);
+    let logs = [robot.measured_log(folder.0.join("log.csv").to_str().unwrap(), &settings).unwrap()];
+    let identified = robot.identify(&logs, &settings).unwrap();
+    let traces = robot.identify_traces(&logs, &settings, &identified).unwrap();
+    let mean = |from: f64, until: f64, which: usize| {
+        let all = traces.friction[0].points.iter().filter(|p| (from..until).contains(&p[0]));
+        let own: Vec<f64> = all.map(|p| p[which]).collect();
+        assert!(own.len() > 10, "{from} {until}: {}", own.len());
+        own.iter().sum::<f64>() / own.len() as f64
+    };
+    // Friction of 0.6 N m and of about 0.04 N m due to the load, times 1 + 0.8 exp(-(speed/0.5 rad/s)^2), plus viscous
+    // friction of 0.12 N m s/rad.
+    for which in [1, 2] {
+        let [slow, fast] = [mean(0.1, 0.2, which), mean(1.5, 2.0, which)];
+        assert!((slow - 1.13).abs() < 0.06 && (fast - 0.85).abs() < 0.06, "{which}: {slow} {fast}");
+    }
     // With the wrong static coefficient held, friction at low speed is missing.
     let held = run("hold = [\"hinge.mu\", \"hinge.static_excess\"]\n", &[]);
     let value = parameter(&held, "hinge.static_excess")["value"].as_f64().unwrap();
