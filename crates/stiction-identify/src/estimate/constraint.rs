@@ -22,6 +22,9 @@ pub struct Inequality {
 const ACTIVE: f64 = 1e-9;
 /// Distance between the unit directions of two constraints up to which the constraints are parallel.
 const PARALLEL: f64 = 1e-12;
+/// Square of the part of a constraint's direction that others leave, relative to the square of the direction, up to
+/// which the constraint depends on them. Both are in the metric of the inverse Hessian.
+const DEPENDENT: f64 = 1e-10;
 
 /// Inequality `direction . z >= least` in free coordinates, with a direction of unit length.
 #[derive(Clone, Debug)]
@@ -89,27 +92,42 @@ pub(super) struct Held {
 
 impl Held {
     /// Projects `free`, the step without constraints, onto the `constraints`, each given by its direction. `solve`
-    /// multiplies by the inverse Hessian. `None` if the constraints depend on each other.
+    /// multiplies by the inverse Hessian. A constraint that depends on those before it holds with them; its multiplier
+    /// is zero.
     pub(super) fn of(
         free: DVector<f64>,
         constraints: &[&DVector<f64>],
         solve: impl Fn(&DVector<f64>) -> DVector<f64>,
-    ) -> Option<Self> {
+    ) -> Self {
         let turned: Vec<DVector<f64>> =
             constraints.iter().map(|constraint| solve(constraint)).collect();
         let count = constraints.len();
         let matrix = DMatrix::from_fn(count, count, |i, k| constraints[i].dot(&turned[k]));
-        let along = DVector::from_fn(count, |i, _| constraints[i].dot(&free));
-        let squares = matrix.diagonal();
-        let multipliers = match count {
-            0 => along,
-            _ => matrix.cholesky()?.solve(&along),
-        };
+        let (mut independent, mut factor) = (Vec::new(), None);
+        for k in 0..count {
+            independent.push(k);
+            let own = matrix.select_rows(&independent).select_columns(&independent);
+            let last = independent.len() - 1;
+            let found = own
+                .cholesky()
+                .filter(|found| found.l_dirty()[(last, last)].powi(2) > DEPENDENT * matrix[(k, k)]);
+            match found {
+                Some(found) => factor = Some(found),
+                None => drop(independent.pop()),
+            }
+        }
+        let along = independent.iter().map(|&k| constraints[k].dot(&free));
+        let along = DVector::from_iterator(independent.len(), along);
+        let mut multipliers = DVector::zeros(count);
+        if let Some(factor) = factor {
+            let found = factor.solve(&along);
+            independent.iter().zip(found.iter()).for_each(|(&k, own)| multipliers[k] = *own);
+        }
         let mut step = free;
         for (turned, multiplier) in turned.iter().zip(multipliers.iter()) {
             step.axpy(-multiplier, turned, 1.0);
         }
-        Some(Self { step, multipliers, squares })
+        Self { step, multipliers, squares: matrix.diagonal() }
     }
 
     /// Returns the index of the constraint without which the objective falls most inside it, if the objective falls by
@@ -136,4 +154,31 @@ pub(super) fn reached(
         (!held && speed > 1e-13 * size).then(|| (k, constraint.slack(z).max(0.0) / speed))
     });
     each.min_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of three constraints in one plane, whatever their order, two hold the step, and the third holds with them.
+    #[test]
+    fn dependent_constraints_hold_together() {
+        let unit = |numbers: [f64; 3]| DVector::from_row_slice(&numbers).normalize();
+        let directions = [unit([1.0, 0.2, 0.0]), unit([0.3, 1.0, 0.0]), unit([1.0, 0.7, 0.0])];
+        let free = DVector::from_row_slice(&[1.0, -2.0, 3.0]);
+        let inverse = DMatrix::from_row_slice(3, 3, &[2.0, 0.1, 0.3, 0.1, 1.0, 0.2, 0.3, 0.2, 0.5]);
+        let held = |order: &[usize]| {
+            let constraints: Vec<_> = order.iter().map(|&k| &directions[k]).collect();
+            Held::of(free.clone(), &constraints, |own| &inverse * own)
+        };
+        let two = held(&[0, 1]);
+        for order in [[0, 1, 2], [0, 2, 1], [2, 1, 0]] {
+            let three = held(&order);
+            assert!((&three.step - &two.step).norm() < 1e-12, "{order:?}: {}", three.step);
+            assert_eq!(three.multipliers[2], 0.0, "{order:?}");
+            for direction in &directions {
+                assert!(direction.dot(&three.step).abs() < 1e-12, "{order:?}: {}", three.step);
+            }
+        }
+    }
 }

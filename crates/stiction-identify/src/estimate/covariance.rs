@@ -20,16 +20,16 @@ const INDEPENDENT: f64 = 0.05;
 /// Computes `sum over lags k of r(k) M_t^T M_(t+k)` over all efforts, in free coordinates. `r` is
 /// the autocovariance of the residuals, tapered to zero at twice the lag at which they become
 /// uncorrelated. Weights are `1/noise^2` and the independence of each block. `M_t` is the row of
-/// `design` at the instant `t`; the residuals are those of `blocks`. `inflation` is that of [`inflation`].
+/// `design` at the instant `t`; the residuals are those of `blocks`. The second result is the same sum
+/// for residuals with the variance `noise^2` and the same autocorrelation.
 pub(crate) fn covariance(
     (design, blocks): (&[Block], &[Block]),
     map: &Map,
     values: &DVector<f64>,
     noise: &[f64],
-    inflation: f64,
-) -> DMatrix<f64> {
+) -> [DMatrix<f64>; 2] {
     let size = map.size();
-    let mut sum = DMatrix::zeros(size, size);
+    let mut sums = [DMatrix::zeros(size, size), DMatrix::zeros(size, size)];
     for (channel, noise) in noise.iter().enumerate() {
         let residuals: Vec<DVector<f64>> =
             blocks.iter().map(|block| block.channels[channel].residuals(values)).collect();
@@ -46,29 +46,41 @@ pub(crate) fn covariance(
             let mut smoothed: DMatrix<f64> = DMatrix::zeros(rows.len(), size);
             each_pair(&rows.steps, lags, |i, k, lag| {
                 let taper = 1.0 - lag as f64 / lags as f64;
-                let r = inflation * taper * autocovariance[lag];
+                let r = taper * autocovariance[lag];
                 smoothed.row_mut(i).zip_apply(&scaled.row(k), |s, m| *s += r * m);
                 if lag > 0 {
                     smoothed.row_mut(k).zip_apply(&scaled.row(i), |s, m| *s += r * m);
                 }
             });
             let factor = (block.independence / (noise * noise)).powi(2);
-            sum += transposed_product(&scaled, &smoothed) * factor;
+            let own = transposed_product(&scaled, &smoothed) * factor;
+            let variance = autocovariance[0];
+            if variance > 0.0 {
+                sums[1] += &own * (noise * noise / variance);
+            }
+            sums[0] += own;
         }
     }
-    // The sum is symmetric up to rounding errors.
-    (&sum + sum.transpose()) * 0.5
+    // The sums are symmetric up to rounding errors.
+    sums.map(|sum| (&sum + sum.transpose()) * 0.5)
 }
 
 /// Factor by which residuals underestimate the variance of the errors, because the fit uses up degrees of freedom:
-/// `n/(n - tr(2 S - S^2))` for `n` independent samples and the matrix `S` that turns measured into predicted efforts.
-/// Parameters that only the prior determines use none. `data` is the part of the Hessian that the data contribute and
-/// `inverse` the inverse Hessian.
+/// `n/(n - tr(2 S R - S R S^T))` for `n` independent samples, the matrix `S` that turns measured into predicted efforts,
+/// and the correlation matrix `R` of the errors. Correlated errors look more like the columns of the parameters than
+/// independent ones do. Parameters that only the prior determines use no degrees of freedom. `data` is the part of the
+/// Hessian that the data contribute, `coloured` the second result of [`covariance`], which equals `data` for
+/// independent samples, and `inverse` the inverse Hessian.
 ///
-/// Source: Hastie, Tibshirani, *Generalized additive models*, Chapman and Hall (1990), section 3.5.
-pub(super) fn inflation(samples: f64, data: &DMatrix<f64>, inverse: &DMatrix<f64>) -> f64 {
-    let share = inverse * data;
-    let used = 2.0 * share.trace() - share.dot(&share.transpose());
+/// Source: Hastie, Tibshirani, *Generalized additive models*, Chapman and Hall (1990), section 3.5; with correlated
+/// errors, the expectation of the squared residuals.
+pub(super) fn inflation(
+    samples: f64,
+    (data, coloured): (&DMatrix<f64>, &DMatrix<f64>),
+    inverse: &DMatrix<f64>,
+) -> f64 {
+    let (share, spread) = (inverse * data, inverse * coloured);
+    let used = 2.0 * spread.trace() - spread.dot(&share.transpose());
     samples / (samples - used.clamp(0.0, 0.5 * samples)).max(1.0)
 }
 
@@ -124,53 +136,112 @@ pub(super) fn series<'a>(
 /// repetitions first: the columns repeat themselves, so the products of residuals in different
 /// repetitions count like those in one. Errors of the model are the same in all repetitions.
 pub(super) fn autocovariance(all: &[Series<'_>]) -> Vec<f64> {
-    let length = |own: &Series<'_>| match own.period {
-        Some(period) => period.instants(),
-        None => own.residuals.len(),
-    };
-    let longest = all.iter().map(length).max().unwrap_or(0);
+    let all: Vec<Summed<'_>> = all.iter().map(Summed::of).collect();
+    let longest = all.iter().map(Summed::len).max().unwrap_or(0);
     let most = (longest / 4).clamp(LAGS, MOST_LAGS);
-    let (mut sums, mut pairs) = (vec![0.0; most], vec![0.0; most]);
-    // Numbers of independent products.
-    let mut products = vec![0.0; most];
-    for Series { steps, residuals, period } in all {
-        let Some(period) = period else {
-            each_pair(steps, most, |i, k, lag| {
-                sums[lag] += residuals[i] * residuals[k];
-                pairs[lag] += 1.0;
-                products[lag] += 1.0;
-            });
-            continue;
-        };
+    let mut found: Vec<f64> = Vec::new();
+    let mut wanted = most;
+    // Most residuals become uncorrelated at short lags, so few lags are computed.
+    while found.len() < wanted {
+        let lag = found.len();
+        let sums = all.iter().map(|own| own.at(lag)).fold(Sums::default(), Sums::plus);
+        found.push(sums.products / f64::max(sums.pairs, 1.0));
+        // The correlations of independent residuals scatter by the inverse root of the number of
+        // products.
+        let least = f64::max(INDEPENDENT, 2.0 / f64::max(sums.count, 1.0).sqrt());
+        if wanted == most && lag > 0 && found[lag] < found[0] * least {
+            wanted = (2 * lag).clamp(LAGS, most);
+        }
+    }
+    found
+}
+
+/// Sums of the products of residuals at one lag.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sums {
+    products: f64,
+    /// Number of pairs of rows.
+    pairs: f64,
+    /// Number of independent products.
+    count: f64,
+}
+
+impl Sums {
+    fn plus(self, other: Self) -> Self {
+        Self {
+            products: self.products + other.products,
+            pairs: self.pairs + other.pairs,
+            count: self.count + other.count,
+        }
+    }
+}
+
+/// Residuals of one effort in one block, those of a repeated motion summed over its repetitions.
+enum Summed<'a> {
+    Once {
+        steps: &'a [usize],
+        residuals: &'a DVector<f64>,
+    },
+    /// Sums and numbers of the residuals at each instant of the period.
+    Repeated {
+        sums: Vec<f64>,
+        numbers: Vec<f64>,
+    },
+}
+
+impl<'a> Summed<'a> {
+    fn of(series: &Series<'a>) -> Self {
+        let Series { steps, residuals, period } = *series;
+        let Some(period) = period else { return Self::Once { steps, residuals } };
         let count = period.instants();
-        let (mut summed, mut numbers) = (vec![0.0; count], vec![0.0_f64; count]);
+        let (mut sums, mut numbers) = (vec![0.0; count], vec![0.0; count]);
         for (step, residual) in steps.iter().zip(residuals.iter()) {
             let place = period.part(*step, count);
-            summed[place] += residual;
+            sums[place] += residual;
             numbers[place] += 1.0;
         }
-        // Lags beyond half a period are lags of the next repetition.
-        for lag in 0..most.min(count / 2) {
-            for i in 0..count {
-                let k = (i + lag) % count;
-                if numbers[i] > 0.0 && numbers[k] > 0.0 {
-                    sums[lag] += summed[i] * summed[k];
-                    pairs[lag] += (numbers[i] * numbers[k]).sqrt();
-                    products[lag] += 1.0;
+        Self::Repeated { sums, numbers }
+    }
+
+    /// Number of rows; of instants in the period of a repeated motion.
+    fn len(&self) -> usize {
+        match self {
+            Self::Once { residuals, .. } => residuals.len(),
+            Self::Repeated { sums, .. } => sums.len(),
+        }
+    }
+
+    fn at(&self, lag: usize) -> Sums {
+        let mut all = Sums::default();
+        match self {
+            Self::Once { steps, residuals } => {
+                let mut k = 0;
+                for (i, step) in steps.iter().enumerate() {
+                    while k < steps.len() && steps[k] < step + lag {
+                        k += 1;
+                    }
+                    if steps.get(k) == Some(&(step + lag)) {
+                        all.products += residuals[i] * residuals[k];
+                        all.pairs += 1.0;
+                    }
+                }
+                all.count = all.pairs;
+            }
+            // Lags beyond half a period are lags of the next repetition.
+            Self::Repeated { sums, .. } if lag >= sums.len() / 2 => {}
+            Self::Repeated { sums, numbers } => {
+                for i in 0..sums.len() {
+                    let k = (i + lag) % sums.len();
+                    if numbers[i] > 0.0 && numbers[k] > 0.0 {
+                        all.products += sums[i] * sums[k];
+                        all.pairs += (numbers[i] * numbers[k]).sqrt();
+                        all.count += 1.0;
+                    }
                 }
             }
         }
+        all
     }
-    let mut all: Vec<f64> = sums.iter().zip(&pairs).map(|(s, n)| s / f64::max(*n, 1.0)).collect();
-    let first = all[0];
-    // The correlations of independent residuals scatter by the inverse root of the number of
-    // products.
-    let is_independent = |lag: &usize| {
-        all[*lag] < first * f64::max(INDEPENDENT, 2.0 / f64::max(products[*lag], 1.0).sqrt())
-    };
-    let colour = (1..most).find(is_independent).unwrap_or(most);
-    all.truncate((2 * colour).clamp(LAGS, most));
-    all
 }
 
 /// Computes the covariance of the errors if some values lie at their bounds, from a normal
@@ -265,8 +336,46 @@ mod tests {
         let data = DMatrix::from_diagonal(&DVector::from_column_slice(&[1e9, 1e-9, 1.0]));
         // The Hessian of the prior is the identity.
         let inverse = DMatrix::from_diagonal(&data.diagonal().map(|own| 1.0 / (own + 1.0)));
-        let found = inflation(10.0, &data, &inverse);
+        let found = inflation(10.0, (&data, &data), &inverse);
         assert!((found - 10.0 / 8.25).abs() < 1e-6, "{found}");
+        // Errors of which two samples count as one use twice as many.
+        let found = inflation(10.0, (&data, &(&data * 2.0)), &inverse);
+        assert!((found - 10.0 / 6.5).abs() < 1e-6, "{found}");
+    }
+
+    /// The expected square of the residuals of a fit to correlated errors, by random numbers.
+    #[test]
+    fn correlated_errors_use_more_degrees_of_freedom() {
+        const ROWS: usize = 200;
+        let mut random = Random::new(9);
+        // Slow columns, as those of a slow motion.
+        let matrix = DMatrix::from_fn(ROWS, 6, |row, k| {
+            (0.03 * row as f64 * (k / 2 + 1) as f64 + f64::from(k as u8 % 2)).sin()
+        });
+        let data = matrix.tr_mul(&matrix);
+        let inverse = data.clone().try_inverse().unwrap();
+        // First-order autoregressive errors with unit variance.
+        let part: f64 = 0.8;
+        let correlation = DMatrix::from_fn(ROWS, ROWS, |i, k| part.powi(i.abs_diff(k) as i32));
+        let coloured = matrix.tr_mul(&(&correlation * &matrix));
+        let expected = inflation(ROWS as f64, (&data, &coloured), &inverse);
+        let (mut sum, mut count) = (0.0, 0.0);
+        for _ in 0..1000 {
+            let mut last = 0.0;
+            let errors = DVector::from_fn(ROWS, |row, _| {
+                let next: f64 = (0..12).map(|_| 0.5 + 0.5 * random.number()).sum::<f64>() - 6.0;
+                last =
+                    if row == 0 { next } else { part * last + (1.0 - part * part).sqrt() * next };
+                last
+            });
+            let residuals = &errors - &matrix * (&inverse * matrix.tr_mul(&errors));
+            sum += residuals.norm_squared();
+            count += ROWS as f64;
+        }
+        let found = count / sum;
+        assert!((found / expected - 1.0).abs() < 0.03, "{found} {expected}");
+        let independent = inflation(ROWS as f64, (&data, &data), &inverse);
+        assert!(independent < 0.9 * expected, "{independent} {expected}");
     }
 
     /// Noise that is white before the filter has the colour one in logs with different filters, whatever their order.

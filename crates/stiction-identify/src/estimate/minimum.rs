@@ -212,7 +212,6 @@ impl Problem<'_> {
             let directions: Vec<&DVector<f64>> =
                 held.iter().map(|&k| &constraints[k].direction).collect();
             let along = Held::of(factor.solve(&gradient), &directions, |own| factor.solve(own));
-            let Some(along) = along else { break };
             let step = &along.step;
             let decrement = gradient.dot(step);
             // Changes of the value below its rounding decide nothing.

@@ -304,8 +304,9 @@ impl Problem<'_> {
         );
         let inverse = inverse_positive(&hessian).unwrap_or_else(|| DMatrix::zeros(size, size));
         let data = (&design[..], self.blocks);
-        let inflation = inflation(total.rows, &total.matrix, &inverse);
-        let meat = covariance(data, map, &(&values - shift), &noise, inflation);
+        let [meat, coloured] = covariance(data, map, &(&values - shift), &noise);
+        let inflation = inflation(total.rows, (&total.matrix, &coloured), &inverse);
+        let meat = meat * inflation;
         let open = self.prior_errors(map, &values, prior, error);
         let slope = self.strength_slope(map, &values, prior);
         let free = &inverse
@@ -328,7 +329,7 @@ impl Problem<'_> {
         // Values at their bounds stay there if the strength changes.
         let bounds: Vec<&DVector<f64>> = at_bounds.iter().collect();
         let pull = Held::of(&inverse * &slope, &bounds, |own| &inverse * own);
-        let pull = map.changes(&pull.map_or_else(|| &inverse * &slope, |own| own.step)) * -1.0;
+        let pull = map.changes(&pull.step) * -1.0;
         let by_data = &inverse * &total.matrix * &inverse;
         let full = map.spread(&free);
         let count = self.parameters.len();

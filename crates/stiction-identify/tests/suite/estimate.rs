@@ -590,7 +590,22 @@ fn bounds_of_bodies_hold() {
     let both = found(vec![centre, single(mass, -1.0, -heaviest)]);
     let error = sign * (com(&both.values) - limit);
     assert!(error > -1e-12 && both.values[mass] <= heaviest * (1.0 + 1e-12), "{error:e}");
-    for own in [&held, &both] {
+    // Three bounds that meet in one point, of which any two hold.
+    let sign = (prior - value).signum();
+    let vertex = vec![
+        single(moment, sign, sign * bound),
+        single(mass, 1.0, parameters[mass].prior),
+        Inequality {
+            terms: vec![(moment, sign), (mass, 1.0)],
+            least: sign * bound + parameters[mass].prior,
+        },
+    ];
+    let [two, three] = [2, 3].map(|count| found(vertex[..count].to_vec()));
+    for k in 0..parameters.len() {
+        let change = (three.values[k] - two.values[k]).abs();
+        assert!(change <= 1e-6 * free.sigmas[k], "{}: {change}", parameters[k].name);
+    }
+    for own in [&held, &both, &three] {
         for (body, inertial) in bodies(&parameters, &own.values) {
             assert!(is_physical(&inertial), "body {body}: {inertial:?}");
         }
