@@ -29,7 +29,7 @@ pub use block::{Block, Dwells};
 pub use estimate::{
     Candidate, Estimate, Extension, Inequality, LeftOut, Options, Problem, Residuals,
 };
-pub use load_slopes::{DIRECTIONS, LoadSlopes};
+pub use load_slopes::LoadSlopes;
 pub use parameter::{Choice, INERTIA_ENTRIES, Kind, Parameter, catalogue};
 pub use regressor::{Columns, Regressor, Unsuitable};
 pub use rows::Rows;

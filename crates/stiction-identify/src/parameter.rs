@@ -59,6 +59,15 @@ impl Kind {
             | Self::TorqueConstant(_) => false,
         }
     }
+
+    /// Returns the index of the interface whose friction the parameter describes; `None` for other
+    /// parameters.
+    pub fn interface(self) -> Option<usize> {
+        match self {
+            Self::Mu(i) | Self::StaticExcess(i) | Self::Coulomb(i) | Self::Viscous(i) => Some(i),
+            _ => None,
+        }
+    }
 }
 
 /// Rows and columns of the six entries of an inertia: xx, yy, zz, xy, yz, xz.

@@ -1,7 +1,6 @@
 //! Forces at one instant, solved with converged friction.
 
 use stiction_core::dynamics::Data;
-use stiction_core::kinematics::State;
 use stiction_core::parameters::Parameters;
 
 /// Solution of the forces at one instant, with converged friction.
@@ -12,10 +11,6 @@ pub struct Solved {
     pub loads: Vec<f64>,
     /// Speed of each friction interface, m/s, with the sign of the velocity's first component.
     pub velocities: Vec<f64>,
-    /// State of the mechanism at this instant.
-    pub(crate) state: State<f64>,
-    /// Number of friction iterations until convergence.
-    pub(crate) steps: usize,
 }
 
 impl Solved {
@@ -29,8 +24,6 @@ impl Solved {
                 .map(|(own, preload)| own.load - preload)
                 .collect(),
             velocities: data.friction().iter().map(|own| own.velocity).collect(),
-            state: data.state.clone(),
-            steps: data.inverse.friction_steps(),
         }
     }
 }

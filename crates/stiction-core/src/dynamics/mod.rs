@@ -17,6 +17,7 @@ mod forces;
 mod interfaces;
 mod inverse;
 mod load_history;
+mod load_sensitivity;
 mod model;
 mod plan;
 mod power;
@@ -50,6 +51,8 @@ pub use contributions::{Contributions, Response, Sharing};
 pub use interfaces::InterfaceState;
 #[doc(hidden)]
 pub use inverse::Inverse;
+#[doc(hidden)]
+pub use load_sensitivity::LoadSensitivity;
 #[doc(hidden)]
 pub use rotor::RotorMotion;
 #[doc(hidden)]

@@ -2,10 +2,10 @@
 
 use super::robots::*;
 use stiction_core::random::Random;
-use stiction_identify::{DIRECTIONS, Kind, LoadSlopes};
+use stiction_identify::{Kind, LoadSlopes};
 
-/// Checks derivatives with respect to all friction and inertia parameters of each gallery model
-/// that has a friction coefficient.
+/// Checks derivatives with respect to all friction parameters of each gallery model that has a
+/// friction coefficient.
 #[test]
 fn derivatives_of_loads_are_those_of_differences() {
     let mut tried = 0;
@@ -26,11 +26,7 @@ fn derivatives_of_loads_are_those_of_differences() {
                 _ => p.prior,
             })
             .collect();
-        let is_moved = |k: &usize| {
-            let p = &parameters[*k];
-            matches!(p.kind, Kind::Mu(_) | Kind::Coulomb(_) | Kind::Viscous(_))
-                || p.body().is_some()
-        };
+        let is_moved = |k: &usize| parameters[*k].kind.interface().is_some();
         let groups: Vec<Vec<usize>> =
             (0..parameters.len()).filter(is_moved).map(|k| vec![k]).collect();
         let [q, v, a] = random_motion(&mut random, &home, 0.02);
@@ -49,33 +45,28 @@ fn derivatives_of_loads_are_those_of_differences() {
         let preloads = engine.interfaces.iter().map(|i| i.load.preload);
         let whole = solved.loads.iter().zip(preloads).map(|(load, preload)| (load + preload).abs());
         let largest = whole.fold(0.0, f64::max);
-        for groups in groups.chunks(DIRECTIONS) {
-            let mut slopes = LoadSlopes::new(&regressor, &values, groups);
-            let found: Vec<_> = slopes.at(&solved, [&q, &v, &a]).unwrap().collect();
-            for (direction, group) in groups.iter().enumerate() {
-                let k = group[0];
-                let step = 1e-4 * parameters[k].scale.min(1.0);
-                let changed = |by: f64| {
-                    let mut changed = values.clone();
-                    changed[k] += by;
-                    loads(&changed)
-                };
-                let [a, b, c, d] = [1.0, -1.0, 2.0, -2.0].map(|part| changed(part * step));
-                for (i, found) in found.iter().enumerate() {
-                    let expected = (8.0 * (a[i] - b[i]) - (c[i] - d[i])) / (12.0 * step);
-                    // Fourth-order differences. Their round-off is that of loads and preloads
-                    // divided by the step; preloads of laws without coefficient are 10^9 times
-                    // their friction.
-                    let preload = engine.interfaces[i].load.preload;
-                    let round_off = 1e-12 * (largest + preload) / step;
-                    let error = (found[direction] - expected).abs();
-                    assert!(
-                        error <= 1e-6 * expected.abs() + round_off,
-                        "{name}: {} on interface {i}: {} {expected}",
-                        parameters[k].name,
-                        found[direction]
-                    );
-                }
+        let found = LoadSlopes::new(&regressor, &groups).at(&solved, (&engine, &data)).unwrap();
+        for (column, group) in groups.iter().enumerate() {
+            let k = group[0];
+            let step = 1e-4 * parameters[k].scale.min(1.0);
+            let changed = |by: f64| {
+                let mut changed = values.clone();
+                changed[k] += by;
+                loads(&changed)
+            };
+            let [a, b, c, d] = [1.0, -1.0, 2.0, -2.0].map(|part| changed(part * step));
+            for (i, found) in found.column(column).iter().enumerate() {
+                let expected = (8.0 * (a[i] - b[i]) - (c[i] - d[i])) / (12.0 * step);
+                // Fourth-order differences. Their round-off is that of loads and preloads divided by
+                // the step; preloads of laws without coefficient are 10^9 times their friction.
+                let preload = engine.interfaces[i].load.preload;
+                let round_off = 1e-12 * (largest + preload) / step;
+                let error = (found - expected).abs();
+                assert!(
+                    error <= 1e-6 * expected.abs() + round_off,
+                    "{name}: {} on interface {i}: {found} {expected}",
+                    parameters[k].name,
+                );
             }
         }
     }

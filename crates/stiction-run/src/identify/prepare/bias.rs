@@ -4,11 +4,12 @@
 //! The theory is in equation (I8) of the book.
 
 use super::filter::{RowFilter, within};
+use super::pieces::{by_pieces, starting};
 use super::reversals::split;
 use super::{Prepared, gaps};
 use nalgebra::DVector;
-use stiction_core::dynamics::Status;
-use stiction_identify::Kind;
+use stiction_core::dynamics::{Data, Status};
+use stiction_identify::{Kind, Regressor};
 
 impl Prepared {
     /// Estimates the error of the predicted efforts due to the filter, N or N m, in the regression
@@ -30,12 +31,7 @@ impl Prepared {
             Kind::Term(_) | Kind::Offset(_) => 0.0,
             _ => at[k],
         });
-        let mut regressor = self.regressor.clone();
-        regressor.set_static_excess(values);
-        let engine = regressor.engine_parameters(values);
-        let mut data = regressor.engine_data();
-        let has_loads = parameters.iter().any(|p| matches!(p.kind, Kind::Mu(_)));
-        let mut efforts: Vec<Vec<f64>> = Vec::with_capacity(grid.len());
+        let mut motion: Vec<[Vec<f64>; 3]> = Vec::with_capacity(grid.len());
         for (filter, ends) in pieces {
             if !gaps::is_long(*ends, cutoff) {
                 return None;
@@ -46,34 +42,45 @@ impl Prepared {
                 .map(|k| self.instants[samples.clone()].iter().map(|(_, [q, ..])| q[k]).collect())
                 .collect();
             let smooth = filter.smooth(&grid[samples.clone()], &positions);
-            for &time in &grid[samples] {
+            motion.extend(grid[samples].iter().map(|&time| {
                 let targets: Vec<_> = smooth.iter().map(|one| one.signal.at(time)).collect();
-                let [q, v, a] = split(&targets);
-                let own = || -> Result<Vec<f64>, Status> {
-                    let mut columns = regressor.at(&q, &v, &a)?;
-                    if has_loads {
-                        let solved = regressor.loads(&engine, &mut data, [&q, &v, &a])?;
-                        for (k, p) in parameters.iter().enumerate() {
-                            match p.kind {
-                                Kind::Mu(i) => {
-                                    columns.matrix.column_mut(k).scale_mut(solved.loads[i]);
-                                }
-                                // The columns of sliding friction contain the excess.
-                                Kind::StaticExcess(_) => columns.matrix.column_mut(k).fill(0.0),
-                                _ => {}
-                            }
-                        }
-                    }
-                    Ok((columns.known + columns.matrix * &moving).as_slice().to_vec())
-                };
-                let mut own = own;
-                efforts.push(own().ok()?);
-            }
+                split(&targets)
+            }));
         }
-        let channels = self.block.channels.len();
-        if efforts.len() != grid.len() {
+        if motion.len() != grid.len() {
             return None;
         }
+        let mut regressor = self.regressor.clone();
+        regressor.set_static_excess(values);
+        let engine = regressor.engine_parameters(values);
+        let has_loads = parameters.iter().any(|p| matches!(p.kind, Kind::Mu(_)));
+        let efforts_at = |regressor: &mut Regressor, data: &mut Data<f64>, k: usize| {
+            let [q, v, a] = &motion[k];
+            let mut columns = regressor.at(q, v, a)?;
+            if has_loads {
+                let solved = regressor.loads(&engine, data, [q, v, a])?;
+                for (k, p) in parameters.iter().enumerate() {
+                    match p.kind {
+                        Kind::Mu(i) => columns.matrix.column_mut(k).scale_mut(solved.loads[i]),
+                        // The columns of sliding friction contain the excess.
+                        Kind::StaticExcess(_) => columns.matrix.column_mut(k).fill(0.0),
+                        _ => {}
+                    }
+                }
+            }
+            Ok((columns.known + columns.matrix * &moving).as_slice().to_vec())
+        };
+        let efforts = by_pieces(grid.len(), |piece| {
+            let mut regressor = regressor.clone();
+            if let Some(state) = starting(&self.starts, grid[piece.start]) {
+                regressor.start_from(state);
+            }
+            let mut data = regressor.engine_data();
+            let each = piece.map(|k| efforts_at(&mut regressor, &mut data, k));
+            each.collect::<Vec<Result<Vec<f64>, Status>>>()
+        });
+        let efforts: Vec<Vec<f64>> = efforts.into_iter().collect::<Result<_, _>>().ok()?;
+        let channels = self.block.channels.len();
         let after = self.mu.filter.apply(
             &grid,
             channels,

@@ -5,11 +5,11 @@
 
 use super::Prepared;
 use super::filter::RowFilter;
+use super::pieces::{by_pieces, starting};
 use super::rows::{Assembled, Computed};
 use nalgebra::{DMatrix, DVector};
-use std::borrow::Cow;
-use stiction_core::parameters::Parameters;
-use stiction_identify::{DIRECTIONS, Kind, LoadSlopes, Parameter, Regressor, Solved};
+use stiction_core::dynamics::Status;
+use stiction_identify::{Kind, LoadSlopes, Parameter, Regressor, Solved};
 
 /// Data for the regression columns of the friction coefficients.
 pub(super) struct MuColumns {
@@ -85,38 +85,95 @@ impl MuColumns {
     }
 }
 
-impl MuColumns {
-    /// Returns [`Self::unit`] for the present excess of static friction of `regressor`.
-    fn unit_now(&self, regressor: &Regressor, solved: &[Solved]) -> Cow<'_, [Vec<f64>]> {
-        if self.curves.is_empty() {
-            return Cow::Borrowed(&self.unit);
-        }
-        let mut unit = self.unit.clone();
-        for (unit, solved) in unit.iter_mut().zip(solved) {
-            let actuators = unit.len() / self.columns.len();
-            for CurveColumns { interface, mu, first, .. } in &self.curves {
-                let per_unit = |kind| {
-                    regressor.friction_per_unit(kind, *interface, solved.velocities[*interface])
-                };
-                let before = 1.0 + first * per_unit(Kind::StaticExcess(*interface));
-                let factor = per_unit(Kind::Mu(*interface)) / before;
-                unit[mu * actuators..][..actuators].iter_mut().for_each(|x| *x *= factor);
-            }
-        }
-        Cow::Owned(unit)
+/// Normal loads at one instant, and the derivatives of the friction that result from them.
+struct Instant {
+    solved: Solved,
+    /// Derivatives of the load-dependent friction with respect to groups of parameters, as far as
+    /// they result from changes of the normal loads. The index is `group * actuators + channel`.
+    /// Empty where the loads have no derivative, such as near jamming.
+    slopes: Vec<f64>,
+}
+
+/// Places of the signals of each instant, after which the regression columns are filtered.
+struct Layout {
+    actuators: usize,
+    columns: usize,
+    curves: usize,
+    groups: usize,
+}
+
+impl Layout {
+    /// Place of the load-dependent friction of a column of [`MuColumns::columns`] in an effort.
+    fn column(&self, index: usize, channel: usize) -> usize {
+        index * self.actuators + channel
     }
 
-    /// Computes the columns of load-independent friction and of the excess of static friction of all interfaces in
-    /// [`Self::curves`] at one instant, for each effort. `unit` is the row of [`Self::unit_now`].
-    fn curve_columns(
+    /// Places of the load-independent friction, and of the derivative with respect to the excess of
+    /// static friction, of an interface of [`MuColumns::curves`].
+    fn curve(&self, index: usize, channel: usize) -> [usize; 2] {
+        let first = (self.columns + 2 * index) * self.actuators + channel;
+        [first, first + self.actuators]
+    }
+
+    /// Place of the change of the friction by the change of the loads due to a group of parameters.
+    fn group(&self, number: usize, channel: usize) -> usize {
+        (self.columns + 2 * self.curves + number) * self.actuators + channel
+    }
+
+    fn width(&self) -> usize {
+        self.group(self.groups, 0)
+    }
+}
+
+impl MuColumns {
+    /// Copies the row `k` of [`Self::unit`], for the present excess of static friction of
+    /// `regressor`.
+    fn unit_at(&self, k: usize, regressor: &Regressor, solved: &Solved, unit: &mut Vec<f64>) {
+        unit.clone_from(&self.unit[k]);
+        let actuators = unit.len() / self.columns.len();
+        for CurveColumns { interface, mu, first, .. } in &self.curves {
+            let per_unit =
+                |kind| regressor.friction_per_unit(kind, *interface, solved.velocities[*interface]);
+            let before = 1.0 + first * per_unit(Kind::StaticExcess(*interface));
+            let factor = per_unit(Kind::Mu(*interface)) / before;
+            unit[mu * actuators..][..actuators].iter_mut().for_each(|x| *x *= factor);
+        }
+    }
+
+    /// Computes [`Instant::slopes`] from the derivative of the normal load of each interface (rows)
+    /// with respect to each group (columns). `unit` is a row of [`Self::unit_at`].
+    fn friction_slopes(&self, values: &[f64], loads: &DMatrix<f64>, unit: &[f64]) -> Vec<f64> {
+        let actuators = unit.len() / self.columns.len();
+        let mut slopes = vec![0.0; actuators * loads.ncols()];
+        for (&(column, interface), unit) in self.columns.iter().zip(unit.chunks(actuators)) {
+            for (number, slopes) in slopes.chunks_mut(actuators).enumerate() {
+                let factor = values[column] * loads[(interface, number)];
+                slopes.iter_mut().zip(unit).for_each(|(slope, unit)| *slope += unit * factor);
+            }
+        }
+        slopes
+    }
+
+    /// Writes the signals of one instant. `unit` is a row of [`Self::unit_at`].
+    fn write(
         &self,
         regressor: &Regressor,
         values: &[f64],
-        (unit, solved): (&[f64], &Solved),
-    ) -> Vec<f64> {
-        let actuators = unit.len() / self.columns.len();
-        let mut row = Vec::with_capacity(2 * self.curves.len() * actuators);
-        for CurveColumns { interface, mu, coulomb, .. } in &self.curves {
+        (unit, instant): (&[f64], &Instant),
+        (layout, out): (&Layout, &mut [f64]),
+    ) {
+        let Instant { solved, slopes } = instant;
+        let actuators = layout.actuators;
+        out.fill(0.0);
+        // Load-dependent friction per unit of each friction coefficient.
+        for (index, &(_, interface)) in self.columns.iter().enumerate() {
+            for channel in 0..actuators {
+                let place = layout.column(index, channel);
+                out[place] = unit[place] * solved.loads[interface];
+            }
+        }
+        for (index, curve) in self.curves.iter().enumerate() {
+            let CurveColumns { interface, mu, coulomb, .. } = curve;
             let (velocity, load) = (solved.velocities[*interface], solved.loads[*interface]);
             let per_unit = |kind| regressor.friction_per_unit(kind, *interface, velocity);
             let shape = per_unit(Kind::Mu(*interface));
@@ -124,11 +181,15 @@ impl MuColumns {
             // Friction of the interface at high speed, without viscous friction.
             let sliding = values[self.columns[*mu].0] * load + values[*coulomb] * constant;
             let excess = per_unit(Kind::StaticExcess(*interface)) / shape * sliding;
-            let own = &unit[mu * actuators..][..actuators];
-            row.extend(own.iter().map(|x| x * constant));
-            row.extend(own.iter().map(|x| x * excess));
+            for channel in 0..actuators {
+                let own = unit[layout.column(*mu, channel)];
+                let [at_constant, at_excess] = layout.curve(index, channel);
+                out[at_constant] = own * constant;
+                out[at_excess] = own * excess;
+            }
         }
-        row
+        let first = layout.group(0, 0);
+        out[first..][..slopes.len()].copy_from_slice(slopes);
     }
 
     /// Adds a change of the measured efforts of an actuator to its right-hand side.
@@ -156,151 +217,95 @@ impl Prepared {
             return Ok(());
         }
         self.regressor.set_static_excess(values);
-        let engine = self.regressor.engine_parameters(values);
-        let mut solved = self.solved(&engine)?;
-        let is_solved: Vec<bool> = solved.iter().map(Option::is_some).collect();
-        // An instant without a solution uses the loads of a neighbouring instant, without
-        // derivatives.
-        let mut before = solved.iter().flatten().next().cloned();
-        for found in &mut solved {
-            match found {
-                Some(found) => before = Some(found.clone()),
-                None => found.clone_from(&before),
-            }
-        }
-        let solved: Vec<Solved> = solved.into_iter().flatten().collect();
-        let mu = &self.mu;
-        let unit = mu.unit_now(&self.regressor, &solved);
-        let actuators = self.block.channels.len();
-        let count = mu.columns.len();
-        // Load-dependent friction per unit of each friction coefficient, at the solved normal
-        // loads.
-        let columns: Vec<Vec<f64>> = unit
-            .iter()
-            .zip(&solved)
-            .map(|(unit, solved)| {
-                let mut row = unit.clone();
-                for (index, &(_, interface)) in mu.columns.iter().enumerate() {
-                    let load = solved.loads[interface];
-                    row[index * actuators..][..actuators].iter_mut().for_each(|x| *x *= load);
-                }
-                row
-            })
-            .collect();
-        let grid: Vec<f64> = self.instants.iter().map(|(time, _)| *time).collect();
-        let width = actuators * count;
-        let filtered =
-            mu.filter.apply(&grid, width, |k, out| out.copy_from_slice(&columns[k]), &mu.at);
-        for (channel, rows) in self.block.channels.iter_mut().enumerate() {
-            rows.right.copy_from(&mu.rights[channel]);
-            rows.matrix.copy_from(&mu.matrices[channel]);
-            for (row, &step) in rows.steps.iter().enumerate() {
-                for (index, &(column, _)) in mu.columns.iter().enumerate() {
-                    rows.matrix[(row, column)] = filtered[step][index * actuators + channel];
-                }
-            }
-        }
-        drop((columns, filtered));
-        let width = 2 * mu.curves.len() * actuators;
-        if width > 0 {
-            let row = |k: usize, out: &mut [f64]| {
-                let own = (&unit[k][..], &solved[k]);
-                out.copy_from_slice(&mu.curve_columns(&self.regressor, values, own));
-            };
-            let filtered = mu.filter.apply(&grid, width, row, &mu.at);
-            for (channel, rows) in self.block.channels.iter_mut().enumerate() {
-                for (row, &step) in rows.steps.iter().enumerate() {
-                    for (index, curve) in mu.curves.iter().enumerate() {
-                        let own = &filtered[step][2 * index * actuators..];
-                        rows.matrix[(row, curve.coulomb)] = own[channel];
-                        rows.matrix[(row, curve.excess)] = own[actuators + channel];
-                        // Sliding friction contains the excess, so its column is a derivative only.
-                        rows.right[row] += own[actuators + channel] * values[curve.excess];
-                    }
-                }
-            }
-        }
         // Friction of a joint changes the normal loads, and thereby the friction, of other joints.
         // Inertia also changes them, but this effect is small compared with the direct effect of
         // inertia on the effort. It is neglected, because it would require one more solution for
         // each inertial parameter. The next linearisation uses the changed loads.
-        let changes_loads = |group: &&Vec<usize>| {
-            let kind = parameters[group[0]].kind;
-            matches!(
-                kind,
-                Kind::Mu(_) | Kind::StaticExcess(_) | Kind::Coulomb(_) | Kind::Viscous(_)
-            )
+        let changes_loads = |group: &&Vec<usize>| parameters[group[0]].kind.interface().is_some();
+        let groups: Vec<Vec<usize>> = groups.iter().filter(changes_loads).cloned().collect();
+        let instants = self.instants_at(values, &groups)?;
+        let mu = &self.mu;
+        let layout = Layout {
+            actuators: self.block.channels.len(),
+            columns: mu.columns.len(),
+            curves: mu.curves.len(),
+            groups: groups.len(),
         };
-        let moved: Vec<Vec<usize>> = groups.iter().filter(changes_loads).cloned().collect();
-        for groups in moved.chunks(DIRECTIONS) {
-            let slopes = self.load_friction_slopes(values, groups, (&solved, &is_solved, &unit));
-            let width = actuators * groups.len();
-            let filtered =
-                mu.filter.apply(&grid, width, |k, out| out.copy_from_slice(&slopes[k]), &mu.at);
-            for (channel, rows) in self.block.channels.iter_mut().enumerate() {
-                for (row, &step) in rows.steps.iter().enumerate() {
-                    for (number, group) in groups.iter().enumerate() {
-                        let derivative = filtered[step][number * actuators + channel];
-                        rows.matrix[(row, group[0])] += derivative;
-                        rows.right[row] += derivative * values[group[0]];
-                    }
+        let grid: Vec<f64> = self.instants.iter().map(|(time, _)| *time).collect();
+        let mut unit = Vec::new();
+        let write = |k: usize, out: &mut [f64]| {
+            mu.unit_at(k, &self.regressor, &instants[k].solved, &mut unit);
+            mu.write(&self.regressor, values, (&unit, &instants[k]), (&layout, out));
+        };
+        let filtered = mu.filter.apply(&grid, layout.width(), write, &mu.at);
+        for (channel, rows) in self.block.channels.iter_mut().enumerate() {
+            rows.right.copy_from(&mu.rights[channel]);
+            rows.matrix.copy_from(&mu.matrices[channel]);
+            for (row, &step) in rows.steps.iter().enumerate() {
+                let filtered = &filtered[step];
+                for (index, &(column, _)) in mu.columns.iter().enumerate() {
+                    rows.matrix[(row, column)] = filtered[layout.column(index, channel)];
+                }
+                for (index, curve) in mu.curves.iter().enumerate() {
+                    let [constant, excess] =
+                        layout.curve(index, channel).map(|place| filtered[place]);
+                    rows.matrix[(row, curve.coulomb)] = constant;
+                    rows.matrix[(row, curve.excess)] = excess;
+                    // Sliding friction contains the excess, so its column is a derivative only.
+                    rows.right[row] += excess * values[curve.excess];
+                }
+                for (number, group) in groups.iter().enumerate() {
+                    let derivative = filtered[layout.group(number, channel)];
+                    rows.matrix[(row, group[0])] += derivative;
+                    rows.right[row] += derivative * values[group[0]];
                 }
             }
         }
         Ok(())
     }
 
-    /// Computes the derivatives of the load-dependent friction with respect to groups of parameters
-    /// at each instant, as far as they result from changes of the normal loads. The index is
-    /// `group * actuators + channel`. The derivatives are zero where the loads have no derivative,
-    /// such as near jamming.
-    fn load_friction_slopes(
-        &self,
-        values: &[f64],
-        groups: &[Vec<usize>],
-        (solved, is_solved, unit): (&[Solved], &[bool], &[Vec<f64>]),
-    ) -> Vec<Vec<f64>> {
-        let (mu, actuators) = (&self.mu, self.block.channels.len());
-        let mut slopes = LoadSlopes::new(&self.regressor, values, groups);
-        let each = self.instants.iter().zip(solved.iter().zip(is_solved)).zip(unit);
-        each.map(|(((_, [q, v, a]), (solved, is_solved)), unit)| {
-            let mut row = vec![0.0; actuators * groups.len()];
-            if !is_solved {
-                return row;
+    /// Computes the normal loads at all instants, and their derivatives with respect to `groups` of
+    /// friction parameters. An instant at which the forces have no solution has the loads of a
+    /// neighbouring instant, without derivatives. Fails if there are too many such instants.
+    fn instants_at(&self, values: &[f64], groups: &[Vec<usize>]) -> Result<Vec<Instant>, String> {
+        let (regressor, mu) = (&self.regressor, &self.mu);
+        let engine = regressor.engine_parameters(values);
+        let found = by_pieces(self.instants.len(), |piece| {
+            let mut data = regressor.engine_data();
+            if let Some(state) = starting(&self.starts, self.instants[piece.start].0) {
+                data.start_from(state);
             }
-            let Ok(loads) = slopes.at(solved, [q, v, a]) else { return row };
-            let loads: Vec<_> = loads.collect();
-            for (index, &(column, interface)) in mu.columns.iter().enumerate() {
-                for number in 0..groups.len() {
-                    let factor = values[column] * loads[interface][number];
-                    for channel in 0..actuators {
-                        row[number * actuators + channel] +=
-                            unit[index * actuators + channel] * factor;
+            let mut slopes = LoadSlopes::new(regressor, groups);
+            let mut unit = Vec::new();
+            let each = piece.map(|k| {
+                let (_, [q, v, a]) = &self.instants[k];
+                let solved = regressor.loads(&engine, &mut data, [q, v, a])?;
+                let slopes = match slopes.at(&solved, (&engine, &data)) {
+                    Ok(loads) if !groups.is_empty() => {
+                        mu.unit_at(k, regressor, &solved, &mut unit);
+                        mu.friction_slopes(values, &loads, &unit)
                     }
-                }
-            }
-            row
-        })
-        .collect()
-    }
-
-    /// Computes the normal loads at all instants; `None` for an instant at which the forces have no
-    /// solution. Fails if there are too many such instants.
-    fn solved(&self, engine: &Parameters<f64>) -> Result<Vec<Option<Solved>>, String> {
-        let mut data = self.regressor.engine_data();
-        let mut failed: Option<String> = None;
-        let mut all = Vec::with_capacity(self.instants.len());
-        for (time, [q, v, a]) in &self.instants {
-            let found = self.regressor.loads(engine, &mut data, [q, v, a]);
-            if let Err(status) = &found {
-                failed.get_or_insert_with(|| format!("at {time:.4} s: {}", status.reason()));
-            }
-            all.push(found.ok());
+                    _ => Vec::new(),
+                };
+                Ok(Instant { solved, slopes })
+            });
+            each.collect::<Vec<Result<Instant, Status>>>()
+        });
+        let failed = || found.iter().zip(&self.instants).filter(|(found, _)| found.is_err());
+        if failed().count() as f64 > super::MAY_FAIL * self.instants.len() as f64 {
+            let first = failed().find_map(|(found, (time, _))| {
+                let status = found.as_ref().err()?;
+                Some(format!("at {time:.4} s: {}", status.reason()))
+            });
+            return Err(first.unwrap_or_default());
         }
-        let failures = all.iter().filter(|found| found.is_none()).count();
-        match failures as f64 > super::MAY_FAIL * self.instants.len() as f64 {
-            true => Err(failed.unwrap_or_default()),
-            false => Ok(all),
-        }
+        let mut before = found.iter().flatten().next().map(|own| own.solved.clone());
+        let each = found.into_iter().filter_map(|found| {
+            if let Ok(found) = &found {
+                before = Some(found.solved.clone());
+            }
+            found.ok().or_else(|| Some(Instant { solved: before.clone()?, slopes: Vec::new() }))
+        });
+        Ok(each.collect())
     }
 }

@@ -9,6 +9,7 @@ mod filter;
 mod gaps;
 mod loads;
 mod motion;
+mod pieces;
 mod reference;
 mod reversals;
 mod rows;
@@ -70,6 +71,8 @@ pub(super) struct Prepared {
     /// Standard deviation of the white noise that remains in each filtered effort, N or N m; `None` for steady motions.
     pub(super) effort_noise: Option<Vec<f64>>,
     pub(super) cautions: Vec<String>,
+    /// Times, s, and states of the mechanism at some instants; see [`pieces::starting`].
+    starts: Vec<(f64, State<f64>)>,
     /// Poses of all bodies in the world at some instants of a recorded motion; empty for steady
     /// motions.
     pub(super) poses: Vec<(f64, Vec<Pose<f64>>)>,
@@ -181,8 +184,9 @@ impl Prepared {
         regressor.carry(&carried);
         regressor.set_rate_noise(&motion.rate_noise);
         let delay = reversals::common_delay(delays, used.rate);
-        reversals::refine(&regressor, &mut motion, (&used.times, delay));
-        let computed = rows::computed(&mut regressor, &motion, (&only, terms), origin, &log.name)?;
+        let starts = reversals::refine(&regressor, &mut motion, (&used.times, delay));
+        let motion_from = (&motion, &starts[..]);
+        let computed = rows::computed(&regressor, motion_from, (&only, terms), origin, &log.name)?;
         if let Some(caution) = &computed.caution {
             cautions.push(caution.clone());
             let reached: Vec<f64> = computed.instants.iter().map(|(time, _)| *time).collect();
@@ -213,6 +217,7 @@ impl Prepared {
             block: assembled.block,
             regressor,
             instants: computed.instants,
+            starts: computed.starts,
             poses: if log.log.is_steady { Vec::new() } else { computed.poses },
             mu,
             sample: used.rate.recip(),

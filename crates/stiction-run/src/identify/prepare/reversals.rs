@@ -10,7 +10,8 @@
 
 use super::filter::{RowFilter, within};
 use super::motion::Motion;
-use stiction_core::kinematics::Target;
+use super::pieces::PIECE;
+use stiction_core::kinematics::{State, Target};
 use stiction_identify::Regressor;
 
 /// Distance between two instants, as a fraction of the interval between successive instants, below
@@ -29,22 +30,28 @@ pub(super) fn common_delay(delays: Option<&[f64]>, rate: f64) -> Option<f64> {
 
 /// Replaces the instants of a motion near each reversal of a joint by two times: the last effort
 /// sample before the reversal and the first effort sample after it. If the delay of the efforts is
-/// unknown, the times are immediately before and after the reversal instead.
+/// unknown, the times are immediately before and after the reversal instead. Returns times, s, and
+/// states of the mechanism at some instants, none for a table of steady motions.
 pub(super) fn refine(
     regressor: &Regressor,
     motion: &mut Motion,
     (samples, delay): (&[f64], Option<f64>),
-) {
-    let RowFilter::LowPass(pieces) = &motion.filter else { return };
+) -> Vec<(f64, State<f64>)> {
+    let mut starts = Vec::new();
+    let RowFilter::LowPass(pieces) = &motion.filter else { return starts };
     let mut found = Vec::new();
     let mut from = regressor.clone();
     for (_, ends) in pieces {
         let own = within(&motion.times, *ends);
-        let sliding: Vec<Option<Vec<[f64; 3]>>> = motion.targets[own.clone()]
-            .iter()
-            .map(|targets| {
-                let [q, v, a] = split(targets);
-                from.sliding(&q, &v, &a)
+        let sliding: Vec<Option<Vec<[f64; 3]>>> = own
+            .clone()
+            .map(|k| {
+                let [q, v, a] = split(&motion.targets[k]);
+                let sliding = from.sliding(&q, &v, &a);
+                if k % PIECE == 0 && sliding.is_some() {
+                    starts.push((motion.times[k], from.state().clone()));
+                }
+                sliding
             })
             .collect();
         for (k, pair) in sliding.windows(2).enumerate() {
@@ -74,6 +81,7 @@ pub(super) fn refine(
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
     found.dedup();
     insert(motion, &found);
+    starts
 }
 
 /// Returns the fraction of the way from the velocity `before` to the velocity `after` at which the

@@ -5,15 +5,18 @@ use super::dwells::{self as rests, Standstill};
 use super::effects::{self, Scales, State};
 use super::filter::{RowFilter, within};
 use super::motion::{Motion, ROWS_PER_PERIOD, Used};
+use super::pieces::{PIECE, in_pieces, starting};
 use super::{reversals, saturation, spikes};
 use crate::bodies::poses_in_world;
 use crate::identify::IdentifyError as Error;
 use crate::identify::chosen::{EffortColumn, refuse};
 use nalgebra::{DMatrix, DVector};
+use std::ops::Range;
+use stiction_core::dynamics::Status;
 use stiction_core::kinematics::{Coordinate, State as MechanismState, Target};
 use stiction_core::spatial::{Pose, Vec3};
 use stiction_format::{Drives, ModelFile};
-use stiction_identify::{Block, Kind, Parameter, Regressor, Rest, Rows};
+use stiction_identify::{Block, Columns, Kind, Parameter, Regressor, Rest, Rows};
 
 /// Limit on the fraction of a filtered row that comes from instants with friction at rest, and on
 /// the fraction that comes from saturated samples. The regression uses only rows below both limits.
@@ -31,6 +34,8 @@ const EXTRA: usize = 5 + effects::FILTERED.len();
 /// Unfiltered regression columns of the model at the instants at which the regressor is evaluated.
 pub(super) struct Computed {
     pub(super) instants: Vec<(f64, [Vec<f64>; 3])>,
+    /// Times, s, and states of the mechanism at some instants; see [`starting`].
+    pub(super) starts: Vec<(f64, MechanismState<f64>)>,
     /// Regression columns of the friction coefficients under unit normal loads, for each instant.
     pub(super) unit_friction: Vec<Vec<f64>>,
     /// Times, s, with the poses of all bodies in the world, the ground first, at some of the
@@ -71,12 +76,73 @@ pub(super) struct Assembled {
     pub(super) standstills: Vec<Standstill>,
 }
 
-/// Computes the regression columns of the model at the instants of a motion. Instants that the
-/// model cannot reach are left out. Fails if too many instants cannot be reached, or if an effort
-/// term has no finite value.
+/// Results of the regressor at one instant.
+struct Instant {
+    columns: Columns,
+    /// For each actuator, its rate and whether the friction of its own joint is at rest.
+    rates: Vec<(f64, Rest)>,
+    /// State of the mechanism, for the first instant of a piece and where all actuators begin to
+    /// be at rest.
+    state: Option<MechanismState<f64>>,
+    /// Poses of all bodies, for some of the instants.
+    poses: Option<Vec<Pose<f64>>>,
+}
+
+impl Instant {
+    fn is_at_rest(&self) -> bool {
+        self.rates.iter().all(|(_, own)| *own != Rest::Sliding)
+    }
+}
+
+/// Evaluates the regressor at the instants of a motion, of which each `stride`-th has poses, and
+/// calls `receive` with the results in order. `starts` contains times, s, and states of the mechanism
+/// at some instants, from which pieces of the motion are computed on several threads.
+fn each_instant(
+    regressor: &Regressor,
+    (motion, starts): (&Motion, &[(f64, MechanismState<f64>)]),
+    (stride, origin): (usize, Vec3<f64>),
+    mut receive: impl FnMut(Result<Instant, Status>),
+) {
+    let actuators = regressor.mechanism().actuators().count();
+    let work = |piece: Range<usize>| -> Vec<Result<Instant, Status>> {
+        let mut regressor = regressor.clone();
+        if let Some(state) = starting(starts, motion.times[piece.start]) {
+            regressor.start_from(state);
+        }
+        let mut was_at_rest = false;
+        let each = piece.map(|k| {
+            let [q, v, a] = reversals::split(&motion.targets[k]);
+            let columns = regressor.at(&q, &v, &a)?;
+            let rate = |row| regressor.actuator_rate(row).unwrap_or((0.0, Rest::Sliding));
+            let poses = || poses_in_world(regressor.bodies(), origin).collect();
+            let mut own = Instant {
+                columns,
+                rates: (0..actuators).map(rate).collect(),
+                state: None,
+                poses: (k % stride == 0).then(poses),
+            };
+            let is_at_rest = own.is_at_rest();
+            if k % PIECE == 0 || (is_at_rest && !was_at_rest) {
+                own.state = Some(regressor.state().clone());
+            }
+            was_at_rest = is_at_rest;
+            Ok(own)
+        });
+        each.collect()
+    };
+    match motion.filter {
+        RowFilter::LowPass(_) => in_pieces(motion.times.len(), work, receive),
+        // Successive rows of a table may be far apart, and no states are known.
+        RowFilter::Unfiltered => work(0..motion.times.len()).into_iter().for_each(&mut receive),
+    }
+}
+
+/// Computes the regression columns of the model at the instants of a motion. `starts` are those of
+/// [`reversals::refine`]. Instants that the model cannot reach are left out. Fails if too many
+/// instants cannot be reached, or if an effort term has no finite value.
 pub(super) fn computed(
-    regressor: &mut Regressor,
-    motion: &Motion,
+    regressor: &Regressor,
+    (motion, starts): (&Motion, &[(f64, MechanismState<f64>)]),
     (coordinates, terms): (&[Coordinate], &[Drives]),
     origin: Vec3<f64>,
     name: &str,
@@ -86,8 +152,8 @@ pub(super) fn computed(
     let actuators = coordinates.len();
     let mu: Vec<usize> =
         (0..width).filter(|&k| matches!(parameters[k].kind, Kind::Mu(_))).collect();
-    let (mut instants, mut unit_friction) = (Vec::new(), Vec::new());
-    let mut poses = Vec::new();
+    let (mut reached, mut unit_friction) = (Vec::new(), Vec::new());
+    let (mut poses, mut states_of_pieces) = (Vec::new(), Vec::new());
     let stride = motion.times.len().div_ceil(SHOWN).max(1);
     // For each actuator and instant, whether any friction that contributes to its effort is at
     // rest, then whether the friction of its own joint is at rest.
@@ -106,32 +172,36 @@ pub(super) fn computed(
         })
         .collect();
     let mut failure: Option<(f64, &str)> = None;
-    for (&time, targets) in motion.times.iter().zip(&motion.targets) {
-        let [q, v, a] = reversals::split(targets);
-        let mut columns = match regressor.at(&q, &v, &a) {
-            Ok(columns) => columns,
+    let mut refused = None;
+    let mut targets = motion.times.iter().zip(&motion.targets);
+    each_instant(regressor, (motion, starts), (stride, origin), |found| {
+        let Some((&time, targets)) = targets.next() else { return };
+        let mut found = match found {
+            Ok(found) => found,
             Err(status) => {
                 failure.get_or_insert((time, status.reason()));
-                continue;
+                return;
             }
         };
+        let columns = &mut found.columns;
         write_terms(terms, time, (coordinates, targets), &parameters, &mut columns.matrix);
         for (k, p) in parameters.iter().enumerate() {
             let is_term = matches!(p.kind, Kind::Term(_));
             if is_term && columns.matrix.column(k).iter().any(|x| !x.is_finite()) {
-                return Err(refuse(
-                    format!("{name}: the term `{}` cannot be evaluated at {time:.4} s", p.name),
-                    "a formula can contain only the independent coordinates of the log: those \
-                     of the actuators, or those that are logged in their place",
-                ));
+                refused.get_or_insert_with(|| {
+                    refuse(
+                        format!("{name}: the term `{}` cannot be evaluated at {time:.4} s", p.name),
+                        "a formula can contain only the independent coordinates of the log: those \
+                         of the actuators, or those that are logged in their place",
+                    )
+                });
             }
         }
         let friction =
             mu.iter().flat_map(|&k| columns.matrix.column(k).iter().copied().collect::<Vec<_>>());
         unit_friction.push(friction.collect());
         let mut row = Vec::with_capacity(actuators * (width + EXTRA));
-        for channel in 0..actuators {
-            let (rate, own) = regressor.actuator_rate(channel).unwrap_or((0.0, Rest::Sliding));
+        for (channel, &(rate, own)) in found.rates.iter().enumerate() {
             rests[channel][0].push(columns.rest[channel]);
             rests[channel][1].push(own);
             let direction = if rate == 0.0 { 0.0 } else { rate.signum() };
@@ -143,16 +213,20 @@ pub(super) fn computed(
                 (coordinates[channel] == driven[channel].0).then(|| targets[channel].value);
             states[channel].push(State { direction, rate, position, known });
         }
-        let is_at_rest = rests.iter().all(|[_, own]| own.last() != Some(&Rest::Sliding));
-        if is_at_rest && !was_at_rest {
-            rest_states.push((time, regressor.state().clone()));
+        signals.push(row);
+        poses.extend(found.poses.take().map(|poses| (time, poses)));
+        let is_at_rest = found.is_at_rest();
+        if let Some(state) = found.state {
+            if is_at_rest && !was_at_rest {
+                rest_states.push((time, state.clone()));
+            }
+            states_of_pieces.push((time, state));
         }
         was_at_rest = is_at_rest;
-        signals.push(row);
-        if instants.len() % stride == 0 {
-            poses.push((time, poses_in_world(regressor.bodies(), origin).collect()));
-        }
-        instants.push((time, [q, v, a]));
+        reached.push((time, reversals::split(targets)));
+    });
+    if let Some(refused) = refused {
+        return Err(refused);
     }
     let count = motion.times.len();
     let mut caution = None;
@@ -172,7 +246,7 @@ pub(super) fn computed(
              first at {time:.4} s: {why}"
         ));
     }
-    let times: Vec<f64> = instants.iter().map(|(time, _)| *time).collect();
+    let times: Vec<f64> = reached.iter().map(|(time, _)| *time).collect();
     let shortest = motion.cutoff.map_or(0.0, f64::recip);
     for (channel, rests) in rests.iter().enumerate() {
         let base = channel * (width + EXTRA) + width;
@@ -187,7 +261,18 @@ pub(super) fn computed(
         }
     }
     let rests = rest_states;
-    Ok(Computed { poses, instants, unit_friction, mu, signals, actuators, width, caution, rests })
+    Ok(Computed {
+        poses,
+        instants: reached,
+        starts: states_of_pieces,
+        unit_friction,
+        mu,
+        signals,
+        actuators,
+        width,
+        caution,
+        rests,
+    })
 }
 
 /// Decides for each instant whether the friction in an effort is certainly at rest, and whether it
