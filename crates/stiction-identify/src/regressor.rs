@@ -72,6 +72,8 @@ pub struct Regressor {
     /// Standard deviation of the measured rate of each coordinate, rad/s or m/s.
     rate_noise: Vec<f64>,
     at_motors: bool,
+    /// True if [`Self::at`] has compiled the model again.
+    is_compiled_again: bool,
 }
 
 impl Regressor {
@@ -110,6 +112,7 @@ impl Regressor {
             accelerations: vec![Twist::zero(); bodies],
             rate_noise: vec![0.0; coordinates],
             at_motors: choice.at_motors,
+            is_compiled_again: false,
         })
     }
 
@@ -267,7 +270,14 @@ impl Regressor {
         self.data = model.data(self.solver.state(), settings);
         self.unit = self.data.clone();
         self.model = model;
+        self.is_compiled_again = true;
         self.efforts_at(q, v, a).is_converged()
+    }
+
+    /// Returns true if [`Self::at`] has compiled the model again, because the first configuration did
+    /// not suit it. Later solutions of the forces need the new model, too.
+    pub fn is_compiled_again(&self) -> bool {
+        self.is_compiled_again
     }
 
     fn assembled(&self, known: DVector<f64>, actuation: &LU<f64, Dyn, Dyn>) -> Columns {

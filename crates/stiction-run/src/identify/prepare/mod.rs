@@ -186,7 +186,8 @@ impl Prepared {
         let delay = reversals::common_delay(delays, used.rate);
         let starts = reversals::refine(&regressor, &mut motion, (&used.times, delay));
         let motion_from = (&motion, &starts[..]);
-        let computed = rows::computed(&regressor, motion_from, (&only, terms), origin, &log.name)?;
+        let computed =
+            rows::computed(&mut regressor, motion_from, (&only, terms), origin, &log.name)?;
         if let Some(caution) = &computed.caution {
             cautions.push(caution.clone());
             let reached: Vec<f64> = computed.instants.iter().map(|(time, _)| *time).collect();

@@ -86,6 +86,8 @@ struct Instant {
     state: Option<MechanismState<f64>>,
     /// Poses of all bodies, for some of the instants.
     poses: Option<Vec<Pose<f64>>>,
+    /// The regressor at the last instant of a piece in which its model was compiled again.
+    changed: Option<Box<Regressor>>,
 }
 
 impl Instant {
@@ -109,7 +111,7 @@ fn each_instant(
         if let Some(state) = starting(starts, motion.times[piece.start]) {
             regressor.start_from(state);
         }
-        let mut was_at_rest = false;
+        let (mut was_at_rest, end) = (false, piece.end);
         let each = piece.map(|k| {
             let [q, v, a] = reversals::split(&motion.targets[k]);
             let columns = regressor.at(&q, &v, &a)?;
@@ -120,12 +122,16 @@ fn each_instant(
                 rates: (0..actuators).map(rate).collect(),
                 state: None,
                 poses: (k % stride == 0).then(poses),
+                changed: None,
             };
             let is_at_rest = own.is_at_rest();
             if k % PIECE == 0 || (is_at_rest && !was_at_rest) {
                 own.state = Some(regressor.state().clone());
             }
             was_at_rest = is_at_rest;
+            if k + 1 == end && regressor.is_compiled_again() {
+                own.changed = Some(Box::new(regressor.clone()));
+            }
             Ok(own)
         });
         each.collect()
@@ -141,7 +147,7 @@ fn each_instant(
 /// [`reversals::refine`]. Instants that the model cannot reach are left out. Fails if too many
 /// instants cannot be reached, or if an effort term has no finite value.
 pub(super) fn computed(
-    regressor: &Regressor,
+    regressor: &mut Regressor,
     (motion, starts): (&Motion, &[(f64, MechanismState<f64>)]),
     (coordinates, terms): (&[Coordinate], &[Drives]),
     origin: Vec3<f64>,
@@ -172,7 +178,7 @@ pub(super) fn computed(
         })
         .collect();
     let mut failure: Option<(f64, &str)> = None;
-    let mut refused = None;
+    let (mut refused, mut changed) = (None, None);
     let mut targets = motion.times.iter().zip(&motion.targets);
     each_instant(regressor, (motion, starts), (stride, origin), |found| {
         let Some((&time, targets)) = targets.next() else { return };
@@ -183,6 +189,7 @@ pub(super) fn computed(
                 return;
             }
         };
+        changed = found.changed.take().or_else(|| changed.take());
         let columns = &mut found.columns;
         write_terms(terms, time, (coordinates, targets), &parameters, &mut columns.matrix);
         for (k, p) in parameters.iter().enumerate() {
@@ -227,6 +234,9 @@ pub(super) fn computed(
     });
     if let Some(refused) = refused {
         return Err(refused);
+    }
+    if let Some(changed) = changed {
+        *regressor = *changed;
     }
     let count = motion.times.len();
     let mut caution = None;
