@@ -29,7 +29,7 @@ impl Px {
         }
         let size = self.tenths.unsigned_abs();
         out.write_str(digits.format(size / 10))?;
-        if size % 10 != 0 {
+        if !size.is_multiple_of(10) {
             out.write_char('.')?;
             out.write_str(digits.format(size % 10))?;
         }
