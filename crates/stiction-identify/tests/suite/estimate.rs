@@ -592,7 +592,7 @@ fn bounds_of_bodies_hold() {
     assert!(error > -1e-12 && both.values[mass] <= heaviest * (1.0 + 1e-12), "{error:e}");
     // Three bounds that meet in one point, of which any two hold.
     let sign = (prior - value).signum();
-    let vertex = vec![
+    let vertex = [
         single(moment, sign, sign * bound),
         single(mass, 1.0, parameters[mass].prior),
         Inequality {
