@@ -28,6 +28,7 @@ fn the_json_has_all_verdicts() {
     let said = folder.stiction(&["check", "3rps", "--json", "-o", "."]);
     // The error stream may show progress on a slow machine.
     assert_eq!(said.succeeds(), folder.read("check.json"));
+    assert!(!said.err.contains("CAUTION"), "{}", said.err);
     let value: Value = serde_json::from_str(&said.out).unwrap();
     assert_eq!(value["mobility"]["finite"], 3);
     // The travel of all scalar coordinates, and the ranges that the model declares, of which it has none.

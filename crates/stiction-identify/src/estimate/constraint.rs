@@ -23,8 +23,9 @@ const ACTIVE: f64 = 1e-9;
 /// Distance between the unit directions of two constraints up to which the constraints are parallel.
 const PARALLEL: f64 = 1e-12;
 /// Square of the part of a constraint's direction that others leave, relative to the square of the direction, up to
-/// which the constraint depends on them. Both are in the metric of the inverse Hessian.
-const DEPENDENT: f64 = 1e-10;
+/// which the constraint depends on them. Both are in the metric of the inverse Hessian. Rounding errors of the square are
+/// some 1e-15.
+const DEPENDENT: f64 = 1e-13;
 
 /// Inequality `direction . z >= least` in free coordinates, with a direction of unit length.
 #[derive(Clone, Debug)]
@@ -92,8 +93,8 @@ pub(super) struct Held {
 
 impl Held {
     /// Projects `free`, the step without constraints, onto the `constraints`, each given by its direction. `solve`
-    /// multiplies by the inverse Hessian. A constraint that depends on those before it holds with them; its multiplier
-    /// is zero.
+    /// multiplies by the inverse Hessian. A constraint that depends on those before it is satisfied by the same step;
+    /// its multiplier is zero.
     pub(super) fn of(
         free: DVector<f64>,
         constraints: &[&DVector<f64>],

@@ -35,6 +35,8 @@ pub(crate) fn covariance(
             blocks.iter().map(|block| block.channels[channel].residuals(values)).collect();
         let autocovariance = autocovariance(&series(blocks, channel, &residuals));
         let lags = autocovariance.len();
+        let count = residuals.iter().map(DVector::len).sum::<usize>().max(1);
+        let variance = residuals.iter().map(DVector::norm_squared).sum::<f64>() / count as f64;
         for block in design {
             let rows = &block.channels[channel];
             if rows.is_empty() {
@@ -54,7 +56,8 @@ pub(crate) fn covariance(
             });
             let factor = (block.independence / (noise * noise)).powi(2);
             let own = transposed_product(&scaled, &smoothed) * factor;
-            let variance = autocovariance[0];
+            // The autocovariance of a repeated motion contains the covariance between its repetitions, so its first value
+            // exceeds the variance.
             if variance > 0.0 {
                 sums[1] += &own * (noise * noise / variance);
             }
@@ -67,8 +70,8 @@ pub(crate) fn covariance(
 
 /// Factor by which residuals underestimate the variance of the errors, because the fit uses up degrees of freedom:
 /// `n/(n - tr(2 S R - S R S^T))` for `n` independent samples, the matrix `S` that turns measured into predicted efforts,
-/// and the correlation matrix `R` of the errors. Correlated errors look more like the columns of the parameters than
-/// independent ones do. Parameters that only the prior determines use no degrees of freedom. `data` is the part of the
+/// and the correlation matrix `R` of the errors, estimated from the residuals. Correlated errors use more degrees of freedom
+/// than independent ones, because slow errors correlate with the columns. Parameters that only the prior determines use no degrees of freedom. `data` is the part of the
 /// Hessian that the data contribute, `coloured` the second result of [`covariance`], which equals `data` for
 /// independent samples, and `inverse` the inverse Hessian.
 ///

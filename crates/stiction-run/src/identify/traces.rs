@@ -236,19 +236,17 @@ fn add_friction(
 
 /// Returns the factor of Stribeck's curve of an interface at the speed at which `ratio` is the ratio
 /// of the column of viscous friction to that of load-independent friction, rad/s or m/s. The second
-/// column contains the factor, so the ratio is the joint rate divided by the factor; it grows with
-/// the speed, because the factor falls.
+/// column contains the factor, so the ratio is the joint rate divided by the factor. The rate therefore lies between the
+/// ratio and the ratio times the factor at rest.
 fn curve_at(regressor: &Regressor, interface: usize, ratio: f64) -> f64 {
     let per_unit = |kind, speed| regressor.friction_per_unit(kind, interface, speed);
     let ratio_at = |speed| {
         per_unit(Kind::Viscous(interface), speed) / per_unit(Kind::Coulomb(interface), speed)
     };
-    let (mut low, mut high) = (0.0, f64::MIN_POSITIVE.sqrt());
-    while ratio_at(high) < ratio {
-        (low, high) = (high, 2.0 * high);
-    }
-    // Slower motion has the factor at rest.
-    while low > 0.0 && high - low > 1e-12 * high {
+    let at_rest = ratio * per_unit(Kind::Mu(interface), 0.0);
+    let (mut low, mut high) = (ratio.min(at_rest), ratio.max(at_rest));
+    // Halves the interval to the resolution of doubles.
+    for _ in 0..53 {
         let middle = 0.5 * (low + high);
         match ratio_at(middle) < ratio {
             true => low = middle,

@@ -4,7 +4,7 @@
 //! The theory is in equation (I8) of the book.
 
 use super::filter::{RowFilter, within};
-use super::pieces::{by_pieces, starting};
+use super::pieces::{self, by_pieces, starting};
 use super::reversals::split;
 use super::{Prepared, gaps};
 use nalgebra::DVector;
@@ -70,7 +70,7 @@ impl Prepared {
             }
             Ok((columns.known + columns.matrix * &moving).as_slice().to_vec())
         };
-        let efforts = by_pieces(grid.len(), |piece| {
+        let efforts = by_pieces(pieces::pieces(&grid, &self.starts), |piece| {
             let mut regressor = regressor.clone();
             if let Some(state) = starting(&self.starts, grid[piece.start]) {
                 regressor.start_from(state);

@@ -5,7 +5,7 @@
 
 use super::Prepared;
 use super::filter::RowFilter;
-use super::pieces::{by_pieces, starting};
+use super::pieces::{by_pieces, pieces, starting};
 use super::rows::{Assembled, Computed};
 use nalgebra::{DMatrix, DVector};
 use stiction_core::dynamics::Status;
@@ -270,9 +270,10 @@ impl Prepared {
     fn instants_at(&self, values: &[f64], groups: &[Vec<usize>]) -> Result<Vec<Instant>, String> {
         let (regressor, mu) = (&self.regressor, &self.mu);
         let engine = regressor.engine_parameters(values);
-        let found = by_pieces(self.instants.len(), |piece| {
+        let times: Vec<f64> = self.instants.iter().map(|(time, _)| *time).collect();
+        let found = by_pieces(pieces(&times, &self.starts), |piece| {
             let mut data = regressor.engine_data();
-            if let Some(state) = starting(&self.starts, self.instants[piece.start].0) {
+            if let Some(state) = starting(&self.starts, times[piece.start]) {
                 data.start_from(state);
             }
             let mut slopes = LoadSlopes::new(regressor, groups);

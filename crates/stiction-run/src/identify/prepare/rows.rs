@@ -5,7 +5,7 @@ use super::dwells::{self as rests, Standstill};
 use super::effects::{self, Scales, State};
 use super::filter::{RowFilter, within};
 use super::motion::{Motion, ROWS_PER_PERIOD, Used};
-use super::pieces::{PIECE, in_pieces, starting};
+use super::pieces::{in_pieces, pieces, starting};
 use super::{reversals, saturation, spikes};
 use crate::bodies::poses_in_world;
 use crate::identify::IdentifyError as Error;
@@ -86,7 +86,7 @@ struct Instant {
     state: Option<MechanismState<f64>>,
     /// Poses of all bodies, for some of the instants.
     poses: Option<Vec<Pose<f64>>>,
-    /// The regressor at the last instant of a piece in which its model was compiled again.
+    /// The regressor after a piece in which its model was compiled again, for the last instant that was computed.
     changed: Option<Box<Regressor>>,
 }
 
@@ -103,7 +103,7 @@ fn each_instant(
     regressor: &Regressor,
     (motion, starts): (&Motion, &[(f64, MechanismState<f64>)]),
     (stride, origin): (usize, Vec3<f64>),
-    mut receive: impl FnMut(Result<Instant, Status>),
+    receive: impl FnMut(Result<Instant, Status>),
 ) {
     let actuators = regressor.mechanism().actuators().count();
     let work = |piece: Range<usize>| -> Vec<Result<Instant, Status>> {
@@ -111,7 +111,7 @@ fn each_instant(
         if let Some(state) = starting(starts, motion.times[piece.start]) {
             regressor.start_from(state);
         }
-        let (mut was_at_rest, end) = (false, piece.end);
+        let (mut was_at_rest, mut is_first) = (false, true);
         let each = piece.map(|k| {
             let [q, v, a] = reversals::split(&motion.targets[k]);
             let columns = regressor.at(&q, &v, &a)?;
@@ -125,22 +125,22 @@ fn each_instant(
                 changed: None,
             };
             let is_at_rest = own.is_at_rest();
-            if k % PIECE == 0 || (is_at_rest && !was_at_rest) {
+            if is_first || (is_at_rest && !was_at_rest) {
                 own.state = Some(regressor.state().clone());
             }
-            was_at_rest = is_at_rest;
-            if k + 1 == end && regressor.is_compiled_again() {
-                own.changed = Some(Box::new(regressor.clone()));
-            }
+            (was_at_rest, is_first) = (is_at_rest, false);
             Ok(own)
         });
-        each.collect()
+        let mut all: Vec<Result<Instant, Status>> = each.collect();
+        if regressor.is_compiled_again()
+            && let Some(last) = all.iter_mut().rev().find_map(|one| one.as_mut().ok())
+        {
+            last.changed = Some(Box::new(regressor));
+        }
+        all
     };
-    match motion.filter {
-        RowFilter::LowPass(_) => in_pieces(motion.times.len(), work, receive),
-        // Successive rows of a table may be far apart, and no states are known.
-        RowFilter::Unfiltered => work(0..motion.times.len()).into_iter().for_each(&mut receive),
-    }
+    // No states are known of a table, whose successive rows may be far apart: it is one piece.
+    in_pieces(pieces(&motion.times, starts), work, receive);
 }
 
 /// Computes the regression columns of the model at the instants of a motion. `starts` are those of
