@@ -255,3 +255,37 @@ fn curve_at(regressor: &Regressor, interface: usize, ratio: f64) -> f64 {
     }
     per_unit(Kind::Mu(interface), high)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use stiction_core::dynamics::{InverseDynamics, Settings};
+    use stiction_core::kinematics::{Coordinate, Target};
+    use stiction_format::{Source, read};
+    use stiction_identify::Choice;
+
+    /// Checks the factor of Stribeck's curve by its definition, from standstill to high speed.
+    #[test]
+    fn the_factor_of_the_curve_follows_from_the_columns() {
+        const MODEL: &str = "[bodies.a]\nmass = 1\ncom = [0.1, 0, 0]\ninertia = [0.1, 0.1, 0.1]\n\
+            [joints.J]\ntype = \"R\"\nfrom = \"ground\"\nto = \"a\"\naxis = \"z\"\nactuated = true\n\
+            friction = { mu = 0.1, mu_static = 0.18, radius = \"20 mm\", stribeck_velocity = \"10 mm/s\" }\n";
+        let model = read(&Source::new("a.toml", MODEL), &|_| Err("no files".into())).unwrap();
+        let joint = model.mechanism.joint_id("J").unwrap();
+        let target = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
+        let solver = InverseDynamics::new(
+            model.mechanism,
+            &[],
+            &[Coordinate::Joint { joint, dof: 0 }],
+            &[target],
+            Settings::default(),
+        );
+        let choice = Choice { static_excess: true, ..Choice::ALL };
+        let regressor = Regressor::new(solver.unwrap(), &choice).unwrap();
+        for rate in [0.0, 1e-3, 0.1, 0.5, 1.0, 3.0, 1e3] {
+            let factor = 1.0 + 0.8 * f64::exp(-(rate * 0.020 / 0.010_f64).powi(2));
+            let found = curve_at(&regressor, 0, rate / factor);
+            assert!((found - factor).abs() < 1e-9, "{rate} rad/s: {found} {factor}");
+        }
+    }
+}
