@@ -117,6 +117,9 @@ mod tests {
         assert_eq!((whole.len(), &whole[0]), (1, &(0..times.len())));
         // States just after one another do not make more pieces.
         let dense: Vec<_> = (0..1000).map(|k| (f64::from(k), state(0.0))).collect();
-        assert!(pieces(&times, &dense).iter().all(|piece| piece.len() >= PIECE / 2 - 1));
+        let found = pieces(&times, &dense);
+        let (last, others) = found.split_last().unwrap();
+        assert_eq!((last.end, found.len()), (times.len(), times.len().div_ceil(PIECE / 2)));
+        assert!(others.iter().all(|piece| piece.len() == PIECE / 2), "{found:?}");
     }
 }
