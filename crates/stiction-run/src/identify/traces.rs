@@ -243,8 +243,10 @@ fn curve_at(regressor: &Regressor, interface: usize, ratio: f64) -> f64 {
     let ratio_at = |speed| {
         per_unit(Kind::Viscous(interface), speed) / per_unit(Kind::Coulomb(interface), speed)
     };
-    let at_rest = ratio * per_unit(Kind::Mu(interface), 0.0);
-    let (mut low, mut high) = (ratio.min(at_rest), ratio.max(at_rest));
+    let factor = per_unit(Kind::Mu(interface), 0.0);
+    // Surface speeds are joint rates times the arm.
+    let least = ratio * factor / per_unit(Kind::Coulomb(interface), 0.0);
+    let (mut low, mut high) = (least.min(least * factor), least.max(least * factor));
     // Halves the interval to the resolution of doubles.
     for _ in 0..53 {
         let middle = 0.5 * (low + high);
@@ -267,7 +269,7 @@ mod tests {
     /// Checks the factor of Stribeck's curve by its definition, from standstill to high speed.
     #[test]
     fn the_factor_of_the_curve_follows_from_the_columns() {
-        const MODEL: &str = "[bodies.a]\nmass = 1\ncom = [0.1, 0, 0]\ninertia = [0.1, 0.1, 0.1]\n\
+        const MODEL: &str = "gravity = [0, 0, 0]\n[bodies.a]\nmass = 1\ncom = [0.1, 0, 0]\ninertia = [0.1, 0.1, 0.1]\n\
             [joints.J]\ntype = \"R\"\nfrom = \"ground\"\nto = \"a\"\naxis = \"z\"\nactuated = true\n\
             friction = { mu = 0.1, mu_static = 0.18, radius = \"20 mm\", stribeck_velocity = \"10 mm/s\" }\n";
         let model = read(&Source::new("a.toml", MODEL), &|_| Err("no files".into())).unwrap();
