@@ -11,7 +11,6 @@
 use crate::parameter::{INERTIA_ENTRIES, Parameter};
 use nalgebra::{Matrix4, SMatrix, SVector};
 use stiction_core::mechanism::Body;
-use stiction_core::scalar::Scalar;
 use stiction_core::spatial::{Mat3, Vec3};
 
 /// Inertial parameters of a body: mass, first moments, inertia about the origin (xx, yy, zz, xy,
@@ -34,17 +33,16 @@ pub fn bodies(parameters: &[Parameter], values: &[f64]) -> Vec<(usize, Inertial)
 
 /// Computes mass, centre of mass, and inertia tensor about the centre of mass from inertial
 /// parameters. The mass must not be zero.
-pub fn central<T: Scalar>(inertial: &[T; 10]) -> (T, Vec3<T>, Mat3<T>) {
+pub fn central(inertial: &Inertial) -> (f64, Vec3<f64>, Mat3<f64>) {
     let [mass, hx, hy, hz, ..] = *inertial;
     let com = Vec3::new(hx, hy, hz) * mass.recip();
     let square = com.dot(com);
     let outer = Mat3::from_columns(com * com.x, com * com.y, com * com.z);
-    let away =
-        (Mat3::diagonal(Vec3::new(square, square, square)) + outer * T::from_f64(-1.0)) * mass;
-    (mass, com, about(inertial) + away * T::from_f64(-1.0))
+    let away = (Mat3::diagonal(Vec3::new(square, square, square)) + outer * -1.0) * mass;
+    (mass, com, about(inertial) + away * -1.0)
 }
 
-fn about<T: Scalar>(inertial: &[T; 10]) -> Mat3<T> {
+fn about(inertial: &Inertial) -> Mat3<f64> {
     let [.., xx, yy, zz, xy, yz, xz] = *inertial;
     Mat3::from_columns(Vec3::new(xx, xy, xz), Vec3::new(xy, yy, yz), Vec3::new(xz, yz, zz))
 }

@@ -25,7 +25,6 @@ pub struct Inverse<T> {
     spin_responses: Vec<Vec<T>>,
     friction_efforts: Vec<T>,
     friction_change: T,
-    friction_steps: usize,
     sign_without: T,
     sign_with: T,
     mode: FrictionMode,
@@ -45,7 +44,6 @@ impl<T: Scalar> Inverse<T> {
             spin_responses: vec![vec![T::zero(); topology.dofs()]; spins],
             friction_efforts: vec![T::zero(); topology.dofs()],
             friction_change: T::zero(),
-            friction_steps: 0,
             sign_without: T::one(),
             sign_with: T::one(),
             mode: FrictionMode::Off,
@@ -99,11 +97,6 @@ impl<T: Scalar> Inverse<T> {
     /// between friction and reactions.
     pub fn friction_change(&self) -> T {
         self.friction_change
-    }
-
-    /// Returns the number of Newton steps that the last solution for friction and reactions took.
-    pub fn friction_steps(&self) -> usize {
-        self.friction_steps
     }
 
     /// Solves for all forces for the motion in `kinematics`.
@@ -183,7 +176,6 @@ impl<T: Scalar> Inverse<T> {
             &self.balance.joint_wrenches,
         );
         self.friction_change = T::zero();
-        self.friction_steps = 0;
     }
 
     /// Takes one Newton step of the iteration between friction and reactions. Returns the largest
@@ -197,7 +189,6 @@ impl<T: Scalar> Inverse<T> {
         self.sign_with = self.couple(model, parameters, bodies, Coupling::Linear);
         let (change, largest) =
             self.interfaces.update_normal_forces(parameters, bodies, &self.balance.joint_wrenches);
-        self.friction_steps += 1;
         self.friction_change = change;
         (change, largest)
     }

@@ -58,7 +58,7 @@ impl<T: Scalar> Inverse<T> {
             change = (moved - change).if_positive(moved, change) + now * T::zero();
             largest = (now - largest).if_positive(now, largest);
         }
-        (self.friction_change, self.friction_steps) = (change, 1);
+        self.friction_change = change;
         self.finish_friction(model, parameters, bodies);
         self.balance.set_constants(&self.friction_efforts);
         settings.is_settled(change.largest(), largest.largest())
