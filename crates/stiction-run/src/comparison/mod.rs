@@ -49,11 +49,6 @@ struct Row {
 const ROUNDING: f64 = 1e-9;
 
 impl Row {
-    /// Returns the headline figure of the first run that has this figure.
-    fn headline(&self) -> &Headline {
-        &self.headline
-    }
-
     /// Returns true for a figure of an actuator effort.
     fn is_effort(&self) -> bool {
         self.headline.name.contains(" effort, ")
@@ -94,26 +89,6 @@ impl Row {
 }
 
 impl Comparison {
-    /// Returns the labels of the compared runs.
-    fn labels(&self) -> &[String] {
-        &self.labels
-    }
-
-    /// Returns the headline figures with their values in all runs.
-    fn rows(&self) -> impl Iterator<Item = &Row> {
-        self.rows.iter()
-    }
-
-    /// Returns the compared runs, in the order of their labels.
-    fn runs(&self) -> &[ComparedRun] {
-        &self.runs
-    }
-
-    /// Returns the subject of the comparison.
-    fn purpose(&self) -> Purpose {
-        self.purpose
-    }
-
     /// Arranges the headline figures of runs of several models side by side. The figures of the first run
     /// come first, followed by the figures of each further run that no earlier run has.
     pub fn of_models(runs: Vec<(String, ComparedRun)>) -> Self {

@@ -29,7 +29,7 @@ impl Comparison {
         );
         let robots = together(reels, &caption);
         let links: Vec<String> = self
-            .labels()
+            .labels
             .iter()
             .map(|label| format!("<a href=\"{0}/report.html\">{0}</a>", escape(label)))
             .collect();
@@ -38,7 +38,7 @@ impl Comparison {
         });
         let about: String =
             about.lines().filter(|line| !line.trim().is_empty()).map(note).collect();
-        let each = self.labels().iter().zip(self.runs());
+        let each = self.labels.iter().zip(&self.runs);
         let cautions: Vec<String> = each
             .flat_map(|(label, run)| run.cautions.iter().map(move |one| format!("{label}: {one}")))
             .collect();
@@ -63,17 +63,18 @@ impl Comparison {
     }
 
     fn table(&self) -> String {
-        let pair = self.labels().len() == 2;
+        let pair = self.labels.len() == 2;
         let mut head = vec![("figure", Column::Text), ("unit", Column::Text)];
-        head.extend(self.labels().iter().map(|label| (label.as_str(), Column::Number)));
+        head.extend(self.labels.iter().map(|label| (label.as_str(), Column::Number)));
         head.extend(match pair {
             true => vec![("difference", Column::Number), ("relative", Column::Number)],
             false => vec![("worst", Column::Text)],
         });
         let rows: Vec<Vec<String>> = self
-            .rows()
+            .rows
+            .iter()
             .map(|row| {
-                let mut cells = vec![text(&row.headline().name), text(row.headline().unit)];
+                let mut cells = vec![text(&row.headline.name), text(row.headline.unit)];
                 let values: Vec<Option<f64>> = row.shown_values().collect();
                 cells.extend(values.iter().map(|v| text(&v.map_or("-".to_owned(), number))));
                 if pair {
@@ -87,7 +88,7 @@ impl Comparison {
                     };
                     cells.extend([text(&difference), text(&relative)]);
                 } else {
-                    let worst = row.worst().map_or("", |(run, _)| self.labels()[run].as_str());
+                    let worst = row.worst().map_or("", |(run, _)| self.labels[run].as_str());
                     cells.push(text(worst));
                 }
                 cells

@@ -10,7 +10,7 @@ pub struct ComparedRun {
     pub(crate) conditions: Conditions,
     /// Least number of degrees of freedom along the motion without passive rotations; `None` if it is not computed.
     pub(crate) mobility: Option<usize>,
-    /// Coordinates of the actuators.
+    /// Range of the coordinate of each actuator along the motion.
     pub(crate) travel: Vec<Travel>,
     pub(crate) headlines: Vec<Headline>,
     /// Exceeded ranges and limits, and doubts about a recording.

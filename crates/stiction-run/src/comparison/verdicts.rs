@@ -15,7 +15,7 @@ impl Comparison {
     /// Returns the verdicts on the comparison, and those of all runs. Runs with the same verdict share one.
     pub(crate) fn findings(&self) -> Vec<Finding> {
         let mut all = Vec::new();
-        if self.purpose() == Purpose::Models {
+        if self.purpose == Purpose::Models {
             self.conditions(&mut all);
             self.actuators(&mut all);
             self.changes(&mut all);
@@ -42,7 +42,7 @@ impl Comparison {
     }
 
     fn runs_with_labels(&self) -> impl Iterator<Item = (&str, &ComparedRun)> {
-        self.labels().iter().map(String::as_str).zip(self.runs())
+        self.labels.iter().map(String::as_str).zip(&self.runs)
     }
 
     /// Lists a property of all runs if it differs, as `A: x, B: y`; `None` if all runs agree.
@@ -91,7 +91,8 @@ impl Comparison {
     /// Adds the largest change of an effort, or the verdict that nothing changes.
     fn changes(&self, all: &mut Vec<Finding>) {
         let both: Vec<(&Row, f64, Option<f64>)> = self
-            .rows()
+            .rows
+            .iter()
             .filter_map(|row| row.difference().map(|(by, part)| (row, by, part)))
             .collect();
         if both.is_empty() {
@@ -99,7 +100,7 @@ impl Comparison {
         }
         let is_equal = |(row, by, _): &(&Row, f64, Option<f64>)| row.is_rounding(*by);
         if both.iter().all(is_equal) {
-            let which = match both.len() == self.rows().count() {
+            let which = match both.len() == self.rows.len() {
                 true => "All figures of the runs",
                 false => "All figures that both runs have",
             };
@@ -115,7 +116,7 @@ impl Comparison {
             .filter_map(|(row, by, part)| Some((row, by, (*part)?)))
             .max_by(|a, b| a.2.abs().total_cmp(&b.2.abs()));
         if let Some((row, by, part)) = largest {
-            let headline = row.headline();
+            let headline = &row.headline;
             let sign = if *by > 0.0 { "+" } else { "" };
             all.push(Finding::good(
                 format!(
@@ -127,8 +128,7 @@ impl Comparison {
                 ),
                 format!(
                     "The value of {} minus that of {}, relative to the latter.",
-                    self.labels()[1],
-                    self.labels()[0]
+                    self.labels[1], self.labels[0]
                 ),
             ));
         }
@@ -189,7 +189,7 @@ impl Comparison {
                 }
             }
         }
-        all.extend(groups.iter().map(|group| group.finding(self.labels().len())));
+        all.extend(groups.iter().map(|group| group.finding(self.labels.len())));
     }
 }
 
