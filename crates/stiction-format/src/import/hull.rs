@@ -24,7 +24,8 @@ struct Face {
     corners: [usize; 3],
     /// Neighbours across the edges from each corner to the next.
     neighbours: [usize; 3],
-    /// Points strictly above the face that belong to its list.
+    /// Indices of points strictly outside this face that do not yet lie in the hull. Each such point is in the list of
+    /// one face only.
     outside: Vec<usize>,
 }
 

@@ -161,7 +161,8 @@ pub(super) fn reached(
 mod tests {
     use super::*;
 
-    /// Of three constraints in one plane, whatever their order, two hold the step, and the third holds with them.
+    /// Of three constraints whose directions lie in one plane, the first two determine the step in any order, and the step
+    /// satisfies the third.
     #[test]
     fn dependent_constraints_hold_together() {
         let unit = |numbers: [f64; 3]| DVector::from_row_slice(&numbers).normalize();
