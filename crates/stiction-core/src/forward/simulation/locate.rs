@@ -6,6 +6,7 @@ use crate::forward::affine_friction::{InterfaceMode, norm};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
+use crate::forward::stick::rounding_of_friction;
 use std::convert::Infallible;
 
 /// Relative excess of the friction over its limit at which a sticking interface begins to slip. The
@@ -167,11 +168,12 @@ impl Simulation<'_> {
         if at.gives_way.is_some() {
             return -1.0;
         }
+        let rounding = rounding_of_friction(&at.wrenches);
         let sticks = at.interfaces.iter().filter(|c| c.interface == InterfaceMode::Sticks);
         let relative = sticks.map(|c| {
             let has = norm(c.friction);
             let size = c.limit.max(has).max(f64::MIN_POSITIVE);
-            (c.limit * self.limit_factor * (1.0 + SLIP_EXCESS) - has) / size
+            (c.limit * self.limit_factor * (1.0 + SLIP_EXCESS) + rounding - has) / size
         });
         relative.fold(f64::INFINITY, f64::min)
     }

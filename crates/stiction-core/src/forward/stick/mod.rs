@@ -23,6 +23,7 @@ use super::solve::{Solved, Unsolved};
 use guess::Guess;
 use std::collections::HashSet;
 use verify::Verdict;
+pub(super) use verify::rounding_of_friction;
 
 /// Largest number of steps in a mode search; each step changes the mode of one interface.
 const CHANGES: usize = 60;

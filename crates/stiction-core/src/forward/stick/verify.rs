@@ -4,10 +4,20 @@ use crate::forward::Forward;
 use crate::forward::affine_friction::{InterfaceMode, norm};
 use crate::forward::data::Data;
 use crate::forward::solve::{Solved, Unsolved};
+use crate::spatial::Wrench;
 
 /// Fraction of the friction limit below which an excess of friction over the limit counts as
 /// round-off of the reactions.
 const EXCESS: f64 = 1e-10;
+
+/// Round-off of frictions and friction limits, as a fraction of the largest joint force.
+const ROUNDING: f64 = 1e-13;
+
+/// Returns an excess of friction over its limit, N, that may be round-off of the joint forces. A
+/// joint without load has a friction limit of the same size.
+pub(in crate::forward) fn rounding_of_friction(wrenches: &[Wrench<f64>]) -> f64 {
+    ROUNDING * wrenches.iter().map(|w| w.force.norm()).fold(0.0, f64::max)
+}
 
 /// Result of the verification of a set of modes.
 pub(super) enum Verdict {
@@ -136,6 +146,7 @@ impl Forward {
         }
         let mut interfaces = Vec::with_capacity(trial.len());
         self.interfaces_into(data, trial, solved, &mut interfaces);
+        let rounding = rounding_of_friction(&solved.coupled.response.wrenches);
         let mut worst: Option<(f64, usize)> = None;
         for &interface in resting {
             if trial[interface] != InterfaceMode::Sticks {
@@ -144,9 +155,6 @@ impl Forward {
             let now = &interfaces[interface];
             let (friction, limit) = (norm(now.friction), now.limit * data.limit_factor);
             let excess = friction - limit * (1.0 + EXCESS);
-            // Round-off of the forces must not count as excess.
-            let size = solved.coupled.response.wrenches.iter().map(|w| w.force.norm());
-            let rounding = 1e-13 * size.fold(0.0, f64::max);
             if excess > rounding {
                 let ratio = if limit > 0.0 { friction / limit } else { f64::INFINITY };
                 if worst.is_none_or(|(w, _)| ratio > w) {
