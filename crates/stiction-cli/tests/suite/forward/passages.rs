@@ -46,6 +46,33 @@ fn rows_do_not_influence_the_motion() {
     }
 }
 
+/// At rest, six pins of the squeezing mechanism bear no load except round-off, and so have no
+/// friction.
+#[test]
+fn joints_without_load_do_not_slip_at_rest() {
+    let folder = Folder::new("forward-no-load");
+    folder.write("load.toml", "[K7]\nforce = [\"-0.2 N\", \"1.4 N*sin(8*t)\", 0]\n");
+    let run = ["forward", "andrews", "--drives", "none", "--from", "rest", "--load", "load.toml"];
+    let more = ["--friction", "on", "--until", "0.005", "--method", "event-driven", "-o", "."];
+    folder.stiction(&[&run[..], &more].concat()).succeeds();
+    assert!(!folder.read("events.csv").contains("slides"));
+}
+
+/// When friction stops a mechanism of one degree of freedom, all joints stick at once.
+#[test]
+fn a_mechanism_that_stops_sticks_in_all_joints() {
+    let folder = Folder::new("forward-stops");
+    let from = "beta = -0.06171389001427645 rad - 12 rad/s*t";
+    let run = ["forward", "andrews", "--from", from, "--drives", "none", "--friction", "on"];
+    let more = ["--until", "0.03", "--method", "event-driven", "-o", "."];
+    folder.stiction(&[&run[..], &more].concat()).succeeds();
+    let events = folder.read("events.csv");
+    let stops: Vec<&str> = events.lines().filter(|line| line.contains(",sticks,")).collect();
+    let time = |line: &str| line.split(',').next().map(str::to_owned);
+    assert_eq!(stops.len(), 10, "{events}");
+    assert!(stops.iter().all(|line| time(line) == time(stops[0])), "{events}");
+}
+
 #[test]
 fn a_time_limit_ends_a_run_that_resumes() {
     let folder = Folder::new("forward-time-limit");

@@ -108,9 +108,8 @@ impl Simulation<'_> {
             }
             // A mechanism that stops with this interface is at rest. Its rates are round-off, and
             // centripetal accelerations of round-off must not decide between stick and slip.
-            let at_rest = |(rate, column): (&f64, &f64)| {
-                (rate / column).abs() <= REST * self.fastest_rate
-            };
+            let at_rest =
+                |(rate, column): (&f64, &f64)| (rate / column).abs() <= REST * self.fastest_rate;
             if state.rates.iter().zip(&model.columns).all(at_rest) {
                 state.rates.fill(0.0);
             }
