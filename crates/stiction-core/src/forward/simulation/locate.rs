@@ -172,7 +172,7 @@ impl Simulation<'_> {
         let sticks = at.interfaces.iter().filter(|c| c.interface == InterfaceMode::Sticks);
         let relative = sticks.map(|c| {
             let has = norm(c.friction);
-            let size = c.limit.max(has).max(f64::MIN_POSITIVE);
+            let size = c.limit.max(has).max(rounding).max(f64::MIN_POSITIVE);
             (c.limit * self.limit_factor * (1.0 + SLIP_EXCESS) + rounding - has) / size
         });
         relative.fold(f64::INFINITY, f64::min)
