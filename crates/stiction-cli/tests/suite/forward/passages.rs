@@ -46,7 +46,7 @@ fn rows_do_not_influence_the_motion() {
     }
 }
 
-/// At rest, six pins of the squeezing mechanism bear no load except round-off, and so have no
+/// At rest, some pins of the squeezing mechanism bear no load except round-off, and so have no
 /// friction.
 #[test]
 fn joints_without_load_do_not_slip_at_rest() {
@@ -56,6 +56,38 @@ fn joints_without_load_do_not_slip_at_rest() {
     let more = ["--friction", "on", "--until", "0.005", "--method", "event-driven", "-o", "."];
     folder.stiction(&[&run[..], &more].concat()).succeeds();
     assert!(!folder.read("events.csv").contains("slides"));
+}
+
+/// A turntable on a vertical axis whose pin bears no load until the push begins.
+const TURNTABLE: &str = r#"
+gravity = [0, 0, "-9.81 m/s^2"]
+[bodies.table]
+mass = "1 kg"
+com = [0, 0, 0]
+inertia = [0.01, 0.01, 0.01]
+[joints.A]
+type = "R"
+from = "ground"
+to = "table"
+axis = "z"
+friction = { mu = 0.2, radius = "5 mm" }
+[loads.push]
+table = { force = ["1 N*sin(8*t)", 0, 0], at = [0, "100 mm", 0] }
+[default]
+load = "push"
+friction = "on"
+"#;
+
+#[test]
+fn a_turntable_slips_as_soon_as_it_is_pushed() {
+    let folder = Folder::new("forward-turntable");
+    folder.write("table.toml", TURNTABLE);
+    let run = ["forward", "table.toml", "--drives", "none", "--from", "rest", "--until", "0.1"];
+    folder.stiction(&[&run[..], &["--method", "event-driven", "-o", "."]].concat()).succeeds();
+    let events = folder.read("events.csv");
+    let slip = events.lines().find(|line| line.contains(",slides,A,")).expect("the table slips");
+    let time: f64 = slip.split(',').next().unwrap().parse().unwrap();
+    assert!(time < 1e-9, "{events}");
 }
 
 /// When friction stops a mechanism of one degree of freedom, all joints stick at once.
@@ -71,6 +103,9 @@ fn a_mechanism_that_stops_sticks_in_all_joints() {
     let time = |line: &str| line.split(',').next().map(str::to_owned);
     assert_eq!(stops.len(), 10, "{events}");
     assert!(stops.iter().all(|line| time(line) == time(stops[0])), "{events}");
+    let after = events.lines().skip_while(|line| time(line) != time(stops[0]));
+    assert!(!after.into_iter().any(|line| line.contains(",slides,")), "{events}");
+    assert_eq!(column(&folder.read("forward.csv"), "beta.rate [rad/s]").last(), Some(&0.0));
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use super::locate::Ending;
 use super::{Event, EventKind, REST, Simulation};
 use crate::forward::affine_friction::{InterfaceMode, norm};
+use crate::forward::data::Data;
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 use crate::forward::project::Anchor;
@@ -106,21 +107,14 @@ impl Simulation<'_> {
             if self.moves_on(&state) {
                 return self.reverse(interface, inputs);
             }
-            // A mechanism that stops with this interface is at rest. Its rates are round-off, and
-            // centripetal accelerations of round-off must not decide between stick and slip.
-            let at_rest =
-                |(rate, column): (&f64, &f64)| (rate / column).abs() <= REST * self.fastest_rate;
-            if state.rates.iter().zip(&model.columns).all(at_rest) {
-                state.rates.fill(0.0);
-            }
         }
-        let mut situation = model.data(
-            time,
-            state,
-            &self.bristles,
-            (&self.friction_scales, &self.reference_frictions),
-            (&self.input, inputs),
-        );
+        let mut situation = self.situation_of(state, inputs);
+        if stopped.is_some() && self.is_at_rest(&situation) {
+            // Centripetal accelerations of round-off must not decide between stick and slip.
+            let mut state = situation.state.clone();
+            state.rates.fill(0.0);
+            situation = self.situation_of(state, inputs);
+        }
         if let Some(interface) = stopped
             && !self.takes_dof(&situation, interface)
         {
@@ -160,6 +154,24 @@ impl Simulation<'_> {
         Ok(())
     }
 
+    /// Evaluates positions, velocities and inputs of a state at the present time.
+    fn situation_of(&self, state: State<f64>, inputs: &mut dyn Inputs) -> Data {
+        self.model.data(
+            self.now.time,
+            state,
+            &self.bristles,
+            (&self.friction_scales, &self.reference_frictions),
+            (&self.input, inputs),
+        )
+    }
+
+    /// Returns true if all rates and sliding velocities are round-off of earlier ones.
+    fn is_at_rest(&self, situation: &Data) -> bool {
+        let mut rates = situation.state.rates.iter().zip(&self.model.columns);
+        rates.all(|(rate, column)| (rate / column).abs() <= REST * self.fastest_rate)
+            && situation.velocities.iter().all(|v| norm(*v) <= REST * self.fastest)
+    }
+
     /// Returns true if the mechanism keeps moving when an interface stops sliding. `stopped` is the
     /// state in which the sliding velocity of the interface is zero. The mechanism keeps moving at
     /// a dead centre, where the sliding velocity is zero only for an instant.
@@ -177,11 +189,7 @@ impl Simulation<'_> {
     /// Returns true if the mobility decreases when the interface sticks. At a dead centre, sticking
     /// does not reduce the mobility, because the interface is at rest only for an instant while the
     /// mechanism moves.
-    pub(super) fn takes_dof(
-        &self,
-        situation: &crate::forward::data::Data,
-        interface: usize,
-    ) -> bool {
+    pub(super) fn takes_dof(&self, situation: &Data, interface: usize) -> bool {
         let model = self.model;
         let mut sticks = self.modes.clone();
         sticks[interface] = InterfaceMode::Sticks;

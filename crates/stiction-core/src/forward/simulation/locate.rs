@@ -168,7 +168,8 @@ impl Simulation<'_> {
         if at.gives_way.is_some() {
             return -1.0;
         }
-        let rounding = rounding_of_friction(&at.wrenches);
+        // More than the decision between stick and slip permits, so that an onset is not found twice.
+        let rounding = 2.0 * rounding_of_friction(&at.wrenches);
         let sticks = at.interfaces.iter().filter(|c| c.interface == InterfaceMode::Sticks);
         let relative = sticks.map(|c| {
             let has = norm(c.friction);
