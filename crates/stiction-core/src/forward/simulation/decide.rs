@@ -154,18 +154,7 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// Evaluates positions, velocities and inputs of a state at the present time.
-    fn situation_of(&self, state: State<f64>, inputs: &mut dyn Inputs) -> Data {
-        self.model.data(
-            self.now.time,
-            state,
-            &self.bristles,
-            (&self.friction_scales, &self.reference_frictions),
-            (&self.input, inputs),
-        )
-    }
-
-    /// Returns true if all rates and sliding velocities are round-off of earlier ones.
+    /// Returns true if all rates and sliding velocities are zero except for round-off.
     fn is_at_rest(&self, situation: &Data) -> bool {
         let mut rates = situation.state.rates.iter().zip(&self.model.columns);
         rates.all(|(rate, column)| (rate / column).abs() <= REST * self.fastest_rate)

@@ -49,13 +49,7 @@ impl Simulation<'_> {
             return Ok(());
         }
         let mut state = self.now.state.clone();
-        let situation = model.data(
-            self.now.time,
-            state.clone(),
-            &self.bristles,
-            (&self.friction_scales, &self.reference_frictions),
-            (&self.input, &mut *inputs),
-        );
+        let situation = self.situation_of(state.clone(), inputs);
         let loads: Vec<f64> = self.now.interfaces.iter().map(|c| c.load).collect();
         let solved = model
             .solve(&situation, &self.modes, Some(&loads), true)
@@ -78,13 +72,7 @@ impl Simulation<'_> {
             self.events.push(Event { time: self.now.time, kind });
         }
         self.reported_shares = shares;
-        let situation = model.data(
-            self.now.time,
-            state,
-            &self.bristles,
-            (&self.friction_scales, &self.reference_frictions),
-            (&self.input, &mut *inputs),
-        );
+        let situation = self.situation_of(state, inputs);
         self.now = model.instant(&situation, &self.modes, &solved);
         self.still();
         Ok(())

@@ -38,12 +38,14 @@ pub use payload::PayloadChange;
 pub use settings::{Method, Settings};
 
 use super::Forward;
+use super::data::Data;
 use super::error::ForwardError;
 use super::inputs::{InputState, Inputs};
 use super::integrator::Steps;
 use super::project::Anchor;
 use crate::forward::affine_friction::InterfaceMode;
 use crate::forward::instant::Instant;
+use crate::kinematics::State;
 use between::LastStep;
 use economy::Economy;
 use scratch::Scratch;
@@ -201,6 +203,17 @@ impl<'a> Simulation<'a> {
         }
         self.last_step.shows = false;
         self.take_change(inputs)
+    }
+
+    /// Evaluates positions, velocities and inputs of a state at the present time.
+    fn situation_of(&self, state: State<f64>, inputs: &mut dyn Inputs) -> Data {
+        self.model.data(
+            self.now.time,
+            state,
+            &self.bristles,
+            (&self.friction_scales, &self.reference_frictions),
+            (&self.input, inputs),
+        )
     }
 
     /// Takes one integration step. If a switching function changes its sign within the step, the

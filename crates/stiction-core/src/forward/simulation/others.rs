@@ -21,13 +21,7 @@ impl Simulation<'_> {
         self.reported_others = true;
         let model = self.model;
         let time = self.now.time;
-        let situation = model.data(
-            time,
-            self.now.state.clone(),
-            &self.bristles,
-            (&self.friction_scales, &self.reference_frictions),
-            (&self.input, inputs),
-        );
+        let situation = self.situation_of(self.now.state.clone(), inputs);
         let loads: Vec<f64> = self.now.interfaces.iter().map(|c| c.load).collect();
         let mut solved = model
             .solve(&situation, &self.modes, Some(&loads), false)
