@@ -108,6 +108,43 @@ fn a_mechanism_that_stops_sticks_in_all_joints() {
     assert_eq!(column(&folder.read("forward.csv"), "beta.rate [rad/s]").last(), Some(&0.0));
 }
 
+/// A jam stops the mechanism at an instant without accelerations. At rest, frictions within all limits hold it, but those
+/// with the least sum of squares exceed a limit.
+#[test]
+fn a_jammed_mechanism_at_rest_is_event_driven() {
+    let folder = Folder::new("forward-jam-at-rest");
+    let before = folder.stiction(&["models", "3rps"]);
+    let laws = [
+        r#"mu = 0.2921877544138823, mu_static = 0.3727646923126022, viscous = "0.02 N s/m", radius = "12.5 mm""#,
+        "mu = 0.1657264513408693, mu_static = 0.21798093975881616",
+        r#"mu = 0.1006509711286229, radius = "25 mm""#,
+    ];
+    let mut text = before.succeeds().to_owned();
+    let common = r#"mu = 0.12, viscous = "0.02 N s/m""#;
+    for (old, law) in [", radius = \"12.5 mm\"", "", ", radius = \"25 mm\""].iter().zip(laws) {
+        text = text.replace(&format!("{{ {common}{old} }}"), &format!("{{ {law} }}"));
+    }
+    folder.write("robot.toml", &text);
+    folder.write(
+        "load.toml",
+        "[platform]\nforce = [\"-10.8 N\", \"33.559 N*sin(18.128*t)\", \"17.35 N\"]\n",
+    );
+    let from = "leg1.P = 0.6427058610342992 m + -0.5480471576463448 m/s*t; \
+                leg2.P = 0.6583224906083829 m + -0.09569411441137207 m/s*t; \
+                leg3.P = 0.6583224906083827 m + -0.22450987331764952 m/s*t";
+    let drives = "leg1.P = -82.682 N*cos(1.591*t); leg2.P = -42.0978 N*cos(0.913*t); \
+                  leg3.P = 30.1088 N*cos(11.494*t)";
+    let run = ["forward", "robot.toml", "--from", from, "--drives", drives, "--load", "load.toml"];
+    folder
+        .stiction(&[&run[..], &["--friction", "on", "--until", "1", "-o", "."]].concat())
+        .succeeds();
+    let summary = json(&folder.read("summary.json"));
+    assert!(summary["events"]["jump"].as_u64() > Some(0), "{}", summary["events"]);
+    let method = &summary["method"];
+    assert!(method["time_stepping"].as_f64().unwrap() < 0.4, "{method}");
+    assert_eq!(column(&folder.read("forward.csv"), "leg1.P.rate [m/s]").last(), Some(&0.0));
+}
+
 #[test]
 fn a_time_limit_ends_a_run_that_resumes() {
     let folder = Folder::new("forward-time-limit");

@@ -72,6 +72,17 @@ impl Simulation<'_> {
         inputs: &mut dyn Inputs,
         stopped: Option<usize>,
     ) -> Result<(), ForwardError> {
+        self.decide(inputs, stopped, None)
+    }
+
+    /// Decides which interfaces at rest stick and which slip. `near` are frictions that hold the mechanism, if any are
+    /// known, N.
+    pub(super) fn decide(
+        &mut self,
+        inputs: &mut dyn Inputs,
+        stopped: Option<usize>,
+        near: Option<&[[f64; 3]]>,
+    ) -> Result<(), ForwardError> {
         if self.stepping.is_none() && self.is_dense() {
             self.wait_longer();
             self.begin_stepping();
@@ -109,7 +120,10 @@ impl Simulation<'_> {
             }
         }
         let mut situation = self.situation_of(state, inputs);
-        if stopped.is_some() && self.is_at_rest(&situation) {
+        let velocities = situation.velocities.iter().copied();
+        if (stopped.is_some() || near.is_some())
+            && self.is_at_rest(&situation.state.rates, velocities)
+        {
             // Centripetal accelerations of round-off must not decide between stick and slip.
             let mut state = situation.state.clone();
             state.rates.fill(0.0);
@@ -140,7 +154,7 @@ impl Simulation<'_> {
                 *mode = InterfaceMode::Slides(situation.velocities[index].map(|v| v / speed));
             }
         }
-        let Choice { modes, solved } = model.choose(&mut situation, &modes, &resting)?;
+        let Choice { modes, solved } = model.choose(&mut situation, &modes, &resting, near)?;
         self.friction_scales.clone_from(&situation.friction_scales);
         self.reference_frictions.clone_from(&situation.reference_frictions);
         self.limit_factor = situation.limit_factor;
@@ -155,10 +169,14 @@ impl Simulation<'_> {
     }
 
     /// Returns true if all rates and sliding velocities are zero except for round-off.
-    fn is_at_rest(&self, situation: &Data) -> bool {
-        let mut rates = situation.state.rates.iter().zip(&self.model.columns);
+    pub(super) fn is_at_rest(
+        &self,
+        rates: &[f64],
+        mut velocities: impl Iterator<Item = [f64; 3]>,
+    ) -> bool {
+        let mut rates = rates.iter().zip(&self.model.columns);
         rates.all(|(rate, column)| (rate / column).abs() <= REST * self.fastest_rate)
-            && situation.velocities.iter().all(|v| norm(*v) <= REST * self.fastest)
+            && velocities.all(|v| norm(v) <= REST * self.fastest)
     }
 
     /// Returns true if the mechanism keeps moving when an interface stops sliding. `stopped` is the

@@ -131,8 +131,7 @@ impl<'a> Simulation<'a> {
             });
         }
         let in_steps = settings.method == Method::TimeStepping;
-        let chosen =
-            if in_steps { None } else { Some(model.choose(&mut situation, &modes, &resting)) };
+        let chosen = (!in_steps).then(|| model.choose(&mut situation, &modes, &resting, None));
         let (mut friction_scales, mut reference_frictions) =
             (situation.friction_scales.clone(), situation.reference_frictions.clone());
         // These lists are empty if no mode search was made.

@@ -309,6 +309,7 @@ impl Simulation<'_> {
             stepping.step = if shortened { next.max(stepping.step) } else { next };
             let to = if step == left { end } else { time + step };
             let before = self.modes.clone();
+            let did_rest = self.rests();
             self.add(&first.time_step.work);
             self.settle(to, second, inputs);
             self.record_mode_changes(&before);
@@ -317,6 +318,10 @@ impl Simulation<'_> {
                 .zip(&self.modes)
                 .all(|(a, b)| std::mem::discriminant(a) == std::mem::discriminant(b));
             stepping.quiet = if same { stepping.quiet + 1 } else { 0 };
+            if !did_rest && self.rests() {
+                // At rest the event-driven method may find what it lacked before, and steps are long.
+                stepping.wait = 1;
+            }
             self.stepping = Some(stepping);
             return self.leave_stepping(inputs);
         }
@@ -415,6 +420,11 @@ impl Simulation<'_> {
         self.keep_fastest();
     }
 
+    /// Returns true if all joints are at rest except for round-off.
+    fn rests(&self) -> bool {
+        self.is_at_rest(&self.now.state.rates, self.now.interfaces.iter().map(|c| c.velocity))
+    }
+
     /// Returns to the event-driven method after enough steps without a stick-slip transition, if
     /// the event-driven method finds accelerations at the present instant.
     fn leave_stepping(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
@@ -429,7 +439,8 @@ impl Simulation<'_> {
         self.stalled = 0;
         self.event_rate = (0, self.now.time);
         self.step = 1e-4 * self.settings.longest_step.min(1.0);
-        if self.reconsider(inputs, None).is_ok() {
+        let near: Vec<[f64; 3]> = self.now.interfaces.iter().map(|c| c.friction).collect();
+        if self.decide(inputs, None, Some(&near)).is_ok() {
             self.economy.change(self.now.time);
             let kind = EventKind::Method { method: Method::EventDriven };
             self.events.push(Event { time: self.now.time, kind });
