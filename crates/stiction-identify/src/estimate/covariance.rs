@@ -17,74 +17,142 @@ const MOST_LAGS: usize = 1000;
 /// Residuals count as uncorrelated at a lag if their autocorrelation is below this value.
 const INDEPENDENT: f64 = 0.05;
 
-/// Computes `sum over lags k of r(k) M_t^T M_(t+k)` over all efforts, in free coordinates. `r` is
-/// the autocovariance of the residuals, tapered to zero at twice the lag at which they become
-/// uncorrelated. Weights are `1/noise^2` and the independence of each block. `M_t` is the row of
-/// `design` at the instant `t`; the residuals are those of `blocks`. The second result is the same sum
-/// for residuals with the variance `noise^2` and the same autocorrelation.
-pub(crate) fn covariance(
+/// Covariance of the right-hand side of the normal equations.
+pub(super) struct Covariance {
+    /// `sum over lags k of r(k) M_t^T M_(t+k)` over all efforts, in free coordinates.
+    pub(super) matrix: DMatrix<f64>,
+    /// Mean ratio, over all efforts, of the variance of the errors to that of the residuals.
+    pub(super) inflation: f64,
+}
+
+/// Residuals of one effort with the rows of all blocks, in free coordinates.
+struct Effort {
+    /// Autocovariance by lag.
+    autocovariance: Vec<f64>,
+    /// Weighted rows `w M_t` of each block.
+    rows: Vec<DMatrix<f64>>,
+}
+
+/// Computes the covariance of the right-hand side of the normal equations. `r` is the autocovariance of the errors,
+/// tapered to zero at twice the lag at which the residuals become uncorrelated. Weights are `1/noise^2` and the
+/// independence of each block. `M_t` is the row of `design` at the instant `t`; the residuals are those of `blocks`.
+/// `inverse` is the inverse Hessian.
+///
+/// The fit removes from the residuals what the columns can explain of the errors, at low frequencies much more than on
+/// average. With `S`, which turns measured into predicted efforts, the residuals have the covariance
+/// `(1 - S) R (1 - S)^T` if the errors have `R`. The difference is computed with the autocovariance of the residuals in place
+/// of `R`, averaged over each lag, and added to this autocovariance.
+pub(super) fn covariance(
     (design, blocks): (&[Block], &[Block]),
     map: &Map,
     values: &DVector<f64>,
     noise: &[f64],
-) -> [DMatrix<f64>; 2] {
+    inverse: &DMatrix<f64>,
+) -> Covariance {
     let size = map.size();
-    let mut sums = [DMatrix::zeros(size, size), DMatrix::zeros(size, size)];
-    for (channel, noise) in noise.iter().enumerate() {
-        let residuals: Vec<DVector<f64>> =
-            blocks.iter().map(|block| block.channels[channel].residuals(values)).collect();
-        let autocovariance = autocovariance(&series(blocks, channel, &residuals));
-        let lags = autocovariance.len();
-        let count = residuals.iter().map(DVector::len).sum::<usize>().max(1);
-        let variance = residuals.iter().map(DVector::norm_squared).sum::<f64>() / count as f64;
-        for block in design {
-            let rows = &block.channels[channel];
-            if rows.is_empty() {
-                continue;
-            }
-            let scaled = map.columns(&rows.matrix, 0..rows.len());
-            // The rows are first summed over all lags, so that one product of tall matrices
-            // suffices.
-            let mut smoothed: DMatrix<f64> = DMatrix::zeros(rows.len(), size);
-            each_pair(&rows.steps, lags, |i, k, lag| {
-                let taper = 1.0 - lag as f64 / lags as f64;
-                let r = taper * autocovariance[lag];
-                smoothed.row_mut(i).zip_apply(&scaled.row(k), |s, m| *s += r * m);
-                if lag > 0 {
-                    smoothed.row_mut(k).zip_apply(&scaled.row(i), |s, m| *s += r * m);
-                }
-            });
-            let factor = (block.independence / (noise * noise)).powi(2);
-            let own = transposed_product(&scaled, &smoothed) * factor;
-            // The autocovariance of a repeated motion contains the covariance between its repetitions, so its first value
-            // exceeds the variance.
-            if variance > 0.0 {
-                sums[1] += &own * (noise * noise / variance);
-            }
-            sums[0] += own;
+    let of_channel = |(channel, noise): (usize, &f64)| {
+        let residuals = residuals(blocks, channel, values);
+        let rows = design.iter().map(|block| {
+            let own = &block.channels[channel];
+            map.columns(&own.matrix, 0..own.len()) * (block.independence / (noise * noise))
+        });
+        Effort {
+            autocovariance: autocovariance(&series(blocks, channel, &residuals)),
+            rows: rows.collect(),
         }
+    };
+    let mut efforts: Vec<Effort> = noise.iter().enumerate().map(of_channel).collect();
+    let all_smoothed = |efforts: &[Effort]| -> Vec<Vec<DMatrix<f64>>> {
+        let of_effort = |(channel, effort): (usize, &Effort)| {
+            let rows = design.iter().zip(&effort.rows);
+            rows.map(|(block, rows)| smoothed(&block.channels[channel].steps, rows, effort))
+                .collect()
+        };
+        efforts.iter().enumerate().map(of_effort).collect()
+    };
+    let product = |efforts: &[Effort], smoothed: &[Vec<DMatrix<f64>>]| {
+        let mut sum = DMatrix::zeros(size, size);
+        for (effort, smoothed) in efforts.iter().zip(smoothed) {
+            for (rows, smoothed) in effort.rows.iter().zip(smoothed) {
+                sum += transposed_product(rows, smoothed);
+            }
+        }
+        // The sum is symmetric up to rounding errors.
+        (&sum + sum.transpose()) * 0.5
+    };
+    let first = all_smoothed(&efforts);
+    let matrix = product(&efforts, &first);
+    let mut inflation = 0.0;
+    for (channel, (effort, smoothed)) in efforts.iter_mut().zip(&first).enumerate() {
+        let parts = blocks.iter().zip(smoothed).map(|(block, smoothed)| {
+            let own = &block.channels[channel];
+            let predicted = map.columns(&own.matrix, 0..own.len()) * inverse;
+            let rest = smoothed - &predicted * &matrix * 0.5;
+            (Places::of(&own.steps, block.period()), [predicted, rest])
+        });
+        let missing = missing(parts.collect(), effort.autocovariance.len());
+        inflation += correct(&mut effort.autocovariance, &missing) / noise.len() as f64;
     }
-    // The sums are symmetric up to rounding errors.
-    sums.map(|sum| (&sum + sum.transpose()) * 0.5)
+    let matrix = product(&efforts, &all_smoothed(&efforts));
+    Covariance { matrix, inflation }
 }
 
-/// Factor by which residuals underestimate the variance of the errors, because the fit uses up degrees of freedom:
-/// `n/(n - tr(2 S R - S R S^T))` for `n` independent samples, the matrix `S` that turns measured into predicted efforts,
-/// and the correlation matrix `R` of the errors, estimated from the residuals. Correlated errors use more degrees of freedom
-/// than independent ones, because slow errors correlate with the columns. Parameters that only the prior determines use no degrees of freedom. `data` is the part of the
-/// Hessian that the data contribute, `coloured` the second result of [`covariance`], which equals `data` for
-/// independent samples, and `inverse` the inverse Hessian.
-///
-/// Source: Hastie, Tibshirani, *Generalized additive models*, Chapman and Hall (1990), section 3.5; with correlated
-/// errors, the expectation of the squared residuals.
-pub(super) fn inflation(
-    samples: f64,
-    (data, coloured): (&DMatrix<f64>, &DMatrix<f64>),
-    inverse: &DMatrix<f64>,
-) -> f64 {
-    let (share, spread) = (inverse * data, inverse * coloured);
-    let used = 2.0 * spread.trace() - spread.dot(&share.transpose());
-    samples / (samples - used.clamp(0.0, 0.5 * samples)).max(1.0)
+/// Sums the rows of one block over all lags, so that one product of tall matrices suffices.
+fn smoothed(steps: &[usize], rows: &DMatrix<f64>, effort: &Effort) -> DMatrix<f64> {
+    let lags = effort.autocovariance.len();
+    let rows = rows.transpose();
+    let mut sums: DMatrix<f64> = DMatrix::zeros(rows.nrows(), rows.ncols());
+    each_pair(steps, lags, |i, k, lag| {
+        let taper = 1.0 - lag as f64 / lags as f64;
+        let r = taper * effort.autocovariance[lag];
+        sums.column_mut(i).axpy(r, &rows.column(k), 1.0);
+        if lag > 0 {
+            sums.column_mut(k).axpy(r, &rows.column(i), 1.0);
+        }
+    });
+    sums.transpose()
+}
+
+/// Covariance of the errors that the fit removes from the residuals of one effort, by lag. `parts` are, for each block,
+/// the matrices `U` and `V` in `U V^T + V U^T`, this covariance for each pair of rows.
+fn missing(parts: Vec<(Places<'_>, [DMatrix<f64>; 2])>, lags: usize) -> Vec<f64> {
+    let folded = parts.into_iter().map(|(places, both)| {
+        let both = both.map(|matrix| {
+            let rows = matrix.transpose();
+            let mut sums = DMatrix::zeros(rows.nrows(), places.len());
+            (0..rows.ncols()).for_each(|row| {
+                let place = places.of_row(row);
+                sums.column_mut(place).axpy(1.0, &rows.column(row), 1.0);
+            });
+            sums
+        });
+        (places, both)
+    });
+    let folded: Vec<(Places<'_>, [DMatrix<f64>; 2])> = folded.collect();
+    let at = |lag: usize| {
+        let of_block = |(places, [u, v]): &(Places<'_>, [DMatrix<f64>; 2])| {
+            places.sums(lag, |i, k| u.column(i).dot(&v.column(k)) + v.column(i).dot(&u.column(k)))
+        };
+        folded.iter().map(of_block).fold(Sums::default(), Sums::plus).mean()
+    };
+    (0..lags).map(at).collect()
+}
+
+/// Adds to the autocovariance of residuals what the fit removed, and returns the factor by which the variance grows, at
+/// most two. What is removed was computed from the residuals and is hence itself too small by this factor.
+fn correct(autocovariance: &mut [f64], missing: &[f64]) -> f64 {
+    let share = (missing[0] / autocovariance[0]).clamp(0.0, 0.5);
+    if !(share > 0.0) {
+        return 1.0;
+    }
+    let grow = share / (1.0 - share) * autocovariance[0] / missing[0];
+    autocovariance.iter_mut().zip(missing).for_each(|(r, missing)| *r += grow * missing);
+    1.0 / (1.0 - share)
+}
+
+/// Residuals of one effort in each block.
+fn residuals(blocks: &[Block], channel: usize, values: &DVector<f64>) -> Vec<DVector<f64>> {
+    blocks.iter().map(|block| block.channels[channel].residuals(values)).collect()
 }
 
 /// Number of samples of the residuals that together count as one independent sample, as the mean
@@ -93,8 +161,7 @@ pub(super) fn inflation(
 pub(super) fn colour(blocks: &[Block], values: &DVector<f64>) -> f64 {
     let channels = blocks.first().map_or(0, |block| block.channels.len());
     let each = (0..channels).map(|channel| {
-        let residuals: Vec<DVector<f64>> =
-            blocks.iter().map(|block| block.channels[channel].residuals(values)).collect();
+        let residuals = residuals(blocks, channel, values);
         let all = autocovariance(&series(blocks, channel, &residuals));
         let (mut squares, mut count, mut white) = (0.0, 0.0, 0.0);
         for (block, own) in blocks.iter().zip(&residuals) {
@@ -139,16 +206,22 @@ pub(super) fn series<'a>(
 /// repetitions first: the columns repeat themselves, so the products of residuals in different
 /// repetitions count like those in one. Errors of the model are the same in all repetitions.
 pub(super) fn autocovariance(all: &[Series<'_>]) -> Vec<f64> {
-    let all: Vec<Summed<'_>> = all.iter().map(Summed::of).collect();
-    let longest = all.iter().map(Summed::len).max().unwrap_or(0);
+    let all = all.iter().map(|own| {
+        let places = Places::of(own.steps, own.period);
+        let folded = places.folded(own.residuals);
+        (places, folded)
+    });
+    let all: Vec<(Places<'_>, DVector<f64>)> = all.collect();
+    let longest = all.iter().map(|(places, _)| places.len()).max().unwrap_or(0);
     let most = (longest / 4).clamp(LAGS, MOST_LAGS);
     let mut found: Vec<f64> = Vec::new();
     let mut wanted = most;
     // Most residuals become uncorrelated at short lags, so few lags are computed.
     while found.len() < wanted {
         let lag = found.len();
-        let sums = all.iter().map(|own| own.at(lag)).fold(Sums::default(), Sums::plus);
-        found.push(sums.products / f64::max(sums.pairs, 1.0));
+        let each = all.iter().map(|(places, own)| places.sums(lag, |i, k| own[i] * own[k]));
+        let sums = each.fold(Sums::default(), Sums::plus);
+        found.push(sums.mean());
         // The correlations of independent residuals scatter by the inverse root of the number of
         // products.
         let least = f64::max(INDEPENDENT, 2.0 / f64::max(sums.count, 1.0).sqrt());
@@ -177,66 +250,81 @@ impl Sums {
             count: self.count + other.count,
         }
     }
+
+    fn mean(self) -> f64 {
+        self.products / f64::max(self.pairs, 1.0)
+    }
 }
 
-/// Residuals of one effort in one block, those of a repeated motion summed over its repetitions.
-enum Summed<'a> {
+/// Places of the rows of one effort in one block: the rows themselves, or the instants of the period of a repeated motion,
+/// whose rows are summed over the repetitions.
+enum Places<'a> {
     Once {
         steps: &'a [usize],
-        residuals: &'a DVector<f64>,
     },
-    /// Sums and numbers of the residuals at each instant of the period.
+    /// Place of each row, and the number of rows at each place.
     Repeated {
-        sums: Vec<f64>,
+        places: Vec<usize>,
         numbers: Vec<f64>,
     },
 }
 
-impl<'a> Summed<'a> {
-    fn of(series: &Series<'a>) -> Self {
-        let Series { steps, residuals, period } = *series;
-        let Some(period) = period else { return Self::Once { steps, residuals } };
+impl<'a> Places<'a> {
+    fn of(steps: &'a [usize], period: Option<Period>) -> Self {
+        let Some(period) = period else { return Self::Once { steps } };
         let count = period.instants();
-        let (mut sums, mut numbers) = (vec![0.0; count], vec![0.0; count]);
-        for (step, residual) in steps.iter().zip(residuals.iter()) {
-            let place = period.part(*step, count);
-            sums[place] += residual;
-            numbers[place] += 1.0;
-        }
-        Self::Repeated { sums, numbers }
+        let places: Vec<usize> = steps.iter().map(|step| period.part(*step, count)).collect();
+        let mut numbers = vec![0.0; count];
+        places.iter().for_each(|place| numbers[*place] += 1.0);
+        Self::Repeated { places, numbers }
     }
 
-    /// Number of rows; of instants in the period of a repeated motion.
+    /// Number of places.
     fn len(&self) -> usize {
         match self {
-            Self::Once { residuals, .. } => residuals.len(),
-            Self::Repeated { sums, .. } => sums.len(),
+            Self::Once { steps } => steps.len(),
+            Self::Repeated { numbers, .. } => numbers.len(),
         }
     }
 
-    fn at(&self, lag: usize) -> Sums {
+    fn of_row(&self, row: usize) -> usize {
+        match self {
+            Self::Once { .. } => row,
+            Self::Repeated { places, .. } => places[row],
+        }
+    }
+
+    /// Sums the values at the places.
+    fn folded(&self, values: &DVector<f64>) -> DVector<f64> {
+        let mut sums = DVector::zeros(self.len());
+        values.iter().enumerate().for_each(|(row, value)| sums[self.of_row(row)] += value);
+        sums
+    }
+
+    /// Sums the products of all pairs of places at one lag.
+    fn sums(&self, lag: usize, product: impl Fn(usize, usize) -> f64) -> Sums {
         let mut all = Sums::default();
         match self {
-            Self::Once { steps, residuals } => {
+            Self::Once { steps } => {
                 let mut k = 0;
                 for (i, step) in steps.iter().enumerate() {
                     while k < steps.len() && steps[k] < step + lag {
                         k += 1;
                     }
                     if steps.get(k) == Some(&(step + lag)) {
-                        all.products += residuals[i] * residuals[k];
+                        all.products += product(i, k);
                         all.pairs += 1.0;
                     }
                 }
                 all.count = all.pairs;
             }
             // Lags beyond half a period are lags of the next repetition.
-            Self::Repeated { sums, .. } if lag >= sums.len() / 2 => {}
-            Self::Repeated { sums, numbers } => {
-                for i in 0..sums.len() {
-                    let k = (i + lag) % sums.len();
+            Self::Repeated { numbers, .. } if lag >= numbers.len() / 2 => {}
+            Self::Repeated { numbers, .. } => {
+                for i in 0..numbers.len() {
+                    let k = (i + lag) % numbers.len();
                     if numbers[i] > 0.0 && numbers[k] > 0.0 {
-                        all.products += sums[i] * sums[k];
+                        all.products += product(i, k);
                         all.pairs += (numbers[i] * numbers[k]).sqrt();
                         all.count += 1.0;
                     }
@@ -297,6 +385,8 @@ pub(super) fn each_pair(steps: &[usize], lags: usize, mut take: impl FnMut(usize
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::estimate::{Options, Problem};
+    use crate::parameter::{Kind, Parameter};
     use crate::rows::Rows;
     use stiction_core::random::Random;
 
@@ -332,38 +422,42 @@ mod tests {
         }
     }
 
-    /// A value that the data determine uses one degree of freedom, one that the prior determines uses none, and one that
-    /// both determine alike uses three quarters.
+    /// Slow errors, of which slow columns explain much: the covariance of the right-hand side by random numbers.
     #[test]
-    fn data_use_degrees_of_freedom() {
-        let data = DMatrix::from_diagonal(&DVector::from_column_slice(&[1e9, 1e-9, 1.0]));
-        // The Hessian of the prior is the identity.
-        let inverse = DMatrix::from_diagonal(&data.diagonal().map(|own| 1.0 / (own + 1.0)));
-        let found = inflation(10.0, (&data, &data), &inverse);
-        assert!((found - 10.0 / 8.25).abs() < 1e-6, "{found}");
-        // Errors of which two samples count as one use twice as many.
-        let found = inflation(10.0, (&data, &(&data * 2.0)), &inverse);
-        assert!((found - 10.0 / 6.5).abs() < 1e-6, "{found}");
-    }
-
-    /// The expected square of the residuals of a fit to correlated errors, by random numbers.
-    #[test]
-    fn correlated_errors_use_more_degrees_of_freedom() {
-        const ROWS: usize = 200;
+    fn the_fit_removes_correlated_errors_from_the_residuals() {
+        const ROWS: usize = 400;
+        const SIZE: usize = 40;
         let mut random = Random::new(9);
         // Slow columns, as those of a slow motion.
-        let matrix = DMatrix::from_fn(ROWS, 6, |row, k| {
-            (0.03 * row as f64 * (k / 2 + 1) as f64 + f64::from(k as u8 % 2)).sin()
+        let matrix = DMatrix::from_fn(ROWS, SIZE, |row, k| {
+            (0.05 * row as f64 * (k / 2 + 1) as f64 + f64::from(k as u8 % 2)).sin()
         });
         let data = matrix.tr_mul(&matrix);
         let inverse = data.clone().try_inverse().unwrap();
         // First-order autoregressive errors with unit variance.
-        let part: f64 = 0.8;
+        let part: f64 = 0.5;
         let correlation = DMatrix::from_fn(ROWS, ROWS, |i, k| part.powi(i.abs_diff(k) as i32));
-        let coloured = matrix.tr_mul(&(&correlation * &matrix));
-        let expected = inflation(ROWS as f64, (&data, &coloured), &inverse);
-        let (mut sum, mut count) = (0.0, 0.0);
-        for _ in 0..1000 {
+        let expected = matrix.tr_mul(&(&correlation * &matrix));
+        let options = Options {
+            strength: None,
+            prior_error: 0.1,
+            radius: 0.01,
+            held: vec![false; SIZE],
+            tied: Vec::new(),
+            bounds: Vec::new(),
+            inequalities: Vec::new(),
+        };
+        let parameter = |k| Parameter {
+            name: String::new(),
+            unit: "",
+            kind: Kind::Term(k),
+            prior: 0.0,
+            scale: 1.0,
+        };
+        let parameters: Vec<Parameter> = (0..SIZE).map(parameter).collect();
+        let (mut found, mut inflation, mut squares) = (DMatrix::zeros(SIZE, SIZE), 0.0, 0.0);
+        const RUNS: usize = 200;
+        for _ in 0..RUNS {
             let mut last = 0.0;
             let errors = DVector::from_fn(ROWS, |row, _| {
                 let next: f64 = (0..12).map(|_| 0.5 + 0.5 * random.number()).sum::<f64>() - 6.0;
@@ -371,14 +465,25 @@ mod tests {
                     if row == 0 { next } else { part * last + (1.0 - part * part).sqrt() * next };
                 last
             });
-            let residuals = &errors - &matrix * (&inverse * matrix.tr_mul(&errors));
-            sum += residuals.norm_squared();
-            count += ROWS as f64;
+            let values = &inverse * matrix.tr_mul(&errors);
+            let steps = (0..ROWS).collect();
+            let (right, measured) = (errors.clone(), errors);
+            let rows = Rows { matrix: matrix.clone(), right, measured, instruments: None, steps };
+            squares += rows.residuals(&values).norm_squared() / ROWS as f64;
+            let blocks = [Block::new(vec![rows], 1.0)];
+            let problem = Problem { parameters: &parameters, blocks: &blocks, options: &options };
+            let own = covariance((&blocks, &blocks), &problem.map(), &values, &[1.0], &inverse);
+            found += own.matrix / RUNS as f64;
+            inflation += own.inflation / RUNS as f64;
         }
-        let found = count / sum;
-        assert!((found / expected - 1.0).abs() < 0.03, "{found} {expected}");
-        let independent = inflation(ROWS as f64, (&data, &data), &inverse);
-        assert!(independent < 0.9 * expected, "{independent} {expected}");
+        let (expected_inflation, mean) =
+            (RUNS as f64 / squares, |m: &DMatrix<f64>| (&inverse * m).trace());
+        assert!(
+            (inflation / expected_inflation - 1.0).abs() < 0.05,
+            "{inflation} {expected_inflation}"
+        );
+        let ratio = mean(&found) / mean(&expected);
+        assert!((0.9..1.05).contains(&ratio), "{ratio}");
     }
 
     /// Noise that is white before the filter has the colour one in logs with different filters, whatever their order.

@@ -18,7 +18,7 @@ use crate::parameter::Parameter;
 use crate::rows::Rows;
 use constraint::Held;
 pub use constraint::Inequality;
-use covariance::{bounded, colour, covariance, inflation};
+use covariance::{bounded, colour, covariance};
 pub use extension::{Candidate, Extension, Residuals};
 pub use left_out::LeftOut;
 use limit::HalfSpace;
@@ -304,13 +304,11 @@ impl Problem<'_> {
         );
         let inverse = inverse_positive(&hessian).unwrap_or_else(|| DMatrix::zeros(size, size));
         let data = (&design[..], self.blocks);
-        let [meat, coloured] = covariance(data, map, &(&values - shift), &noise);
-        let inflation = inflation(total.rows, (&total.matrix, &coloured), &inverse);
-        let meat = meat * inflation;
+        let errors = covariance(data, map, &(&values - shift), &noise, &inverse);
         let open = self.prior_errors(map, &values, prior, error);
         let slope = self.strength_slope(map, &values, prior);
         let free = &inverse
-            * (meat + open + total.limit_errors(&z) + &slope * slope.transpose())
+            * (errors.matrix + open + total.limit_errors(&z) + &slope * slope.transpose())
             * &inverse;
         let unbounded = &inverse * gradient;
         let unit = |k: usize| DVector::from_fn(size, |i, _| f64::from(u8::from(i == k)));
@@ -353,7 +351,7 @@ impl Problem<'_> {
             covariance: full,
             projection,
             inverse: [&inverse, &by_data].map(|free| map.spread(free)),
-            inflation,
+            inflation: errors.inflation,
             strength: prior.strength,
             prior_error: error,
             noise,
