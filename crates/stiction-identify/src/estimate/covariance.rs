@@ -19,18 +19,11 @@ const INDEPENDENT: f64 = 0.05;
 
 /// Covariance of the right-hand side of the normal equations.
 pub(super) struct Covariance {
-    /// `sum over lags k of r(k) M_t^T M_(t+k)` over all efforts, in free coordinates.
+    /// `sum over lags k of r(k) M_t^T M_(t+k)` over all efforts, in free coordinates, with the estimated autocovariance
+    /// `r` of the errors.
     pub(super) matrix: DMatrix<f64>,
     /// Mean ratio, over all efforts, of the variance of the errors to that of the residuals.
     pub(super) inflation: f64,
-}
-
-/// Residuals of one effort with the rows of all blocks, in free coordinates.
-struct Effort {
-    /// Autocovariance by lag.
-    autocovariance: Vec<f64>,
-    /// Weighted rows `w M_t` of each block.
-    rows: Vec<DMatrix<f64>>,
 }
 
 /// Computes the covariance of the right-hand side of the normal equations. `r` is the autocovariance of the errors,
@@ -50,63 +43,69 @@ pub(super) fn covariance(
     inverse: &DMatrix<f64>,
 ) -> Covariance {
     let size = map.size();
-    let of_channel = |(channel, noise): (usize, &f64)| {
-        let residuals = residuals(blocks, channel, values);
+    // Weighted rows `w M_t` of each block.
+    let weighted = |channel: usize| -> Vec<DMatrix<f64>> {
         let rows = design.iter().map(|block| {
             let own = &block.channels[channel];
-            map.columns(&own.matrix, 0..own.len()) * (block.independence / (noise * noise))
+            let weight = block.independence / noise[channel].powi(2);
+            map.columns(&own.matrix, 0..own.len()) * weight
         });
-        Effort {
-            autocovariance: autocovariance(&series(blocks, channel, &residuals)),
-            rows: rows.collect(),
+        rows.collect()
+    };
+    let all_smoothed = |channel: usize, rows: &[DMatrix<f64>], autocovariance: &[f64]| {
+        let rows = design.iter().zip(rows);
+        let each = rows
+            .map(|(block, rows)| smoothed(&block.channels[channel].steps, rows, autocovariance));
+        each.collect::<Vec<DMatrix<f64>>>()
+    };
+    let add = |sum: &mut DMatrix<f64>, rows: &[DMatrix<f64>], smoothed: &[DMatrix<f64>]| {
+        for (rows, smoothed) in rows.iter().zip(smoothed) {
+            let product = transposed_product(rows, smoothed);
+            // The product is symmetric up to rounding errors.
+            *sum += (&product + product.transpose()) * 0.5;
         }
     };
-    let mut efforts: Vec<Effort> = noise.iter().enumerate().map(of_channel).collect();
-    let all_smoothed = |efforts: &[Effort]| -> Vec<Vec<DMatrix<f64>>> {
-        let of_effort = |(channel, effort): (usize, &Effort)| {
-            let rows = design.iter().zip(&effort.rows);
-            rows.map(|(block, rows)| smoothed(&block.channels[channel].steps, rows, effort))
-                .collect()
-        };
-        efforts.iter().enumerate().map(of_effort).collect()
-    };
-    let product = |efforts: &[Effort], smoothed: &[Vec<DMatrix<f64>>]| {
-        let mut sum = DMatrix::zeros(size, size);
-        for (effort, smoothed) in efforts.iter().zip(smoothed) {
-            for (rows, smoothed) in effort.rows.iter().zip(smoothed) {
-                sum += transposed_product(rows, smoothed);
-            }
-        }
-        // The sum is symmetric up to rounding errors.
-        (&sum + sum.transpose()) * 0.5
-    };
-    let first = all_smoothed(&efforts);
-    let matrix = product(&efforts, &first);
-    let mut inflation = 0.0;
+    let mut matrix = DMatrix::zeros(size, size);
+    let mut autocovariances = Vec::with_capacity(noise.len());
+    for channel in 0..noise.len() {
+        let residuals = residuals(blocks, channel, values);
+        let own = autocovariance(&series(blocks, channel, &residuals));
+        let rows = weighted(channel);
+        add(&mut matrix, &rows, &all_smoothed(channel, &rows, &own));
+        autocovariances.push(own);
+    }
     // Rows of steady motions are independent and have no order in time.
     let in_time = blocks.iter().any(|block| block.independence < 1.0);
-    for (channel, (effort, smoothed)) in efforts.iter_mut().zip(&first).enumerate() {
-        let parts = blocks.iter().zip(smoothed).map(|(block, smoothed)| {
+    let (mut corrected, mut inflation) = (DMatrix::zeros(size, size), 0.0);
+    // Rows are computed again rather than kept, because those of all efforts would take much memory.
+    for (channel, own) in autocovariances.iter_mut().enumerate() {
+        let rows = weighted(channel);
+        let first = all_smoothed(channel, &rows, own);
+        let parts = blocks.iter().zip(first).map(|(block, smoothed)| {
             let own = &block.channels[channel];
             let predicted = map.columns(&own.matrix, 0..own.len()) * inverse;
             let rest = smoothed - &predicted * &matrix * 0.5;
             (Places::of(&own.steps, block.period()), [predicted, rest])
         });
-        let missing = missing(parts.collect(), effort.autocovariance.len());
-        inflation += correct(&mut effort.autocovariance, &missing, in_time) / noise.len() as f64;
+        let lags = if in_time { own.len() } else { 1 };
+        let factor = correct(own, &missing(parts.collect(), lags));
+        inflation += factor / noise.len() as f64;
+        add(&mut corrected, &rows, &all_smoothed(channel, &rows, own));
     }
-    let matrix = product(&efforts, &all_smoothed(&efforts));
+    // The correction holds on average only, so it may leave no covariance where few rows are in the data.
+    let is_valid = (0..size).all(|k| corrected[(k, k)] >= 0.5 * matrix[(k, k)]);
+    let matrix = if is_valid { corrected } else { matrix * inflation };
     Covariance { matrix, inflation }
 }
 
 /// Sums the rows of one block over all lags, so that one product of tall matrices suffices.
-fn smoothed(steps: &[usize], rows: &DMatrix<f64>, effort: &Effort) -> DMatrix<f64> {
-    let lags = effort.autocovariance.len();
+fn smoothed(steps: &[usize], rows: &DMatrix<f64>, autocovariance: &[f64]) -> DMatrix<f64> {
+    let lags = autocovariance.len();
     let rows = rows.transpose();
     let mut sums: DMatrix<f64> = DMatrix::zeros(rows.nrows(), rows.ncols());
     each_pair(steps, lags, |i, k, lag| {
         let taper = 1.0 - lag as f64 / lags as f64;
-        let r = taper * effort.autocovariance[lag];
+        let r = taper * autocovariance[lag];
         sums.column_mut(i).axpy(r, &rows.column(k), 1.0);
         if lag > 0 {
             sums.column_mut(k).axpy(r, &rows.column(i), 1.0);
@@ -141,19 +140,21 @@ fn missing(parts: Vec<(Places<'_>, [DMatrix<f64>; 2])>, lags: usize) -> Vec<f64>
 }
 
 /// Adds to the autocovariance of residuals what the fit removed, and returns the factor by which the variance grows, at
-/// most two. What is removed was computed from the residuals and is hence itself too small by this factor. Lags of rows
-/// that are not `in_time` have no meaning; their autocovariance grows by the same factor at all lags.
-fn correct(autocovariance: &mut [f64], missing: &[f64], in_time: bool) -> f64 {
+/// most two. What is removed was computed from the residuals and is hence itself too small by this factor. If `missing` is
+/// known at lag zero only, the autocovariance grows by the same factor at all lags.
+fn correct(autocovariance: &mut [f64], missing: &[f64]) -> f64 {
     let variance = autocovariance[0];
     let share = (missing[0] / variance).clamp(0.0, 0.5);
     if share.is_nan() || share <= 0.0 {
         return 1.0;
     }
     let factor = 1.0 / (1.0 - share);
-    let grow = share * variance / missing[0] * factor;
-    for (r, missing) in autocovariance.iter_mut().zip(missing) {
-        *r = if in_time { *r + grow * missing } else { *r * factor };
+    if missing.len() < autocovariance.len() {
+        autocovariance.iter_mut().for_each(|r| *r *= factor);
+        return factor;
     }
+    let grow = share * variance / missing[0] * factor;
+    autocovariance.iter_mut().zip(missing).for_each(|(r, missing)| *r += grow * missing);
     factor
 }
 

@@ -75,13 +75,12 @@ impl Simulation<'_> {
         self.decide(inputs, stopped, None)
     }
 
-    /// Decides which interfaces at rest stick and which slip. `near` are frictions that hold the mechanism, if any are
-    /// known, N.
+    /// Like [`Self::reconsider`], and first tries whether the frictions `known`, N, hold the mechanism if they are given.
     pub(super) fn decide(
         &mut self,
         inputs: &mut dyn Inputs,
         stopped: Option<usize>,
-        near: Option<&[[f64; 3]]>,
+        known: Option<&[[f64; 3]]>,
     ) -> Result<(), ForwardError> {
         if self.stepping.is_none() && self.is_dense() {
             self.wait_longer();
@@ -121,7 +120,7 @@ impl Simulation<'_> {
         }
         let mut situation = self.situation_of(state, inputs);
         let velocities = situation.velocities.iter().copied();
-        if (stopped.is_some() || near.is_some())
+        if (stopped.is_some() || known.is_some())
             && self.is_at_rest(&situation.state.rates, velocities)
         {
             // Centripetal accelerations of round-off must not decide between stick and slip.
@@ -154,7 +153,7 @@ impl Simulation<'_> {
                 *mode = InterfaceMode::Slides(situation.velocities[index].map(|v| v / speed));
             }
         }
-        let Choice { modes, solved } = model.choose(&mut situation, &modes, &resting, near)?;
+        let Choice { modes, solved } = model.choose(&mut situation, &modes, &resting, known)?;
         self.friction_scales.clone_from(&situation.friction_scales);
         self.reference_frictions.clone_from(&situation.reference_frictions);
         self.limit_factor = situation.limit_factor;

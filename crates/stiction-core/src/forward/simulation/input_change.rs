@@ -27,7 +27,8 @@ impl Simulation<'_> {
                 InterfaceMode::AtLimit(_) => false,
                 InterfaceMode::Slides(_) => norm(interface.velocity) > REST * self.fastest,
             });
-        if !clear || self.limit_factor != 1.0 {
+        // At rest the present frictions hold as long as none exceeds its limit, which includes this factor.
+        if !clear || self.limit_factor != 1.0 && !still {
             return None;
         }
         let mut y = self.list();

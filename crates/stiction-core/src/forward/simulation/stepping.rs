@@ -309,7 +309,6 @@ impl Simulation<'_> {
             stepping.step = if shortened { next.max(stepping.step) } else { next };
             let to = if step == left { end } else { time + step };
             let before = self.modes.clone();
-            let did_rest = self.rests();
             self.add(&first.time_step.work);
             self.settle(to, second, inputs);
             self.record_mode_changes(&before);
@@ -318,10 +317,6 @@ impl Simulation<'_> {
                 .zip(&self.modes)
                 .all(|(a, b)| std::mem::discriminant(a) == std::mem::discriminant(b));
             stepping.quiet = if same { stepping.quiet + 1 } else { 0 };
-            if !did_rest && self.rests() {
-                // At rest the event-driven method may find what it lacked before, and steps are long.
-                stepping.wait = 1;
-            }
             self.stepping = Some(stepping);
             return self.leave_stepping(inputs);
         }
@@ -428,8 +423,12 @@ impl Simulation<'_> {
     /// Returns to the event-driven method after enough steps without a stick-slip transition, if
     /// the event-driven method finds accelerations at the present instant.
     fn leave_stepping(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
-        let Some(stepping) = &mut self.stepping else { return Ok(()) };
-        if self.settings.method != Method::Automatic || stepping.quiet < stepping.wait {
+        let Some(stepping) = &self.stepping else { return Ok(()) };
+        let rests = self.rests();
+        // At rest accelerations may exist that did not exist before, and steps are long.
+        let is_early = stepping.quiet < stepping.wait;
+        if self.settings.method != Method::Automatic || is_early && !(rests && stepping.quiet == 1)
+        {
             return Ok(());
         }
         let last_step = std::mem::take(&mut self.last_step);
@@ -439,8 +438,8 @@ impl Simulation<'_> {
         self.stalled = 0;
         self.event_rate = (0, self.now.time);
         self.step = 1e-4 * self.settings.longest_step.min(1.0);
-        let near: Vec<[f64; 3]> = self.now.interfaces.iter().map(|c| c.friction).collect();
-        if self.decide(inputs, None, Some(&near)).is_ok() {
+        let known: Vec<[f64; 3]> = self.now.interfaces.iter().map(|c| c.friction).collect();
+        if self.decide(inputs, None, rests.then_some(&known[..])).is_ok() {
             self.economy.change(self.now.time);
             let kind = EventKind::Method { method: Method::EventDriven };
             self.events.push(Event { time: self.now.time, kind });
@@ -449,7 +448,9 @@ impl Simulation<'_> {
         let last_step = std::mem::take(&mut self.last_step);
         *self = kept;
         self.last_step = last_step;
-        if let Some(stepping) = &mut self.stepping {
+        if let Some(stepping) = &mut self.stepping
+            && !is_early
+        {
             stepping.quiet = 0;
             stepping.wait = (2 * stepping.wait).min(LONGEST_WAIT);
         }

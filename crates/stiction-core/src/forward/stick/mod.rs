@@ -48,7 +48,7 @@ pub(super) struct Choice {
 
 impl Forward {
     /// Chooses modes for the interfaces at rest, whose indices are in `resting`; all other
-    /// interfaces keep their modes. `near` are frictions that hold the mechanism, if any are known, N.
+    /// interfaces keep their modes. `known` are frictions of a mechanism at rest that may hold it, N.
     ///
     /// # Errors
     /// [`ForwardError::NoChoice`] if no modes are found, or the error of the last trial if the
@@ -58,7 +58,7 @@ impl Forward {
         data: &mut Data,
         modes: &[InterfaceMode],
         resting: &[usize],
-        near: Option<&[[f64; 3]]>,
+        known: Option<&[[f64; 3]]>,
     ) -> Result<Choice, ForwardError> {
         let permanent = self.set_friction_scales(data, modes, resting);
         data.reference_frictions = vec![[0.0; 3]; modes.len()];
@@ -67,16 +67,19 @@ impl Forward {
         if let Ok(Verdict::Stands(solved)) = self.verify(data, &mut trial, resting) {
             return Ok(Choice { modes: trial, solved: *solved });
         }
-        // Statically indeterminate frictions may hold the mechanism although those nearest to zero exceed a limit.
-        if let Some(near) = near {
-            data.reference_frictions = near.to_vec();
-            data.limit_factor = 1.0 + ALLOWANCE;
-            if let Ok(Verdict::Stands(solved)) = self.verify(data, &mut trial, resting) {
+        // Statically indeterminate frictions may hold the mechanism although the least-norm frictions exceed a limit.
+        for limit_factor in [1.0, 1.0 + ALLOWANCE] {
+            let Some(known) = known else { break };
+            data.reference_frictions = known.to_vec();
+            data.limit_factor = limit_factor;
+            if let Ok(Verdict::Stands(solved)) = self.verify(data, &mut trial, resting)
+                && solved.balance.redundant() > permanent
+            {
                 return Ok(Choice { modes: trial, solved: *solved });
             }
-            data.reference_frictions.fill([0.0; 3]);
-            data.limit_factor = 1.0;
         }
+        data.reference_frictions.fill([0.0; 3]);
+        data.limit_factor = 1.0;
         // With all interfaces sticking, a friction exceeds its limit, or an interface must slide:
         // the friction laws of all interfaces must be solved together.
         let guess = self.guess(data, modes, resting, 1.0);
