@@ -3,19 +3,10 @@
 //!
 //! Equation (I5) of the book's theory.
 
+use super::autocovariance::{Places, Sums, autocovariance, each_pair, residuals, series};
 use super::map::{Map, transposed_product};
 use crate::block::Block;
-use crate::period::Period;
 use nalgebra::{DMatrix, DVector};
-
-/// Minimum number of lags of the autocovariance, in rows. It covers several correlation times of
-/// the filter.
-const LAGS: usize = 24;
-/// Maximum number of lags of the autocovariance, in rows. Model errors that stay correlated over
-/// more rows than this count as constant.
-const MOST_LAGS: usize = 1000;
-/// Residuals count as uncorrelated at a lag if their autocorrelation is below this value.
-const INDEPENDENT: f64 = 0.05;
 
 /// Covariance of the right-hand side of the normal equations.
 pub(super) struct Covariance {
@@ -53,8 +44,9 @@ pub(super) fn covariance(
         rows.collect()
     };
     let all_smoothed = |channel: usize, rows: &[DMatrix<f64>], autocovariance: &[f64]| {
-        let rows = design.iter().zip(rows);
-        let each = rows
+        let each = design
+            .iter()
+            .zip(rows)
             .map(|(block, rows)| smoothed(&block.channels[channel].steps, rows, autocovariance));
         each.collect::<Vec<DMatrix<f64>>>()
     };
@@ -92,7 +84,7 @@ pub(super) fn covariance(
         inflation += factor / noise.len() as f64;
         add(&mut corrected, &rows, &all_smoothed(channel, &rows, own));
     }
-    // The correction holds on average only, so it may leave no covariance where few rows are in the data.
+    // The correction is right on average only: with few rows it could remove most of a variance.
     let is_valid = (0..size).all(|k| corrected[(k, k)] >= 0.5 * matrix[(k, k)]);
     let matrix = if is_valid { corrected } else { matrix * inflation };
     Covariance { matrix, inflation }
@@ -114,19 +106,12 @@ fn smoothed(steps: &[usize], rows: &DMatrix<f64>, autocovariance: &[f64]) -> DMa
     sums.transpose()
 }
 
-/// Covariance of the errors that the fit removes from the residuals of one effort, by lag. `parts` are, for each block,
-/// the matrices `U` and `V` in `U V^T + V U^T`, this covariance for each pair of rows.
+/// Part of the errors' covariance that the fit removes from the residuals of one effort, as the mean over all pairs of
+/// rows at each lag. In each block, this part is `U V^T + V U^T` for all pairs of rows. `parts` are the places of the rows
+/// of each block, `U` and `V`.
 fn missing(parts: Vec<(Places<'_>, [DMatrix<f64>; 2])>, lags: usize) -> Vec<f64> {
     let folded = parts.into_iter().map(|(places, both)| {
-        let both = both.map(|matrix| {
-            let rows = matrix.transpose();
-            let mut sums = DMatrix::zeros(rows.nrows(), places.len());
-            (0..rows.ncols()).for_each(|row| {
-                let place = places.of_row(row);
-                sums.column_mut(place).axpy(1.0, &rows.column(row), 1.0);
-            });
-            sums
-        });
+        let both = both.map(|matrix| places.folded(&matrix));
         (places, both)
     });
     let folded: Vec<(Places<'_>, [DMatrix<f64>; 2])> = folded.collect();
@@ -158,11 +143,6 @@ fn correct(autocovariance: &mut [f64], missing: &[f64]) -> f64 {
     factor
 }
 
-/// Residuals of one effort in each block.
-fn residuals(blocks: &[Block], channel: usize, values: &DVector<f64>) -> Vec<DVector<f64>> {
-    blocks.iter().map(|block| block.channels[channel].residuals(values)).collect()
-}
-
 /// Number of samples of the residuals that together count as one independent sample, as the mean
 /// over all efforts. For each effort, it is the sum of the autocorrelation of the residuals,
 /// divided by the same sum for white noise after the filter; at least one.
@@ -185,162 +165,6 @@ pub(super) fn colour(blocks: &[Block], values: &DVector<f64>) -> f64 {
     });
     let finite = each.map(|samples| if samples > 1.0 { samples } else { 1.0 });
     finite.sum::<f64>() / channels.max(1) as f64
-}
-
-/// Residuals of one effort in one block.
-pub(super) struct Series<'a> {
-    pub(super) steps: &'a [usize],
-    pub(super) residuals: &'a DVector<f64>,
-    /// Period of the motion if it is repeated.
-    pub(super) period: Option<Period>,
-}
-
-/// Residuals of one effort in all blocks.
-pub(super) fn series<'a>(
-    blocks: &'a [Block],
-    channel: usize,
-    residuals: &'a [DVector<f64>],
-) -> Vec<Series<'a>> {
-    let each = blocks.iter().zip(residuals).map(|(block, residuals)| Series {
-        steps: &block.channels[channel].steps,
-        residuals,
-        period: block.period(),
-    });
-    each.collect()
-}
-
-/// Autocovariance of the residuals of one effort in all blocks, by lag, up to twice the lag at
-/// which the residuals become uncorrelated. The residuals of a repeated motion are summed over its
-/// repetitions first: the columns repeat themselves, so the products of residuals in different
-/// repetitions count like those in one. Errors of the model are the same in all repetitions.
-pub(super) fn autocovariance(all: &[Series<'_>]) -> Vec<f64> {
-    let all = all.iter().map(|own| {
-        let places = Places::of(own.steps, own.period);
-        let folded = places.folded(own.residuals);
-        (places, folded)
-    });
-    let all: Vec<(Places<'_>, DVector<f64>)> = all.collect();
-    let longest = all.iter().map(|(places, _)| places.len()).max().unwrap_or(0);
-    let most = (longest / 4).clamp(LAGS, MOST_LAGS);
-    let mut found: Vec<f64> = Vec::new();
-    let mut wanted = most;
-    // Most residuals become uncorrelated at short lags, so few lags are computed.
-    while found.len() < wanted {
-        let lag = found.len();
-        let each = all.iter().map(|(places, own)| places.sums(lag, |i, k| own[i] * own[k]));
-        let sums = each.fold(Sums::default(), Sums::plus);
-        found.push(sums.mean());
-        // The correlations of independent residuals scatter by the inverse root of the number of
-        // products.
-        let least = f64::max(INDEPENDENT, 2.0 / f64::max(sums.count, 1.0).sqrt());
-        if wanted == most && lag > 0 && found[lag] < found[0] * least {
-            wanted = (2 * lag).clamp(LAGS, most);
-        }
-    }
-    found
-}
-
-/// Sums of the products of residuals at one lag.
-#[derive(Clone, Copy, Debug, Default)]
-struct Sums {
-    products: f64,
-    /// Number of pairs of rows.
-    pairs: f64,
-    /// Number of independent products.
-    count: f64,
-}
-
-impl Sums {
-    fn plus(self, other: Self) -> Self {
-        Self {
-            products: self.products + other.products,
-            pairs: self.pairs + other.pairs,
-            count: self.count + other.count,
-        }
-    }
-
-    fn mean(self) -> f64 {
-        self.products / f64::max(self.pairs, 1.0)
-    }
-}
-
-/// Places of the rows of one effort in one block: the rows themselves, or the instants of the period of a repeated motion,
-/// whose rows are summed over the repetitions.
-enum Places<'a> {
-    Once {
-        steps: &'a [usize],
-    },
-    /// Place of each row, and the number of rows at each place.
-    Repeated {
-        places: Vec<usize>,
-        numbers: Vec<f64>,
-    },
-}
-
-impl<'a> Places<'a> {
-    fn of(steps: &'a [usize], period: Option<Period>) -> Self {
-        let Some(period) = period else { return Self::Once { steps } };
-        let count = period.instants();
-        let places: Vec<usize> = steps.iter().map(|step| period.part(*step, count)).collect();
-        let mut numbers = vec![0.0; count];
-        places.iter().for_each(|place| numbers[*place] += 1.0);
-        Self::Repeated { places, numbers }
-    }
-
-    /// Number of places.
-    fn len(&self) -> usize {
-        match self {
-            Self::Once { steps } => steps.len(),
-            Self::Repeated { numbers, .. } => numbers.len(),
-        }
-    }
-
-    fn of_row(&self, row: usize) -> usize {
-        match self {
-            Self::Once { .. } => row,
-            Self::Repeated { places, .. } => places[row],
-        }
-    }
-
-    /// Sums the values at the places.
-    fn folded(&self, values: &DVector<f64>) -> DVector<f64> {
-        let mut sums = DVector::zeros(self.len());
-        values.iter().enumerate().for_each(|(row, value)| sums[self.of_row(row)] += value);
-        sums
-    }
-
-    /// Sums the products of all pairs of places at one lag.
-    fn sums(&self, lag: usize, product: impl Fn(usize, usize) -> f64) -> Sums {
-        let mut all = Sums::default();
-        match self {
-            Self::Once { steps } => {
-                let mut k = 0;
-                for (i, step) in steps.iter().enumerate() {
-                    while k < steps.len() && steps[k] < step + lag {
-                        k += 1;
-                    }
-                    if steps.get(k) == Some(&(step + lag)) {
-                        all.products += product(i, k);
-                        all.pairs += 1.0;
-                    }
-                }
-                all.count = all.pairs;
-            }
-            // Lags beyond half a period are lags of the next repetition.
-            Self::Repeated { numbers, .. } if lag >= numbers.len() / 2 => {}
-            Self::Repeated { numbers, .. } => {
-                for i in 0..numbers.len() {
-                    let k = (i + lag) % numbers.len();
-                    if numbers[i] > 0.0 && numbers[k] > 0.0 {
-                        all.products += product(i, k);
-                        all.pairs += (numbers[i] * numbers[k]).sqrt();
-                        all.count += 1.0;
-                    }
-                }
-            }
-        }
-        all
-    }
 }
 
 /// Computes the covariance of the errors if some values lie at their bounds, from a normal
@@ -374,20 +198,6 @@ pub(super) fn bounded<'a>(
 fn inverse_mills(x: f64) -> f64 {
     let pi = std::f64::consts::PI;
     ((pi - 1.0) * x + (x * x + 2.0 * pi).sqrt()) / pi
-}
-
-/// Calls `take` with the indices of each pair of rows whose lag is below `lags`, and with this lag,
-/// in steps of the time grid.
-pub(super) fn each_pair(steps: &[usize], lags: usize, mut take: impl FnMut(usize, usize, usize)) {
-    for i in 0..steps.len() {
-        for k in i..steps.len() {
-            let lag = steps[k] - steps[i];
-            if lag >= lags {
-                break;
-            }
-            take(i, k, lag);
-        }
-    }
 }
 
 #[cfg(test)]
@@ -515,21 +325,5 @@ mod tests {
             let found = colour(&blocks, &DVector::zeros(1));
             assert!((1.0..1.15).contains(&found), "{found}");
         }
-    }
-
-    /// Checks that white residuals need few lags, and that residuals which change every hundred
-    /// rows need more lags.
-    #[test]
-    fn lags_follow_the_colour_of_the_residuals() {
-        let lags = |residual: &mut dyn FnMut(usize) -> f64| {
-            let residuals = DVector::from_fn(4000, |k, _| residual(k));
-            let steps: Vec<usize> = (0..4000).collect();
-            autocovariance(&[Series { steps: &steps, residuals: &residuals, period: None }]).len()
-        };
-        let mut random = Random::new(3);
-        assert_eq!(lags(&mut |_| random.number()), LAGS);
-        let slow = lags(&mut |k| if (k / 100) % 2 == 0 { 1.0 } else { -1.0 });
-        // The autocorrelation falls linearly to zero at fifty rows; the lags reach twice as far.
-        assert!((90..=100).contains(&slow), "{slow}");
     }
 }

@@ -3,7 +3,7 @@
 //!
 //! Equation (I7) of the book's theory.
 
-use super::covariance::{autocovariance, each_pair, series};
+use super::autocovariance::{autocovariance, each_pair, series};
 use super::{Estimate, FOLDS, HUBER, Problem};
 use crate::block::Block;
 use crate::folds::Folds;

@@ -2,6 +2,7 @@
 //!
 //! Equations (I3) and (I4) of the book's theory.
 
+mod autocovariance;
 mod constraint;
 mod covariance;
 mod extension;

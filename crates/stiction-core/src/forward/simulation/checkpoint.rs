@@ -2,8 +2,9 @@
 
 use super::between::LastStep;
 use super::economy::Economy;
+use super::method_change::QUIET;
 use super::scratch::Scratch;
-use super::stepping::{QUIET, Stepping};
+use super::stepping::Stepping;
 use super::{Event, Settings, Simulation};
 use crate::forward::affine_friction::InterfaceMode;
 use crate::forward::error::ForwardError;

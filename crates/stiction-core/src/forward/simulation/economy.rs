@@ -6,7 +6,7 @@
 //! time-stepping method may then need far less work for its own tolerance. The decision is based on
 //! a trial time step several times as long as the event-driven steps.
 
-use super::stepping::{LONGEST_WAIT, QUIET};
+use super::method_change::{LONGEST_WAIT, QUIET};
 use super::{Method, Simulation};
 use crate::forward::affine_friction::InterfaceMode;
 use crate::forward::inputs::Inputs;

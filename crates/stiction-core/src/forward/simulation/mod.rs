@@ -12,6 +12,7 @@ mod input_change;
 mod linearisation;
 mod locate;
 mod locking;
+mod method_change;
 mod others;
 mod packing;
 mod passage;

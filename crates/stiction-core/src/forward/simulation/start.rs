@@ -2,8 +2,9 @@
 
 use super::between::LastStep;
 use super::economy::Economy;
+use super::method_change::{QUIET, is_without_acceleration};
 use super::scratch::Scratch;
-use super::stepping::{FIRST, QUIET, is_without_acceleration};
+use super::stepping::FIRST;
 use super::{Energies, Method, REST, Settings, Simulation};
 use crate::forward::Forward;
 use crate::forward::affine_friction::{InterfaceMode, is_smooth, norm};

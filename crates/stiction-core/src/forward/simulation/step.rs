@@ -2,10 +2,10 @@
 
 use super::between::Interpolation;
 use super::locate::Ending;
+use super::method_change::DENSE;
 use super::packing::parts;
 use super::rest::{Approach, PASSED, SLOW};
 use super::scratch::Scratch;
-use super::stepping::DENSE;
 use super::{Method, REST, Simulation};
 use crate::forward::affine_friction::{InterfaceMode, norm};
 use crate::forward::error::ForwardError;

@@ -1,5 +1,4 @@
-//! Time-stepping method: step control by comparison with two half steps, and changes to and from
-//! the event-driven method.
+//! Time-stepping method: step control by comparison with two half steps.
 
 use super::between::Interpolation;
 use super::{Energies, Event, EventKind, Method, RateJump, Simulation};
@@ -14,19 +13,8 @@ use crate::kinematics::{Bodies, State};
 use crate::mechanism::JointId;
 use crate::parameters::Parameters;
 
-/// Initial and smallest number of time steps without a stick-slip transition after which the
-/// simulation tries the event-driven method again.
-pub(super) const QUIET: usize = 8;
-/// Upper limit of the number of time steps without a stick-slip transition that must pass before
-/// the event-driven method is tried again. The number doubles after each failure of the
-/// event-driven method, up to this limit.
-pub(super) const LONGEST_WAIT: usize = 4096;
 /// Length, s, of the first time step after a change to the time-stepping method.
 pub(super) const FIRST: f64 = 1e-6;
-/// Number of events after which their mean interval is compared with [`DENSE`].
-const MANY: usize = 40;
-/// Mean interval between events, s, below which the simulation changes to time stepping.
-pub(super) const DENSE: f64 = 5e-5;
 /// Changes of the rates in a time step count as round-off if they are below this fraction of the
 /// largest rate that the step would reach without friction.
 const STILL: f64 = 1e-9;
@@ -67,38 +55,9 @@ impl Simulation<'_> {
         if self.shown().stepping.is_some() { Method::TimeStepping } else { Method::EventDriven }
     }
 
-    /// Returns true if time stepping may continue the simulation after this error of the
-    /// event-driven method. This is so in the automatic method if no accelerations or no modes were
-    /// found, or if the steps have become too short: velocities at the end of a time step that
-    /// satisfy all friction laws may still exist.
-    pub(super) fn may_step(&self, error: &ForwardError) -> bool {
-        self.settings.method == Method::Automatic
-            && self.stepping.is_none()
-            && is_without_acceleration(error)
-    }
-
     /// Returns true if any joint has friction.
     pub(super) fn has_friction(&self) -> bool {
         !self.modes.is_empty()
-    }
-
-    /// Counts an event, and returns true if events are too frequent for the event-driven method.
-    pub(super) fn is_dense(&mut self) -> bool {
-        let (count, since) = self.event_rate;
-        self.event_rate.0 += 1;
-        if count < MANY {
-            return false;
-        }
-        let time = self.now.time;
-        self.event_rate = (0, time);
-        self.settings.method == Method::Automatic && time - since < MANY as f64 * DENSE
-    }
-
-    pub(super) fn begin_stepping(&mut self) {
-        self.economy.change(self.now.time);
-        self.stepping = Some(Stepping { step: FIRST, quiet: 0, wait: self.wait });
-        let kind = EventKind::Method { method: Method::TimeStepping };
-        self.events.push(Event { time: self.now.time, kind });
     }
 
     /// Returns the locks of the interfaces that stick both before and after the step: anchors,
@@ -414,63 +373,6 @@ impl Simulation<'_> {
         self.still();
         self.keep_fastest();
     }
-
-    /// Returns true if all joints are at rest except for round-off.
-    fn rests(&self) -> bool {
-        self.is_at_rest(&self.now.state.rates, self.now.interfaces.iter().map(|c| c.velocity))
-    }
-
-    /// Returns to the event-driven method after enough steps without a stick-slip transition, if
-    /// the event-driven method finds accelerations at the present instant.
-    fn leave_stepping(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
-        let Some(stepping) = &self.stepping else { return Ok(()) };
-        let rests = self.rests();
-        // At rest accelerations may exist that did not exist before, and steps are long.
-        let is_early = stepping.quiet < stepping.wait;
-        if self.settings.method != Method::Automatic || is_early && !(rests && stepping.quiet == 1)
-        {
-            return Ok(());
-        }
-        let last_step = std::mem::take(&mut self.last_step);
-        let kept = self.clone();
-        self.last_step = last_step;
-        self.stepping = None;
-        self.stalled = 0;
-        self.event_rate = (0, self.now.time);
-        self.step = 1e-4 * self.settings.longest_step.min(1.0);
-        let known: Vec<[f64; 3]> = self.now.interfaces.iter().map(|c| c.friction).collect();
-        if self.decide(inputs, None, rests.then_some(&known[..])).is_ok() {
-            self.economy.change(self.now.time);
-            let kind = EventKind::Method { method: Method::EventDriven };
-            self.events.push(Event { time: self.now.time, kind });
-            return Ok(());
-        }
-        let last_step = std::mem::take(&mut self.last_step);
-        *self = kept;
-        self.last_step = last_step;
-        if let Some(stepping) = &mut self.stepping
-            && !is_early
-        {
-            stepping.quiet = 0;
-            stepping.wait = (2 * stepping.wait).min(LONGEST_WAIT);
-        }
-        Ok(())
-    }
-}
-
-/// Returns true if an error of the event-driven method means that no accelerations that satisfy all
-/// laws were found, or that the method could not continue the motion.
-pub(super) fn is_without_acceleration(error: &ForwardError) -> bool {
-    matches!(
-        error,
-        ForwardError::NoChoice { .. }
-            | ForwardError::NoAcceleration { .. }
-            | ForwardError::Stiff { .. }
-            | ForwardError::Stalled { .. }
-            // Near a singular configuration, the loops may require a change of the rates that
-            // exceeds round-off.
-            | ForwardError::Impact { by_loop: true, .. }
-    )
 }
 
 /// Resets the pose of each anchor that is also in the list `before` to its pose in that list.

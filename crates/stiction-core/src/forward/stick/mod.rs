@@ -68,18 +68,19 @@ impl Forward {
             return Ok(Choice { modes: trial, solved: *solved });
         }
         // Statically indeterminate frictions may hold the mechanism although the least-norm frictions exceed a limit.
-        for limit_factor in [1.0, 1.0 + ALLOWANCE] {
-            let Some(known) = known else { break };
+        if let Some(known) = known {
             data.reference_frictions = known.to_vec();
-            data.limit_factor = limit_factor;
-            if let Ok(Verdict::Stands(solved)) = self.verify(data, &mut trial, resting)
-                && solved.balance.redundant() > permanent
-            {
-                return Ok(Choice { modes: trial, solved: *solved });
+            for limit_factor in [1.0, 1.0 + ALLOWANCE] {
+                data.limit_factor = limit_factor;
+                if let Ok(Verdict::Stands(solved)) = self.verify(data, &mut trial, resting)
+                    && solved.balance.redundant() > permanent
+                {
+                    return Ok(Choice { modes: trial, solved: *solved });
+                }
             }
+            data.reference_frictions.fill([0.0; 3]);
+            data.limit_factor = 1.0;
         }
-        data.reference_frictions.fill([0.0; 3]);
-        data.limit_factor = 1.0;
         // With all interfaces sticking, a friction exceeds its limit, or an interface must slide:
         // the friction laws of all interfaces must be solved together.
         let guess = self.guess(data, modes, resting, 1.0);
