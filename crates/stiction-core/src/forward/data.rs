@@ -29,16 +29,36 @@ pub(super) struct Data {
     pub(super) input: InputState,
     /// Rates of the internal states of the inputs, per second.
     pub(super) input_rates: Vec<f64>,
-    /// Estimated friction limit of each interface relative to the largest of these limits.
-    /// Statically indeterminate static frictions are distributed relative to these limits. The
-    /// values stay constant while the modes stay the same.
-    pub(super) friction_scales: Vec<f64>,
-    /// Reference static friction of each interface at the surface, N. Statically indeterminate
-    /// frictions deviate from their references as little as possible.
-    pub(super) reference_frictions: Vec<[f64; 3]>,
+    pub(super) distribution: FrictionDistribution,
     /// Factor by which static friction may exceed its limit. The factor exceeds one only in a mode
     /// search that tolerates a small excess of statically indeterminate frictions.
     pub(super) limit_factor: f64,
+}
+
+/// Rule that distributes statically indeterminate static frictions. It stays constant while the
+/// modes stay the same.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct FrictionDistribution {
+    /// Estimated friction limit of each interface relative to the largest of these limits.
+    /// Frictions are distributed relative to these limits.
+    pub(super) scales: Vec<f64>,
+    /// Reference static friction of each interface at the surface, N. Frictions deviate from their
+    /// references as little as possible.
+    pub(super) references: Vec<[f64; 3]>,
+    /// Weight of the reactions in the sum of frictions that is minimised; zero except close to
+    /// singular positions, see [`Forward::limit_preload`].
+    pub(super) reaction_weight: f64,
+    /// Reference reactions: force, N, and moment divided by the characteristic length, N, in the
+    /// axes of each joint, six numbers for each joint. Reactions deviate from them as little as
+    /// possible if the weight of the reactions is not zero. An empty list means zero.
+    pub(super) reactions: Vec<f64>,
+}
+
+impl FrictionDistribution {
+    /// Distributes frictions evenly among `count` interfaces.
+    pub(super) fn even(count: usize) -> Self {
+        Self { scales: vec![1.0; count], references: vec![[0.0; 3]; count], ..Self::default() }
+    }
 }
 
 impl Data {
@@ -56,8 +76,7 @@ impl Data {
             bristles: Vec::new(),
             input: InputState::default(),
             input_rates: Vec::new(),
-            friction_scales: Vec::new(),
-            reference_frictions: Vec::new(),
+            distribution: FrictionDistribution::default(),
             limit_factor: 1.0,
         }
     }
@@ -70,19 +89,18 @@ impl Forward {
         time: f64,
         state: State<f64>,
         bristles: &[[f64; 3]],
-        (friction_scales, reference_frictions): (&[f64], &[[f64; 3]]),
+        distribution: &FrictionDistribution,
         (input, inputs): (&InputState, &mut dyn Inputs),
     ) -> Data {
         let mut data = Data { time, state, input: input.clone(), ..Data::new(self) };
         data.bristles.extend_from_slice(bristles);
-        data.friction_scales.extend_from_slice(friction_scales);
-        data.reference_frictions.extend_from_slice(reference_frictions);
+        data.distribution.clone_from(distribution);
         self.update_data(&mut data, inputs);
         data
     }
 
     /// Recomputes the data in place from the time, state, bristle deflections, input states,
-    /// friction scales and reference frictions stored in `data`.
+    /// distribution of static frictions stored in `data`.
     pub(super) fn update_data(&self, data: &mut Data, inputs: &mut dyn Inputs) {
         let (topology, parameters) = (&self.topology, &self.parameters);
         let Data {

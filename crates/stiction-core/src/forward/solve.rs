@@ -5,7 +5,7 @@ use super::affine_friction::{AffineFriction, InterfaceMode, affine_friction};
 use super::balance::{Balance, Massless, Workspace};
 use super::constraint_jacobian::{ConstrainedDof, ConstraintRows, StickingDof};
 use super::coupling::{Coupled, Coupling};
-use super::data::Data;
+use super::data::{Data, FrictionDistribution};
 use super::error::{Competitor, ForwardError};
 use crate::friction_problem::continuation::Lock;
 use crate::kinematics::{Bodies, Target};
@@ -56,7 +56,7 @@ impl Forward {
         &self,
         targets: &[Target<f64>],
         modes: &[InterfaceMode],
-        (scales, references): (&[f64], &[[f64; 3]]),
+        distribution: &FrictionDistribution,
         constrained: &mut Vec<ConstrainedDof>,
         sticking: &mut Vec<StickingDof>,
     ) {
@@ -79,8 +79,8 @@ impl Forward {
                 }
                 sticking.push(StickingDof { interface: index, place, row: constrained.len() });
                 let arm = interface.arms(self.parameters.pitch[joint])[place];
-                let scale = arm * scales.get(index).copied().unwrap_or(1.0);
-                let reference = -arm * references.get(index).map_or(0.0, |r| r[place]);
+                let scale = arm * distribution.scales.get(index).copied().unwrap_or(1.0);
+                let reference = -arm * distribution.references.get(index).map_or(0.0, |r| r[place]);
                 constrained.push(ConstrainedDof {
                     joint,
                     dof,
@@ -101,13 +101,19 @@ impl Forward {
         modes: &[InterfaceMode],
     ) -> ConstraintRows {
         let (mut constrained, mut rows) = (Vec::new(), ConstraintRows::default());
-        self.constrain(targets, modes, (&[], &[]), &mut constrained, &mut Vec::new());
+        self.constrain(
+            targets,
+            modes,
+            &FrictionDistribution::default(),
+            &mut constrained,
+            &mut Vec::new(),
+        );
         rows.update(&self.topology, &self.parameters, bodies, &constrained);
         rows
     }
 
     /// Factorises the equations of motion for the given modes. All static frictions have the scale
-    /// one (see [`Data::friction_scales`]).
+    /// one (see [`FrictionDistribution::scales`]).
     pub(super) fn balance(
         &self,
         data: &Data,
@@ -157,8 +163,7 @@ impl Forward {
         solved: &mut Solved,
     ) -> Result<(), Unsolved> {
         let Solved { balance, constrained, sticking, workspace, .. } = solved;
-        let measures = (&data.friction_scales[..], &data.reference_frictions[..]);
-        self.constrain(&data.targets, modes, measures, constrained, sticking);
+        self.constrain(&data.targets, modes, &data.distribution, constrained, sticking);
         balance.rows.update_rows(&self.topology, &self.parameters, &data.bodies, constrained);
         balance.update(self, data, workspace).map_err(Unsolved::Massless)?;
         self.couple(data, modes, known, bound, solved)

@@ -21,7 +21,7 @@ use super::Forward;
 use super::affine_friction::{InterfaceMode, is_smooth, mode_of, norm};
 use super::balance::{Balance, Massless, Response};
 use super::complementarity::Members;
-use super::data::Data;
+use super::data::{Data, FrictionDistribution};
 use super::error::ForwardError;
 use super::inputs::{InputState, Inputs};
 use super::mass_matrix::{damped, power_of_loads};
@@ -158,8 +158,13 @@ impl Forward {
         let mut middle = start.clone();
         let half: Vec<f64> = start.rates.iter().map(|v| 0.5 * step * v).collect();
         middle.advance(topology, &half);
-        let data =
-            self.data(time + 0.5 * step, middle, from.bristles, (&[], &[]), (from.input, inputs));
+        let data = self.data(
+            time + 0.5 * step,
+            middle,
+            from.bristles,
+            &FrictionDistribution::default(),
+            (from.input, inputs),
+        );
         if !data.efforts.iter().all(|effort| effort.is_finite()) {
             let what = "the effort of an actuator";
             return Err(ForwardError::NotFinite { time, what });

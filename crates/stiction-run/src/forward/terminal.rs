@@ -316,7 +316,8 @@ fn write_verdicts(
         writeln!(
             out,
             "the distribution of static friction is not unique from t = {} s on: more friction \
-             interfaces stick than necessary; each carries a share in proportion to its limit",
+             interfaces stick than necessary, so a rule determines the share of each; normal \
+             loads and the next slip onset can depend on this rule",
             number(event.time)
         )?;
     }

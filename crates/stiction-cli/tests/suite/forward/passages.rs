@@ -147,6 +147,16 @@ fn a_jammed_mechanism_at_rest_is_event_driven() {
     let events = folder.read("events.csv");
     assert!(events.lines().last().unwrap().ends_with("event-driven"), "{events}");
     assert_eq!(column(&folder.read("forward.csv"), "leg1.P.rate [m/s]").last(), Some(&0.0));
+    // The position at rest is within 1e-9 of a singular one. Frictions alone would allow normal
+    // loads of 1e6 N there; those that the friction limits require are of the order of 1e3 N.
+    let friction = folder.read("friction.csv");
+    for joint in ["leg1.P", "leg2.S", "leg3.P"] {
+        let loads = column(&friction, &format!("{joint}.load [N]"));
+        let sticks = column(&friction, &format!("{joint}.sticks"));
+        let held = loads.iter().zip(&sticks).filter(|(_, sticks)| **sticks == 1.0);
+        let largest = held.fold(0.0_f64, |m, (load, _)| m.max(*load));
+        assert!((100.0..1e4).contains(&largest), "{joint}: {largest} N");
+    }
 }
 
 #[test]

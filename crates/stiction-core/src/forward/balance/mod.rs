@@ -24,6 +24,7 @@ mod sparse;
 mod stages;
 
 pub(super) use cholesky::{factor, solve_factored};
+pub(super) use redundancy::reactions;
 pub(super) use respond::{Four, Workspace};
 pub(super) use response::Response;
 

@@ -5,7 +5,8 @@
 //!
 //! 1. least efforts of actuators with prescribed motion;
 //! 2. least static frictions relative to the friction limits, or least deviations of the static
-//!    frictions from reference values that satisfy all limits;
+//!    frictions from reference values that satisfy all limits; close to singular
+//!    positions, reactions have a weight in this sum, see [`Forward::limit_preload`];
 //! 3. least elastic energy of declared compliances;
 //! 4. least reactions, see [`crate::dynamics::Weighting`].
 //!
@@ -14,7 +15,7 @@
 use super::response::Response;
 use crate::forward::Forward;
 use crate::forward::constraint_jacobian::ConstraintRows;
-use crate::forward::data::Data;
+use crate::forward::data::{Data, FrictionDistribution};
 use crate::linalg::Svd;
 use crate::statics::DETERMINED;
 use nalgebra::{DMatrix, DVector};
@@ -97,12 +98,27 @@ impl RedundancyResolution {
             } else {
                 &open * DMatrix::from_columns(&rest)
             };
-            stages.push(Stage {
-                criterion,
-                open: std::mem::replace(&mut open, next),
-                response,
-                rank,
-            });
+            let present = std::mem::replace(&mut open, next);
+            stages.push(
+                if criterion == Frictions && rank > 0 && data.distribution.reaction_weight > 0.0 {
+                    let determined = present * response.v.columns(0, rank);
+                    let columns: Vec<_> = self_stresses
+                        .iter()
+                        .map(|stress| {
+                            let mut numbers = Vec::new();
+                            let mut put = |number| numbers.push(number);
+                            weigh((model, data), rows, Frictions, stress, &mut put);
+                            let weight = data.distribution.reaction_weight;
+                            reactions((model, data), stress, |number| put(weight * number));
+                            DVector::from_vec(numbers)
+                        })
+                        .collect();
+                    let response = Svd::new(&(DMatrix::from_columns(&columns) * &determined));
+                    Stage { criterion, open: determined, response, rank }
+                } else {
+                    Stage { criterion, open: present, response, rank }
+                },
+            );
         }
         Self { self_stresses, stages }
     }
@@ -137,6 +153,15 @@ impl RedundancyResolution {
                     .filter_map(|row| row.friction_scale.map(|s| row.reference / s));
                 now.iter_mut().zip(references).for_each(|(now, reference)| *now -= reference);
             }
+            if *criterion == Criterion::Frictions && data.distribution.reaction_weight > 0.0 {
+                let FrictionDistribution { reaction_weight, reactions: references, .. } =
+                    &data.distribution;
+                let mut references = references.iter().filter(|_| whole);
+                reactions((model, data), response, |number| {
+                    let reference = references.next().copied().unwrap_or(0.0);
+                    now.push(reaction_weight * (number - reference));
+                });
+            }
             // Least-squares solution from the singular value decomposition.
             along.clear();
             along.resize(answer.v.nrows(), 0.0);
@@ -164,6 +189,24 @@ pub(in crate::forward) struct Workspace {
     now: Vec<f64>,
     along: Vec<f64>,
     amounts: Vec<f64>,
+}
+
+/// Calls `put` with the reactions of all joints: forces, N, and moments divided by the
+/// characteristic length, N, in the axes of the joint, six numbers for each joint.
+pub(in crate::forward) fn reactions(
+    (model, data): (&Forward, &Data),
+    response: &Response,
+    mut put: impl FnMut(f64),
+) {
+    // The joints of added motor shafts are not part of the machine and are excluded.
+    let own = model.mechanism.joints().len();
+    for (joint, wrench) in response.wrenches.iter().take(own).enumerate() {
+        let j = &data.bodies.frame_j[joint];
+        let moment = wrench.moment_about(j.position) * (1.0 / model.parameters.length);
+        for vector in [wrench.force, moment] {
+            j.rotation.transpose_mul(vector).to_array().into_iter().for_each(&mut put);
+        }
+    }
 }
 
 /// Calls `put` with each number whose square is a term of the sum that a criterion minimises.

@@ -12,6 +12,7 @@ use super::packing::parts;
 use super::{Energies, Simulation};
 use crate::forward::Forward;
 use crate::forward::data::Data;
+use crate::forward::data::FrictionDistribution;
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::{InputState, Inputs};
 use crate::forward::instant::Instant;
@@ -63,7 +64,13 @@ impl Forward {
         let mut state = now.state.clone();
         state.rates.clone_from(accelerations);
         let bristles = vec![[0.0; 3]; now.interfaces.len()];
-        let situation = self.data(now.time, state, &bristles, (&[], &[]), (input, inputs));
+        let situation = self.data(
+            now.time,
+            state,
+            &bristles,
+            &FrictionDistribution::default(),
+            (input, inputs),
+        );
         self.check_accelerations(&situation).map_err(|error| match error {
             ForwardError::Blocked { time, what, by, translates, .. } => {
                 ForwardError::Blocked { time, what, by, translates, at_rest: true }

@@ -5,6 +5,7 @@
 
 use super::checkpoint::Tape;
 use super::{Energies, Simulation};
+use crate::forward::data::FrictionDistribution;
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 use crate::forward::instant::{Account, Instant};
@@ -100,8 +101,7 @@ impl<'a> Simulation<'a> {
         let is_alike = |copy: &Self| {
             copy.now.state.coordinates == self.now.state.coordinates
                 && copy.modes == self.modes
-                && copy.friction_scales == self.friction_scales
-                && copy.reference_frictions == self.reference_frictions
+                && copy.distribution == self.distribution
         };
         let was_alike = is_alike(copy);
         copy.take_state(numbers);
@@ -238,7 +238,13 @@ impl<'a> Simulation<'a> {
             let (anchors, frozen) = self.places_of(&self.modes, &end.modes);
             model.project(time, &mut state, &targets, &anchors, &frozen)?;
         }
-        let data = model.data(time, state, &end.bristles, (&[], &[]), (&self.input, inputs));
+        let data = model.data(
+            time,
+            state,
+            &end.bristles,
+            &FrictionDistribution::default(),
+            (&self.input, inputs),
+        );
         let mut instant = Instant { time, state: data.state.clone(), ..to.clone() };
         instant.bodies = data.bodies.clone();
         instant.bodies.accelerate(&model.topology, &instant.state.accelerations);

@@ -7,6 +7,7 @@ use super::scratch::Scratch;
 use super::stepping::Stepping;
 use super::{Event, Settings, Simulation};
 use crate::forward::affine_friction::InterfaceMode;
+use crate::forward::data::FrictionDistribution;
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::InputState;
 use crate::forward::instant::Instant;
@@ -30,7 +31,7 @@ pub struct Checkpoint {
 }
 
 /// First number of a checkpoint: the version of its format.
-pub(super) const FORMAT: f64 = 9.0;
+pub(super) const FORMAT: f64 = 10.0;
 
 /// Largest valid count. A larger number means that the checkpoint is invalid.
 const COUNTABLE: f64 = 1e15;
@@ -201,8 +202,14 @@ impl<'a> Simulation<'a> {
         }
         self.frozen.iter_mut().for_each(|f| tape.flag(f));
         tape.numbers(self.bristles.iter_mut().flatten());
-        tape.numbers(&mut self.friction_scales);
-        tape.numbers(self.reference_frictions.iter_mut().flatten());
+        tape.numbers(&mut self.distribution.scales);
+        tape.numbers(self.distribution.references.iter_mut().flatten());
+        tape.number(&mut self.distribution.reaction_weight);
+        let mut reactions = self.distribution.reactions.len();
+        tape.count(&mut reactions);
+        let joints = self.model.topology.joint_types.len();
+        self.distribution.reactions.resize(reactions.min(6 * joints), 0.0);
+        tape.numbers(&mut self.distribution.reactions);
         tape.number(&mut self.limit_factor);
         for angle in &mut self.input.angles {
             tape.numbers([&mut angle.value, &mut angle.rate, &mut angle.time]);
@@ -322,8 +329,7 @@ impl Forward {
             anchors: Vec::new(),
             frozen: vec![false; topology.dofs()],
             bristles: vec![[0.0; 3]; interfaces],
-            friction_scales: vec![1.0; interfaces],
-            reference_frictions: vec![[0.0; 3]; interfaces],
+            distribution: FrictionDistribution::even(interfaces),
             limit_factor: 1.0,
             input: InputState { angles, ..InputState::default() },
             switch_at: f64::INFINITY,

@@ -154,8 +154,7 @@ impl Simulation<'_> {
             }
         }
         let Choice { modes, solved } = model.choose(&mut situation, &modes, &resting, known)?;
-        self.friction_scales.clone_from(&situation.friction_scales);
-        self.reference_frictions.clone_from(&situation.reference_frictions);
+        self.distribution.clone_from(&situation.distribution);
         self.limit_factor = situation.limit_factor;
         self.modes = modes;
         self.now = model.instant(&situation, &self.modes, &solved);

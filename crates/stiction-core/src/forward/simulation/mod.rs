@@ -39,7 +39,7 @@ pub use payload::PayloadChange;
 pub use settings::{Method, Settings};
 
 use super::Forward;
-use super::data::Data;
+use super::data::{Data, FrictionDistribution};
 use super::error::ForwardError;
 use super::inputs::{InputState, Inputs};
 use super::integrator::Steps;
@@ -71,8 +71,7 @@ pub struct Simulation<'a> {
     anchors: Vec<Anchor>,
     frozen: Vec<bool>,
     bristles: Vec<[f64; 3]>,
-    friction_scales: Vec<f64>,
-    reference_frictions: Vec<[f64; 3]>,
+    distribution: FrictionDistribution,
     limit_factor: f64,
     /// Internal states of the inputs, signs of their switching functions, and unwrapped angles.
     input: InputState,
@@ -212,7 +211,7 @@ impl<'a> Simulation<'a> {
             self.now.time,
             state,
             &self.bristles,
-            (&self.friction_scales, &self.reference_frictions),
+            &self.distribution,
             (&self.input, inputs),
         )
     }

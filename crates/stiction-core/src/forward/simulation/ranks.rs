@@ -4,6 +4,7 @@ use crate::forward::Forward;
 use crate::forward::balance::DEPENDENT;
 use crate::forward::constraint_jacobian::StickingDof;
 use crate::forward::constraint_jacobian::{ConstrainedDof, ConstraintRows};
+use crate::forward::data::FrictionDistribution;
 use crate::forward::sparse::rows::SparseRows;
 use crate::kinematics::{Bodies, State, Target};
 use crate::linalg::RowSpace;
@@ -44,7 +45,7 @@ impl Ranks {
         let Self { bodies, constrained, sticking, rows, scaled, space, sparse, targets } = self;
         bodies.place(topology, parameters, &state.coordinates);
         bodies.move_with(topology, &state.rates);
-        model.constrain(targets, &[], (&[], &[]), constrained, sticking);
+        model.constrain(targets, &[], &FrictionDistribution::default(), constrained, sticking);
         rows.update_rows(topology, parameters, bodies, constrained);
         if let Some(sparse) = sparse
             && sparse.decompose(model, bodies, rows, &[])

@@ -8,6 +8,7 @@ use super::stepping::FIRST;
 use super::{Energies, Method, REST, Settings, Simulation};
 use crate::forward::Forward;
 use crate::forward::affine_friction::{InterfaceMode, is_smooth, norm};
+use crate::forward::data::FrictionDistribution;
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::{InputState, Inputs, View};
 use crate::forward::integrator::Steps;
@@ -110,7 +111,13 @@ impl<'a> Simulation<'a> {
         let mut values = Vec::new();
         inputs.switches(&view(&input), &mut values);
         input.sides = values.iter().map(|value| *value >= 0.0).collect();
-        let mut situation = model.data(time, state, &bristles, (&[], &[]), (&input, &mut *inputs));
+        let mut situation = model.data(
+            time,
+            state,
+            &bristles,
+            &FrictionDistribution::default(),
+            (&input, &mut *inputs),
+        );
         model.check_accelerations(&situation)?;
         let fastest = situation.velocities.iter().map(|v| norm(*v)).fold(asked, f64::max);
         let mut modes = Vec::with_capacity(interfaces.len());
@@ -133,11 +140,10 @@ impl<'a> Simulation<'a> {
         }
         let in_steps = settings.method == Method::TimeStepping;
         let chosen = (!in_steps).then(|| model.choose(&mut situation, &modes, &resting, None));
-        let (mut friction_scales, mut reference_frictions) =
-            (situation.friction_scales.clone(), situation.reference_frictions.clone());
+        let mut distribution = situation.distribution.clone();
         // These lists are empty if no mode search was made.
-        friction_scales.resize(interfaces.len(), 1.0);
-        reference_frictions.resize(interfaces.len(), [0.0; 3]);
+        distribution.scales.resize(interfaces.len(), 1.0);
+        distribution.references.resize(interfaces.len(), [0.0; 3]);
         let limit_factor = situation.limit_factor;
         // Reason why no accelerations exist at the start, if any.
         let mut refusal = None;
@@ -193,8 +199,7 @@ impl<'a> Simulation<'a> {
             anchors: Vec::new(),
             frozen,
             bristles,
-            friction_scales,
-            reference_frictions,
+            distribution,
             limit_factor,
             switch_at: f64::INFINITY,
             switching: vec![false; input.sides.len()],

@@ -446,8 +446,7 @@ impl Simulation<'_> {
         situation.input.clone_from(&self.input);
         let states = rest.len() - self.input.values.len();
         situation.input.values.copy_from_slice(&rest[states..]);
-        situation.friction_scales.clone_from(&self.friction_scales);
-        situation.reference_frictions.clone_from(&self.reference_frictions);
+        situation.distribution.clone_from(&self.distribution);
         model.update_data(situation, inputs);
         let done = model.solve_into(situation, &self.modes, Some(loads), measure, solved);
         self.economy.spend(solved.continuation_steps());

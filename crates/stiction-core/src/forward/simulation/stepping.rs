@@ -4,6 +4,7 @@ use super::between::Interpolation;
 use super::{Energies, Event, EventKind, Method, RateJump, Simulation};
 use crate::forward::Forward;
 use crate::forward::affine_friction::{InterfaceMode, norm};
+use crate::forward::data::FrictionDistribution;
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::{InputState, Inputs};
 use crate::forward::instant::{Account, Instant, InterfaceSample};
@@ -397,7 +398,13 @@ impl Forward {
     ) -> Instant {
         let (topology, parameters) = (&self.topology, &self.parameters);
         let accelerations = time_step.response.accelerations.clone();
-        let situation = self.data(time, state, &time_step.bristles, (&[], &[]), (input, inputs));
+        let situation = self.data(
+            time,
+            state,
+            &time_step.bristles,
+            &FrictionDistribution::default(),
+            (input, inputs),
+        );
         let (mut state, mut bodies) = (situation.state, situation.bodies);
         state.accelerations = accelerations;
         bodies.accelerate(topology, &state.accelerations);

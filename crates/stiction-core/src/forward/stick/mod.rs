@@ -13,11 +13,12 @@
 mod directions;
 mod guess;
 mod instantaneous_lock;
+mod preload;
 mod verify;
 
 use super::Forward;
 use super::affine_friction::{InterfaceMode, norm};
-use super::data::Data;
+use super::data::{Data, FrictionDistribution};
 use super::error::ForwardError;
 use super::solve::{Solved, Unsolved};
 use guess::Guess;
@@ -29,7 +30,7 @@ pub(super) use verify::rounding_of_friction;
 const CHANGES: usize = 60;
 /// Smallest friction scale of an interface, relative to the largest friction scale. This bound
 /// limits the condition number of the linear systems. The friction scale is the estimated friction
-/// limit, see [`Data::friction_scales`].
+/// limit, see [`FrictionDistribution::scales`].
 const SMALLEST_SCALE: f64 = 1e-6;
 /// Relative amount by which statically indeterminate frictions may exceed their limits. Without
 /// this allowance the frictions would have to be redistributed at every instant until an interface
@@ -60,16 +61,17 @@ impl Forward {
         resting: &[usize],
         known: Option<&[[f64; 3]]>,
     ) -> Result<Choice, ForwardError> {
+        data.distribution = FrictionDistribution::even(modes.len());
         let permanent = self.set_friction_scales(data, modes, resting);
-        data.reference_frictions = vec![[0.0; 3]; modes.len()];
         data.limit_factor = 1.0;
         let mut trial = all_sticking(modes, resting);
         if let Ok(Verdict::Stands(solved)) = self.verify(data, &mut trial, resting) {
-            return Ok(Choice { modes: trial, solved: *solved });
+            let solved = self.limit_preload(data, &mut trial, resting, *solved);
+            return Ok(Choice { modes: trial, solved });
         }
         // Statically indeterminate frictions may hold the mechanism although the least-norm frictions exceed a limit.
         if let Some(known) = known {
-            data.reference_frictions = known.to_vec();
+            data.distribution.references = known.to_vec();
             for limit_factor in [1.0, 1.0 + ALLOWANCE] {
                 data.limit_factor = limit_factor;
                 if let Ok(Verdict::Stands(solved)) = self.verify(data, &mut trial, resting)
@@ -78,7 +80,7 @@ impl Forward {
                     return Ok(Choice { modes: trial, solved: *solved });
                 }
             }
-            data.reference_frictions.fill([0.0; 3]);
+            data.distribution.references.fill([0.0; 3]);
             data.limit_factor = 1.0;
         }
         // With all interfaces sticking, a friction exceeds its limit, or an interface must slide:
@@ -105,7 +107,7 @@ impl Forward {
                 }
             }
         }
-        data.reference_frictions = vec![[0.0; 3]; modes.len()];
+        data.distribution.references.fill([0.0; 3]);
         data.limit_factor = 1.0;
         let (mut blocking, mut failure) = (resting.first().copied().unwrap_or(0), None);
         match self.improve(data, all_sticking(modes, resting), resting) {
@@ -130,7 +132,6 @@ impl Forward {
         resting: &[usize],
     ) -> usize {
         let interfaces = &self.parameters.interfaces;
-        data.friction_scales = vec![1.0; interfaces.len()];
         let mut free = modes.to_vec();
         for &interface in resting {
             free[interface] = InterfaceMode::AtLimit([0.0; 3]);
@@ -144,7 +145,7 @@ impl Forward {
             .collect();
         let largest = limits.iter().fold(0.0_f64, |m, l| m.max(*l));
         if largest > 0.0 && largest.is_finite() {
-            data.friction_scales =
+            data.distribution.scales =
                 limits.iter().map(|l| (l / largest).max(SMALLEST_SCALE)).collect();
         }
         redundant
@@ -153,12 +154,12 @@ impl Forward {
     /// Accepts a guess if its exact solution satisfies all friction laws, either at once or after a
     /// few changes of modes.
     fn adopt(&self, data: &mut Data, guess: &Guess, resting: &[usize]) -> Option<Choice> {
-        data.reference_frictions.clone_from(&guess.frictions);
+        data.distribution.references.clone_from(&guess.frictions);
         data.limit_factor = if guess.tight { 1.0 + ALLOWANCE } else { 1.0 };
         let found = self.confirm(data, guess, resting);
         let found = found.or_else(|| self.improve(data, guess.modes.clone(), resting).ok());
         if found.is_none() {
-            data.reference_frictions.fill([0.0; 3]);
+            data.distribution.references.fill([0.0; 3]);
             data.limit_factor = 1.0;
         }
         found

@@ -126,8 +126,8 @@ fn events(summary: &Summary, outcome: &Outcome, all: &mut Vec<Finding>) {
     if let Some((_, time, ..)) = of("shares-not-unique") {
         all.push(Finding::open(
             format!("The distribution of static friction is not unique from t = {time} s on"),
-            "More friction interfaces stick than necessary; each carries a share in proportion to its limit. The \
-             motion does not depend on it.",
+            "More friction interfaces stick than necessary, so a rule determines the share of each. Normal loads and \
+             the next slip onset can depend on this rule.",
         ));
     }
 }
