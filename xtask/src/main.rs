@@ -59,7 +59,7 @@ fn main() -> ExitCode {
         Some("counts") => counts::counts(env::args().skip(2)),
         Some("audit") => audit::audit(env::args().skip(2)),
         Some("dist") => dist::dist(env::args().skip(2)),
-        Some("python") => match package::test() {
+        Some("python") => match package::test(Program::ToBuild) {
             Outcome::Passed | Outcome::Skipped => ExitCode::SUCCESS,
             Outcome::Failed => ExitCode::FAILURE,
         },
@@ -144,7 +144,7 @@ fn test_timed(durations: &mut Vec<(&'static str, Duration)>) -> Outcome {
     }
     eprintln!("\n== tests of the Python package");
     let start = Instant::now();
-    let outcome = package::test();
+    let outcome = package::test(Program::Built);
     durations.push(("Python package", start.elapsed()));
     if outcome == Outcome::Failed {
         eprintln!("\n== tests of the Python package failed");

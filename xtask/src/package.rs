@@ -31,7 +31,7 @@ fn built() -> PathBuf {
 
 /// Tests the package with the native module of the current profile, which the workspace has
 /// compiled with the same features as all tests.
-pub(crate) fn test() -> Outcome {
+pub(crate) fn test(program: Program) -> Outcome {
     let requirements = source().join("requirements.txt");
     let environment = Environment {
         place: built().join("tests"),
@@ -42,12 +42,18 @@ pub(crate) fn test() -> Outcome {
         Ok(python) => python,
         Err(missing) => return skipped(&missing),
     };
-    if !succeeds(&mut cargo(&["build", "--workspace", "--lib", "--bin", "stiction"])) {
+    let mut build = cargo(&["build", "--workspace", "--lib", "--bin", "stiction"]);
+    if program == Program::Built {
+        // With the tests, cargo enables the same features of dependencies as before and compiles
+        // only the native module.
+        build.arg("--tests");
+    }
+    if !succeeds(&mut build) {
         return Outcome::Failed;
     }
     let folder = built().join("package");
-    let program = env::current_exe().unwrap_or_default();
-    let libraries = program.parent().unwrap_or(Path::new(""));
+    let this = env::current_exe().unwrap_or_default();
+    let libraries = this.parent().unwrap_or(Path::new(""));
     if let Err(why) = assemble(&folder, libraries) {
         eprintln!("== Python package failed: {why}");
         return Outcome::Failed;
@@ -55,7 +61,7 @@ pub(crate) fn test() -> Outcome {
     let mut run = Command::new(python);
     run.args(["-m", "pytest", "--quiet", "--config-file"]).arg(source().join("pyproject.toml"));
     run.arg(source().join("tests")).env("PYTHONPATH", &folder).env("PYTHONDONTWRITEBYTECODE", "1");
-    run.env("STICTION", program.with_file_name(format!("stiction{}", env::consts::EXE_SUFFIX)));
+    run.env("STICTION", this.with_file_name(format!("stiction{}", env::consts::EXE_SUFFIX)));
     if succeeds(&mut run) { Outcome::Passed } else { Outcome::Failed }
 }
 
