@@ -8,6 +8,12 @@ use super::map::{Map, transposed_product};
 use crate::block::Block;
 use nalgebra::{DMatrix, DVector};
 
+/// Largest number of corrections of the autocovariance. Each one leaves the part of the previous error that the fit removes
+/// from the residuals, at the frequencies of the motion about a third.
+const CORRECTIONS: usize = 4;
+/// A correction that enlarges the variance of the errors by less than this part is the last one.
+const SMALL_CORRECTION: f64 = 0.005;
+
 /// Covariance of the right-hand side of the normal equations.
 pub(super) struct Covariance {
     /// `sum over lags k of r(k) M_t^T M_(t+k)` over all efforts, in free coordinates, with the estimated autocovariance
@@ -24,8 +30,8 @@ pub(super) struct Covariance {
 ///
 /// The fit removes from the residuals what the columns can explain of the errors, at low frequencies much more than on
 /// average. With `S`, which turns measured into predicted efforts, the residuals have the covariance
-/// `(1 - S) R (1 - S)^T` if the errors have `R`. The difference is computed with the autocovariance of the residuals in place
-/// of `R`, averaged over each lag, and added to this autocovariance.
+/// `(1 - S) R (1 - S)^T` if the errors have `R`. The difference is averaged over each lag and added to the autocovariance of
+/// the residuals; it depends on `R` itself, so this is repeated, first with the autocovariance of the residuals.
 pub(super) fn covariance(
     (design, blocks): (&[Block], &[Block]),
     map: &Map,
@@ -50,43 +56,56 @@ pub(super) fn covariance(
             .map(|(block, rows)| smoothed(&block.channels[channel].steps, rows, autocovariance));
         each.collect::<Vec<DMatrix<f64>>>()
     };
-    let add = |sum: &mut DMatrix<f64>, rows: &[DMatrix<f64>], smoothed: &[DMatrix<f64>]| {
-        for (rows, smoothed) in rows.iter().zip(smoothed) {
-            let product = transposed_product(rows, smoothed);
-            // The product is symmetric up to rounding errors.
-            *sum += (&product + product.transpose()) * 0.5;
+    let of_residuals: Vec<Vec<f64>> = (0..noise.len())
+        .map(|channel| {
+            autocovariance(&series(blocks, channel, &residuals(blocks, channel, values)))
+        })
+        .collect();
+    // Rows are computed again rather than kept, because those of all efforts would take much memory.
+    let sum = |autocovariances: &[Vec<f64>]| {
+        let mut matrix = DMatrix::zeros(size, size);
+        for (channel, own) in autocovariances.iter().enumerate() {
+            let rows = weighted(channel);
+            for (rows, smoothed) in rows.iter().zip(all_smoothed(channel, &rows, own)) {
+                let product = transposed_product(rows, &smoothed);
+                // The product is symmetric up to rounding errors.
+                matrix += (&product + product.transpose()) * 0.5;
+            }
         }
+        matrix
     };
-    let mut matrix = DMatrix::zeros(size, size);
-    let mut autocovariances = Vec::with_capacity(noise.len());
-    for channel in 0..noise.len() {
-        let residuals = residuals(blocks, channel, values);
-        let own = autocovariance(&series(blocks, channel, &residuals));
-        let rows = weighted(channel);
-        add(&mut matrix, &rows, &all_smoothed(channel, &rows, &own));
-        autocovariances.push(own);
-    }
     // Rows of steady motions are independent and have no order in time.
     let in_time = blocks.iter().any(|block| block.independence < 1.0);
-    let (mut corrected, mut inflation) = (DMatrix::zeros(size, size), 0.0);
-    // Rows are computed again rather than kept, because those of all efforts would take much memory.
-    for (channel, own) in autocovariances.iter_mut().enumerate() {
-        let rows = weighted(channel);
-        let first = all_smoothed(channel, &rows, own);
-        let parts = blocks.iter().zip(first).map(|(block, smoothed)| {
-            let own = &block.channels[channel];
-            let predicted = map.columns(&own.matrix, 0..own.len()) * inverse;
-            let rest = smoothed - &predicted * &matrix * 0.5;
-            (Places::of(&own.steps, block.period()), [predicted, rest])
-        });
-        let lags = if in_time { own.len() } else { 1 };
-        let factor = correct(own, &missing(parts.collect(), lags));
-        inflation += factor / noise.len() as f64;
-        add(&mut corrected, &rows, &all_smoothed(channel, &rows, own));
+    let uncorrected = sum(&of_residuals);
+    let (mut matrix, mut of_errors) = (uncorrected.clone(), of_residuals.clone());
+    let mut inflation = 1.0;
+    for _ in 0..CORRECTIONS {
+        let corrected =
+            of_residuals.iter().zip(&of_errors).enumerate().map(|(channel, (own, last))| {
+                let rows = weighted(channel);
+                let parts = blocks.iter().zip(all_smoothed(channel, &rows, last)).map(
+                    |(block, smoothed)| {
+                        let own = &block.channels[channel];
+                        let predicted = map.columns(&own.matrix, 0..own.len()) * inverse;
+                        let rest = smoothed - &predicted * &matrix * 0.5;
+                        (Places::of(&own.steps, block.period()), [predicted, rest])
+                    },
+                );
+                let lags = if in_time { own.len() } else { 1 };
+                corrected(own, &missing(parts.collect(), lags))
+            });
+        let corrected: Vec<Vec<f64>> = corrected.collect();
+        let ratios = corrected.iter().zip(&of_residuals).map(|(new, own)| new[0] / own[0]);
+        let last = std::mem::replace(&mut inflation, ratios.sum::<f64>() / noise.len() as f64);
+        of_errors = corrected;
+        matrix = sum(&of_errors);
+        if inflation - last < SMALL_CORRECTION {
+            break;
+        }
     }
     // The correction is right on average only: with few rows it could remove most of a variance.
-    let is_valid = (0..size).all(|k| corrected[(k, k)] >= 0.5 * matrix[(k, k)]);
-    let matrix = if is_valid { corrected } else { matrix * inflation };
+    let is_valid = (0..size).all(|k| matrix[(k, k)] >= 0.5 * uncorrected[(k, k)]);
+    let matrix = if is_valid { matrix } else { uncorrected * inflation };
     Covariance { matrix, inflation }
 }
 
@@ -124,23 +143,22 @@ fn missing(parts: Vec<(Places<'_>, [DMatrix<f64>; 2])>, lags: usize) -> Vec<f64>
     (0..lags).map(at).collect()
 }
 
-/// Adds to the autocovariance of residuals what the fit removed, and returns the factor by which the variance grows, at
-/// most two. What is removed was computed from the residuals and is hence itself too small by this factor. If `missing` is
-/// known at lag zero only, the autocovariance grows by the same factor at all lags.
-fn correct(autocovariance: &mut [f64], missing: &[f64]) -> f64 {
-    let variance = autocovariance[0];
-    let share = (missing[0] / variance).clamp(0.0, 0.5);
+/// Autocovariance of the errors: that of the residuals and what the fit removed from it. The
+/// variance grows at most to twice its value. If `missing` is known at lag zero only, the
+/// autocovariance grows by the same factor at all lags.
+fn corrected(autocovariance: &[f64], missing: &[f64]) -> Vec<f64> {
+    let mut errors = autocovariance.to_vec();
+    let share = missing[0] / autocovariance[0];
     if share.is_nan() || share <= 0.0 {
-        return 1.0;
+        return errors;
     }
-    let factor = 1.0 / (1.0 - share);
-    if missing.len() < autocovariance.len() {
-        autocovariance.iter_mut().for_each(|r| *r *= factor);
-        return factor;
+    if missing.len() < errors.len() {
+        errors.iter_mut().for_each(|r| *r *= 1.0 + share.min(1.0));
+        return errors;
     }
-    let grow = share * variance / missing[0] * factor;
-    autocovariance.iter_mut().zip(missing).for_each(|(r, missing)| *r += grow * missing);
-    factor
+    let part = share.min(1.0) / share;
+    errors.iter_mut().zip(missing).for_each(|(r, missing)| *r += part * missing);
+    errors
 }
 
 /// Number of samples of the residuals that together count as one independent sample, as the mean
@@ -298,11 +316,11 @@ mod tests {
         let (expected_inflation, mean) =
             (RUNS as f64 / squares, |m: &DMatrix<f64>| (&inverse * m).trace());
         assert!(
-            (inflation / expected_inflation - 1.0).abs() < 0.05,
+            (inflation / expected_inflation - 1.0).abs() < 0.01,
             "{inflation} {expected_inflation}"
         );
         let ratio = mean(&found) / mean(&expected);
-        assert!((0.94..1.03).contains(&ratio), "{ratio}");
+        assert!((0.96..1.02).contains(&ratio), "{ratio}");
     }
 
     /// Noise that is white before the filter has the colour one in logs with different filters, whatever their order.
