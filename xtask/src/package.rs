@@ -3,7 +3,7 @@
 
 use crate::dist::licences_of_wheel;
 use crate::python::{Environment, Missing, create, install, interpreter_in};
-use crate::validate::Outcome;
+use crate::validate::{Outcome, Program};
 use crate::{cargo, succeeds};
 use std::env;
 use std::ffi::OsStr;

@@ -8,8 +8,8 @@ use super::map::{Map, transposed_product};
 use crate::block::Block;
 use nalgebra::{DMatrix, DVector};
 
-/// Largest number of corrections of the autocovariance. Each one leaves the part of the previous error that the fit removes
-/// from the residuals, at the frequencies of the motion about a third.
+/// Largest number of corrections of the autocovariance. Each one multiplies the remaining error at a frequency by the part
+/// of the errors at this frequency that the fit removes.
 const CORRECTIONS: usize = 4;
 /// A correction that enlarges the variance of the errors by less than this part is the last one.
 const SMALL_CORRECTION: f64 = 0.005;
@@ -95,7 +95,10 @@ pub(super) fn covariance(
                 corrected(own, &missing(parts.collect(), lags))
             });
         let corrected: Vec<Vec<f64>> = corrected.collect();
-        let ratios = corrected.iter().zip(&of_residuals).map(|(new, own)| new[0] / own[0]);
+        let ratios = corrected.iter().zip(&of_residuals).map(|(new, own)| {
+            // An effort without rows or residuals has no errors.
+            if own[0] > 0.0 { new[0] / own[0] } else { 1.0 }
+        });
         let last = std::mem::replace(&mut inflation, ratios.sum::<f64>() / noise.len() as f64);
         of_errors = corrected;
         matrix = sum(&of_errors);
@@ -115,7 +118,9 @@ fn smoothed(steps: &[usize], rows: &DMatrix<f64>, autocovariance: &[f64]) -> DMa
     let rows = rows.transpose();
     let mut sums: DMatrix<f64> = DMatrix::zeros(rows.nrows(), rows.ncols());
     each_pair(steps, lags, |i, k, lag| {
-        let taper = 1.0 - lag as f64 / lags as f64;
+        // One up to half of the lags: a taper from lag zero on would mix the low frequencies, which decide the errors of
+        // the parameters, with those that the filter suppresses.
+        let taper = (2.0 - 2.0 * lag as f64 / lags as f64).min(1.0);
         let r = taper * autocovariance[lag];
         sums.column_mut(i).axpy(r, &rows.column(k), 1.0);
         if lag > 0 {

@@ -108,8 +108,9 @@ fn a_mechanism_that_stops_sticks_in_all_joints() {
     assert_eq!(column(&folder.read("forward.csv"), "beta.rate [rad/s]").last(), Some(&0.0));
 }
 
-/// A jam stops the mechanism at an instant without accelerations. At rest, frictions within all limits hold it, but the
-/// least-norm frictions exceed a limit.
+/// A jam stops the mechanism twice at instants without accelerations. At rest, frictions within all limits hold it. The
+/// first time, the least-norm frictions exceed a limit; the second time, they leave normal loads that are much larger than
+/// necessary.
 #[test]
 fn a_jammed_mechanism_at_rest_is_event_driven() {
     let folder = Folder::new("forward-jam-at-rest");
@@ -147,8 +148,8 @@ fn a_jammed_mechanism_at_rest_is_event_driven() {
     let events = folder.read("events.csv");
     assert!(events.lines().last().unwrap().ends_with("event-driven"), "{events}");
     assert_eq!(column(&folder.read("forward.csv"), "leg1.P.rate [m/s]").last(), Some(&0.0));
-    // The position at rest is within 1e-9 of a singular one. Frictions alone would allow normal
-    // loads of 1e6 N there; those that the friction limits require are of the order of 1e3 N.
+    // The last position is within 1e-9 of a singular one. The least-norm frictions leave normal loads
+    // of 1e6 N there; those that the friction limits require are of the order of 1e3 N.
     let friction = folder.read("friction.csv");
     for joint in ["leg1.P", "leg2.S", "leg3.P"] {
         let loads = column(&friction, &format!("{joint}.load [N]"));

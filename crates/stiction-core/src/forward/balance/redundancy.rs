@@ -5,8 +5,8 @@
 //!
 //! 1. least efforts of actuators with prescribed motion;
 //! 2. least static frictions relative to the friction limits, or least deviations of the static
-//!    frictions from reference values that satisfy all limits; close to singular
-//!    positions, reactions have a weight in this sum, see [`Forward::limit_preload`];
+//!    frictions from reference values that satisfy all limits; close to singular positions
+//!    reactions are terms of this sum, too, see [`Forward::limit_preload`];
 //! 3. least elastic energy of declared compliances;
 //! 4. least reactions, see [`crate::dynamics::Weighting`].
 //!
@@ -98,27 +98,12 @@ impl RedundancyResolution {
             } else {
                 &open * DMatrix::from_columns(&rest)
             };
-            let present = std::mem::replace(&mut open, next);
-            stages.push(
-                if criterion == Frictions && rank > 0 && data.distribution.reaction_weight > 0.0 {
-                    let determined = present * response.v.columns(0, rank);
-                    let columns: Vec<_> = self_stresses
-                        .iter()
-                        .map(|stress| {
-                            let mut numbers = Vec::new();
-                            let mut put = |number| numbers.push(number);
-                            weigh((model, data), rows, Frictions, stress, &mut put);
-                            let weight = data.distribution.reaction_weight;
-                            reactions((model, data), stress, |number| put(weight * number));
-                            DVector::from_vec(numbers)
-                        })
-                        .collect();
-                    let response = Svd::new(&(DMatrix::from_columns(&columns) * &determined));
-                    Stage { criterion, open: determined, response, rank }
-                } else {
-                    Stage { criterion, open: present, response, rank }
-                },
-            );
+            stages.push(Stage {
+                criterion,
+                open: std::mem::replace(&mut open, next),
+                response,
+                rank,
+            });
         }
         Self { self_stresses, stages }
     }
@@ -147,20 +132,13 @@ impl RedundancyResolution {
             now.clear();
             weigh((model, data), rows, *criterion, response, |number| now.push(number));
             if whole && *criterion == Criterion::Frictions {
-                let references = rows
+                let FrictionDistribution { reaction_weight, reactions, .. } = &data.distribution;
+                let frictions = rows
                     .rows
                     .iter()
                     .filter_map(|row| row.friction_scale.map(|s| row.reference / s));
+                let references = frictions.chain(reactions.iter().map(|r| reaction_weight * r));
                 now.iter_mut().zip(references).for_each(|(now, reference)| *now -= reference);
-            }
-            if *criterion == Criterion::Frictions && data.distribution.reaction_weight > 0.0 {
-                let FrictionDistribution { reaction_weight, reactions: references, .. } =
-                    &data.distribution;
-                let mut references = references.iter().filter(|_| whole);
-                reactions((model, data), response, |number| {
-                    let reference = references.next().copied().unwrap_or(0.0);
-                    now.push(reaction_weight * (number - reference));
-                });
             }
             // Least-squares solution from the singular value decomposition.
             along.clear();
@@ -221,7 +199,11 @@ fn weigh(
     let multipliers = rows.rows.iter().zip(&response.multipliers);
     match criterion {
         Criterion::Frictions => {
-            multipliers.filter_map(|(row, m)| row.friction_scale.map(|s| m / s)).for_each(put);
+            multipliers.filter_map(|(row, m)| row.friction_scale.map(|s| m / s)).for_each(&mut put);
+            let weight = data.distribution.reaction_weight;
+            if weight > 0.0 {
+                reactions((model, data), response, |number| put(weight * number));
+            }
         }
         Criterion::Efforts => {
             // Torques are divided by the characteristic length.

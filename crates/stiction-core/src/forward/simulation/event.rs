@@ -35,9 +35,9 @@ pub enum EventKind {
     /// More interfaces stick than are needed to lock the mechanism, so the friction laws do not
     /// determine the individual friction forces. The simulation distributes the friction forces in
     /// proportion to the friction limits (least squares) and, close to singular positions, limits
-    /// the normal loads. Normal loads and the next slip onset can depend on this distribution. If a friction force then exceeds its
-    /// limit, the simulation selects another distribution, in which friction forces exceed their
-    /// limits at most by the relative amount 1e-5.
+    /// the normal loads. Normal loads and the next slip onset can depend on this distribution. If a
+    /// friction force exceeds its limit, the simulation selects another distribution, in which
+    /// friction forces exceed their limits at most by the relative amount 1e-5.
     SharesNotUnique {
         /// Number of friction forces that are statically indeterminate.
         redundant: usize,

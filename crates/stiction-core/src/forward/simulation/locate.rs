@@ -169,8 +169,7 @@ impl Simulation<'_> {
             return -1.0;
         }
         // More than the decision between stick and slip permits, so that an onset is not found twice.
-        let rounding =
-            2.0 * rounding_of_friction(&at.wrenches, at.interfaces.iter().map(|c| c.load));
+        let rounding = 2.0 * rounding_of_friction(&at.wrenches);
         let sticks = at.interfaces.iter().filter(|c| c.interface == InterfaceMode::Sticks);
         let relative = sticks.map(|c| {
             let has = norm(c.friction);

@@ -61,12 +61,18 @@ impl Forward {
         resting: &[usize],
         known: Option<&[[f64; 3]]>,
     ) -> Result<Choice, ForwardError> {
-        data.distribution = FrictionDistribution::even(modes.len());
-        let permanent = self.set_friction_scales(data, modes, resting);
         data.limit_factor = 1.0;
         let mut trial = all_sticking(modes, resting);
+        // A preload stays as long as it holds the mechanism.
+        if data.distribution.reaction_weight > 0.0
+            && let Ok(Verdict::Stands(solved)) = self.verify(data, &mut trial, resting)
+        {
+            return Ok(Choice { modes: trial, solved: *solved });
+        }
+        data.distribution = FrictionDistribution::even(modes.len());
+        let permanent = self.set_friction_scales(data, modes, resting);
         if let Ok(Verdict::Stands(solved)) = self.verify(data, &mut trial, resting) {
-            let solved = self.limit_preload(data, &mut trial, resting, *solved);
+            let solved = self.limit_preload(data, &mut trial, (resting, permanent), *solved);
             return Ok(Choice { modes: trial, solved });
         }
         // Statically indeterminate frictions may hold the mechanism although the least-norm frictions exceed a limit.

@@ -29,15 +29,16 @@ impl Forward {
     /// proportional to the normal loads. Reactions are therefore added to the minimised sum, with
     /// the next smaller weight than the largest one for which all friction laws are satisfied. From
     /// then on, as in an elastic mechanism, the preload stays: reactions and frictions deviate as
-    /// little as possible from this solution.
+    /// little as possible from this solution. `permanent` is the number of constraints that are
+    /// redundant even if nothing sticks.
     pub(in crate::forward) fn limit_preload(
         &self,
         data: &mut Data,
         trial: &mut [InterfaceMode],
-        resting: &[usize],
+        (resting, permanent): (&[usize], usize),
         solved: Solved,
     ) -> Solved {
-        if !solved.balance.is_redundant() {
+        if solved.balance.redundant() <= permanent {
             return solved;
         }
         let largest = |s: &Solved| s.coupled.loads.iter().fold(0.0_f64, |m, x| m.max(*x));
@@ -48,7 +49,9 @@ impl Forward {
         {
             self.refer_to(data, trial, &preloaded);
             data.distribution.reaction_weight = FIRST;
-            if let Ok(Verdict::Stands(preloaded)) = self.verify(data, trial, resting) {
+            if let Ok(Verdict::Stands(preloaded)) = self.verify(data, trial, resting)
+                && largest(&preloaded) < largest(&solved)
+            {
                 return *preloaded;
             }
         }

@@ -10,18 +10,13 @@ use crate::spatial::Wrench;
 /// round-off of the reactions.
 const EXCESS: f64 = 1e-10;
 
-/// Round-off of frictions and friction limits, as a fraction of the largest joint force or normal
-/// load.
+/// Round-off of frictions and friction limits, as a fraction of the largest joint force.
 const ROUNDING: f64 = 1e-13;
 
-/// Returns an excess of friction over its limit, N, that may be round-off of the joint forces and
-/// of the normal loads. A joint without load has a friction limit of the same size. Normal loads
-/// exceed the joint forces where a moment acts on a short bearing.
-pub(in crate::forward) fn rounding_of_friction(
-    wrenches: &[Wrench<f64>],
-    loads: impl Iterator<Item = f64>,
-) -> f64 {
-    ROUNDING * wrenches.iter().map(|w| w.force.norm()).chain(loads).fold(0.0, f64::max)
+/// Returns an excess of friction over its limit, N, that may be round-off of the joint forces. A
+/// joint without load has a friction limit of the same size.
+pub(in crate::forward) fn rounding_of_friction(wrenches: &[Wrench<f64>]) -> f64 {
+    ROUNDING * wrenches.iter().map(|w| w.force.norm()).fold(0.0, f64::max)
 }
 
 /// Result of the verification of a set of modes.
@@ -151,10 +146,7 @@ impl Forward {
         }
         let mut interfaces = Vec::with_capacity(trial.len());
         self.interfaces_into(data, trial, solved, &mut interfaces);
-        let rounding = rounding_of_friction(
-            &solved.coupled.response.wrenches,
-            solved.coupled.loads.iter().copied(),
-        );
+        let rounding = rounding_of_friction(&solved.coupled.response.wrenches);
         let mut worst: Option<(f64, usize)> = None;
         for &interface in resting {
             if trial[interface] != InterfaceMode::Sticks {
