@@ -102,7 +102,7 @@ pub(super) fn covariance(
         let last = std::mem::replace(&mut inflation, ratios.sum::<f64>() / noise.len() as f64);
         of_errors = corrected;
         matrix = sum(&of_errors);
-        if inflation - last < SMALL_CORRECTION {
+        if !in_time || inflation - last < SMALL_CORRECTION {
             break;
         }
     }
@@ -118,9 +118,7 @@ fn smoothed(steps: &[usize], rows: &DMatrix<f64>, autocovariance: &[f64]) -> DMa
     let rows = rows.transpose();
     let mut sums: DMatrix<f64> = DMatrix::zeros(rows.nrows(), rows.ncols());
     each_pair(steps, lags, |i, k, lag| {
-        // One up to half of the lags: a taper from lag zero on would mix the low frequencies, which decide the errors of
-        // the parameters, with those that the filter suppresses.
-        let taper = (2.0 - 2.0 * lag as f64 / lags as f64).min(1.0);
+        let taper = 1.0 - lag as f64 / lags as f64;
         let r = taper * autocovariance[lag];
         sums.column_mut(i).axpy(r, &rows.column(k), 1.0);
         if lag > 0 {
@@ -158,7 +156,8 @@ fn corrected(autocovariance: &[f64], missing: &[f64]) -> Vec<f64> {
         return errors;
     }
     if missing.len() < errors.len() {
-        errors.iter_mut().for_each(|r| *r *= 1.0 + share.min(1.0));
+        // What is removed was computed from the residuals and is itself too small by this factor.
+        errors.iter_mut().for_each(|r| *r /= 1.0 - share.min(0.5));
         return errors;
     }
     let part = share.min(1.0) / share;
