@@ -37,7 +37,7 @@ pub(super) struct Data {
 
 /// Rule that distributes statically indeterminate static frictions. It stays constant while the
 /// modes stay the same.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Debug, Default, PartialEq)]
 pub(super) struct FrictionDistribution {
     /// Estimated friction limit of each interface relative to the largest of these limits.
     /// Frictions are distributed relative to these limits.
@@ -52,6 +52,26 @@ pub(super) struct FrictionDistribution {
     /// axes of each joint, six numbers for each joint. Reactions deviate from them as little as
     /// possible if the weight of the reactions is not zero. An empty list means zero.
     pub(super) reactions: Vec<f64>,
+}
+
+impl Clone for FrictionDistribution {
+    fn clone(&self) -> Self {
+        let Self { scales, references, reaction_weight, reactions } = self;
+        Self {
+            scales: scales.clone(),
+            references: references.clone(),
+            reaction_weight: *reaction_weight,
+            reactions: reactions.clone(),
+        }
+    }
+
+    /// Copies another distribution, reusing the buffers.
+    fn clone_from(&mut self, other: &Self) {
+        self.scales.clone_from(&other.scales);
+        self.references.clone_from(&other.references);
+        self.reaction_weight = other.reaction_weight;
+        self.reactions.clone_from(&other.reactions);
+    }
 }
 
 impl FrictionDistribution {
