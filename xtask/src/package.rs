@@ -29,8 +29,7 @@ fn built() -> PathBuf {
     root().join("target/python")
 }
 
-/// Tests the package with the native module of the current profile, which the workspace has
-/// compiled with the same features as all tests.
+/// Tests the package with the native module of the current profile.
 pub(crate) fn test(program: Program) -> Outcome {
     let requirements = source().join("requirements.txt");
     let environment = Environment {

@@ -18,7 +18,7 @@ pub(crate) enum Outcome {
     Skipped,
 }
 
-/// Origin of the program to compare.
+/// Origin of the program under test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Program {
     /// Build the program first.

@@ -44,40 +44,44 @@ pub(super) struct FrictionDistribution {
     pub(super) scales: Vec<f64>,
     /// Reference static friction of each interface at the surface, N. Frictions deviate from their
     /// references as little as possible.
-    pub(super) references: Vec<[f64; 3]>,
+    pub(super) reference_frictions: Vec<[f64; 3]>,
     /// Weight of the reactions in the sum of frictions that is minimised; zero except close to
     /// singular positions, see [`Forward::limit_preload`].
     pub(super) reaction_weight: f64,
     /// Reference reactions: force, N, and moment divided by the characteristic length, N, in the
     /// axes of each joint, six numbers for each joint. Reactions deviate from them as little as
     /// possible if the weight of the reactions is not zero. An empty list means zero.
-    pub(super) reactions: Vec<f64>,
+    pub(super) reference_reactions: Vec<f64>,
 }
 
 impl Clone for FrictionDistribution {
     fn clone(&self) -> Self {
-        let Self { scales, references, reaction_weight, reactions } = self;
+        let Self { scales, reference_frictions, reaction_weight, reference_reactions } = self;
         Self {
             scales: scales.clone(),
-            references: references.clone(),
+            reference_frictions: reference_frictions.clone(),
             reaction_weight: *reaction_weight,
-            reactions: reactions.clone(),
+            reference_reactions: reference_reactions.clone(),
         }
     }
 
     /// Copies another distribution, reusing the buffers.
     fn clone_from(&mut self, other: &Self) {
         self.scales.clone_from(&other.scales);
-        self.references.clone_from(&other.references);
+        self.reference_frictions.clone_from(&other.reference_frictions);
         self.reaction_weight = other.reaction_weight;
-        self.reactions.clone_from(&other.reactions);
+        self.reference_reactions.clone_from(&other.reference_reactions);
     }
 }
 
 impl FrictionDistribution {
     /// Distributes frictions evenly among `count` interfaces.
     pub(super) fn even(count: usize) -> Self {
-        Self { scales: vec![1.0; count], references: vec![[0.0; 3]; count], ..Self::default() }
+        Self {
+            scales: vec![1.0; count],
+            reference_frictions: vec![[0.0; 3]; count],
+            ..Self::default()
+        }
     }
 }
 
@@ -119,8 +123,8 @@ impl Forward {
         data
     }
 
-    /// Recomputes the data in place from the time, state, bristle deflections, input states,
-    /// distribution of static frictions stored in `data`.
+    /// Recomputes the data in place from the time, state, bristle deflections, input states
+    /// and distribution of static frictions stored in `data`.
     pub(super) fn update_data(&self, data: &mut Data, inputs: &mut dyn Inputs) {
         let (topology, parameters) = (&self.topology, &self.parameters);
         let Data {

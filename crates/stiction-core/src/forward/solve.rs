@@ -80,7 +80,8 @@ impl Forward {
                 sticking.push(StickingDof { interface: index, place, row: constrained.len() });
                 let arm = interface.arms(self.parameters.pitch[joint])[place];
                 let scale = arm * distribution.scales.get(index).copied().unwrap_or(1.0);
-                let reference = -arm * distribution.references.get(index).map_or(0.0, |r| r[place]);
+                let reference =
+                    -arm * distribution.reference_frictions.get(index).map_or(0.0, |r| r[place]);
                 constrained.push(ConstrainedDof {
                     joint,
                     dof,

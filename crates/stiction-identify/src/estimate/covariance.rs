@@ -76,32 +76,35 @@ pub(super) fn covariance(
     };
     // Rows of steady motions are independent and have no order in time.
     let in_time = blocks.iter().any(|block| block.independence < 1.0);
+    // Autocovariances of the errors, from those found last and their covariance `matrix`.
+    let correct = |last: &[Vec<f64>], matrix: &DMatrix<f64>| -> Vec<Vec<f64>> {
+        let each = of_residuals.iter().zip(last).enumerate().map(|(channel, (own, last))| {
+            let smoothed = all_smoothed(channel, &weighted(channel), last);
+            let parts = blocks.iter().zip(smoothed).map(|(block, smoothed)| {
+                let own = &block.channels[channel];
+                let predicted = map.columns(&own.matrix, 0..own.len()) * inverse;
+                let rest = smoothed - &predicted * matrix * 0.5;
+                (Places::of(&own.steps, block.period()), [predicted, rest])
+            });
+            let lags = if in_time { own.len() } else { 1 };
+            corrected(own, &missing(parts.collect(), lags))
+        });
+        each.collect()
+    };
+    let growth = |of_errors: &[Vec<f64>]| {
+        let ratios = of_errors.iter().zip(&of_residuals).map(|(errors, residuals)| {
+            // An effort without rows or residuals has no errors.
+            if residuals[0] > 0.0 { errors[0] / residuals[0] } else { 1.0 }
+        });
+        ratios.sum::<f64>() / noise.len().max(1) as f64
+    };
     let uncorrected = sum(&of_residuals);
     let (mut matrix, mut of_errors) = (uncorrected.clone(), of_residuals.clone());
     let mut inflation = 1.0;
     for _ in 0..CORRECTIONS {
-        let corrected =
-            of_residuals.iter().zip(&of_errors).enumerate().map(|(channel, (own, last))| {
-                let rows = weighted(channel);
-                let parts = blocks.iter().zip(all_smoothed(channel, &rows, last)).map(
-                    |(block, smoothed)| {
-                        let own = &block.channels[channel];
-                        let predicted = map.columns(&own.matrix, 0..own.len()) * inverse;
-                        let rest = smoothed - &predicted * &matrix * 0.5;
-                        (Places::of(&own.steps, block.period()), [predicted, rest])
-                    },
-                );
-                let lags = if in_time { own.len() } else { 1 };
-                corrected(own, &missing(parts.collect(), lags))
-            });
-        let corrected: Vec<Vec<f64>> = corrected.collect();
-        let ratios = corrected.iter().zip(&of_residuals).map(|(new, own)| {
-            // An effort without rows or residuals has no errors.
-            if own[0] > 0.0 { new[0] / own[0] } else { 1.0 }
-        });
-        let last = std::mem::replace(&mut inflation, ratios.sum::<f64>() / noise.len() as f64);
-        of_errors = corrected;
+        of_errors = correct(&of_errors, &matrix);
         matrix = sum(&of_errors);
+        let last = std::mem::replace(&mut inflation, growth(&of_errors));
         if !in_time || inflation - last < SMALL_CORRECTION {
             break;
         }

@@ -17,6 +17,7 @@ use crate::forward::Forward;
 use crate::forward::constraint_jacobian::ConstraintRows;
 use crate::forward::data::{Data, FrictionDistribution};
 use crate::linalg::Svd;
+use crate::spatial::Vec3;
 use crate::statics::DETERMINED;
 use nalgebra::{DMatrix, DVector};
 
@@ -132,12 +133,14 @@ impl RedundancyResolution {
             now.clear();
             weigh((model, data), rows, *criterion, response, |number| now.push(number));
             if whole && *criterion == Criterion::Frictions {
-                let FrictionDistribution { reaction_weight, reactions, .. } = &data.distribution;
+                let FrictionDistribution { reaction_weight, reference_reactions, .. } =
+                    &data.distribution;
                 let frictions = rows
                     .rows
                     .iter()
                     .filter_map(|row| row.friction_scale.map(|s| row.reference / s));
-                let references = frictions.chain(reactions.iter().map(|r| reaction_weight * r));
+                let references =
+                    frictions.chain(reference_reactions.iter().map(|r| reaction_weight * r));
                 now.iter_mut().zip(references).for_each(|(now, reference)| *now -= reference);
             }
             // Least-squares solution from the singular value decomposition.
@@ -176,15 +179,26 @@ pub(in crate::forward) fn reactions(
     response: &Response,
     mut put: impl FnMut(f64),
 ) {
-    // The joints of added motor shafts are not part of the machine and are excluded.
-    let own = model.mechanism.joints().len();
-    for (joint, wrench) in response.wrenches.iter().take(own).enumerate() {
-        let j = &data.bodies.frame_j[joint];
-        let moment = wrench.moment_about(j.position) * (1.0 / model.parameters.length);
-        for vector in [wrench.force, moment] {
-            j.rotation.transpose_mul(vector).to_array().into_iter().for_each(&mut put);
+    for (joint, vectors) in joint_vectors((model, data), response) {
+        let rotation = &data.bodies.frame_j[joint].rotation;
+        for vector in vectors {
+            rotation.transpose_mul(vector).to_array().into_iter().for_each(&mut put);
         }
     }
+}
+
+/// Returns the index of each joint with its force, N, and its moment about the joint divided by the
+/// characteristic length, N, in world axes.
+fn joint_vectors<'a>(
+    (model, data): (&'a Forward, &'a Data),
+    response: &'a Response,
+) -> impl Iterator<Item = (usize, [Vec3<f64>; 2])> {
+    // The joints of added motor shafts are not part of the machine and are excluded.
+    let own = model.mechanism.joints().len();
+    response.wrenches.iter().take(own).enumerate().map(|(joint, wrench)| {
+        let moment = wrench.moment_about(data.bodies.frame_j[joint].position);
+        (joint, [wrench.force, moment * (1.0 / model.parameters.length)])
+    })
 }
 
 /// Calls `put` with each number whose square is a term of the sum that a criterion minimises.
@@ -212,12 +226,8 @@ fn weigh(
             actuated.map(|(row, m)| m * weight(row.scale != 1.0)).for_each(put);
         }
         Criterion::Energy | Criterion::Reactions => {
-            // The joints of added motor shafts are not part of the machine and are excluded.
-            let own = model.mechanism.joints().len();
-            for (joint, wrench) in response.wrenches.iter().take(own).enumerate() {
-                let j = &data.bodies.frame_j[joint];
-                let (force, moment) =
-                    (wrench.force, wrench.moment_about(j.position) * (1.0 / length));
+            for (joint, [force, moment]) in joint_vectors((model, data), response) {
+                let rotation = &data.bodies.frame_j[joint].rotation;
                 let weights = match (&model.parameters.compliance, criterion) {
                     (Some(all), Criterion::Energy) => all[joint],
                     _ => {
@@ -227,7 +237,7 @@ fn weigh(
                 };
                 let square = length * length;
                 for (v, w) in [(force, weights.force), (moment, weights.moment * square)] {
-                    let own = j.rotation.transpose_mul(v).to_array();
+                    let own = rotation.transpose_mul(v).to_array();
                     own.iter().zip(w.to_array()).for_each(|(v, w)| put(v * w.sqrt()));
                 }
             }

@@ -11,8 +11,7 @@
 use super::packing::parts;
 use super::{Energies, Simulation};
 use crate::forward::Forward;
-use crate::forward::data::Data;
-use crate::forward::data::FrictionDistribution;
+use crate::forward::data::{Data, FrictionDistribution};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::{InputState, Inputs};
 use crate::forward::instant::Instant;

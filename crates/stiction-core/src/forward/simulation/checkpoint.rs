@@ -203,13 +203,13 @@ impl<'a> Simulation<'a> {
         self.frozen.iter_mut().for_each(|f| tape.flag(f));
         tape.numbers(self.bristles.iter_mut().flatten());
         tape.numbers(&mut self.distribution.scales);
-        tape.numbers(self.distribution.references.iter_mut().flatten());
+        tape.numbers(self.distribution.reference_frictions.iter_mut().flatten());
         tape.number(&mut self.distribution.reaction_weight);
-        let mut reactions = self.distribution.reactions.len();
+        let mut reactions = self.distribution.reference_reactions.len();
         tape.count(&mut reactions);
         let joints = self.model.topology.joint_types.len();
-        self.distribution.reactions.resize(reactions.min(6 * joints), 0.0);
-        tape.numbers(&mut self.distribution.reactions);
+        self.distribution.reference_reactions.resize(reactions.min(6 * joints), 0.0);
+        tape.numbers(&mut self.distribution.reference_reactions);
         tape.number(&mut self.limit_factor);
         for angle in &mut self.input.angles {
             tape.numbers([&mut angle.value, &mut angle.rate, &mut angle.time]);

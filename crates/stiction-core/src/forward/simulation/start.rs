@@ -140,10 +140,10 @@ impl<'a> Simulation<'a> {
         }
         let in_steps = settings.method == Method::TimeStepping;
         let chosen = (!in_steps).then(|| model.choose(&mut situation, &modes, &resting, None));
-        let mut distribution = situation.distribution.clone();
-        // These lists are empty if no mode search was made.
-        distribution.scales.resize(interfaces.len(), 1.0);
-        distribution.references.resize(interfaces.len(), [0.0; 3]);
+        let distribution = match chosen {
+            Some(_) => situation.distribution.clone(),
+            None => FrictionDistribution::even(interfaces.len()),
+        };
         let limit_factor = situation.limit_factor;
         // Reason why no accelerations exist at the start, if any.
         let mut refusal = None;

@@ -77,7 +77,7 @@ impl Forward {
         }
         // Statically indeterminate frictions may hold the mechanism although the least-norm frictions exceed a limit.
         if let Some(known) = known {
-            data.distribution.references = known.to_vec();
+            data.distribution.reference_frictions = known.to_vec();
             for limit_factor in [1.0, 1.0 + ALLOWANCE] {
                 data.limit_factor = limit_factor;
                 if let Ok(Verdict::Stands(solved)) = self.verify(data, &mut trial, resting)
@@ -86,7 +86,7 @@ impl Forward {
                     return Ok(Choice { modes: trial, solved: *solved });
                 }
             }
-            data.distribution.references.fill([0.0; 3]);
+            data.distribution.reference_frictions.fill([0.0; 3]);
             data.limit_factor = 1.0;
         }
         // With all interfaces sticking, a friction exceeds its limit, or an interface must slide:
@@ -113,7 +113,7 @@ impl Forward {
                 }
             }
         }
-        data.distribution.references.fill([0.0; 3]);
+        data.distribution.reference_frictions.fill([0.0; 3]);
         data.limit_factor = 1.0;
         let (mut blocking, mut failure) = (resting.first().copied().unwrap_or(0), None);
         match self.improve(data, all_sticking(modes, resting), resting) {
@@ -160,12 +160,12 @@ impl Forward {
     /// Accepts a guess if its exact solution satisfies all friction laws, either at once or after a
     /// few changes of modes.
     fn adopt(&self, data: &mut Data, guess: &Guess, resting: &[usize]) -> Option<Choice> {
-        data.distribution.references.clone_from(&guess.frictions);
+        data.distribution.reference_frictions.clone_from(&guess.frictions);
         data.limit_factor = if guess.tight { 1.0 + ALLOWANCE } else { 1.0 };
         let found = self.confirm(data, guess, resting);
         let found = found.or_else(|| self.improve(data, guess.modes.clone(), resting).ok());
         if found.is_none() {
-            data.distribution.references.fill([0.0; 3]);
+            data.distribution.reference_frictions.fill([0.0; 3]);
             data.limit_factor = 1.0;
         }
         found

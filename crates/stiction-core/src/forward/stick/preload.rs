@@ -4,7 +4,7 @@ use super::verify::Verdict;
 use crate::forward::Forward;
 use crate::forward::affine_friction::InterfaceMode;
 use crate::forward::balance::reactions;
-use crate::forward::data::{Data, FrictionDistribution};
+use crate::forward::data::Data;
 use crate::forward::instant::InterfaceSample;
 use crate::forward::solve::Solved;
 
@@ -42,6 +42,7 @@ impl Forward {
             return solved;
         }
         let largest = |s: &Solved| s.coupled.loads.iter().fold(0.0_f64, |m, x| m.max(*x));
+        let before = data.distribution.clone();
         data.distribution.reaction_weight = FIRST;
         let least = self.solve(data, trial, None, false);
         if least.is_ok_and(|least| largest(&solved) > GROWTH * largest(&least))
@@ -55,10 +56,7 @@ impl Forward {
                 return *preloaded;
             }
         }
-        data.distribution = FrictionDistribution {
-            scales: std::mem::take(&mut data.distribution.scales),
-            ..FrictionDistribution::even(trial.len())
-        };
+        data.distribution = before;
         solved
     }
 
@@ -91,10 +89,10 @@ impl Forward {
         let mut interfaces = Vec::with_capacity(modes.len());
         self.interfaces_into(data, modes, solved, &mut interfaces);
         let sticks = |sample: &InterfaceSample| sample.interface == InterfaceMode::Sticks;
-        data.distribution.references =
+        data.distribution.reference_frictions =
             interfaces.iter().map(|i| if sticks(i) { i.friction } else { [0.0; 3] }).collect();
         let mut numbers = Vec::new();
         reactions((self, data), &solved.coupled.response, |number| numbers.push(number));
-        data.distribution.reactions = numbers;
+        data.distribution.reference_reactions = numbers;
     }
 }
