@@ -40,7 +40,7 @@ impl Robot {
             step: settings.step,
         };
         let log: Log = self.model().read_log(path, contents, format)?;
-        Ok(MeasuredLog { name: path.to_owned(), log, settings: own })
+        Ok(MeasuredLog::new(path, log, own))
     }
 
     /// Identifies inertia and friction parameters from measured logs.

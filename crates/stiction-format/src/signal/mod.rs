@@ -76,6 +76,12 @@ impl Signal {
         Self { shape: Shape::Formula(Arc::new(written)) }
     }
 
+    /// Creates a spline through samples at strictly increasing times, s, with continuous rates and accelerations.
+    pub fn through(times: &[f64], values: Vec<f64>) -> Self {
+        let interpolation = Interpolation::Spline(Given::Values);
+        Self::curve(Curve::through(interpolation, &times.into(), vec![values]))
+    }
+
     pub(crate) fn curve(curve: Curve) -> Self {
         Self { shape: Shape::Curve(Arc::new(curve)) }
     }

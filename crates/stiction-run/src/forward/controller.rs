@@ -90,7 +90,7 @@ impl<'a> Controller<'a> {
             |c: &stiction_format::Channel| c.proportional.is_none() || c.derivative.is_none();
         let pd = control.control != ControlType::ComputedTorque;
         let model = if !pd || control.channels.iter().any(wants_gains) {
-            Some(by_actuators(job.model, forward, (state, bodies))?)
+            Some(by_actuators(job.known_model(), forward, (state, bodies))?)
         } else {
             None
         };
@@ -109,7 +109,7 @@ impl<'a> Controller<'a> {
             gains: Vec::new(),
             integrals: vec![0.0; control.channels.len()],
             model,
-            motors: Motors::new(&job.model.mechanism),
+            motors: Motors::new(&job.known_model().mechanism),
             before: None,
         };
         if pd {

@@ -29,11 +29,12 @@ impl<'a> Guide<'a> {
         let Some(motion) = job.motion else { return Ok(None) };
         let friction = if job.friction { FrictionMode::Converged } else { FrictionMode::Off };
         let (load, motion_name) = ((job.load_name.as_str(), job.load), &job.motion_name);
-        let along = crate::Job::new(job.model, (motion_name, motion), load);
+        let model = job.known_model();
+        let along = crate::Job::new(model, (motion_name, motion), load);
         let job = crate::Job { friction, ..along };
         let mut follower = job.assemble(motion.start)?;
         follower.solver.settings_mut().friction = friction;
-        let tree = Forward::new(job.model.mechanism.without_friction(), &[]);
+        let tree = Forward::new(model.mechanism.without_friction(), &[]);
         Ok(Some(Self { job, tree, follower, loads: Vec::new() }))
     }
 

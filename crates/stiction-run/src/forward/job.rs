@@ -31,6 +31,9 @@ pub struct Job<'a> {
     pub control: Option<&'a Control>,
     /// Name of the controller.
     pub control_name: String,
+    /// Model that controllers and inverse dynamics know, for the gains, the internal model and the feed-forward efforts,
+    /// with the same geometry as `model`; `None` if they know `model` itself.
+    pub known: Option<&'a ModelFile>,
     /// Control law that the caller provides; its efforts are added to the feed-forward efforts.
     pub law: Option<&'a ControlLaw>,
     /// Indices of the actuators whose motion is prescribed; their efforts follow from the motion.
@@ -106,6 +109,7 @@ impl<'a> Job<'a> {
             drives_name: none(),
             control: None,
             control_name: none(),
+            known: None,
             law: None,
             prescribed: Vec::new(),
             locked: Vec::new(),
@@ -117,6 +121,13 @@ impl<'a> Job<'a> {
             settings: Settings::default(),
             friction: true,
         }
+    }
+}
+
+impl<'a> Job<'a> {
+    /// Returns the model that controllers and inverse dynamics know.
+    pub(super) fn known_model(&self) -> &'a ModelFile {
+        self.known.unwrap_or(self.model)
     }
 }
 

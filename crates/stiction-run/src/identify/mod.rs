@@ -6,8 +6,11 @@
 mod asymmetry;
 mod at_rest;
 mod chosen;
+mod closed_loop;
 mod delay;
+mod identified;
 mod missing;
+mod normal_loads;
 mod options;
 mod page;
 mod prepare;
@@ -20,11 +23,13 @@ mod traces;
 mod words;
 
 pub use asymmetry::Asymmetry;
+pub use closed_loop::Simulated;
 pub use delay::Delay;
+pub use identified::{Combined, Identified, Named, Prediction};
 pub use missing::Missing;
-pub use options::{IdentifySettings, LogSettings, TEMPLATE};
-pub use prepare::MeasuredLog;
-pub use run::{Combined, Identified, Named, Prediction, identify};
+pub use options::{Estimator, IdentifySettings, LogSettings, TEMPLATE};
+pub use prepare::{Deviation, MeasuredLog};
+pub use run::identify;
 pub use traces::{EffortSample, FrictionTrace, LogTrace, Traces};
 
 use thiserror::Error;

@@ -2,8 +2,8 @@
 
 use super::IdentifyError as Error;
 use stiction_format::{
-    Contents, Diagnostics, LoadCase, ModelFile, Payload, Renamed, Source, did_you_mean, hertz,
-    seconds,
+    Contents, Control, Diagnostics, LoadCase, ModelFile, Payload, Renamed, Source, did_you_mean,
+    hertz, seconds,
 };
 use toml::{Table, Value};
 
@@ -26,8 +26,12 @@ prior = "auto"
 prior_error = "30 %"
 
 # "least-squares", or "instrumental-variables": the motion commanded in columns such as `axis1.reference [deg]`
-# replaces the measured one where errors of measured rates and accelerations would bias the estimate.
+# replaces the measured one where errors of measured rates and accelerations would bias the estimate; or
+# "output-error": the motion is simulated in the closed loop of the model and its controller.
 estimator = "least-squares"
+
+# The robot's controller, for "output-error"; as for `stiction forward --controller`.
+# controller = "type = pd; period = 1 ms; leg1.P.kp = 2e4 N/m; leg1.P.kd = 300 N s/m"
 
 # Estimate a constant error of every measured effort.
 offsets = false
@@ -75,6 +79,30 @@ tie = []                       # [["leg*.P.mu"], ["leg*.P.viscous"]]
 # payload = { body = "platform", mass = "2 kg", com = [0, 0, "30 mm"], inertia = [0.01, 0.01, 0.01] }
 "#;
 
+/// Method of estimation.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Estimator {
+    /// Least squares along the measured motions.
+    LeastSquares,
+    /// Instrumental variables: columns along the commanded motions replace those along the measured ones where noise of
+    /// the motion would bias the estimate.
+    InstrumentalVariables,
+    /// Output-error method: least squares along motions that are simulated in the closed loop of the model and this
+    /// controller.
+    OutputError(Control),
+}
+
+impl Estimator {
+    /// Returns the name of the method, as in the options.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::LeastSquares => "least-squares",
+            Self::InstrumentalVariables => "instrumental-variables",
+            Self::OutputError(_) => "output-error",
+        }
+    }
+}
+
 /// Options that apply to one log.
 #[derive(Clone, Debug, Default)]
 pub struct LogSettings {
@@ -117,9 +145,8 @@ pub struct IdentifySettings {
     pub strength: Option<f64>,
     /// Relative error of the inertias of the model that is expected without logs.
     pub prior_error: f64,
-    /// True to estimate by instrumental variables from the commanded motions; false to estimate by
-    /// least squares.
-    pub instruments: bool,
+    /// Method of estimation.
+    pub estimator: Estimator,
     /// True to estimate a constant error of each effort.
     pub offsets: bool,
     /// Delay of all efforts relative to the positions, s; estimated if absent.
@@ -147,12 +174,13 @@ pub struct IdentifySettings {
     pub logs: Vec<LogSettings>,
 }
 
-const KEYS: [&str; 15] = [
+const KEYS: [&str; 16] = [
     "filter",
     "estimate",
     "prior",
     "prior_error",
     "estimator",
+    "controller",
     "offsets",
     "delay",
     "hold",
@@ -187,7 +215,7 @@ impl Default for IdentifySettings {
             filter: None,
             strength: None,
             prior_error: PRIOR_ERROR,
-            instruments: false,
+            estimator: Estimator::LeastSquares,
             offsets: false,
             delay: None,
             hold_inertia: false,
@@ -233,15 +261,28 @@ impl IdentifySettings {
                     _ => return Err(bad(key, "should be \"all\", \"friction\" or \"inertia\"")),
                 },
                 "estimator" => match value.as_str() {
-                    Some("least-squares") => {}
-                    Some("instrumental-variables") => settings.instruments = true,
+                    Some("least-squares") => settings.estimator = Estimator::LeastSquares,
+                    Some("instrumental-variables") => {
+                        settings.estimator = Estimator::InstrumentalVariables;
+                    }
+                    Some("output-error") => {
+                        settings.estimator = Estimator::OutputError(controller(&table, model)?);
+                    }
                     _ => {
                         return Err(bad(
                             key,
-                            "should be \"least-squares\" or \"instrumental-variables\"",
+                            "should be \"least-squares\", \"instrumental-variables\" or \"output-error\"",
                         ));
                     }
                 },
+                "controller" if is_output_error(&table) => {}
+                "controller" => {
+                    return Err(with_help(
+                        key,
+                        "applies only to the output-error method",
+                        "write `estimator = \"output-error\"`, or delete `controller`",
+                    ));
+                }
                 "hold" => settings.hold = texts(key, value)?,
                 "tie" => {
                     let groups =
@@ -351,6 +392,36 @@ fn prior_error(key: &str, value: &Value) -> Result<f64, Error> {
             "for example \"10 %\" or 0.1",
         )
     })
+}
+
+fn is_output_error(table: &Table) -> bool {
+    table.get("estimator").and_then(Value::as_str) == Some("output-error")
+}
+
+/// Reads the controller of the closed loop in which the output-error method simulates the logs.
+fn controller(table: &Table, model: &ModelFile) -> Result<Control, Error> {
+    let key = "controller";
+    if table.contains_key("terms") {
+        return Err(with_help(
+            "terms",
+            "cannot be simulated by the output-error method",
+            "add the effort to the model, for example as a spring, or choose another `estimator`",
+        ));
+    }
+    let help = "for example `controller = \"type = pd; period = 1 ms; leg1.P.kp = 2e4 N/m; leg1.P.kd = 300 N s/m\"`, \
+                as for `stiction forward --controller`";
+    let Some(text) = table.get(key).and_then(Value::as_str) else {
+        let what = match table.contains_key(key) {
+            true => "should be text",
+            false => {
+                "is missing: the output-error method simulates the closed loop with the robot's controller"
+            }
+        };
+        return Err(with_help(key, what, help));
+    };
+    let files = |_: &str| Err("files cannot be read here: write assignments".to_owned());
+    let read = model.parse_control(&Source::new(key, text), &files);
+    read.map_err(|out| with_help(key, format!("is not understood:\n{out}"), help))
 }
 
 fn texts(key: &str, value: &Value) -> Result<Vec<String>, Error> {

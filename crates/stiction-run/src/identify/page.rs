@@ -1,6 +1,6 @@
 //! Report of an identification as a self-contained HTML page.
 
-use super::run::{Identified, Named};
+use super::identified::{Identified, Named};
 use super::traces::{EffortSample, FrictionTrace, LogTrace, Traces};
 use crate::report::animation::together;
 use crate::report::html::{self, Column, card, long_table, note, section, table_of, text};

@@ -1,12 +1,15 @@
 //! Identification from logs: structure of the regression, fit, verdicts, predictions.
 
 use super::IdentifyError;
-use super::asymmetry::{self, Asymmetry};
+use super::asymmetry;
 use super::at_rest;
 use super::chosen::{chosen_efforts, refuse};
+use super::closed_loop;
 use super::delay::{self, Delay};
+use super::identified::{Identified, Named, Prediction};
 use super::missing::{self, Missing};
-use super::options::IdentifySettings;
+use super::normal_loads::fitted;
+use super::options::{Estimator, IdentifySettings};
 use super::prepare::{MeasuredLog, Prepared};
 use super::sanity;
 use super::selection::{BodyBound, choice, enough, free_groups, options, scale_by_data};
@@ -19,131 +22,24 @@ use stiction_identify::{
     Block, Estimate, Evidence, FitVerdict, Kind, Options, Parameter, Problem, Verdict,
 };
 
-/// Identified parameter with its estimate and verdict.
-#[derive(Clone, Debug)]
-pub struct Named {
-    /// Name of the parameter.
-    pub name: String,
-    /// Estimated value, SI units.
-    pub value: f64,
-    /// Standard deviation of the estimate, SI units.
-    pub sigma: f64,
-    /// SI unit of the parameter.
-    pub unit: &'static str,
-    /// Verdict on the estimate.
-    pub verdict: Verdict,
-    /// Value of the parameter in the model, SI units; NaN for torque constants that the model
-    /// lacks.
-    pub prior: f64,
-    /// First-order error of the estimate due to the filter, SI units. The filter attenuates a part
-    /// of the motion.
-    pub filter_bias: f64,
-    /// Structural identifiability in words: the efforts determine the parameter alone, only in a
-    /// combination with other parameters, or not at all.
-    pub structure: &'static str,
-    /// True for the offset of an effort and for the factor of an effort term. These parameters
-    /// describe the log and are not part of the identified model.
-    pub is_of_log: bool,
-    /// True for a mass, a first moment of mass or an inertia of a body.
-    pub is_inertia: bool,
-}
-
-/// Linear combination of parameters that the efforts determine, with its estimate.
-#[derive(Clone, Debug)]
-pub struct Combined {
-    /// Description of the combination in words.
-    pub name: String,
-    /// Estimated value of the combination, SI units.
-    pub value: f64,
-    /// Standard deviation of the estimated combination, SI units.
-    pub sigma: f64,
-    /// SI unit of the combination.
-    pub unit: &'static str,
-    /// Verdict on the estimated combination.
-    pub verdict: Verdict,
-    /// First-order error of the estimated combination due to the filter, SI units. The filter
-    /// attenuates a part of the motion.
-    pub filter_bias: f64,
-}
-
-/// Errors of the predicted efforts on one log.
-#[derive(Clone, Debug)]
-pub struct Prediction {
-    /// Name of the log.
-    pub log: String,
-    /// True if the log was fitted; false if it only checks the prediction.
-    pub used_for_fit: bool,
-    /// Name of each actuator, and its relative error 100 rms(measured - predicted) / rms(measured),
-    /// percent. The error is `None` if the log has no rows of this actuator.
-    pub error_percent: Vec<(String, Option<f64>)>,
-    /// Root mean square of the residuals of each actuator, N or N m.
-    pub residual: Vec<f64>,
-    /// Relative error of the original model for each actuator, computed like `error_percent`,
-    /// percent.
-    pub prior_percent: Vec<Option<f64>>,
-}
-
-/// Result of an identification.
-#[derive(Clone, Debug)]
-pub struct Identified {
-    /// Verdict on the fit.
-    pub verdict: FitVerdict,
-    /// Reasons for the verdict, and cautions on the logs.
-    pub cautions: Vec<String>,
-    /// All parameters of the regression, with estimates and verdicts.
-    pub parameters: Vec<Named>,
-    /// All combinations of two or more parameters that the efforts determine.
-    pub combinations: Vec<Combined>,
-    /// Number of parameter combinations that the efforts can determine, and the gap between the
-    /// singular values that decides this number.
-    pub rank: (usize, f64),
-    /// Pairs of parameters that the data cannot distinguish. The third text is advice on data that
-    /// would distinguish them.
-    pub confounded: Vec<(String, String, String)>,
-    /// Asymmetry of the measured efforts of each actuator: their difference between the directions of motion.
-    pub asymmetries: Vec<Asymmetry>,
-    /// Delays of the efforts relative to the positions, estimated or specified in the options.
-    pub delays: Vec<Delay>,
-    /// Effects that the residuals show and the model or its options lack.
-    pub missing: Vec<Missing>,
-    /// Errors of the predicted efforts on each log.
-    pub predictions: Vec<Prediction>,
-    /// Mechanism with the identified values.
-    pub mechanism: Mechanism,
-    /// True if the estimate uses instrumental variables; false if it uses least squares.
-    pub has_instruments: bool,
-    /// Strength of the prior on the inertias, as a number of equivalent samples.
-    pub strength: f64,
-    /// Mean squared residual of left-out blocks of the logs, divided by the mean squared residual
-    /// of the fit.
-    pub left_out: f64,
-    /// Ratio as in `left_out`, but for least squares without a prior.
-    pub left_out_plain: f64,
-    /// Cut-off frequency of the filter of each log, Hz; `None` for tables of steady motions.
-    pub cutoffs: Vec<Option<f64>>,
-    /// Standard deviation of the residuals of each actuator, N or N m.
-    pub residuals: Vec<f64>,
-}
-
-/// Largest number of iterations that alternate between the fit of parameter values and the
-/// computation of normal loads.
-const SWEEPS: usize = 12;
-/// Number of iterations that choose the strength of the prior anew. Errors of the first normal loads
-/// act as errors of the model, so the strength that suits them is not final.
-const CHOICES: usize = 3;
-/// The iteration has converged if the values change by at most this number of standard deviations.
-const SETTLED: f64 = 0.01;
-/// Remaining change of a parameter value, in standard deviations, above which a caution reports it.
-const VISIBLE: f64 = 0.1;
-/// Remaining change of a parameter value, in standard deviations, above which no parameter counts
-/// as identified.
-const UNSETTLED: f64 = 1.0;
-
 /// Identifies inertia and friction of a model from logs.
 ///
 /// # Errors
 /// [`IdentifyError`] if logs or options cannot be used.
 pub fn identify(
+    model: &ModelFile,
+    logs: &[MeasuredLog],
+    settings: &IdentifySettings,
+) -> Result<Identified, IdentifyError> {
+    let fit = |logs: &[MeasuredLog]| fit(model, logs, settings);
+    match &settings.estimator {
+        Estimator::OutputError(control) => closed_loop::identify(model, logs, control, fit),
+        Estimator::LeastSquares | Estimator::InstrumentalVariables => fit(logs),
+    }
+}
+
+/// Identifies inertia and friction of a model from the motions in the logs.
+fn fit(
     model: &ModelFile,
     logs: &[MeasuredLog],
     settings: &IdentifySettings,
@@ -168,7 +64,7 @@ pub fn identify(
     let prepare = |delays: Option<&[f64]>| -> Result<Vec<Prepared>, IdentifyError> {
         let each = logs.iter().map(|log| {
             let mut own = Prepared::new(model, log, (settings.filter, &choice), &terms, delays)?;
-            if settings.instruments && !own.predict {
+            if settings.estimator == Estimator::InstrumentalVariables && !own.predict {
                 own.add_reference(model, log, &choice, &terms)?;
             }
             Ok(own)
@@ -418,7 +314,8 @@ pub fn identify(
         missing: found.missing,
         predictions,
         mechanism: identified,
-        has_instruments: settings.instruments,
+        estimator: settings.estimator.name(),
+        simulated: None,
         strength: estimate.strength,
         left_out: left_out.ratio,
         left_out_plain: left_out.plain,
@@ -427,80 +324,11 @@ pub fn identify(
     })
 }
 
-fn without_forces(log: &str, why: &str) -> IdentifyError {
+pub(super) fn without_forces(log: &str, why: &str) -> IdentifyError {
     refuse(
         format!("{log}: with the friction of the model, no forces can be computed {why}"),
         "give smaller friction coefficients in the model; identification only starts from them",
     )
-}
-
-/// Fits the logs and recomputes the normal loads for the fitted values, alternately, until both
-/// converge. The second result is true if no parameter value changes by more than [`UNSETTLED`]
-/// standard deviations in the last iteration.
-fn fitted(
-    all: &mut [Prepared],
-    parameters: &[Parameter],
-    (options, groups): (&Options, &[Vec<usize>]),
-    cautions: &mut Vec<String>,
-) -> (Estimate, bool) {
-    let is_nonlinear =
-        parameters.iter().any(|p| matches!(p.kind, Kind::Mu(_) | Kind::TorqueConstant(_)));
-    let mut blocks = fitted_blocks(all);
-    let mut estimate = Problem { parameters, blocks: &blocks, options }.solve();
-    let mut last = f64::INFINITY;
-    let mut at: Vec<f64> = estimate.values.clone();
-    for sweep in 0..if is_nonlinear { SWEEPS } else { 0 } {
-        let failed = all
-            .iter_mut()
-            .filter(|log| !log.predict)
-            .find_map(|log| log.linearise(&at, groups).err());
-        if let Some(why) = failed {
-            // Beyond self-locking, forces do not exist, so the friction coefficients are halved.
-            for (value, p) in at.iter_mut().zip(parameters) {
-                if matches!(p.kind, Kind::Mu(_)) {
-                    *value *= 0.5;
-                }
-            }
-            let halved = format!(
-                "with the identified friction, forces could not be computed {why}; coefficients of \
-                 friction were halved"
-            );
-            if !cautions.contains(&halved) {
-                cautions.push(halved);
-            }
-            last = f64::INFINITY;
-            continue;
-        }
-        blocks = fitted_blocks(all);
-        let problem = Problem { parameters, blocks: &blocks, options };
-        estimate = match sweep < CHOICES {
-            true => problem.solve(),
-            false => problem.solve_fixed(&estimate),
-        };
-        let change = (0..parameters.len())
-            .filter(|&k| estimate.sigmas[k] > 0.0)
-            .map(|k| (estimate.values[k] - at[k]).abs() / estimate.sigmas[k])
-            .fold(0.0, f64::max);
-        at.clone_from(&estimate.values);
-        last = change;
-        if change < SETTLED {
-            break;
-        }
-    }
-    let is_settled = !is_nonlinear || last <= UNSETTLED;
-    if is_nonlinear && last > VISIBLE {
-        cautions.push(match last.is_finite() {
-            true => format!(
-                "the fit has not fully converged: normal loads, coefficients of friction and \
-                 torque constants still change by {last:.2} standard deviations in the last \
-                 iteration"
-            ),
-            false => "the fit has not converged: its normal loads were computed with friction \
-                coefficients that differ from the identified ones"
-                .to_owned(),
-        });
-    }
-    (estimate, is_settled)
 }
 
 /// Downgrades the verdicts of parameters whose values lie at the bounds that the options set, and
@@ -581,19 +409,6 @@ fn delays_of(all: &[Prepared], actuators: &[String], delays: &[[f64; 2]]) -> Vec
         is_corrected: true,
     })
     .collect()
-}
-
-impl Identified {
-    /// Returns the delay that was removed from each effort, s, in the order of the actuators.
-    pub(super) fn taken_back(&self) -> Vec<f64> {
-        let names = self.mechanism.actuators();
-        let names = names.map(|(j, dof)| self.mechanism.joints()[j.0].actuator_name(dof));
-        let delay = |name: String| {
-            let own = self.delays.iter().find(|delay| delay.actuator == name);
-            own.map_or(0.0, |delay| delay.value)
-        };
-        names.map(delay).collect()
-    }
 }
 
 /// Returns cautions on gears whose losses the regression does not contain.

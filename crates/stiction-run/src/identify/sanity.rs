@@ -1,7 +1,8 @@
 //! Plausibility of a fit: wrong signs and units of efforts, confounded pairs of parameters, and the verdict on the fit.
 
+use super::identified::{Combined, Named, Prediction};
 use super::prepare::Prepared;
-use super::run::{Combined, Named, Prediction, differences};
+use super::run::differences;
 use nalgebra::DVector;
 use stiction_identify::{
     BaseParameters, Estimate, FitVerdict, Kind, LeftOut, Options, Parameter, Verdict,

@@ -1,7 +1,8 @@
 //! Structure of the regression: the linear combinations of parameters on which the efforts depend.
 
+use super::identified::Combined;
 use super::prepare::{Prepared, write_terms};
-use super::run::{Combined, differences};
+use super::run::differences;
 use super::torque_constants;
 use nalgebra::DMatrix;
 use stiction_core::kinematics::Target;

@@ -3,9 +3,10 @@
 
 use super::IdentifyError;
 use super::chosen::{chosen_efforts, refuse};
+use super::identified::Named;
 use super::options::IdentifySettings;
 use super::prepare::{MeasuredLog, Prepared};
-use super::run::{Named, differences};
+use super::run::differences;
 use super::structure::Structure;
 use nalgebra::DVector;
 use stiction_core::mechanism::Mechanism;

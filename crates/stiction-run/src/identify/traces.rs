@@ -2,9 +2,10 @@
 //! and the table of efforts.
 
 use super::IdentifyError;
+use super::identified::Identified;
 use super::options::IdentifySettings;
 use super::prepare::{MeasuredLog, Prepared};
-use super::run::{Identified, differences, parameters_of, read_terms};
+use super::run::{differences, parameters_of, read_terms};
 use super::selection::choice;
 use crate::names::{Names, legs_of_actuators};
 use crate::report::animation::Animation;
@@ -83,6 +84,7 @@ impl Traces {
         identified: &Identified,
     ) -> Result<Self, IdentifyError> {
         let mechanism = &model.mechanism;
+        let logs = identified.simulated.as_ref().map_or(logs, |own| &own.logs);
         let terms = read_terms(model, settings)?;
         let mut traces = Self {
             efforts: Names::new(mechanism).drives,

@@ -1,6 +1,7 @@
 //! Results of an identification as text, JSON and a model file.
 
-use super::run::{Identified, Named};
+use super::closed_loop::Simulated;
+use super::identified::{Identified, Named};
 use crate::exchange::{Instant, model_file};
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
@@ -80,10 +81,13 @@ impl Identified {
             "cures": self.confounded.iter().map(|(a, b, cure)| json!({ "pair": [a, b], "cure": cure })).collect::<Vec<_>>(),
             "cautions": self.cautions,
             "rank": { "combinations": self.rank.0, "gap": finite(self.rank.1) },
-            "estimator": match self.has_instruments {
-                true => "instrumental-variables",
-                false => "least-squares",
-            },
+            "estimator": self.estimator,
+            "simulated": self.simulated.as_ref().map(|own| json!({
+                "rounds": own.rounds,
+                "deviations": own.deviations.iter().map(|d| json!({
+                    "log": d.log, "actuator": d.actuator, "rms": d.value, "tracking_rms": d.tracking, "unit": d.unit,
+                })).collect::<Vec<_>>(),
+            })),
             "prior_strength": self.strength,
             "left_out_ratio": finite(self.left_out),
             "left_out_ratio_without_prior": finite(self.left_out_plain),
@@ -131,8 +135,11 @@ impl Identified {
                 cutoffs.join(", ")
             )?;
         }
-        if self.has_instruments {
+        if self.estimator == "instrumental-variables" {
             writeln!(out, "estimated by instrumental variables from the commanded motion\n")?;
+        }
+        if let Some(simulated) = &self.simulated {
+            self.write_simulated(simulated, out)?;
         }
         let width = self.parameters.iter().map(|p| p.name.len()).max().unwrap_or(0).max(9);
         writeln!(
@@ -210,6 +217,27 @@ impl Identified {
             writeln!(out, "\nCAUTION {caution}")?;
         }
         Ok(())
+    }
+
+    fn write_simulated(&self, simulated: &Simulated, out: &mut String) -> std::fmt::Result {
+        writeln!(
+            out,
+            "estimated by the output-error method from {} simulations of the closed loop; simulated minus measured \
+             position (rms; in brackets measured minus commanded)",
+            simulated.rounds
+        )?;
+        for own in &simulated.deviations {
+            writeln!(
+                out,
+                "  {}: {} {} ({}) {}",
+                own.log,
+                own.actuator,
+                short(own.value),
+                short(own.tracking),
+                own.unit
+            )?;
+        }
+        writeln!(out)
     }
 
     /// Returns the text of the identified model; comments contain values and standard deviations.

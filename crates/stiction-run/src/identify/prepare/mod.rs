@@ -14,11 +14,13 @@ mod reference;
 mod reversals;
 mod rows;
 mod saturation;
+mod simulated;
 mod spikes;
 
 use super::IdentifyError as Error;
 use super::chosen::{assembled, chosen_coordinates, chosen_efforts, refuse};
 use super::options::LogSettings;
+use super::run::without_forces;
 use constants::Constant;
 use dwells::Standstill;
 pub(super) use effects::{ALL as EFFECTS, Effect};
@@ -27,6 +29,8 @@ use loads::MuColumns;
 use motion::{Motion, Used};
 use nalgebra::DVector;
 pub(super) use rows::write_terms;
+pub use simulated::Deviation;
+pub(super) use simulated::{Plant, SimulatedEfforts};
 use stiction_core::kinematics::{Coordinate, State};
 use stiction_core::spatial::Pose;
 use stiction_format::{Drives, Log, ModelFile};
@@ -41,6 +45,15 @@ pub struct MeasuredLog {
     pub log: Log,
     /// Options that apply to this log.
     pub settings: LogSettings,
+    /// Efforts of the simulated closed loop, if the positions of the log are simulated.
+    pub(super) simulated: Option<SimulatedEfforts>,
+}
+
+impl MeasuredLog {
+    /// Creates a log with its options.
+    pub fn new(name: impl Into<String>, log: Log, settings: LogSettings) -> Self {
+        Self { name: name.into(), log, settings, simulated: None }
+    }
 }
 
 /// Largest fraction of the instants of a log at which the computation of forces may fail.
@@ -177,11 +190,7 @@ impl Prepared {
                 "robots with redundant actuation cannot be identified yet",
             )
         })?;
-        let mut carried = model.mechanism.clone();
-        for payload in &log.settings.payloads {
-            carried = carried.with_payload(payload.body, &payload.part);
-        }
-        regressor.carry(&carried);
+        regressor.carry(&log.carrying(model).mechanism);
         regressor.set_rate_noise(&motion.rate_noise);
         let delay = reversals::common_delay(delays, used.rate);
         let starts = reversals::refine(&regressor, &mut motion, (&used.times, delay));
@@ -209,7 +218,7 @@ impl Prepared {
         if log.log.bad_rows.count > 0 {
             cautions.push(bad_rows(log));
         }
-        Ok(Self {
+        let mut own = Self {
             name: log.name.clone(),
             predict: log.settings.predict,
             times: assembled.at,
@@ -232,7 +241,12 @@ impl Prepared {
             rests: computed.rests,
             effects: assembled.effects,
             by_model: Vec::new(),
-        })
+        };
+        if let Some(simulated) = &log.simulated {
+            own.use_simulated(simulated, &used.rows)
+                .map_err(|why| without_forces(&own.name, &why))?;
+        }
+        Ok(own)
     }
 }
 

@@ -341,7 +341,7 @@ fn suggested(times: &[f64], measured: &[Vec<f64>], stretches: &[(f64, f64)]) -> 
 }
 
 /// Adds full turns so that an angle never jumps by more than half a turn; returns the number of jumps removed.
-fn unwrap(values: &mut [f64]) -> usize {
+pub(super) fn unwrap(values: &mut [f64]) -> usize {
     let (mut turns, mut count) = (0.0, 0);
     for k in 1..values.len() {
         let jump = values[k] + turns - values[k - 1];
@@ -419,7 +419,7 @@ mod tests {
         let log = Log { times, lines, columns, bad_rows, is_steady: false };
         let (from, until) = (f64::NEG_INFINITY, f64::INFINITY);
         let settings = LogSettings { from, until, ..LogSettings::default() };
-        MeasuredLog { name: "log".to_owned(), log, settings }
+        MeasuredLog::new("log", log, settings)
     }
 
     /// Tests that the filtered angle does not jump if the measured angle passes half a turn inside
