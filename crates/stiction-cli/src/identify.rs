@@ -4,9 +4,11 @@ use crate::arguments::Identify;
 use crate::failure::Failure;
 use crate::outputs::Outputs;
 use crate::print;
+use crate::progress::Progress;
 use crate::report;
 use crate::sources::{self, warn};
 use crate::written::note_files;
+use std::cell::RefCell;
 use std::path::PathBuf;
 use stiction::run::identify::{Identified, IdentifySettings, TEMPLATE, Traces};
 use stiction_identify::FitVerdict;
@@ -69,7 +71,11 @@ fn execute(options: &Identify) -> Result<(), Failure> {
     let folder = options.report.folder(options.output.as_deref())?;
     let outputs = folder.as_deref().map(|dir| Outputs::new(dir, robot.files_read())).transpose()?;
     outputs.as_ref().map_or(Ok(()), Outputs::refuse_interrupted)?;
-    let identified = robot.identify(&logs, &settings)?;
+    let progress = RefCell::new(Progress::new());
+    let identified = robot.identify_with(&logs, &settings, &|step, done, of| {
+        progress.borrow_mut().update_parts(step, done, of);
+    })?;
+    progress.borrow_mut().clear();
     match options.json {
         true => print(&format!("{:#}\n", identified.to_json()))?,
         false => print(&identified.to_text())?,

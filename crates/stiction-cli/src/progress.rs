@@ -59,6 +59,11 @@ impl Progress {
         self.update_amount(&format!("reading {file}"), (done / MEGA, of.div_ceil(MEGA)), "MB");
     }
 
+    /// Updates the progress of the step `what` of an identification after one of its parts.
+    pub(crate) fn update_parts(&mut self, what: &str, done: usize, of: usize) {
+        self.update_amount(what, (done as u64, of as u64), "parts");
+    }
+
     fn update_amount(&mut self, phase: &str, (done, of): (u64, u64), unit: &str) {
         if self.begun.elapsed() < PATIENCE || manners::is_quiet() {
             return;

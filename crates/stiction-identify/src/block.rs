@@ -1,6 +1,7 @@
 //! Rows of the regression and bounds at rest of one log, for all actuators.
 
 use crate::period::Period;
+use crate::repetition::Repetition;
 use crate::rows::{Rows, pop, push};
 use nalgebra::DMatrix;
 
@@ -30,8 +31,12 @@ pub struct Block {
     /// of the filter, because such rows partly repeat each other, and one for rows without order in
     /// time.
     pub independence: f64,
+    /// Time from row to row, s, if it is known.
+    pub spacing: Option<f64>,
     /// Period of the motion if it is repeated.
     period: Option<Period>,
+    /// Place in a motion that other logs repeat.
+    repetition: Option<Repetition>,
 }
 
 impl Block {
@@ -40,12 +45,28 @@ impl Block {
     pub fn new(channels: Vec<Rows>, independence: f64) -> Self {
         // Rows of steady motions are independent and have no order in time.
         let period = if independence < 1.0 { Period::of(&channels) } else { None };
-        Self { channels, dwells: Vec::new(), independence, period }
+        let dwells = Vec::new();
+        Self { channels, dwells, independence, spacing: None, period, repetition: None }
     }
 
     /// Period of the motion; `None` for a motion that is not repeated.
     pub(crate) fn period(&self) -> Option<Period> {
         self.period
+    }
+
+    /// Place in a motion that other logs repeat; `None` for a motion of this log alone.
+    pub(crate) fn repetition(&self) -> Option<Repetition> {
+        self.repetition
+    }
+
+    /// Sets the place in a motion of several logs and the period of this motion.
+    pub(crate) fn repeat(&mut self, repetition: Option<Repetition>, period: Option<Period>) {
+        (self.repetition, self.period) = (repetition, period);
+    }
+
+    /// Returns the instant, in the motion that this log shares with others, of its instant `step`.
+    pub(crate) fn instant(&self, step: usize) -> usize {
+        self.repetition.map_or(step, |own| own.instant(step))
     }
 }
 

@@ -18,6 +18,7 @@ mod parameter;
 mod period;
 pub mod physical;
 mod regressor;
+mod repetition;
 mod rows;
 mod slip;
 mod solved;

@@ -10,7 +10,7 @@ use crate::rows::Rows;
 /// A motion repeats itself if the mean squared change of the columns over one period is less than this fraction of
 /// that of unrelated instants. Rows are a quarter of the period of the filter apart, so a period that is no whole number
 /// of rows leaves a change.
-const REPEATED: f64 = 0.15;
+pub(crate) const REPEATED: f64 = 0.15;
 /// Lags below a period must reach this fraction, so that a slow motion does not seem to repeat itself.
 const CHANGED: f64 = 0.5;
 /// Least period, in instants.
@@ -40,13 +40,12 @@ impl Period {
     /// Finds the period of the motion of a log from the rows of its actuators; `None` unless at least two repetitions
     /// are contained.
     pub(crate) fn of(channels: &[Rows]) -> Option<Self> {
-        let length = 1 + channels.iter().filter_map(|rows| rows.steps.last()).max()?;
-        let signals: Vec<Signal> =
-            channels.iter().filter_map(|rows| Signal::of(rows, length)).collect();
+        let (signals, length) = signals_of(channels);
         if signals.is_empty() {
             return None;
         }
-        let change = |lag: usize| change(&signals, length, lag);
+        let own = (&signals[..], length);
+        let change = |lag: usize| change_between(own, own, lag as isize);
         let stride = length.div_ceil(2 * LAGS).max(1);
         let lags: Vec<usize> = (stride..=length / 2).step_by(stride).collect();
         let changes: Vec<f64> = lags.iter().map(|&lag| change(lag)).collect();
@@ -82,9 +81,16 @@ impl Period {
     }
 }
 
+/// Returns the signals of the actuators of a log whose columns are not constant, and the number of instants of the log.
+pub(crate) fn signals_of(channels: &[Rows]) -> (Vec<Signal>, usize) {
+    let last = channels.iter().filter_map(|rows| rows.steps.last()).max();
+    let length = last.map_or(0, |last| last + 1);
+    (channels.iter().filter_map(|rows| Signal::of(rows, length)).collect(), length)
+}
+
 /// Weighted sum of the columns of one actuator, without its mean and with a mean square of one, at
 /// all instants; not a number where rows are missing.
-struct Signal(Vec<f64>);
+pub(crate) struct Signal(Vec<f64>);
 
 impl Signal {
     /// Computes the signal of one actuator; `None` if the columns are constant.
@@ -111,13 +117,20 @@ impl Signal {
     }
 }
 
-/// Mean squared change of the signals over a lag, as a fraction of that of unrelated instants.
-fn change(signals: &[Signal], length: usize, lag: usize) -> f64 {
+/// Mean squared difference of the signals of two logs, as a fraction of that of unrelated instants, if the second log begins
+/// `shift` instants after the first one. Each log consists of its signals and its number of instants.
+pub(crate) fn change_between(
+    (first, n): (&[Signal], usize),
+    (second, m): (&[Signal], usize),
+    shift: isize,
+) -> f64 {
+    let (n, m) = (n as isize, m as isize);
+    let (from, until) = (0.max(-shift), m.min(n - shift));
+    let stride = ((until - from).max(0) as usize).div_ceil(INSTANTS).max(1);
     let (mut sum, mut size) = (0.0, 0.0);
-    let stride = (length - lag).div_ceil(INSTANTS).max(1);
-    for Signal(values) in signals {
-        for step in (0..length - lag).step_by(stride) {
-            let (a, b) = (values[step], values[step + lag]);
+    for (Signal(first), Signal(second)) in first.iter().zip(second) {
+        for step in (from..until).step_by(stride) {
+            let (a, b) = (first[(step + shift) as usize], second[step as usize]);
             if !a.is_nan() && !b.is_nan() {
                 sum += (a - b) * (a - b);
                 size += a * a + b * b;

@@ -5,7 +5,7 @@ use crate::robot::Robot;
 use std::path::Path;
 use stiction_format::{Log, LogFormat};
 use stiction_run::identify::{
-    Identified, IdentifyError, IdentifySettings, MeasuredLog, Traces, identify,
+    Identified, IdentifyError, IdentifySettings, MeasuredLog, Progress, Traces, identify,
 };
 
 impl Robot {
@@ -52,7 +52,21 @@ impl Robot {
         logs: &[MeasuredLog],
         settings: &IdentifySettings,
     ) -> Result<Identified, Error> {
-        Ok(identify(self.model(), logs, settings)?)
+        self.identify_with(logs, settings, &|_, _, _| {})
+    }
+
+    /// Identifies parameters as [`Self::identify`] does. `progress` receives the name of the present step of the
+    /// computation, and how many of its parts, of how many at most, are done.
+    ///
+    /// # Errors
+    /// See [`Self::identify`].
+    pub fn identify_with(
+        &self,
+        logs: &[MeasuredLog],
+        settings: &IdentifySettings,
+        progress: Progress<'_>,
+    ) -> Result<Identified, Error> {
+        Ok(identify(self.model(), logs, settings, progress)?)
     }
 
     /// Computes the curves of the identification report: the measured efforts of the logs, the

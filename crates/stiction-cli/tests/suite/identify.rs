@@ -1,6 +1,7 @@
 //! The command `stiction identify`.
 
 mod arm;
+mod closed_loop;
 mod coverage;
 mod imperfect;
 mod instruments;

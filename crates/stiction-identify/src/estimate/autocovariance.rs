@@ -2,7 +2,9 @@
 
 use crate::block::Block;
 use crate::period::Period;
+use crate::repetition::{Repetition, motions};
 use nalgebra::{DMatrix, DVector, Dim, Dyn, Matrix, Storage};
+use std::borrow::Cow;
 
 /// Minimum number of lags of the autocovariance, in rows. It covers several correlation times of
 /// the filter.
@@ -22,24 +24,27 @@ pub(super) fn residuals(
     blocks.iter().map(|block| block.channels[channel].residuals(values)).collect()
 }
 
-/// Residuals of one effort in one block.
+/// Residuals of one effort in all blocks of one motion.
 pub(super) struct Series<'a> {
-    pub(super) steps: &'a [usize],
-    pub(super) residuals: &'a DVector<f64>,
-    /// Period of the motion if it is repeated.
-    pub(super) period: Option<Period>,
+    pub(super) places: Places<'a>,
+    pub(super) residuals: Cow<'a, DVector<f64>>,
 }
 
-/// Residuals of one effort in all blocks.
+/// Residuals of one effort in the blocks of each motion.
 pub(super) fn series<'a>(
     blocks: &'a [Block],
     channel: usize,
     residuals: &'a [DVector<f64>],
 ) -> Vec<Series<'a>> {
-    let each = blocks.iter().zip(residuals).map(|(block, residuals)| Series {
-        steps: &block.channels[channel].steps,
-        residuals,
-        period: block.period(),
+    let each = motions(blocks).into_iter().map(|members| Series {
+        places: Places::of(blocks, &members, channel),
+        residuals: match members[..] {
+            [only] => Cow::Borrowed(&residuals[only]),
+            _ => {
+                let all = members.iter().flat_map(|&k| residuals[k].iter().copied());
+                Cow::Owned(DVector::from_vec(all.collect()))
+            }
+        },
     });
     each.collect()
 }
@@ -49,12 +54,8 @@ pub(super) fn series<'a>(
 /// repetitions first: the columns repeat themselves, so the products of residuals in different
 /// repetitions count like those in one. Errors of the model are the same in all repetitions.
 pub(super) fn autocovariance(all: &[Series<'_>]) -> Vec<f64> {
-    let all = all.iter().map(|own| {
-        let places = Places::of(own.steps, own.period);
-        let folded = places.folded(own.residuals);
-        (places, folded)
-    });
-    let all: Vec<(Places<'_>, DMatrix<f64>)> = all.collect();
+    let all = all.iter().map(|own| (&own.places, own.places.folded(&own.residuals)));
+    let all: Vec<(&Places<'_>, DMatrix<f64>)> = all.collect();
     let longest = all.iter().map(|(places, _)| places.len()).max().unwrap_or(0);
     let most = (longest / 4).clamp(LAGS, MOST_LAGS);
     let mut found: Vec<f64> = Vec::new();
@@ -99,27 +100,39 @@ impl Sums {
     }
 }
 
-/// Places of the rows of one effort in one block: the rows themselves, or the instants of the period of a repeated motion,
-/// whose rows are summed over the repetitions.
+/// Places of the rows of one effort in the blocks of one motion: the rows themselves, or the instants of a motion that is
+/// repeated in one or several logs, whose rows are summed over the repetitions.
 pub(super) enum Places<'a> {
     Once {
         steps: &'a [usize],
     },
-    /// Place of each row, and the number of rows at each place.
+    /// Place of each row, the number of rows at each place, and whether the first place follows the last one.
     Repeated {
         places: Vec<usize>,
         numbers: Vec<f64>,
+        is_cyclic: bool,
     },
 }
 
 impl<'a> Places<'a> {
-    pub(super) fn of(steps: &'a [usize], period: Option<Period>) -> Self {
-        let Some(period) = period else { return Self::Once { steps } };
-        let count = period.instants();
-        let places: Vec<usize> = steps.iter().map(|step| period.part(*step, count)).collect();
+    /// Returns the places of the rows of an effort in the blocks `members`, which have the same motion.
+    pub(super) fn of(blocks: &'a [Block], members: &[usize], channel: usize) -> Self {
+        let first = &blocks[members[0]];
+        let period = first.period();
+        if period.is_none() && members.len() == 1 {
+            return Self::Once { steps: &first.channels[channel].steps };
+        }
+        let length = first.repetition().map_or(0, Repetition::length);
+        let count = period.map_or(length, Period::instants);
+        let place = |instant: usize| period.map_or(instant, |period| period.part(instant, count));
+        let rows = members.iter().flat_map(|&k| {
+            let block = &blocks[k];
+            block.channels[channel].steps.iter().map(move |step| place(block.instant(*step)))
+        });
+        let places: Vec<usize> = rows.collect();
         let mut numbers = vec![0.0; count];
         places.iter().for_each(|place| numbers[*place] += 1.0);
-        Self::Repeated { places, numbers }
+        Self::Repeated { places, numbers, is_cyclic: period.is_some() }
     }
 
     /// Number of places.
@@ -167,9 +180,11 @@ impl<'a> Places<'a> {
                 all.count = all.pairs;
             }
             // Lags beyond half a period are lags of the next repetition.
-            Self::Repeated { numbers, .. } if lag >= numbers.len() / 2 => {}
-            Self::Repeated { numbers, .. } => {
-                for i in 0..numbers.len() {
+            Self::Repeated { numbers, is_cyclic: true, .. } if lag >= numbers.len() / 2 => {}
+            Self::Repeated { numbers, is_cyclic, .. } => {
+                let last =
+                    if *is_cyclic { numbers.len() } else { numbers.len().saturating_sub(lag) };
+                for i in 0..last {
                     let k = (i + lag) % numbers.len();
                     if numbers[i] > 0.0 && numbers[k] > 0.0 {
                         all.products += product(i, k);
@@ -209,7 +224,8 @@ mod tests {
         let lags = |residual: &mut dyn FnMut(usize) -> f64| {
             let residuals = DVector::from_fn(4000, |k, _| residual(k));
             let steps: Vec<usize> = (0..4000).collect();
-            autocovariance(&[Series { steps: &steps, residuals: &residuals, period: None }]).len()
+            let (places, residuals) = (Places::Once { steps: &steps }, Cow::Borrowed(&residuals));
+            autocovariance(&[Series { places, residuals }]).len()
         };
         let mut random = Random::new(3);
         assert_eq!(lags(&mut |_| random.number()), LAGS);

@@ -6,6 +6,7 @@
 use super::autocovariance::{Places, Sums, autocovariance, each_pair, residuals, series};
 use super::map::{Map, transposed_product};
 use crate::block::Block;
+use crate::repetition::motions;
 use nalgebra::{DMatrix, DVector};
 
 /// Largest number of corrections of the autocovariance. Each one multiplies the remaining error at a frequency by the part
@@ -80,11 +81,14 @@ pub(super) fn covariance(
     let correct = |last: &[Vec<f64>], matrix: &DMatrix<f64>| -> Vec<Vec<f64>> {
         let each = of_residuals.iter().zip(last).enumerate().map(|(channel, (own, last))| {
             let smoothed = all_smoothed(channel, &weighted(channel), last);
-            let parts = blocks.iter().zip(smoothed).map(|(block, smoothed)| {
-                let own = &block.channels[channel];
-                let predicted = map.columns(&own.matrix, 0..own.len()) * inverse;
-                let rest = smoothed - &predicted * matrix * 0.5;
-                (Places::of(&own.steps, block.period()), [predicted, rest])
+            let parts = motions(blocks).into_iter().map(|members| {
+                let each = members.iter().map(|&k| {
+                    let own = &blocks[k].channels[channel];
+                    let predicted = map.columns(&own.matrix, 0..own.len()) * inverse;
+                    let rest = &smoothed[k] - &predicted * matrix * 0.5;
+                    [predicted, rest]
+                });
+                (Places::of(blocks, &members, channel), stacked(each.collect()))
             });
             let lags = if in_time { own.len() } else { 1 };
             corrected(own, &missing(parts.collect(), lags))
@@ -113,6 +117,27 @@ pub(super) fn covariance(
     let is_valid = (0..size).all(|k| matrix[(k, k)] >= 0.5 * uncorrected[(k, k)]);
     let matrix = if is_valid { matrix } else { uncorrected * inflation };
     Covariance { matrix, inflation }
+}
+
+/// Stacks the rows of the matrices of several blocks.
+fn stacked(mut parts: Vec<[DMatrix<f64>; 2]>) -> [DMatrix<f64>; 2] {
+    if let [_] = parts[..]
+        && let Some(only) = parts.pop()
+    {
+        return only;
+    }
+    [0, 1].map(|which| {
+        let (rows, columns) =
+            (parts.iter().map(|own| own[which].nrows()).sum(), parts[0][which].ncols());
+        let mut all = DMatrix::zeros(rows, columns);
+        let mut from = 0;
+        for own in &parts {
+            let count = own[which].nrows();
+            all.rows_mut(from, count).copy_from(&own[which]);
+            from += count;
+        }
+        all
+    })
 }
 
 /// Sums the rows of one block over all lags, so that one product of tall matrices suffices.

@@ -3,10 +3,12 @@
 //!
 //! Equation (I13) of the book's theory.
 
-use super::IdentifyError as Error;
 use super::chosen::{chosen_efforts, refuse};
 use super::identified::{Identified, Named};
 use super::prepare::{Deviation, MeasuredLog, Plant};
+use super::{IdentifyError as Error, Progress};
+use crate::ordered::in_order;
+use std::num::NonZero;
 use stiction_core::mechanism::Mechanism;
 use stiction_format::{Control, ModelFile};
 use stiction_identify::{FitVerdict, Verdict};
@@ -34,18 +36,33 @@ pub struct Simulated {
 }
 
 impl Simulated {
-    fn of(plant: Plant<'_>, logs: &[MeasuredLog], control: &Control) -> Result<Self, Error> {
+    /// Simulates all logs, on all cores.
+    fn of(
+        plant: Plant<'_>,
+        logs: &[MeasuredLog],
+        (control, progress): (&Control, Progress<'_>),
+    ) -> Result<Self, Error> {
         let mut own = Self { logs: Vec::new(), deviations: Vec::new(), rounds: 1 };
-        for log in logs {
+        let threads = std::thread::available_parallelism().map_or(1, NonZero::get);
+        let mut next = logs.iter();
+        let work = |log: &MeasuredLog| match log.settings.predict && !log.is_commanded() {
             // The prediction for a log without commanded positions follows the measured motion.
-            if log.settings.predict && !log.is_commanded() {
-                own.logs.push(log.clone());
-                continue;
-            }
-            let (log, deviations) = log.simulated(plant, control)?;
-            own.logs.push(log);
-            own.deviations.extend(deviations);
-        }
+            true => Ok((log.clone(), Vec::new())),
+            false => log.simulated(plant, control),
+        };
+        progress("simulating the closed loop", 0, logs.len());
+        in_order(
+            threads.min(logs.len()),
+            || next.next(),
+            work,
+            |simulated| {
+                let (log, deviations) = simulated?;
+                own.logs.push(log);
+                own.deviations.extend(deviations);
+                progress("simulating the closed loop", own.logs.len(), logs.len());
+                Ok(true)
+            },
+        )?;
         Ok(own)
     }
 }
@@ -58,7 +75,7 @@ impl Simulated {
 pub(super) fn identify(
     model: &ModelFile,
     logs: &[MeasuredLog],
-    control: &Control,
+    control: (&Control, Progress<'_>),
     fit: impl Fn(&[MeasuredLog]) -> Result<Identified, Error>,
 ) -> Result<Identified, Error> {
     refuse_efforts(&model.mechanism, logs)?;

@@ -34,6 +34,10 @@ pub use traces::{EffortSample, FrictionTrace, LogTrace, Traces};
 
 use thiserror::Error;
 
+/// Function that receives the name of the present step of a computation, how many of its parts are done, and their
+/// number.
+pub type Progress<'a> = &'a dyn Fn(&str, usize, usize);
+
 /// Reason why logs or options cannot be used for an identification.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{message}")]

@@ -1,5 +1,6 @@
 //! Iteration between the fit of the parameters and the normal loads that their friction depends on.
 
+use super::Progress;
 use super::prepare::Prepared;
 use super::run::fitted_blocks;
 use stiction_identify::{Estimate, Kind, Options, Parameter, Problem};
@@ -25,7 +26,7 @@ pub(super) fn fitted(
     all: &mut [Prepared],
     parameters: &[Parameter],
     (options, groups): (&Options, &[Vec<usize>]),
-    cautions: &mut Vec<String>,
+    (cautions, progress): (&mut Vec<String>, Progress<'_>),
 ) -> (Estimate, bool) {
     let is_nonlinear =
         parameters.iter().any(|p| matches!(p.kind, Kind::Mu(_) | Kind::TorqueConstant(_)));
@@ -34,6 +35,7 @@ pub(super) fn fitted(
     let mut last = f64::INFINITY;
     let mut at: Vec<f64> = estimate.values.clone();
     for sweep in 0..if is_nonlinear { SWEEPS } else { 0 } {
+        progress("fitting the parameters", sweep, SWEEPS);
         let failed = all
             .iter_mut()
             .filter(|log| !log.predict)

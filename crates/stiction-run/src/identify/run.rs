@@ -1,6 +1,5 @@
 //! Identification from logs: structure of the regression, fit, verdicts, predictions.
 
-use super::IdentifyError;
 use super::asymmetry;
 use super::at_rest;
 use super::chosen::{chosen_efforts, refuse};
@@ -10,11 +9,12 @@ use super::identified::{Identified, Named, Prediction};
 use super::missing::{self, Missing};
 use super::normal_loads::fitted;
 use super::options::{Estimator, IdentifySettings};
-use super::prepare::{MeasuredLog, Prepared};
+use super::prepare::{MeasuredLog, Preparation, Prepared};
 use super::sanity;
 use super::selection::{BodyBound, choice, enough, free_groups, options, scale_by_data};
 use super::structure::{combinations, structure};
 use super::torque_constants;
+use super::{IdentifyError, Progress};
 use nalgebra::DVector;
 use stiction_core::mechanism::Mechanism;
 use stiction_format::{Drives, ModelFile, Source};
@@ -22,7 +22,8 @@ use stiction_identify::{
     Block, Estimate, Evidence, FitVerdict, Kind, Options, Parameter, Problem, Verdict,
 };
 
-/// Identifies inertia and friction of a model from logs.
+/// Identifies inertia and friction of a model from logs. `progress` receives the name of the present step of the
+/// computation, and how many of its parts, of how many at most, are done.
 ///
 /// # Errors
 /// [`IdentifyError`] if logs or options cannot be used.
@@ -30,10 +31,13 @@ pub fn identify(
     model: &ModelFile,
     logs: &[MeasuredLog],
     settings: &IdentifySettings,
+    progress: Progress<'_>,
 ) -> Result<Identified, IdentifyError> {
-    let fit = |logs: &[MeasuredLog]| fit(model, logs, settings);
+    let fit = |logs: &[MeasuredLog]| fit(model, logs, settings, progress);
     match &settings.estimator {
-        Estimator::OutputError(control) => closed_loop::identify(model, logs, control, fit),
+        Estimator::OutputError(control) => {
+            closed_loop::identify(model, logs, (control, progress), fit)
+        }
         Estimator::LeastSquares | Estimator::InstrumentalVariables => fit(logs),
     }
 }
@@ -43,6 +47,7 @@ fn fit(
     model: &ModelFile,
     logs: &[MeasuredLog],
     settings: &IdentifySettings,
+    progress: Progress<'_>,
 ) -> Result<Identified, IdentifyError> {
     let mechanism = &model.mechanism;
     let first =
@@ -61,15 +66,20 @@ fn fit(
             ));
         }
     }
+    let filter = settings.filter;
+    let preparation = Preparation { model, filter, choice: &choice, terms: &terms, progress };
     let prepare = |delays: Option<&[f64]>| -> Result<Vec<Prepared>, IdentifyError> {
         let each = logs.iter().map(|log| {
-            let mut own = Prepared::new(model, log, (settings.filter, &choice), &terms, delays)?;
+            let mut own = Prepared::new(preparation, log, delays)?;
             if settings.estimator == Estimator::InstrumentalVariables && !own.predict {
-                own.add_reference(model, log, &choice, &terms)?;
+                own.add_reference(preparation, log)?;
             }
             Ok(own)
         });
-        each.collect()
+        let mut all: Vec<Prepared> = each.collect::<Result<_, IdentifyError>>()?;
+        let fits = all.iter_mut().filter(|log| !log.predict);
+        Block::relate(&mut fits.map(|log| &mut log.block).collect::<Vec<_>>());
+        Ok(all)
     };
     let actuators: Vec<String> =
         mechanism.actuators().map(|(j, dof)| mechanism.joints()[j.0].actuator_name(dof)).collect();
@@ -129,7 +139,7 @@ fn fit(
         if delays.iter().any(|[delay, _]| *delay != 0.0) {
             // The second estimate of the delays uses the normal loads of a fit with the first
             // delays.
-            let fit = fitted(&mut all, &parameters, (&options, &groups), &mut said);
+            let fit = fitted(&mut all, &parameters, (&options, &groups), (&mut said, progress));
             delays = delay::take_back(&mut all, &delays, |all, take| {
                 let blocks = fitted_blocks(all);
                 let problem =
@@ -150,7 +160,7 @@ fn fit(
             log.set_delays(&known);
         }
     }
-    let fit = fitted(&mut all, &parameters, (&options, &groups), &mut said);
+    let fit = fitted(&mut all, &parameters, (&options, &groups), (&mut said, progress));
     cautions.extend(said);
     let (estimate, is_settled) = fit;
     let (estimate, said) = at_rest::bounded(&mut all, &parameters, &options, estimate);

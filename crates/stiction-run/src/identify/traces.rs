@@ -4,7 +4,7 @@
 use super::IdentifyError;
 use super::identified::Identified;
 use super::options::IdentifySettings;
-use super::prepare::{MeasuredLog, Prepared};
+use super::prepare::{MeasuredLog, Preparation, Prepared};
 use super::run::{differences, parameters_of, read_terms};
 use super::selection::choice;
 use crate::names::{Names, legs_of_actuators};
@@ -94,10 +94,16 @@ impl Traces {
         };
         let values: Vec<f64> = identified.parameters.iter().map(|p| p.value).collect();
         let choice = choice(mechanism, logs, settings, terms.len())?;
+        let preparation = Preparation {
+            model,
+            filter: settings.filter,
+            choice: &choice,
+            terms: &terms,
+            progress: &|_, _, _| {},
+        };
         for log in logs {
             let delays = identified.taken_back();
-            let mut prepared =
-                Prepared::new(model, log, (settings.filter, &choice), &terms, Some(&delays))?;
+            let mut prepared = Prepared::new(preparation, log, Some(&delays))?;
             prepared.start_constants(&values);
             prepared.set_delays(&delays);
             let parameters = parameters_of(&prepared, settings);

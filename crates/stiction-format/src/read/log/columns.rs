@@ -7,10 +7,11 @@ use crate::pattern::fits;
 use crate::read::path::{Orders, coordinate, resolve};
 use crate::source::Span;
 
-/// Tests if a column is a computed quantity in the tables of `stiction inverse` that cannot be
-/// measured.
+/// Tests if a column is a computed quantity in the tables of `stiction inverse` or `stiction forward` that a log does not
+/// need or that cannot be measured.
 fn is_result(label: &str) -> bool {
     let ends = [
+        ".acceleration",
         ".speed",
         ".power",
         ".drive_frictionless",
@@ -61,6 +62,7 @@ impl Reader<'_> {
             return meaning;
         }
         let rate = label.strip_prefix("d(").and_then(|rest| rest.strip_suffix(')')).map(str::trim);
+        let rate = rate.or_else(|| label.strip_suffix(".rate"));
         let label = label.strip_suffix(".position").unwrap_or(label);
         let reference = label.strip_suffix(".reference");
         let Some((role, measure)) = self.role(rate.or(reference).unwrap_or(label), &span, out)

@@ -14,15 +14,16 @@ use stiction_identify::{Kind, Regressor};
 impl Prepared {
     /// Estimates the error of the predicted efforts due to the filter, N or N m, in the regression
     /// rows of each actuator: the efforts of the filtered motion minus the efforts of the motion
-    /// filtered twice. `None` for steady motions, for pieces of the log that are too short, and if
-    /// the forces of the model have no solution at some instant.
+    /// filtered twice. `None` for steady motions, for simulated motions, whose efforts pass through
+    /// the same filter as the measured ones, for pieces of the log that are too short, and if the
+    /// forces of the model have no solution at some instant.
     pub(in crate::identify) fn filter_error(
         &self,
         values: &[f64],
         at: &DVector<f64>,
     ) -> Option<Vec<DVector<f64>>> {
         let RowFilter::LowPass(pieces) = &self.mu.filter else { return None };
-        let cutoff = self.cutoff?;
+        let cutoff = self.cutoff.filter(|_| !self.is_simulated)?;
         let parameters = self.regressor.parameters();
         let grid: Vec<f64> = self.instants.iter().map(|(time, _)| *time).collect();
         // Effort terms and offsets are left out, because the filter is assumed to have no effect on

@@ -17,10 +17,10 @@ mod saturation;
 mod simulated;
 mod spikes;
 
-use super::IdentifyError as Error;
 use super::chosen::{assembled, chosen_coordinates, chosen_efforts, refuse};
 use super::options::LogSettings;
 use super::run::without_forces;
+use super::{IdentifyError as Error, Progress};
 use constants::Constant;
 use dwells::Standstill;
 pub(super) use effects::{ALL as EFFECTS, Effect};
@@ -54,6 +54,17 @@ impl MeasuredLog {
     pub fn new(name: impl Into<String>, log: Log, settings: LogSettings) -> Self {
         Self { name: name.into(), log, settings, simulated: None }
     }
+}
+
+/// What the preparation of all logs has in common.
+#[derive(Clone, Copy)]
+pub(super) struct Preparation<'a> {
+    pub(super) model: &'a ModelFile,
+    /// Cut-off frequency of the filter, Hz; `None` selects one automatically.
+    pub(super) filter: Option<f64>,
+    pub(super) choice: &'a Choice,
+    pub(super) terms: &'a [Drives],
+    pub(super) progress: Progress<'a>,
 }
 
 /// Largest fraction of the instants of a log at which the computation of forces may fail.
@@ -108,6 +119,8 @@ pub(super) struct Prepared {
     /// Efforts predicted by the original model in the regression rows of each actuator, N or N m;
     /// see [`Self::keep_prior`].
     pub(super) by_model: Vec<DVector<f64>>,
+    /// True if the motion is simulated.
+    is_simulated: bool,
 }
 
 impl Prepared {
@@ -136,17 +149,15 @@ impl Prepared {
         self.by_model = self.predicted(at);
     }
 
-    /// Prepares a log for the regression. `filter` is the cut-off frequency, Hz; `None` selects one
-    /// automatically. `delays` contains the delay of each effort relative to the positions, s. The
-    /// delays determine between which two samples of an effort the friction reverses. `delays` is
-    /// `None` if they are not yet estimated.
+    /// Prepares a log for the regression. `delays` contains the delay of each effort relative to the
+    /// positions, s. The delays determine between which two samples of an effort the friction
+    /// reverses. `delays` is `None` if they are not yet estimated.
     pub(super) fn new(
-        model: &ModelFile,
+        preparation: Preparation<'_>,
         log: &MeasuredLog,
-        (filter, choice): (Option<f64>, &Choice),
-        terms: &[Drives],
         delays: Option<&[f64]>,
     ) -> Result<Self, Error> {
+        let Preparation { model, filter, choice, terms, progress } = preparation;
         let chosen = chosen_coordinates(model, log)?;
         let (efforts, _) = chosen_efforts(&model.mechanism, log)?;
         let used = Used::of(log)?;
@@ -195,8 +206,13 @@ impl Prepared {
         let delay = reversals::common_delay(delays, used.rate);
         let starts = reversals::refine(&regressor, &mut motion, (&used.times, delay));
         let motion_from = (&motion, &starts[..]);
-        let computed =
-            rows::computed(&mut regressor, motion_from, (&only, terms), origin, &log.name)?;
+        let computed = rows::computed(
+            &mut regressor,
+            motion_from,
+            (&only, terms),
+            origin,
+            (&log.name, progress),
+        )?;
         if let Some(caution) = &computed.caution {
             cautions.push(caution.clone());
             let reached: Vec<f64> = computed.instants.iter().map(|(time, _)| *time).collect();
@@ -241,6 +257,7 @@ impl Prepared {
             rests: computed.rests,
             effects: assembled.effects,
             by_model: Vec::new(),
+            is_simulated: log.simulated.is_some(),
         };
         if let Some(simulated) = &log.simulated {
             own.use_simulated(simulated, &used.rows)

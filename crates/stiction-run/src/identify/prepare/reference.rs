@@ -3,12 +3,11 @@
 //!
 //! The theory is in equation (I11) of the book.
 
-use super::{MeasuredLog, Prepared};
+use super::{MeasuredLog, Preparation, Prepared};
 use crate::identify::IdentifyError as Error;
 use crate::identify::chosen::refuse;
 use nalgebra::DMatrix;
-use stiction_format::{Drives, LogRole, ModelFile};
-use stiction_identify::Choice;
+use stiction_format::LogRole;
 
 impl MeasuredLog {
     /// Returns a copy of the log with the commanded positions in place of the measured positions;
@@ -39,10 +38,8 @@ impl Prepared {
     /// everywhere.
     pub(in crate::identify) fn add_reference(
         &mut self,
-        model: &ModelFile,
+        preparation: Preparation<'_>,
         log: &MeasuredLog,
-        choice: &Choice,
-        terms: &[Drives],
     ) -> Result<(), Error> {
         let help = "log the commanded positions as columns such as `JOINT.reference [rad]`, or write \
                     `estimator = \"least-squares\"`";
@@ -58,10 +55,10 @@ impl Prepared {
                 help,
             ));
         };
-        let other =
-            Self::new(model, &commanded, (self.cutoff, choice), terms, None).map_err(|error| {
-                refuse(format!("the commanded motion of {}", error.message), error.help)
-            })?;
+        let preparation = Preparation { filter: self.cutoff, ..preparation };
+        let other = Self::new(preparation, &commanded, None).map_err(|error| {
+            refuse(format!("the commanded motion of {}", error.message), error.help)
+        })?;
         if other.times != self.times {
             return Err(refuse(
                 format!("{}: the model cannot follow the commanded motion everywhere", log.name),

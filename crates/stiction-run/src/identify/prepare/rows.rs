@@ -8,8 +8,8 @@ use super::motion::{Motion, ROWS_PER_PERIOD, Used};
 use super::pieces::{in_pieces, pieces, starting};
 use super::{reversals, saturation, spikes};
 use crate::bodies::poses_in_world;
-use crate::identify::IdentifyError as Error;
 use crate::identify::chosen::{EffortColumn, refuse};
+use crate::identify::{IdentifyError as Error, Progress};
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 use stiction_core::dynamics::Status;
@@ -151,7 +151,7 @@ pub(super) fn computed(
     (motion, starts): (&Motion, &[(f64, MechanismState<f64>)]),
     (coordinates, terms): (&[Coordinate], &[Drives]),
     origin: Vec3<f64>,
-    name: &str,
+    (name, progress): (&str, Progress<'_>),
 ) -> Result<Computed, Error> {
     let parameters = regressor.parameters().to_vec();
     let width = parameters.len();
@@ -179,9 +179,10 @@ pub(super) fn computed(
         .collect();
     let mut failure: Option<(f64, &str)> = None;
     let (mut refused, mut changed) = (None, None);
-    let mut targets = motion.times.iter().zip(&motion.targets);
+    let mut targets = motion.times.iter().zip(&motion.targets).enumerate();
     each_instant(regressor, (motion, starts), (stride, origin), |found| {
-        let Some((&time, targets)) = targets.next() else { return };
+        let Some((done, (&time, targets))) = targets.next() else { return };
+        progress("computing the model along the logs", done, motion.times.len());
         let mut found = match found {
             Ok(found) => found,
             Err(status) => {
@@ -444,7 +445,9 @@ pub(super) fn assembled(
         channels.push(Rows { matrix, right, measured: total, instruments: None, steps: used });
     }
     let independence = if is_filtered { 2.0 / ROWS_PER_PERIOD } else { 1.0 };
-    let block = Block::new(channels, independence);
+    let spacing = motion.cutoff.map(|cutoff| (ROWS_PER_PERIOD * cutoff).recip());
+    let mut block = Block::new(channels, independence);
+    block.spacing = spacing;
     Assembled { block, directions, known, effects, at, standstills }
 }
 
