@@ -14,7 +14,7 @@ use stiction_format::{Control, ModelFile};
 use stiction_identify::{FitVerdict, Verdict};
 
 /// Largest number of simulations of each log.
-const ROUNDS: usize = 10;
+const ROUNDS: usize = 25;
 /// The iteration has converged if no value changes by more than this number of standard deviations.
 const SETTLED: f64 = 0.1;
 /// Ratio of the difference between simulated and measured positions to the difference between measured and commanded

@@ -206,7 +206,7 @@ impl Prepared {
         let delay = reversals::common_delay(delays, used.rate);
         let starts = reversals::refine(&regressor, &mut motion, (&used.times, delay));
         let motion_from = (&motion, &starts[..]);
-        let computed = rows::computed(
+        let mut computed = rows::computed(
             &mut regressor,
             motion_from,
             (&only, terms),
@@ -221,6 +221,7 @@ impl Prepared {
         let measured = rows::measured(&used, &efforts, &motion, &mut cautions)?;
         let assembled =
             rows::assembled(&computed, &measured, &motion, &mut cautions, (&log.name, model));
+        computed.release_signals();
         let Motion { filter, cutoff, .. } = motion;
         let recorded = cutoff.map(|cutoff| Efforts {
             times: used.times.clone(),

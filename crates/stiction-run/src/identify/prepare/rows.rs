@@ -44,14 +44,21 @@ pub(super) struct Computed {
     /// Indices of the parameters that are friction coefficients.
     pub(super) mu: Vec<usize>,
     /// Signals of each actuator for each instant: its regression columns, followed by its [`EXTRA`]
-    /// signals.
-    signals: Vec<Vec<f64>>,
+    /// signals. All instants are in one vector, whose memory returns to the system when it is released.
+    signals: Vec<f64>,
     actuators: usize,
     width: usize,
     pub(super) caution: Option<String>,
     /// Time, s, and state of the mechanism at the beginning of each interval in which all actuators
     /// may be at rest.
     pub(super) rests: Vec<(f64, MechanismState<f64>)>,
+}
+
+impl Computed {
+    /// Releases the memory of the unfiltered signals, which is most of the memory that a log needs.
+    pub(super) fn release_signals(&mut self) {
+        self.signals = Vec::new();
+    }
 }
 
 /// Measured efforts in the rows of the regression.
@@ -165,7 +172,8 @@ pub(super) fn computed(
     // rest, then whether the friction of its own joint is at rest.
     let mut rests: Vec<[Vec<Rest>; 2]> = vec![Default::default(); actuators];
     let (mut rest_states, mut was_at_rest) = (Vec::new(), false);
-    let mut signals = Vec::new();
+    let per_instant = actuators * (width + EXTRA);
+    let mut signals = Vec::with_capacity(motion.times.len() * per_instant);
     let mut states: Vec<Vec<State>> = vec![Vec::new(); actuators];
     // Coordinate of each actuator, and true if the coordinate is an angle.
     let driven: Vec<(Coordinate, bool)> = regressor
@@ -208,7 +216,7 @@ pub(super) fn computed(
         let friction =
             mu.iter().flat_map(|&k| columns.matrix.column(k).iter().copied().collect::<Vec<_>>());
         unit_friction.push(friction.collect());
-        let mut row = Vec::with_capacity(actuators * (width + EXTRA));
+        let mut row = Vec::with_capacity(per_instant);
         for (channel, &(rate, own)) in found.rates.iter().enumerate() {
             rests[channel][0].push(columns.rest[channel]);
             rests[channel][1].push(own);
@@ -221,7 +229,7 @@ pub(super) fn computed(
                 (coordinates[channel] == driven[channel].0).then(|| targets[channel].value);
             states[channel].push(State { direction, rate, position, known });
         }
-        signals.push(row);
+        signals.extend(row);
         poses.extend(found.poses.take().map(|poses| (time, poses)));
         let is_at_rest = found.is_at_rest();
         if let Some(state) = found.state {
@@ -242,9 +250,9 @@ pub(super) fn computed(
     let count = motion.times.len();
     let mut caution = None;
     if let Some((time, why)) = failure {
-        let failed = count - signals.len();
+        let failed = count - reached.len();
         let least = if motion.cutoff.is_some() { 20 } else { 4 };
-        if signals.len() < least || failed as f64 > super::MAY_FAIL * count as f64 {
+        if reached.len() < least || failed as f64 > super::MAY_FAIL * count as f64 {
             return Err(refuse(
                 format!(
                     "{name}: the model cannot follow {failed} of {count} positions, first at {time:.4} s: {why}"
@@ -262,12 +270,12 @@ pub(super) fn computed(
     for (channel, rests) in rests.iter().enumerate() {
         let base = channel * (width + EXTRA) + width;
         let [all, own] = rests.each_ref().map(|rest| dwells(&times, rest, shortest));
-        for ((row, all), own) in signals.iter_mut().zip(all).zip(own) {
+        for ((row, all), own) in signals.chunks_exact_mut(per_instant).zip(all).zip(own) {
             row[base + 1] = f64::from(u8::from(all[0] || own[1]));
             row[base + 2] = f64::from(u8::from(all[1]));
         }
         let scales = Scales::of(&states[channel], driven[channel].1);
-        for (row, state) in signals.iter_mut().zip(&states[channel]) {
+        for (row, state) in signals.chunks_exact_mut(per_instant).zip(&states[channel]) {
             row[base + 5..base + EXTRA].copy_from_slice(&scales.signals(state));
         }
     }
@@ -376,10 +384,16 @@ pub(super) fn assembled(
         .filter(|&k| is_filtered || grid.binary_search_by(|t| t.total_cmp(&motion.rows[k])).is_ok())
         .collect();
     let at: Vec<f64> = kept.iter().map(|&k| motion.rows[k]).collect();
+    let place = |k: usize, channel: usize| (k * actuators + channel) * (width + EXTRA);
+    // The columns of one actuator at a time are filtered below, because those of all would need much memory.
     let filtered = motion.filter.apply(
         &grid,
-        actuators * (width + EXTRA),
-        |k, out| out.copy_from_slice(&computed.signals[k]),
+        actuators * EXTRA,
+        |k, out| {
+            for (channel, out) in out.chunks_exact_mut(EXTRA).enumerate() {
+                out.copy_from_slice(&computed.signals[place(k, channel) + width..][..EXTRA]);
+            }
+        },
         &at,
     );
     // The mechanism is at rest if all actuators are at rest. Rows with saturated efforts do not
@@ -387,7 +401,7 @@ pub(super) fn assembled(
     let is_resting = |k: usize| {
         is_filtered
             && (0..actuators).all(|channel| {
-                let base = channel * (width + EXTRA) + width;
+                let base = channel * EXTRA;
                 filtered[k][base + 1] > 1.0 - RESTING
             })
             && measured.rows[kept[k]][actuators].abs() < RESTING
@@ -403,7 +417,7 @@ pub(super) fn assembled(
     let joints = model.mechanism.joints();
     let names = model.mechanism.actuators().map(|(joint, dof)| joints[joint.0].actuator_name(dof));
     for (channel, actuator) in names.enumerate() {
-        let base = channel * (width + EXTRA) + width;
+        let base = channel * EXTRA;
         let moving = |signal: usize| -> Vec<usize> {
             let is_moving = |k: &usize| {
                 filtered[*k][base + signal].abs() < RESTING
@@ -430,9 +444,13 @@ pub(super) fn assembled(
                 at.len()
             ));
         }
-        let matrix = DMatrix::from_fn(used.len(), width, |row, column| {
-            filtered[used[row]][base - width + column]
-        });
+        let columns = motion.filter.apply(
+            &grid,
+            width,
+            |k, out| out.copy_from_slice(&computed.signals[place(k, channel)..][..width]),
+            &at,
+        );
+        let matrix = DMatrix::from_fn(used.len(), width, |row, column| columns[used[row]][column]);
         let total = DVector::from_fn(used.len(), |row, _| measured.rows[kept[used[row]]][channel]);
         let own = DVector::from_fn(used.len(), |row, _| filtered[used[row]][base]);
         directions
