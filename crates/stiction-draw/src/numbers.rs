@@ -59,9 +59,15 @@ pub fn exact(out: &mut String, x: f64) {
     {
         out.push_str(digits);
         out.push_str(power);
-    } else {
-        out.push_str(text.strip_suffix(".0").unwrap_or(text));
+        return;
     }
+    // A search for the end of a text calls a function of the system, which takes a tenth of the
+    // time of formatting.
+    let whole = match text.as_bytes() {
+        [whole @ .., b'.', b'0'] => whole.len(),
+        _ => text.len(),
+    };
+    out.push_str(&text[..whole]);
 }
 
 /// Returns the text for NaN (`none`) and for infinities; `None` for a finite number.

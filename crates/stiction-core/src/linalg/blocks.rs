@@ -286,8 +286,8 @@ fn inverse_factor(block: &Block, size: usize, least: f64) -> Option<Block> {
     Some(inverse)
 }
 
-/// Adds the outer product of two vectors to a block.
-pub(crate) fn add_outer(block: &mut Block, a: &Part, b: &Part) {
+/// Adds the outer product of two vectors to the given first rows of a block.
+pub(crate) fn add_outer(block: &mut [Part], a: &Part, b: &Part) {
     for (row, &amount) in block.iter_mut().zip(a) {
         (0..BLOCK).for_each(|j| row[j] += amount * b[j]);
     }

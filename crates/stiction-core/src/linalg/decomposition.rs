@@ -66,7 +66,8 @@ pub enum Limit {
 }
 
 impl Limit {
-    fn value(self, largest: f64) -> f64 {
+    /// Returns the limit for a matrix with the largest singular value `largest`.
+    pub(crate) fn value(self, largest: f64) -> f64 {
         match self {
             Self::OfLargest(part) => part * largest,
             Self::OfOrderOne(part) => part * largest.max(1.0),

@@ -97,6 +97,35 @@ impl SparseMatrix {
         Self::new((self.rows, columns.len()), entries)
     }
 
+    /// Splits the matrix into blocks that have no rows or columns in common, ordered by their first
+    /// columns. The blocks contain all columns and all rows with entries, in the order of the
+    /// matrix.
+    pub(crate) fn independent_blocks(&self) -> Vec<Self> {
+        // First column of the block of each column; columns with entries in the same row belong to
+        // one block.
+        let mut firsts: Vec<usize> = (0..self.ncols()).collect();
+        let mut column_of = vec![None; self.rows];
+        for (row, column, _) in self.entries() {
+            let &mut other = column_of[row].get_or_insert(column);
+            let (a, b) = (firsts[other], firsts[column]);
+            if a != b {
+                firsts.iter_mut().filter(|first| **first == a.max(b)).for_each(|x| *x = a.min(b));
+            }
+        }
+        let is_first = |column: &usize| firsts[*column] == *column;
+        let blocks = (0..self.ncols()).filter(is_first).map(|first| {
+            let columns: Vec<usize> = (0..self.ncols()).filter(|k| firsts[*k] == first).collect();
+            let is_own = |row: &usize| column_of[*row].is_some_and(|k| firsts[k] == first);
+            let rows: Vec<usize> = (0..self.rows).filter(is_own).collect();
+            let mut places = vec![0; self.rows];
+            rows.iter().enumerate().for_each(|(place, row)| places[*row] = place);
+            let own = self.select_columns(&columns);
+            let entries = own.entries().map(|(row, column, value)| (places[row], column, value));
+            Self::new((rows.len(), columns.len()), entries)
+        });
+        blocks.collect()
+    }
+
     /// Returns the transposed matrix.
     #[must_use]
     pub fn transpose(&self) -> Self {
@@ -139,5 +168,27 @@ impl SparseMatrix {
         let mut matrix = DMatrix::zeros(self.rows, self.ncols());
         self.entries().for_each(|(row, column, value)| matrix[(row, column)] = value);
         matrix
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::SparseMatrix;
+
+    /// Checks the blocks of a matrix with interleaved rows, an empty row and an empty column.
+    #[test]
+    fn independent_blocks_have_all_entries() {
+        let entries = [(0, 0, 1.0), (4, 0, 2.0), (1, 1, 3.0), (4, 3, 4.0), (0, 3, 5.0)];
+        let matrix = SparseMatrix::new((5, 4), entries.into_iter());
+        let blocks = matrix.independent_blocks();
+        let expected = [
+            SparseMatrix::new(
+                (2, 2),
+                [(0, 0, 1.0), (1, 0, 2.0), (1, 1, 4.0), (0, 1, 5.0)].into_iter(),
+            ),
+            SparseMatrix::new((1, 1), [(0, 0, 3.0)].into_iter()),
+            SparseMatrix::new((0, 1), [].into_iter()),
+        ];
+        assert_eq!(blocks, expected);
     }
 }

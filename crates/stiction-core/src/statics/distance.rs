@@ -12,10 +12,11 @@
 use super::newton_euler::{NewtonEuler, Unknown};
 use super::rank::{RANK_LIMIT, Statics};
 use crate::joint::JointType;
-use crate::linalg::{Decomposition, smallest_singular_value};
+use crate::linalg::{Decomposition, SparseMatrix, Svd, smallest_singular_value};
 use crate::mechanism::JointId;
 use crate::spatial::Vec3;
 use nalgebra::DVector;
+use std::sync::OnceLock;
 
 /// Minimum number of joints of a hub: a body, such as a platform, at which legs end.
 const HUB: usize = 3;
@@ -37,8 +38,7 @@ impl Distances {
     /// faster than dense decompositions.
     pub(super) fn of_square(system: &NewtonEuler, joint_types: &[JointType]) -> Self {
         let scaled = system.scaled_matrix(joint_types).to_dense();
-        let is_constraint = |k: &usize| !matches!(system.unknowns[*k], Unknown::Drive { .. });
-        let constraints: Vec<usize> = (0..scaled.ncols()).filter(is_constraint).collect();
+        let constraints = constraints_of(system);
         let only_constraints = scaled.select_columns(&constraints);
         Self {
             actuation: smallest_singular_value(&scaled),
@@ -78,32 +78,34 @@ pub struct Constraints<'a> {
     statics: &'a Statics,
     /// Indices of the constraints among the unknowns of [`NewtonEuler`].
     unknowns: Vec<usize>,
-    /// Decomposition of the transposed constraint columns of the scaled balance matrix, with one
-    /// row for each constraint and one column for each equation.
-    transposed: Decomposition,
+    /// Transposed constraint columns of the scaled balance matrix, with one row for each constraint
+    /// and one column for each equation.
+    matrix: SparseMatrix,
+    /// Decomposition of `matrix`, which is computed at its first use.
+    transposed: OnceLock<Decomposition>,
 }
 
 impl<'a> Constraints<'a> {
     /// Extracts the constraints from the decomposed balance equations of all bodies.
     pub fn new(statics: &'a Statics) -> Self {
         let all = statics.scaled_matrix();
-        let unknowns: Vec<usize> = (0..all.ncols())
-            .filter(|&k| !matches!(statics.system().unknowns[k], Unknown::Drive { .. }))
-            .collect();
-        let transposed = all.select_columns(&unknowns).transpose();
-        let bodies = statics.system().bodies_of_rows();
-        let transposed = Decomposition::new(transposed, &bodies, RANK_LIMIT);
-        Self { statics, unknowns, transposed }
+        let unknowns = constraints_of(statics.system());
+        let matrix = all.select_columns(&unknowns).transpose();
+        Self { statics, unknowns, matrix, transposed: OnceLock::new() }
     }
 
-    pub(super) fn statics(&self) -> &Statics {
+    /// Returns the balance of which these are the constraints.
+    pub fn statics(&self) -> &Statics {
         self.statics
     }
 
     /// Returns the decomposition of the transposed constraints: a row for each constraint, a column
     /// for each equation of the scaled balance.
     pub(super) fn transposed(&self) -> &Decomposition {
-        &self.transposed
+        self.transposed.get_or_init(|| {
+            let bodies = self.statics.system().bodies_of_rows();
+            Decomposition::new(self.matrix.clone(), &bodies, RANK_LIMIT)
+        })
     }
 
     /// Computes a basis of the self-stress states (null space of the equilibrium matrix). Each
@@ -130,7 +132,7 @@ impl<'a> Constraints<'a> {
     fn equilibrium(&self) -> Decomposition {
         let joints = self.statics.system().joints_of_unknowns();
         let joints: Vec<usize> = self.unknowns.iter().map(|&k| joints[k]).collect();
-        Decomposition::new(self.transposed.matrix().transpose(), &joints, RANK_LIMIT)
+        Decomposition::new(self.matrix.transpose(), &joints, RANK_LIMIT)
     }
 
     /// Lists the unknowns of the balance that belong to constraints.
@@ -165,16 +167,9 @@ impl<'a> Constraints<'a> {
         loads.into_iter().filter(|load| size(load) > 1e-9 * most).collect()
     }
 
-    /// Computes the type 1 (leg) singularity index. The index is zero if bodies between hubs can
-    /// move, apart from passive spins, while the hubs are fixed. Hubs are bodies with three or more
-    /// joints. Returns `None` if the mechanism has no hubs or no bodies between hubs.
+    /// Computes the type 1 (leg) singularity index, see [`leg_distance`].
     pub fn leg_distance(&self, idle_spins: usize) -> Option<f64> {
-        let of_legs = of_legs(self.statics.system());
-        let last = of_legs.len().checked_sub(idle_spins + 1)?;
-        if of_legs.len() == self.transposed.matrix().ncols() {
-            return None;
-        }
-        Some(zero_or(&self.legs(&of_legs), last))
+        leg_distance(self.statics.system(), self.statics.scaled_matrix(), idle_spins)
     }
 
     /// Decomposes the transposed constraints, restricted to the columns `of_legs`: the equations of
@@ -182,21 +177,49 @@ impl<'a> Constraints<'a> {
     pub(super) fn legs(&self, of_legs: &[usize]) -> Decomposition {
         // The six equations of each body form a group.
         let groups: Vec<usize> = (0..of_legs.len()).map(|k| k / 6).collect();
-        let own = self.transposed.matrix().select_columns(of_legs);
+        let own = self.matrix.select_columns(of_legs);
         Decomposition::new(own, &groups, RANK_LIMIT)
     }
 
     /// Instantaneous mobility at this configuration: number of independent motions that the
     /// constraints permit.
     pub fn mobility(&self) -> usize {
-        self.transposed.matrix().ncols() - self.transposed.rank()
+        self.matrix.ncols() - self.transposed().rank()
     }
 
     /// Constraint singularity index: zero if the constraints permit more than `mobility` motions.
     pub fn distance(&self, mobility: usize) -> f64 {
-        let held = self.transposed.matrix().ncols().saturating_sub(mobility);
-        held.checked_sub(1).map_or(1.0, |last| zero_or(&self.transposed, last))
+        let held = self.matrix.ncols().saturating_sub(mobility);
+        held.checked_sub(1).map_or(1.0, |last| zero_or(self.transposed(), last))
     }
+}
+
+/// Computes the type 1 (leg) singularity index from the balance of all bodies and its scaled matrix.
+/// The index is zero if bodies between hubs can move, apart from passive spins, while the hubs are
+/// fixed. Hubs are bodies with three or more joints. Returns `None` if the mechanism has no hubs or
+/// no bodies between hubs.
+pub fn leg_distance(system: &NewtonEuler, scaled: &SparseMatrix, idle_spins: usize) -> Option<f64> {
+    let of_legs = of_legs(system);
+    let last = of_legs.len().checked_sub(idle_spins + 1)?;
+    if of_legs.len() == scaled.nrows() {
+        return None;
+    }
+    // The bodies of different legs have no constraint in common, so each leg has its own singular
+    // values.
+    let constraints = scaled.select_columns(&constraints_of(system)).transpose();
+    let mut values = Vec::with_capacity(of_legs.len());
+    for leg in constraints.select_columns(&of_legs).independent_blocks() {
+        values.extend_from_slice(Svd::new(&leg.to_dense()).singular_values.as_slice());
+    }
+    values.sort_by(|a, b| b.total_cmp(a));
+    let is_resisted = values[last] > RANK_LIMIT.value(values[0]);
+    Some(if is_resisted { values[last] } else { 0.0 })
+}
+
+/// Lists the unknowns of the balance that belong to constraints.
+fn constraints_of(system: &NewtonEuler) -> Vec<usize> {
+    let is_constraint = |k: &usize| !matches!(system.unknowns[*k], Unknown::Drive { .. });
+    (0..system.unknowns.len()).filter(is_constraint).collect()
 }
 
 /// Returns the singular value with the given index, counted from the largest value; zero if the

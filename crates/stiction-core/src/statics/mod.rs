@@ -23,7 +23,7 @@ pub(crate) use weakest::IdleAxis;
 
 // Used by other crates of the project; not part of the stable interface.
 #[doc(hidden)]
-pub use distance::{Constraints, JointLoad};
+pub use distance::{Constraints, JointLoad, leg_distance};
 #[doc(hidden)]
 pub use rank::{NullDirection, Statics};
 #[doc(hidden)]

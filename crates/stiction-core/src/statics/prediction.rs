@@ -39,6 +39,8 @@ pub(super) struct Prediction {
     /// prediction.
     missed: Option<f64>,
     vector: Vec<Part>,
+    /// General vector of the start vectors, which is computed at its first use.
+    general: Vec<Part>,
 }
 
 /// Shift of the matrix for inverse iteration, and the residual at which the iteration may stop.
@@ -100,16 +102,18 @@ impl Prediction {
     /// Computes the start vector of the iteration. `sizes` are the numbers of rows used in each
     /// block; the remaining components are zero.
     pub(super) fn start(
-        &self,
+        &mut self,
         sizes: impl ExactSizeIterator<Item = usize>,
     ) -> impl Iterator<Item = Part> {
+        let Self { vector, general, .. } = self;
+        for k in general.len()..sizes.len() {
+            let angle = |i: usize| 1.0 + (BLOCK * k + i) as f64 * 0.7548;
+            general.push(core::array::from_fn(|i| angle(i).sin()));
+        }
         let known = KNOWN * (0.5 * (BLOCK * sizes.len()) as f64).sqrt();
-        sizes.enumerate().map(move |(k, size)| {
-            let last = self.vector.get(k).copied().unwrap_or([0.0; BLOCK]);
-            core::array::from_fn(|i| {
-                let angle = 1.0 + (BLOCK * k + i) as f64 * 0.7548;
-                if i < size { angle.sin() + known * last[i] } else { 0.0 }
-            })
+        sizes.zip(&*general).enumerate().map(move |(k, (size, general))| {
+            let last = vector.get(k).copied().unwrap_or([0.0; BLOCK]);
+            core::array::from_fn(|i| if i < size { general[i] + known * last[i] } else { 0.0 })
         })
     }
 }

@@ -5,8 +5,11 @@ use crate::follower::Follower;
 use crate::inverse::SINGULAR;
 use std::fmt::Write as _;
 use stiction_core::dynamics::InverseDynamics;
+use stiction_core::mechanism::Mechanism;
 use stiction_core::mobility::{Mobility, blocked_motions};
-use stiction_core::statics::{Constraints, GainedTwist, Statics};
+use stiction_core::statics::{
+    Constraints, Distances, GainedTwist, SingularityDistances, Statics, leg_distance,
+};
 
 /// Kind of singularity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,6 +79,8 @@ const NEAR: f64 = 0.05;
 /// Singularity index below which a local minimum counts as a passage through a singular pose. The
 /// search stops before the singular pose itself, because the motion may be undetermined there.
 const CROSSED: f64 = 1e-7;
+/// Index above which a balance with as many unknowns as equations certainly has full rank.
+const REGULAR: f64 = 1e-3;
 /// Largest number of steps of a search for a least index or a passage. A golden-section step
 /// shortens the interval by the golden ratio, a bisection step halves it.
 const STEPS: usize = 60;
@@ -99,6 +104,9 @@ pub(super) struct Watch<'a> {
     /// Finite mobility for which the mechanism is designed, including local degrees of freedom.
     mobility: usize,
     spins: usize,
+    /// Fast calculator of the indices of actuation and constraints; `None` unless the mechanism has
+    /// one actuator for each degree of freedom, and no redundancy.
+    proximity: Option<SingularityDistances>,
     last: Option<Sample<'a>>,
     before_last: Option<Sample<'a>>,
     found: [Option<Nearness>; 3],
@@ -108,10 +116,12 @@ pub(super) struct Watch<'a> {
 }
 
 impl<'a> Watch<'a> {
-    pub(super) fn new(mobility: usize, spins: usize) -> Self {
+    pub(super) fn new(mechanism: &Mechanism, mobility: usize, spins: usize) -> Self {
+        let is_driven = spins == 0 && mobility == mechanism.actuators().count();
         Self {
             mobility,
             spins,
+            proximity: is_driven.then(|| SingularityDistances::new(mechanism)).flatten(),
             last: None,
             before_last: None,
             found: [None, None, None],
@@ -122,10 +132,14 @@ impl<'a> Watch<'a> {
 
     /// Adds a sample. `passed` is true if the determinant of the loop constraints with locked
     /// actuators has changed its sign since the previous sample. Returns true if this sign change
-    /// is a passage through a singular pose rather than a rounding error.
-    pub(super) fn observe(&mut self, follower: &Follower<'a>, passed: bool) -> bool {
-        let statics = follower.solver.statics();
-        let distances = Kind::ALL.map(|kind| self.distance(&statics, kind));
+    /// is a passage through a singular pose rather than a rounding error, and the decomposed balance
+    /// at the sample, which is `None` if all forces are certainly unique.
+    pub(super) fn observe(
+        &mut self,
+        follower: &Follower<'a>,
+        passed: bool,
+    ) -> (bool, Option<Statics>) {
+        let (distances, statics) = self.distances(&follower.solver);
         let now = Sample { follower: follower.clone(), distances };
         for (k, kind) in Kind::ALL.into_iter().enumerate() {
             let Some(distance) = distances[k] else { continue };
@@ -142,7 +156,26 @@ impl<'a> Watch<'a> {
             self.pass(&now);
         }
         self.before_last = self.last.replace(now);
-        passed
+        (passed, statics)
+    }
+
+    /// Computes the indices of all kinds at the pose of `solver`. Also returns the decomposed
+    /// balance, unless indices far from zero prove that it has full rank.
+    fn distances(&mut self, solver: &InverseDynamics) -> ([Option<f64>; 3], Option<Statics>) {
+        if let Some(proximity) = &mut self.proximity {
+            let (mechanism, parameters) = (solver.mechanism(), solver.parameters());
+            let Distances { actuation, constraint } =
+                proximity.measure(mechanism, parameters, solver.bodies());
+            if actuation > REGULAR && constraint > REGULAR {
+                let types: Vec<_> = mechanism.joints().iter().map(|j| j.joint_type).collect();
+                let system = solver.balance();
+                let leg = leg_distance(&system, &system.scaled_matrix(&types), self.spins);
+                return ([Some(actuation), Some(constraint), leg], None);
+            }
+        }
+        let statics = solver.statics();
+        let constraints = Constraints::new(&statics);
+        (Kind::ALL.map(|kind| self.distance(&constraints, kind)), Some(statics))
     }
 
     /// Returns the closest approach to each kind of singularity; `None` for legs if the mechanism
@@ -230,7 +263,9 @@ impl<'a> Watch<'a> {
         let apart = 1e-3 * (now.follower.time() - last.time());
         let time = 0.5 * (low + high);
         let weakness = self.weakness(&nearest, Kind::Actuation);
-        if let Some(distance) = self.distance(&nearest.statics(), Kind::Actuation) {
+        if let Some(distance) =
+            self.distance(&Constraints::new(&nearest.statics()), Kind::Actuation)
+        {
             self.add(Kind::Actuation, time, distance, &nearest);
         }
         self.cross(Kind::Actuation, time, apart, weakness);
@@ -270,7 +305,8 @@ impl<'a> Watch<'a> {
         let at = |time: f64| -> Option<(f64, Follower<'a>, f64)> {
             let mut follower = from.clone();
             follower.go_to(time).ok()?;
-            let distance = self.distance(&follower.solver.statics(), kind)?;
+            let statics = follower.solver.statics();
+            let distance = self.distance(&Constraints::new(&statics), kind)?;
             Some((time, follower, distance))
         };
         let golden = (5f64.sqrt() - 1.0) / 2.0;
@@ -309,11 +345,11 @@ impl<'a> Watch<'a> {
         Some(Found { follower, distance, passage })
     }
 
-    fn distance(&self, statics: &Statics, kind: Kind) -> Option<f64> {
+    fn distance(&self, constraints: &Constraints<'_>, kind: Kind) -> Option<f64> {
         match kind {
-            Kind::Actuation => Some(statics.actuation_distance(self.spins)),
-            Kind::Constraint => Some(Constraints::new(statics).distance(self.mobility)),
-            Kind::Leg => Constraints::new(statics).leg_distance(self.spins),
+            Kind::Actuation => Some(constraints.statics().actuation_distance(self.spins)),
+            Kind::Constraint => Some(constraints.distance(self.mobility)),
+            Kind::Leg => constraints.leg_distance(self.spins),
         }
     }
 

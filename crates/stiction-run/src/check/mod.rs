@@ -168,7 +168,7 @@ fn examine_motion(
     let partly_blocked = mobility.finite.traced < mobility.instantaneous;
 
     let mut determined = vec![[true; 6]; mechanism.joints().len()];
-    let mut watch = Watch::new(meant(&mobility, &architecture), spins.len());
+    let mut watch = Watch::new(mechanism, meant(&mobility, &architecture), spins.len());
     let mut measuring = Measuring::new(first);
     let mut ranges = Ranges::new(mechanism);
     let mut governed: Option<(Least, f64)> = None;
@@ -178,15 +178,17 @@ fn examine_motion(
     for (k, time) in instants.iter().enumerate() {
         follower.go_to(time)?;
         let passage = sides.observe(&mut follower.solver, time);
-        if watch.observe(&follower, passage.is_some()) {
+        let (is_passage, statics) = watch.observe(&follower, passage.is_some());
+        if is_passage {
             passed.extend(passage);
         }
-        let solver = &follower.solver;
-        let statics = solver.statics();
-        for (all, now) in determined.iter_mut().zip(statics.determined_reactions()) {
-            all.iter_mut().zip(now).for_each(|(all, now)| *all &= now);
+        if let Some(statics) = statics {
+            for (all, now) in determined.iter_mut().zip(statics.determined_reactions()) {
+                all.iter_mut().zip(now).for_each(|(all, now)| *all &= now);
+            }
+            drives_unique &= statics.determined_drives().iter().all(|determined| *determined);
         }
-        drives_unique &= statics.determined_drives().iter().all(|determined| *determined);
+        let solver = &follower.solver;
         // At a branch point the finite motions differ from those that second-order conditions
         // allow.
         let governable = partly_blocked && !mobility.branches_meet;

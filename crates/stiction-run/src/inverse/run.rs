@@ -101,12 +101,13 @@ impl Job<'_> {
         };
         let dofs = dofs_of(&self.model.mechanism);
         let uniqueness = Uniqueness::new(start, meant);
-        let solving = Solving { job: self, uniqueness, dofs };
+        let track = &extremes.track;
+        let solving = Solving { job: self, uniqueness, dofs, track };
         let calculator = solving.uniqueness.proximity.clone();
         let rest_rate = |actuator: usize| rest_rates.get(actuator).copied().unwrap_or_default();
         let motors = Motors::new(&self.model.mechanism, self.friction, rest_rate);
         let mut gathered = Gathered::new(self, calculator, verdict, motors);
-        let solving = (&solving, &extremes.track);
+        let solving = (&solving, track);
         chunks::carry_out(self, &follower, solving, threads, |range, piece: ChunkResults| {
             for result in gathered.complete((start.mechanism(), start.parameters()), piece) {
                 gathered.take(start.mechanism(), result, &mut receive)?;

@@ -6,6 +6,7 @@ use super::efficiency::evaluate_back_driving;
 use super::joints::joint_motions;
 use super::least_indices::LeastIndices;
 use super::sample::Sample;
+use super::track::Track;
 use super::uniqueness::{Singular, Uniqueness};
 use crate::dofs::Dof;
 use crate::error::Error;
@@ -21,6 +22,8 @@ pub(super) struct Solving<'a> {
     pub(super) uniqueness: Uniqueness,
     /// Degrees of freedom whose motion [`Sample::joints`] contains.
     pub(super) dofs: Vec<Dof>,
+    /// Configurations known from the scan of the motion.
+    pub(super) track: &'a Track,
 }
 
 /// Results of the samples of a chunk.
@@ -80,7 +83,7 @@ impl Work for Solving<'_> {
         &self,
         piece: &mut ChunkResults,
         solver: &mut InverseDynamics,
-        _sample: usize,
+        sample: usize,
         time: f64,
     ) -> Result<(), Error> {
         let postpones = self.job.indices == Indices::Least;
@@ -107,7 +110,7 @@ impl Work for Solving<'_> {
                 Ok(_) if piece.has_failed => {}
                 Ok(_) => {
                     piece.remember(solver, &loads);
-                    let found = self.find(piece, solver, loads, time);
+                    let found = self.find(piece, solver, loads, (sample, time));
                     piece.samples.push(SampleResult { time, found: Ok(Box::new(found)) });
                 }
             }
@@ -154,15 +157,17 @@ impl ChunkResults {
 }
 
 impl Solving<'_> {
-    /// Collects the results of a sample from the solver.
+    /// Collects the results of a sample from the solver; the sample is given by its index and its
+    /// time, s.
     fn find(
         &self,
         piece: &mut ChunkResults,
         solver: &mut InverseDynamics,
         loads: Vec<AppliedLoad<f64>>,
-        time: f64,
+        (sample, time): (usize, f64),
     ) -> Solved {
-        let side = solver.side();
+        let known = self.track.at(sample);
+        let side = known.map_or_else(|| solver.side(), |known| known.side);
         let mut backward = Vec::new();
         if self.job.friction != FrictionMode::Off && !solver.forces().interfaces.is_empty() {
             evaluate_back_driving(solver, &mut piece.mirror, &loads, &mut backward);

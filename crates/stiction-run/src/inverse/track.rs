@@ -12,6 +12,8 @@ pub(super) struct Track {
     numbers: Vec<f64>,
     /// Prescribed coordinates of each sample.
     targets: Vec<Target<f64>>,
+    /// Side of each sample, see [`InverseDynamics::side`].
+    sides: Vec<Option<f64>>,
     /// Number of coordinates and number of degrees of freedom of the spanning tree.
     widths: [usize; 2],
     /// Number of prescribed coordinates.
@@ -26,6 +28,9 @@ pub(super) struct Known<'a> {
     pub(super) state: [&'a [f64]; 3],
     /// Prescribed coordinates.
     pub(super) targets: &'a [Target<f64>],
+    /// Sign of the determinant of the loop constraints with locked actuators, see
+    /// [`InverseDynamics::side`].
+    pub(super) side: Option<f64>,
 }
 
 impl Track {
@@ -38,7 +43,8 @@ impl Track {
     }
 
     /// Appends the present configuration of `solver` as that of the next sample.
-    pub(super) fn add(&mut self, solver: &InverseDynamics) {
+    pub(super) fn add(&mut self, solver: &mut InverseDynamics) {
+        let first = self.numbers.len();
         let State { coordinates, rates, accelerations } = solver.state();
         self.widths = [coordinates.len(), rates.len()];
         self.prescribed = solver.targets().len();
@@ -46,6 +52,11 @@ impl Track {
             self.numbers.extend_from_slice(part);
         }
         self.targets.extend_from_slice(solver.targets());
+        // The equations of motion are still factored here, unlike after a return to a stored
+        // configuration. A mechanism at rest stays on its side.
+        let (before, now) = self.numbers.split_at(first);
+        let last = self.sides.last().filter(|_| before.ends_with(now)).copied();
+        self.sides.push(last.unwrap_or_else(|| solver.side()));
     }
 
     /// Appends the configurations of the samples in `other`, which follow those already stored.
@@ -59,6 +70,7 @@ impl Track {
         if !self.is_full {
             self.numbers.extend_from_slice(&other.numbers);
             self.targets.extend_from_slice(&other.targets);
+            self.sides.extend_from_slice(&other.sides);
         }
     }
 
@@ -70,8 +82,9 @@ impl Track {
         }
         let numbers = self.numbers.get(sample * width..(sample + 1) * width)?;
         let targets = self.targets.get(sample * prescribed..(sample + 1) * prescribed)?;
+        let side = *self.sides.get(sample)?;
         let (coordinates, rest) = numbers.split_at(self.widths[0]);
         let (rates, accelerations) = rest.split_at(self.widths[1]);
-        Some(Known { state: [coordinates, rates, accelerations], targets })
+        Some(Known { state: [coordinates, rates, accelerations], targets, side })
     }
 }

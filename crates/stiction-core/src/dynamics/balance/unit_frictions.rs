@@ -277,17 +277,20 @@ impl Balance<f64> {
 /// Returns true if, in each lane, the residual is round-off relative to the largest entry of the
 /// right-hand side. The solution is then exact for slightly perturbed coefficients.
 fn is_round_off(residual: &[Four], right: &[Four]) -> bool {
-    let largest = |numbers: &[Four]| {
-        let mut largest = Four::zero();
-        for number in numbers {
-            let size = number.abs();
-            // The term with zero propagates NaN, which the comparison ignores.
-            largest = (size - largest).if_positive(size, largest) + *number * Four::zero();
-        }
-        largest
+    let mut limit = [0.0_f64; WIDTH];
+    for Lanes(numbers) in right {
+        limit = core::array::from_fn(|lane| {
+            let size = numbers[lane].abs();
+            if size > limit[lane] { size } else { limit[lane] }
+        });
+    }
+    let limit = limit.map(|largest| ROUND_OFF * largest);
+    // A right-hand side that is not a number makes the residual not a number, for which the
+    // comparison is false.
+    let is_small = |Lanes(numbers): &Four| {
+        numbers.iter().zip(limit).fold(true, |all, (number, limit)| all & (number.abs() <= limit))
     };
-    let (residual, right) = (largest(residual), largest(right));
-    residual.0.iter().zip(right.0).all(|(residual, right)| *residual <= ROUND_OFF * right)
+    residual.iter().all(is_small) && limit.iter().all(|limit| limit.is_finite())
 }
 
 /// Returns the wrench in SIMD lane `lane` of `wrench`.

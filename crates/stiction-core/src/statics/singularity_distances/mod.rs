@@ -398,7 +398,9 @@ impl SingularityDistances {
         for Meeting { joints: [a, b], ends: [end_a, end_b], slot } in &self.joint_slots {
             let (rows, columns) = (&self.across[*a][*end_a], &self.across[*b][*end_b]);
             let (block, transposed) = matrix.block(*slot);
-            let (rows, columns) = if transposed { (columns, rows) } else { (rows, columns) };
+            let (first, rows, columns) =
+                if transposed { (*b, columns, rows) } else { (*a, rows, columns) };
+            let block = &mut block[..self.joints[first].constraints];
             rows.iter().zip(columns).for_each(|(row, column)| add_outer(block, row, column));
         }
     }
